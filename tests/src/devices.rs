@@ -38,11 +38,11 @@ pub fn ideal_table(stream: GyroStream) -> Devices {
     }
 }
 
-/// The devices of a device file that ships.
+/// Returns the devices of a device file that ships.
 ///
 /// # Panics
 ///
-/// When there is none of that name.
+/// When no such file ships.
 pub fn shipped(name: &str) -> Devices {
     load_devices(&Library::shipped(), name).expect("the device file ships")
 }

@@ -1,24 +1,24 @@
-//! What can happen to a packet on its way.
+//! Damage to a packet in transit.
 
-/// What happens to a packet.
+/// Kind of damage.
 #[derive(Debug, Clone)]
 pub enum Harm {
-    /// It does not arrive.
+    /// The packet does not arrive.
     Drop,
-    /// Only so many bytes of it arrive.
+    /// Only this number of its bytes arrives.
     Cut(usize),
-    /// This byte of it arrives as another.
+    /// The byte at this index arrives changed.
     Change(usize, u8),
-    /// These bytes arrive in its place.
+    /// These bytes arrive instead.
     Replace(Vec<u8>),
     /// These bytes arrive before it.
     Before(Vec<u8>),
-    /// These bytes arrive behind it.
+    /// These bytes arrive after it.
     Behind(Vec<u8>),
 }
 
 impl Harm {
-    /// What arrives in place of `bytes`, of which there is at least one where one is to change.
+    /// Returns what arrives in place of `bytes`; for a change, `bytes` must not be empty.
     pub fn done_to(&self, bytes: &[u8]) -> Vec<u8> {
         match self {
             Self::Drop => Vec::new(),
@@ -35,7 +35,7 @@ impl Harm {
         }
     }
 
-    /// The packet itself is not there any more.
+    /// Whether the packet itself is lost.
     pub const fn takes_it(&self) -> bool {
         !matches!(self, Self::Before(_) | Self::Behind(_))
     }

@@ -1,12 +1,12 @@
-//! What the scenarios share.
+//! Shared by the scenarios.
 //!
-//! * [`rig`]: controller and emulated devices joined by paced lines, stepped by hand, with taps on
-//!   every direction; for scenarios about the controller.
+//! * [`rig`]: controller and emulated devices joined by paced lines, stepped by hand, with taps on every direction; for
+//!   scenarios about the controller.
 //! * [`devices`]: ideal devices, and those that ship.
-//! * [`harm`]: what can happen to a packet on its way.
+//! * [`harm`]: damage to a packet in transit.
 //! * [`plans`]: plans given as text, run in the simulated world; for scenarios about the engine.
-//! * [`project`]: a folder with files that a plan names, and the plan loaded from it.
-//! * [`rooms`]: the sources of the workspace, for the checks of the house rules.
+//! * [`project`]: a folder with the files that a plan names, and the plan loaded from it.
+//! * [`rooms`]: the sources of the workspace, for checks of the house rules.
 
 pub mod devices;
 pub mod harm;

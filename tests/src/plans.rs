@@ -1,4 +1,4 @@
-//! Plans given as text, run in the simulated world, and what their records say.
+//! Plans given as text, run in the simulated world, and their records.
 
 mod at_rest;
 
@@ -15,12 +15,12 @@ use record::{Device, Record, RecordKind};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A plan of these steps that judges nothing: whatever is measured will do.
+/// Returns a plan with these steps that judges nothing: its measurement accepts any value.
 pub fn plan_of(steps: &str) -> String {
     plan_measuring(steps, "health.degraded", "1")
 }
 
-/// The same, with observations of this quantity, in its unit.
+/// Returns a plan with observations of this quantity, in its unit.
 pub fn plan_measuring(steps: &str, quantity: &str, unit: &str) -> String {
     format!(
         r#"
@@ -40,17 +40,17 @@ check = {{ all_within = {{ at_least = -1e9 }} }}
     )
 }
 
-/// A plan given as text, on these devices, with the calibrations that ship.
+/// Prepares a plan given as text, on these devices, with the calibrations that ship.
 ///
 /// # Panics
 ///
-/// When the text is no plan.
+/// When the text is not a plan.
 pub fn prepared(text: &str, devices: Devices) -> Prepared {
     let plan = match Plan::parse("scenario", text) {
         Ok(plan) => plan,
         Err(error) => panic!("{error}: {:?}", &text[error.range()]),
     };
-    // A calibration that does not ship is left for the run to miss.
+    // If a calibration does not ship, the run reports it as missing.
     let calibrations =
         calibrations::load(&plan, &Library::shipped(), &BTreeMap::new()).unwrap_or_default();
     let models = BTreeMap::new();
@@ -60,18 +60,18 @@ pub fn prepared(text: &str, devices: Devices) -> Prepared {
 /// A run and its full record.
 #[derive(Debug)]
 pub struct Run {
-    /// What it came to.
+    /// Its result.
     pub simulated: Simulated,
-    /// What happened.
+    /// Its records.
     pub records: Vec<Record>,
 }
 
-/// Runs it with nobody to answer and nobody to stop it.
+/// Runs it without answers, to its end.
 pub fn run(prepared: &Prepared, seed: u64) -> Run {
     run_with(prepared, seed, &BTreeMap::new())
 }
 
-/// Runs it with these answers to what a person is asked.
+/// Runs it with these answers of the operator.
 pub fn run_with(prepared: &Prepared, seed: u64, answers: &BTreeMap<String, f64>) -> Run {
     let mut sink = MemorySink::new(Level::Full);
     let simulated = simulate(prepared, seed, &answers.clone().into(), &mut sink, &mut |_| true);
@@ -79,14 +79,14 @@ pub fn run_with(prepared: &Prepared, seed: u64, answers: &BTreeMap<String, f64>)
     Run { simulated, records: sink.into_records() }
 }
 
-/// The bytes of the record file of a run, at the full level.
+/// Returns the bytes of a run's record file, at the full level.
 ///
 /// # Panics
 ///
-/// When they cannot be written, which memory never refuses.
+/// When they cannot be written, which does not happen in memory.
 pub fn record_file(prepared: &Prepared, seed: u64) -> Vec<u8> {
     let mut file = Vec::new();
-    // Without the seed in the header, so that files differ only in what happened.
+    // Without the seed in the header, so that files differ only in their events.
     let header = Header { plan: prepared.plan.name.as_str().to_owned(), ..Header::default() };
     let mut sink =
         FileSink::new(&mut file, &header, Level::Full).expect("memory takes what is written");
@@ -96,7 +96,7 @@ pub fn record_file(prepared: &Prepared, seed: u64) -> Vec<u8> {
 }
 
 impl Run {
-    /// What the device put on its lines, in order.
+    /// Returns what the device sent on its lines, in order.
     pub fn sent_by(&self, device: Device) -> Vec<&Record> {
         let sent = |record: &&Record| {
             record.device == device
@@ -105,7 +105,7 @@ impl Run {
         self.records.iter().filter(sent).collect()
     }
 
-    /// The values of what was observed under this name, in order.
+    /// Returns the observed values of this quantity, in order.
     pub fn observed(&self, quantity: &str) -> Vec<f64> {
         self.simulated.observations.of(quantity).map(|one| one.value()).collect()
     }

@@ -1,10 +1,10 @@
-//! Projects in folders that go away with their test.
+//! Projects in folders that are deleted with their test.
 
 use harness::{Trial, TrialError};
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A folder with these files, by their paths in it.
+/// Creates a folder with these files, given by relative paths.
 ///
 /// # Panics
 /// When they cannot be written.
@@ -14,7 +14,7 @@ pub fn of(files: impl IntoIterator<Item = (impl AsRef<Path>, impl AsRef<[u8]>)>)
     folder
 }
 
-/// Writes these files, by their paths in the folder.
+/// Writes these files, given by paths relative to the folder.
 ///
 /// # Panics
 /// When they cannot be written.
@@ -27,7 +27,7 @@ pub fn write(folder: &Path, files: impl IntoIterator<Item = (impl AsRef<Path>, i
     }
 }
 
-/// The plan of this name in the folder.
+/// Loads the plan of this name from the folder.
 ///
 /// # Errors
 /// As [`Trial::load`].

@@ -1,4 +1,4 @@
-//! A controller and emulated devices in virtual time, moved on by hand, for scenarios that a plan cannot tell.
+//! A controller and emulated devices in virtual time, stepped by hand, for scenarios that a plan cannot express.
 
 mod orders;
 
@@ -22,17 +22,17 @@ use wire::packet::{BYTES_MAX, Packet};
 use wire::time::{Span, Timestamp};
 use wire::units::Angle;
 
-/// No mission of a scenario takes longer: the controller's own limits are far below.
+/// Time limit for the answer to a mission: the controller's own limits are far below.
 const ANSWER_LIMIT: Span = Span::from_secs(3_600);
 
-/// What became of a mission.
+/// Answer to a mission.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Answer {
-    /// It is complete.
+    /// Completed.
     Done(MissionResult),
-    /// It was not begun.
+    /// Not begun.
     Refused(Refusal),
-    /// It was broken off.
+    /// Broken off.
     Aborted(AbortReason),
 }
 
@@ -45,23 +45,23 @@ pub struct Rig {
     state: Option<(Timestamp, State)>,
 }
 
-/// These bytes as they cross a line: several pieces where they are too many for one.
+/// Splits bytes as they cross a line: several pieces if they are too many for one.
 pub fn bytes(bytes: &[u8]) -> Vec<Transmit> {
     let packet = |piece| Packet::from_slice(piece).expect("no longer than a packet");
     bytes.chunks(BYTES_MAX).map(|piece| Transmit::Bytes(packet(piece))).collect()
 }
 
 impl Rig {
-    /// The controller with its defaults on these devices, at time zero.
+    /// Creates a controller with default configuration on these devices, at time zero.
     pub fn new(devices: &Devices, seed: u64) -> Self {
         Self::with_config(devices, seed, |_| {})
     }
 
-    /// The same, with a configuration that `change` had in its hands.
+    /// Creates a controller with a configuration that `change` modifies.
     ///
     /// # Panics
     ///
-    /// Never: what stands beside it ships.
+    /// Never: the embedded devices ship.
     pub fn with_config(devices: &Devices, seed: u64, change: impl FnOnce(&mut Config)) -> Self {
         let mut rig = Self {
             by_hand: ByHand::new(devices, seed, change).expect("it takes any devices"),
@@ -79,7 +79,7 @@ impl Rig {
         self.by_hand.now()
     }
 
-    /// From now on `tap` says what is received in this direction.
+    /// From now on `tap` determines what is received in this direction.
     pub fn tap(
         &mut self,
         direction: Direction,
@@ -93,24 +93,24 @@ impl Rig {
         self.tap(direction, |_, _| Vec::new());
     }
 
-    /// The direction is as it was before it was tapped.
+    /// Removes the tap of this direction.
     pub fn untap(&mut self, direction: Direction) {
         self.by_hand.tap(direction, None);
     }
 
-    /// This is received now, from nobody.
+    /// Delivers `what` now, without a sender.
     pub fn inject(&mut self, direction: Direction, what: &Transmit) {
         self.by_hand.inject(direction, what);
         self.hear();
     }
 
-    /// Goes on for `span`.
+    /// Runs for `span`.
     pub fn run_for(&mut self, span: Span) {
         let until = self.now() + span;
         while self.step(until) {}
     }
 
-    /// Goes on until `holds`, which is asked after every event; false when it did not within `limit`.
+    /// Runs until `holds`, which is called after every event; returns `false` if it did not within `limit`.
     pub fn run_until(&mut self, limit: Span, mut holds: impl FnMut(&mut Self) -> bool) -> bool {
         let until = self.now() + limit;
         loop {
@@ -132,34 +132,34 @@ impl Rig {
         id
     }
 
-    /// What became of a mission, and when; `None` while it runs.
+    /// Returns the answer to a mission and its time; `None` while it runs.
     pub fn answer(&self, id: MissionId) -> Option<(Timestamp, Answer)> {
         self.answers.get(&id).copied()
     }
 
-    /// Goes on until the mission is answered.
+    /// Runs until the mission is answered.
     ///
     /// # Panics
     ///
-    /// When it is not: the controller owes every mission an answer.
+    /// When it is not answered: the controller must answer every mission.
     pub fn finish(&mut self, id: MissionId) -> Answer {
         let answered = self.run_until(ANSWER_LIMIT, |rig| rig.answers.contains_key(&id));
         assert!(answered, "mission {id} was never answered: {:?}", self.by_hand.controller());
         self.answers[&id].1
     }
 
-    /// Gives the controller a mission and goes on until it is answered.
+    /// Gives the controller a mission and runs until it is answered.
     pub fn command(&mut self, command: Command) -> Answer {
         let id = self.begin(command);
         self.finish(id)
     }
 
-    /// Every change of the controller's health so far.
+    /// Returns every change of the controller's health so far.
     pub fn health_changes(&self) -> &[(Timestamp, Health)] {
         &self.health_changes
     }
 
-    /// The controller's health.
+    /// Returns the controller's health.
     ///
     /// # Panics
     ///
@@ -168,23 +168,23 @@ impl Rig {
         self.by_hand.controller().expect("the controller is ours").health()
     }
 
-    /// The controller's state, asked for now.
+    /// Requests the controller's current state.
     ///
     /// # Panics
     ///
-    /// When it gives none.
+    /// When it reports none.
     pub fn state(&mut self) -> State {
         self.state = None;
         self.begin(Command::RequestState);
         self.state.expect("a state that is asked for comes at once").1
     }
 
-    /// The last state that the controller reported, and when.
+    /// Returns the last state that the controller reported, and its time.
     pub const fn last_state(&self) -> Option<&(Timestamp, State)> {
         self.state.as_ref()
     }
 
-    /// The gyro.
+    /// Returns the gyro.
     ///
     /// # Panics
     ///
@@ -193,7 +193,7 @@ impl Rig {
         self.by_hand.gyro().expect("every rig has a gyro")
     }
 
-    /// The base.
+    /// Returns the base.
     ///
     /// # Panics
     ///
@@ -205,7 +205,7 @@ impl Rig {
         }
     }
 
-    /// The table.
+    /// Returns the table.
     ///
     /// # Panics
     ///
@@ -217,7 +217,7 @@ impl Rig {
         }
     }
 
-    /// What is true of the base now.
+    /// Returns the current truth of the base.
     ///
     /// # Panics
     ///
@@ -229,26 +229,26 @@ impl Rig {
         base.truth_at(now)
     }
 
-    /// True heading of what carries the gyro, not wrapped.
+    /// Returns the true heading of the gyro's carrier, not wrapped.
     ///
     /// # Panics
     ///
-    /// Never: something carries it in every rig.
+    /// Never: every rig has a carrier.
     pub fn heading(&self) -> Angle {
         self.by_hand.heading().expect("something carries the gyro")
     }
 
-    /// What became of every property since the rig was made. The rig is at its end.
+    /// Returns the verdict on every property since the rig was created. Ends the rig.
     pub fn verdicts(self) -> Vec<PropertyVerdict> {
         self.by_hand.verdicts()
     }
 
-    /// A lap begins here, as far as properties go; without any, the scenario is one lap.
+    /// Marks the begin of a lap for the properties; without any, the scenario is one lap.
     pub fn begin_lap(&mut self) {
         self.by_hand.begin_lap();
     }
 
-    /// Goes on to the next event, or to `until` if that comes first; false at `until`.
+    /// Runs to the next event, or to `until` if that is earlier; returns `false` at `until`.
     fn step(&mut self, until: Timestamp) -> bool {
         match self.by_hand.step(until) {
             Ok(goes_on) => {

@@ -1,4 +1,4 @@
-//! The sources of the workspace, for the checks of the house rules.
+//! The sources of the workspace, for checks of the house rules.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,21 +8,21 @@ use std::path::{Path, PathBuf};
 pub struct Source {
     /// Path from the root of the workspace, with `/` between its parts.
     pub path: String,
-    /// What it holds.
+    /// Its text.
     pub text: String,
 }
 
-/// The root of the workspace.
+/// Returns the root of the workspace.
 ///
 /// # Panics
 ///
-/// When this package does not stand in one.
+/// When this package is not in a workspace.
 pub fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().expect("this package stands in the workspace").to_owned()
 }
 
-/// Every file below `folder` (from the root) whose name ends in `.extension`, sorted by path.
+/// Returns every file below `folder` (relative to the root) whose name ends in `.extension`, sorted by path.
 ///
 /// # Panics
 ///

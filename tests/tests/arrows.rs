@@ -1,11 +1,11 @@
-//! The house rules that no compiler keeps: which room may know which, who may read a clock, and how
-//! long a file may be.
+//! The house rules that no compiler enforces: which room may depend on which, what may read a clock, and how long a
+//! file may be.
 
 use std::collections::BTreeMap;
 use tests::rooms::{Source, root, sources};
 use toml::Table;
 
-/// Which rooms each room may depend on, by folder and by name. A room that is not here has no place in the house yet.
+/// Rooms that each room may depend on, by folder and by name. A room missing here has no place in the house yet.
 const ARROWS: &[(&str, &[&str])] = &[
     ("wire", &[]),
     ("controller", &["wire"]),
@@ -14,15 +14,15 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("ports", &["wire"]),
     ("identification", &["wire"]),
     ("evaluation", &["identification"]),
-    // What is said before a run, and what happened in it.
+    // What is stated before a run, and its events.
     (
         "harness/plan",
         &["wire", "controller", "emulators", "described", "identification", "ports", "temporal"],
     ),
     ("harness/record", &["wire", "controller", "described", "plan"]),
-    // Formulas know no plan: whoever has signals may watch them.
+    // Formulas know no plan: anything with signals can use them.
     ("harness/temporal", &["wire"]),
-    // What is made of a record.
+    // Uses of a record.
     ("harness/judge", &["wire", "controller", "described", "plan", "record", "temporal"]),
     ("harness/dataset", &["controller", "identification", "plan", "record", "bus-log"]),
     ("harness/campaign", &["wire", "emulators", "plan", "record"]),
@@ -34,7 +34,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("harness/exchange", &["wire", "controller", "described", "plan", "record", "bus-log"]),
     // Programs in virtual time know nothing of plans.
     ("harness/lockstep", &["wire"]),
-    // Runs: in virtual time without a port, in real time, and whole.
+    // Runs: in virtual time without a port, in real time, and complete.
     (
         "harness/rig",
         &[
@@ -129,25 +129,25 @@ const ARROWS: &[(&str, &[&str])] = &[
             "rig",
         ],
     ),
-    // What tests of any room may use.
+    // Usable by tests of any room.
     ("tests/skips", &[]),
-    // As somebody else's crate would: through the harness alone.
+    // Depend on the harness alone, as a user's crate does.
     ("examples/battery-pack", &["harness"]),
     ("examples/rust-tests", &["harness"]),
 ];
 
-/// What tests of a room may use beyond what the room knows: runs to read back.
+/// Additional dependencies for a room's tests: runs to read back.
 const ARROWS_OF_TESTS: &[(&str, &str)] =
     &[("harness/dataset", "harness"), ("harness/exchange", "harness")];
 
-/// Rooms that know the controller and what is emulated.
+/// Rooms that may depend on both the controller and the emulators.
 const WITH_BOTH: [&str; 6] =
     ["harness/plan", "harness/rig", "harness/live", "harness", "harness/hil", "tests"];
 
-/// A file that a person can no longer hold in mind.
+/// Maximum lines of a file: a longer one is hard to keep in mind.
 const LINES_MAX: usize = 400;
 
-/// What nobody mentions where time is an argument.
+/// Not to be used where time is an argument.
 const CLOCKS: [&str; 4] = ["std::time", "Instant::", "SystemTime", "thread::sleep"];
 
 /// Folders and files where time is an argument.
@@ -168,7 +168,7 @@ const TIMELESS: [&str; 14] = [
     "harness/rig/src/",
 ];
 
-/// It has a clock: a thread that writes records out now and then, and a test that takes the time of something.
+/// Files with a clock: a thread that flushes records periodically, and a test that measures a duration.
 const WITH_A_CLOCK: [&str; 2] = ["harness/record/src/kept.rs", "harness/record/src/tests.rs"];
 
 fn manifest(folder: &str) -> Table {
@@ -183,7 +183,7 @@ fn members() -> Vec<String> {
     members.iter().map(|member| member.as_str().expect("a path").to_owned()).collect()
 }
 
-/// Every crate that a manifest names on whatever target, for tests alone or for more.
+/// Lists the crates that a manifest names for any target, with or without those for tests.
 fn dependencies(manifest: &Table, of_tests: bool) -> Vec<String> {
     let mut found = Vec::new();
     for (key, value) in manifest {
@@ -199,7 +199,7 @@ fn dependencies(manifest: &Table, of_tests: bool) -> Vec<String> {
     found
 }
 
-/// A room by its folder is called like it.
+/// A room has the name of its folder.
 fn name(folder: &str) -> &str {
     folder.rsplit('/').next().unwrap_or(folder)
 }
@@ -266,7 +266,7 @@ fn timeless() -> Vec<Source> {
 #[test]
 fn nobody_reads_a_clock_where_time_is_an_argument() {
     let sources = timeless();
-    // A place that was renamed would otherwise be watched no longer.
+    // Otherwise a renamed place would no longer be checked.
     for place in TIMELESS {
         assert!(sources.iter().any(|source| source.path.starts_with(place)), "no {place}");
     }

@@ -1,9 +1,9 @@
-//! Garbage, half frames and wrong checksums on every line, at rest and in motion: nothing panics, the
-//! heading stays within a stated bound, health and counters say so, and all is well again afterwards.
+//! Garbage, partial frames and wrong checksums on every line, at rest and in motion: nothing panics, the heading stays
+//! within a stated bound, health and counters show the errors, and everything recovers afterwards.
 //!
-//! Where garbage could pass for a good frame by chance (one in 2^16 offsets on the Navigator's stream,
-//! one in 256 answers on the base's serial line) it is either made so that it cannot, or the case is
-//! left out: what a receiver cannot tell it cannot be blamed for.
+//! Garbage could pass for a valid frame by chance (one in 2^16 offsets on the Navigator's stream, one in 256 answers on
+//! the base's serial line). It is then either generated so that it cannot, or the case is left out: a receiver is not
+//! to blame for errors that it cannot detect.
 
 use controller::health::Level;
 use controller::mission::{AbortReason, Command, MissionResult};
@@ -34,7 +34,7 @@ fn any_harm() -> impl Strategy<Value = Harm> {
     ]
 }
 
-/// From this packet on, so many in a row come to harm.
+/// From this packet on, this many consecutive packets are damaged.
 #[derive(Debug, Clone)]
 struct Burst {
     first: usize,
@@ -47,18 +47,18 @@ fn any_bursts(within: usize, length_max: usize) -> impl Strategy<Value = Vec<Bur
     prop::collection::vec(burst, 1..6)
 }
 
-/// What a tap has seen and done.
+/// What a tap has received and done.
 #[derive(Debug, Default)]
 struct Seen {
     received: Vec<u8>,
     /// Packets that arrived whole.
     whole: u64,
-    /// Longest run of packets that did not.
+    /// Length of the current run of damaged packets.
     harmed_in_a_row: u64,
     runs: Vec<u64>,
 }
 
-/// Harms the gyro's stream from now on.
+/// Damages the gyro's stream from now on.
 fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Rc<RefCell<Seen>> {
     let seen = Rc::new(RefCell::new(Seen::default()));
     let (told, bursts) = (Rc::clone(&seen), bursts.to_vec());
@@ -87,7 +87,7 @@ fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Rc<RefCell<Seen>> {
     seen
 }
 
-/// Some garbage passed for a frame, or a good frame was spoiled by garbage before it.
+/// Whether garbage passed for a frame, or garbage before a valid frame spoiled it.
 fn is_forged(stream: GyroStream, seen: &Seen) -> bool {
     let mut decoder = GyroDecoder::new(stream);
     decoder.feed(&seen.received, |_| {});
@@ -98,13 +98,12 @@ const RATE_DEG: f64 = 30.0;
 const TABLE_RAMP_DEG: f64 = 15.0;
 /// The base follows 15 deg/s^2 with up to half as much again.
 const BASE_RAMP_DEG: f64 = 22.5;
-/// `GyroConfig::timeout`: what lasts longer is not bridged.
+/// `GyroConfig::timeout`: longer gaps are not bridged.
 const SILENCE_S: f64 = 0.1;
 const SAMPLE_S: f64 = 0.01;
 
-/// What the heading may be off by after these runs of lost samples, the wire's resolution included.
-/// With |w'| <= a, what a straight line between its ends misses over T is at most a T^2 / 4; what is
-/// not bridged is at most the whole turn meanwhile.
+/// Maximum error of the heading after these runs of lost samples, including the wire's resolution. With |w'| <= a,
+/// linear interpolation over T errs by at most a T^2 / 4; an unbridged gap, by at most the whole turn during the gap.
 fn bound_deg(runs: &[u64], ramp_deg: f64, duration_s: f64) -> f64 {
     let missed = |run: &u64| {
         let span_s = (*run as f64 + 1.0) * SAMPLE_S;
@@ -152,7 +151,7 @@ proptest! {
         let lost = !seen.borrow().runs.is_empty();
         prop_assert_eq!(rig.health().causes.samples_lost, lost);
         prop_assert_eq!(rig.health().level, if lost { Level::Degraded } else { Level::Ok });
-        // And all is well again, once somebody says where it is: no bias test finds what was lost.
+        // Everything recovers once the pose is set: a bias test cannot restore what was lost.
         rig.untap(Direction::GyroToController);
         rig.bias_test(1.0);
         prop_assert_eq!(rig.health().causes.samples_lost, lost);
@@ -183,7 +182,7 @@ proptest! {
         match answer {
             Answer::Done(MissionResult::Turn(result)) => {
                 prop_assert!(result.stop_error.abs().deg() <= 0.1, "{:?}", result);
-                // More than ten samples are more than 100 ms, unless nothing moves any more.
+                // More than ten samples are more than 100 ms, unless everything stands already.
             }
             Answer::Aborted(AbortReason::GyroSilent) => prop_assert!(longest >= 9, "{}", longest),
             other => prop_assert!(false, "{:?}", other),
@@ -191,7 +190,7 @@ proptest! {
         prop_assert!(!rig.state().moving);
     }
 
-    /// Whatever comes, on whatever stream: no panic, and afterwards the gyro is heard again.
+    /// Any bytes on any stream: no panic, and the gyro is received again afterwards.
     #[test]
     fn any_bytes_on_any_gyro_stream_are_survived(
         bursts in any_bursts(800, 60),
@@ -215,8 +214,8 @@ proptest! {
     }
 }
 
-/// Harms that the one checksum byte of the serial line always shows: a single changed byte, less than
-/// all, or more behind it.
+/// Damage that the single checksum byte of the serial line always detects: one changed byte, missing bytes, or
+/// additional bytes at the end.
 fn any_honest_harm() -> impl Strategy<Value = Option<Harm>> {
     prop_oneof![
         4 => Just(None),
@@ -227,7 +226,7 @@ fn any_honest_harm() -> impl Strategy<Value = Option<Harm>> {
     ]
 }
 
-/// Harms a direction over and over by this schedule.
+/// Damages a direction by this schedule, repeatedly.
 fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
     let schedule = schedule.to_vec();
     let mut number = 0;
@@ -237,7 +236,7 @@ fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
         match (harm, piece) {
             (None, piece) => vec![piece],
             (Some(harm), Transmit::Bytes(packet)) => bytes(&harm.done_to(packet.as_slice())),
-            // A bus does not change bits unnoticed: a frame arrives, or it does not.
+            // A CAN bus does not change bits undetected: a frame arrives, or it does not.
             (Some(Harm::Drop | Harm::Cut(_) | Harm::Change(..)), Transmit::Frame(_)) => Vec::new(),
             (Some(harm), Transmit::Frame(frame)) => {
                 let stranger = stranger(&harm.done_to(&[]));
@@ -247,7 +246,7 @@ fn harm(rig: &mut Rig, direction: Direction, schedule: &[Option<Harm>]) {
     });
 }
 
-/// A frame of somebody else's with these bytes.
+/// A frame of a foreign node with these bytes.
 fn stranger(bytes: &[u8]) -> CanFrame {
     let id = StandardId::new(0x2ff).expect("11 bits");
     CanFrame::new(id, &bytes[..bytes.len().min(8)]).expect("at most eight bytes")
@@ -291,7 +290,7 @@ proptest! {
             ) => {}
             other => prop_assert!(false, "{:?}", other),
         }
-        // The gyro's heading has nothing to do with it.
+        // The gyro's heading is not affected.
         prop_assert!(off_deg(&mut rig).abs() <= bound_deg(&[], 0.0, 10.0));
 
         rig.untap(Direction::ControllerToBase);
@@ -330,7 +329,7 @@ fn garbage_at_rest_does_not_turn_a_robot_that_stands() {
         let before = rig.state().gyro_heading;
         let mut state = 1u32;
         rig.tap(Direction::GyroToController, move |_, piece| {
-            // Forged frames and all: a linear congruential generator (Numerical Recipes' constants).
+            // Includes forged frames: a linear congruential generator (constants of Numerical Recipes).
             let mut noise = || {
                 state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 (state >> 24) as u8

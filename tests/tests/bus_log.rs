@@ -1,6 +1,6 @@
-//! Bus logs before other people's programs: what is written here is read there, and the other way round.
+//! Exchange of bus logs with independent programs: they read what we write, and we read what they write.
 //!
-//! A program that is not there is no reason to fail: the test says `skipped: ...` and how to get it.
+//! A missing program is not a failure: the test prints `skipped: ...` and how to install it.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

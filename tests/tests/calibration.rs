@@ -1,4 +1,4 @@
-//! The calibration that ships is the one that its plan makes.
+//! The shipped calibration is the one that its plan produces.
 
 use harness::operator::Answers;
 use harness::run::{Prepared, verdicts};

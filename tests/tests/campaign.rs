@@ -1,5 +1,5 @@
-//! Campaigns on the robot that ships: the same again by the same seed, on however many threads; and what one finds is
-//! a plan that shows it to anyone.
+//! Campaigns on the shipped robot: the same seed gives the same results on any number of threads; a finding is a plan
+//! that anyone can run to reproduce it.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -49,7 +49,7 @@ fn a_seed_gives_the_same_campaign_on_any_number_of_threads() {
     assert_eq!(one, campaign(48, 3));
 }
 
-/// What strikes the base two seconds into its straight line.
+/// A case that strikes the base two seconds into its straight line.
 fn on_the_way(kind: &str, severity: f64) -> Case {
     let fault = Fault {
         when: When::Step {
@@ -65,7 +65,7 @@ fn on_the_way(kind: &str, severity: f64) -> Case {
 #[test]
 fn the_smallest_case_is_a_plan_that_shows_the_same() {
     let simulated = executor(prepared());
-    // Wheels that slip: dead reckoning cannot know, and nobody else tells it.
+    // Wheel slip: dead reckoning cannot detect it, and no other sensor reports it.
     let case = on_the_way("wheel_slip", 20.0);
     let result = simulated.execute(&case);
     assert!(result.breaks("no_silent_wrong"), "{result:?}");
@@ -85,11 +85,11 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
     let mut again = prepared();
     again.plan = Arc::new(plan);
     let replayed = executor(again).execute(&Case { seed: shrunk.case.seed, ..Case::default() });
-    // Of all properties only the one that broke is declared by the plan.
+    // The plan declares only the property that broke.
     assert_eq!(replayed.violated, violated);
 }
 
-/// An odometer that does not go as the base is told is no odometer.
+/// The controller does not trust odometry that contradicts its commands.
 #[test]
 fn an_odometer_that_stands_still_is_told() {
     let simulated = executor(prepared());
@@ -99,7 +99,7 @@ fn an_odometer_that_stands_still_is_told() {
     }
 }
 
-/// It was silent for less than its time-out, and counted on from a number that fits: found by a campaign.
+/// The gyro was silent for less than its time-out, and continued from a plausible number: found by a campaign.
 #[test]
 fn a_gyro_that_starts_anew_in_a_turn_is_told() {
     let what = FaultKind::typical("restart").unwrap().with_severity(0.068_198_012_453_203_42);
@@ -112,7 +112,7 @@ fn a_gyro_that_starts_anew_in_a_turn_is_told() {
     assert!(result.reached.contains("samples_lost"), "{result:?}");
 }
 
-/// A short break is bridged, a long one is not: the envelope lies between.
+/// A short gap is bridged, a long one is not: the envelope is between.
 #[test]
 fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
     let simulated = executor(prepared());
@@ -140,6 +140,6 @@ fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {
         (0, 6),
         "it gives up, and says so: {found:?}"
     );
-    // The gyro's time-out is 100 ms, after which the mission is given up.
+    // After the gyro's time-out of 100 ms the mission is aborted.
     assert!(found.tolerated.is_none_or(|most| most < 1.0), "{found:?}");
 }

@@ -1,4 +1,4 @@
-//! A bus of CAN FD: long messages out of a DBC and out of a device's file, judged, struck by faults and written down.
+//! A CAN FD bus: long messages from a DBC and from a device's file, judged, struck by faults and recorded.
 
 use harness::Trial;
 use harness::run::Prepared;
@@ -116,7 +116,7 @@ fn long_messages_are_sent_judged_and_written_down() {
         long.len() >= 100
             && long.iter().all(|(_, frame)| frame.fd_flags().unwrap().bit_rate_switch)
     );
-    // 29 bits of arbitration, 550 of the data, and what is stuffed into these by what they are.
+    // 29 bits of arbitration, 550 of data, and stuff bits that depend on the content.
     let (at, frame) = long.first().unwrap();
     let first = at.as_nanos() % 10_000_000;
     let stuffed = first - (29 * 2_000 + 550 * 500);

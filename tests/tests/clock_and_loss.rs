@@ -1,4 +1,4 @@
-//! Samples that are lost, doubled or late, and a gyro whose clock is not the host's.
+//! Lost, duplicated and late samples, and a gyro whose clock differs from the host's.
 
 use controller::Mutant;
 use controller::config::IntegrationClock;
@@ -42,7 +42,7 @@ const ALL_STREAMS: [GyroStream; 8] = [
     BINARY_INTEGRATED,
 ];
 
-/// Turns the table by whole degrees and waits for rest; gives the error of the heading, in deg.
+/// Turns the table by whole degrees and waits for rest; returns the error of the heading in deg.
 fn turn(rig: &mut Rig, deg: i32) -> f64 {
     let error = |rig: &mut Rig| rig.state().gyro_heading - rig.heading();
     let before = error(rig);
@@ -60,11 +60,10 @@ fn turn(rig: &mut Rig, deg: i32) -> f64 {
     (error(rig) - before).deg()
 }
 
-/// What an error-free stream may err by in one turn: half a step of rate in each of its samples,
-/// always the same way.
+/// Maximum quantisation error of a stream in one turn: half a step of rate in each sample, always with the same sign.
 fn quantisation_deg(stream: GyroStream, deg: i32) -> f64 {
     let span_s = f64::from(deg.abs()) / RATE_DEG + RATE_DEG / RAMP_DEG;
-    // The integrated angle and the increment have steps of angle, 1e-6 deg or 6e-6 deg a sample.
+    // The integrated angle and the increment have steps of angle, 1e-6 deg or 6e-6 deg per sample.
     let steps = 6e-6 * span_s / stream.format.period().as_secs_f64();
     stream.format.rate_step().deg_per_s() * span_s / 2.0 + steps
 }
@@ -101,7 +100,7 @@ fn a_clock_two_percent_off_spoils_rates_by_as_much_and_angles_not_at_all() {
                 gyro.clock_error_ppm = sign * OFF * 1e6;
             });
             let error = turn(&mut rig, 360);
-            // One sample more or less at each end of the turn lies in the ramps and counts nothing.
+            // A sample more or less at either end of the turn lies in the ramps and has no effect.
             let expected = match stream.mode {
                 OutputMode::Rate => 360.0 * sign * OFF,
                 OutputMode::Increment | OutputMode::Integrated => 0.0,
@@ -115,7 +114,7 @@ fn a_clock_two_percent_off_spoils_rates_by_as_much_and_angles_not_at_all() {
             assert_eq!(rig.health().level, if spoils { Level::Degraded } else { Level::Ok });
             let ratio = rig.state().clock_ratio.expect("the clocks were compared");
             assert!((ratio - 1.0 - sign * OFF).abs() < 1e-3, "{stream:?}: {ratio}");
-            // No bias test mends a clock.
+            // A bias test does not correct a clock.
             rig.bias_test(1.0);
             assert_eq!(rig.health().causes.clock_mismatch, spoils, "{stream:?}");
         }
@@ -130,7 +129,7 @@ fn a_clock_that_changes_or_leaves_its_data_sheet_is_told_where_it_spoils_nothing
         });
         rig.run_for(Span::from_secs(25));
         assert!(rig.health().causes.clock_mismatch, "4 % are more than the manual's 3.2 %");
-        // Samples that nobody counts look like a clock that has changed.
+        // Lost samples without a counter look like a changed clock.
         let mut rig = rig_with(stream, IntegrationClock::Samples, |_| {});
         rig.run_for(Span::from_secs(25));
         assert_eq!(rig.health().level, Level::Ok);
@@ -162,7 +161,7 @@ fn a_clock_within_the_limit_is_no_mismatch() {
     assert_eq!(rig.health().level, Level::Ok);
 }
 
-/// Drops those packets of the gyro for which `drop` says so, counted from one.
+/// Drops the gyro packets for which `drop` returns `true`, counted from one.
 fn lose(rig: &mut Rig, mut drop: impl FnMut(u32) -> bool + 'static) {
     let mut number = 0;
     rig.tap(Direction::GyroToController, move |_, piece| {
@@ -173,14 +172,14 @@ fn lose(rig: &mut Rig, mut drop: impl FnMut(u32) -> bool + 'static) {
 
 #[test]
 fn what_the_navigator_loses_is_counted_and_bridged() {
-    // With |w'| <= a, what a straight line between its ends misses over T is at most a T^2 / 4.
+    // With |w'| <= a, linear interpolation over T errs by at most a T^2 / 4.
     for (run, every) in [(1u32, 10u32), (3, 20), (9, 100)] {
         let mut rig = rig_with(NAVIGATOR, IntegrationClock::Samples, |_| {});
         let before = rig.state().samples;
         lose(&mut rig, move |number| number % every < run && number >= every);
         let error = turn(&mut rig, 360);
         let bridge_s = f64::from(run + 1) * 0.01;
-        // Only a gap at one of the four bends of the trapezoid is not a straight line.
+        // Only a gap at one of the four bends of the trapezoid is not linear.
         let bound = quantisation_deg(NAVIGATOR, 360) + 4.0 * RAMP_DEG * bridge_s.powi(2) / 4.0;
         assert!(error.abs() <= bound, "{run} of {every}: {error} deg, expected at most {bound}");
         let state = rig.state();
@@ -225,8 +224,8 @@ fn a_doubled_sample_is_counted_once() {
     }
 }
 
-/// What one lost lock costs: the binary stream is not believed again before ten frames in a row, and its
-/// two-bit counter cannot tell how many were missed meanwhile.
+/// Cost of one lost lock: the binary stream is trusted again only after ten consecutive frames, and its two-bit counter
+/// cannot tell how many were missed meanwhile.
 fn relock_deg(stream: GyroStream) -> f64 {
     match stream.format {
         GyroFormat::Dsp3000Binary => {
@@ -242,7 +241,7 @@ fn a_frame_lost_at_1000_hz_costs_a_lock_and_shows() {
     for (stream, bound) in [
         (BINARY_RATE, relock_deg(BINARY_RATE)),
         (BINARY_INCREMENT, relock_deg(BINARY_INCREMENT)),
-        // The angle says by itself how far it went.
+        // The angle itself shows how far it turned.
         (BINARY_INTEGRATED, 0.0),
     ] {
         let mut rig = rig_with(stream, IntegrationClock::Samples, |_| {});
@@ -265,7 +264,7 @@ fn without_a_running_number_the_clock_tells_what_is_lost() {
     rig.run_for(Span::from_secs(45));
     assert!(rig.health().causes.clock_mismatch);
     assert_eq!(rig.state().samples_lost, 0, "nothing tells");
-    // The integrated angle does not care.
+    // The integrated angle is not affected.
     let mut rig = rig_with(DSP_INTEGRATED, IntegrationClock::Samples, |_| {});
     lose(&mut rig, |number| number % 50 == 0);
     let error = turn(&mut rig, 360);
@@ -274,7 +273,7 @@ fn without_a_running_number_the_clock_tells_what_is_lost() {
 
 #[test]
 fn samples_that_come_in_bunches_are_all_used() {
-    // As from a serial adapter that hands over what it has 16 times a second.
+    // Like a serial adapter that delivers its data 16 times a second.
     for clock in [IntegrationClock::Samples, IntegrationClock::HostTime] {
         let mut rig = rig_with(NAVIGATOR, clock, |_| {});
         let mut waiting = Vec::new();
@@ -285,7 +284,7 @@ fn samples_that_come_in_bunches_are_all_used() {
             if waiting.len() >= 6 * 8 { bytes(&std::mem::take(&mut waiting)) } else { Vec::new() }
         });
         let error = turn(&mut rig, 360);
-        // By host time the first of a bunch counts for all of it: six samples of a ramp, at each bend.
+        // By host time the first sample of a batch counts for the whole batch: six samples of a ramp, at each bend.
         let bunch_s = 0.06;
         let slack = match clock {
             IntegrationClock::Samples => 0.0,
@@ -299,7 +298,7 @@ fn samples_that_come_in_bunches_are_all_used() {
     }
 }
 
-/// What waits for a moment of the future would wait for longer, and the base would go on unheard.
+/// Waiting for a time in the future would take longer, and the base would drive on unheard.
 #[test]
 fn a_host_clock_that_is_set_back_holds_up_nothing() {
     let steps = "{ bias_test = { duration_s = 3 } }, { place = { x_m = 0, y_m = 0, heading_deg = 0 } }, \
@@ -323,7 +322,7 @@ fn a_host_clock_that_is_set_back_holds_up_nothing() {
         assert_eq!(ending.outcome, Outcome::Passed, "{ending:?}");
         assert!(sent > 100, "{devices}: {sent}");
         assert!(gap < 0.06, "{devices}: nothing for {gap} s");
-        // One that believes the host's clock waits for as long as that was set back.
+        // The mutant that believes the host's clock waits for the size of the step.
         let (_, _, gap) = run_with(devices, Some(Mutant::HostClockBelieved));
         assert!(gap > 0.4, "{devices}: nothing for {gap} s");
     }

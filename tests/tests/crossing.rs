@@ -1,4 +1,4 @@
-//! Lines that lose what they carry end a run in virtual time as a broken bench, by their name.
+//! A line that loses traffic ends a run in virtual time as a broken bench, and the error names the line.
 
 use harness::operator::Answers;
 use harness::run::{Prepared, simulate_across};
@@ -9,7 +9,7 @@ use rig::crossing::{Crossing, CrossingFailure, How, Toward};
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// One line carries nothing.
+/// A crossing in which one line carries nothing.
 struct Stuck {
     line: usize,
     failure: Option<CrossingFailure>,

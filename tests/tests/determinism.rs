@@ -1,5 +1,4 @@
-//! Same plan, seed and version: the same bytes. A device more, or a worse one, shifts nobody else's
-//! noise.
+//! Same plan, seed and version: the same bytes. An additional or worse device does not change the noise of the others.
 
 use emulators::device_file::Devices;
 use harness::run::Prepared;
@@ -9,7 +8,7 @@ use record::Device;
 use tests::devices::shipped;
 use tests::plans::{Run, plan_measuring, plan_of, prepared, record_file, run};
 
-/// Something of everything that draws numbers: rest, motion by both headings, measured poses.
+/// Uses every source of random numbers: rest, motion by both headings, measured poses.
 const ROBOT: &str = r#"
     { bias_test = { duration_s = 20 } },
     { place = { x_m = 0, y_m = 0, heading_deg = 0 } },
@@ -31,7 +30,7 @@ fn steps_for(devices: &Devices) -> &'static str {
     if devices.base.is_some() { ROBOT } else { TABLE }
 }
 
-/// Not `assert_eq`, which would print megabytes.
+/// Instead of `assert_eq`, which would print megabytes.
 fn assert_same(a: &[u8], b: &[u8], what: &str) {
     let first = a.iter().zip(b).position(|(a, b)| a != b);
     assert!(a == b, "{what}: {} and {} bytes, first difference {first:?}", a.len(), b.len());
@@ -45,7 +44,7 @@ fn every_device_file_gives_the_same_record_twice_and_another_with_another_seed()
         let devices = shipped(&name);
         let plan = prepared(&plan_of(steps_for(&devices)), devices);
         let once = record_file(&plan, 1);
-        // A run that breaks at its first step would repeat itself as well.
+        // A run that breaks off in its first step would be repeatable too.
         assert!(once.len() > 10_000, "{name}: {} bytes", once.len());
         assert_same(&once, &record_file(&plan, 1), &name);
         assert!(once != record_file(&plan, 2), "{name}: the seed changes nothing");
@@ -65,7 +64,7 @@ fn changed(name: &str, change: impl FnOnce(&mut Devices)) -> Run {
     run(&prepared(&plan_of(steps), devices), 3)
 }
 
-/// At rest a base is nothing to a gyro but the floor.
+/// At rest, a base affects a gyro no more than the floor does.
 const AT_REST: &str = "{ bias_test = { duration_s = 20 } }, { wait = { duration_s = 20 } }";
 
 #[test]

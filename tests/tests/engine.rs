@@ -1,4 +1,4 @@
-//! How runs of a plan end, and that each of them leaves the bench at rest.
+//! The ends of a plan's runs, each of which leaves the bench at rest.
 
 use controller::calibration::Factor;
 use emulators::base::Transport;
@@ -20,7 +20,7 @@ fn table(steps: &str) -> Run {
     run(&prepared(&plan_of(steps), ideal_table(NAVIGATOR)), 1)
 }
 
-/// The run ended so, for a reason that has all of these words in it.
+/// Checks the outcome, and that the reason contains all of these words.
 fn assert_ended(run: &Run, outcome: Outcome, words: &[&str]) {
     let ending = &run.simulated.ending;
     assert_eq!(ending.outcome, outcome, "{ending:?}");
@@ -56,7 +56,7 @@ fn a_step_that_takes_too_long_stops_the_base() {
             let run = run(&prepared(&plan_of(&after_ready(step)), ideal(transport)), 1);
             let words = ["steps[1]", "took longer than its limit"];
             assert_ended(&run, Outcome::Timeout, &words);
-            // One second of waiting to be heard, one of bias test, three of the step, and braking.
+            // One second until all inputs are received, one of bias test, three of the step, and braking.
             assert!(run.simulated.end < Timestamp::from_secs_f64(8.0), "{:?}", run.simulated.end);
         }
     }
@@ -119,7 +119,7 @@ fn observations_carry_the_sweep_and_the_repetition_they_are_from() {
     let found: Vec<_> = seen.iter().map(|(swept, run, _)| (*swept, *run)).collect();
     assert_eq!(found, [(0.0, 1.0), (0.0, 2.0), (360.0, 3.0), (360.0, 4.0)]);
     for (swept, _, bias) in seen {
-        // To half a step of the wire's rate, 0.0031 deg/s.
+        // Within half a step of the wire's rate, 0.0031 deg/s.
         assert!((bias - swept / 3_600.0).abs() < 0.0016, "{bias} at {swept}");
     }
     for observation in run.simulated.observations.iter() {
@@ -145,7 +145,7 @@ fn a_repeat_ends_when_its_condition_holds() {
     ] } }"#;
     let run = run(&prepared(&plan_measuring(steps, "bias.mean", "deg/s"), warming()), 1);
     assert_ended(&run, Outcome::Passed, &[]);
-    // Half of the way is 60 s ln 2 = 41.6 s: the ninth test of 5 s is the last.
+    // Half of the way takes 60 s ln 2 = 41.6 s: the ninth test of 5 s is the last.
     assert_eq!(run.observed("bias.mean").len(), 9);
 }
 
@@ -249,7 +249,7 @@ fn a_run_that_somebody_stops_is_aborted_with_the_base_at_rest() {
     let mut asked = 0;
     let simulated = simulate(&prepared, 1, &Answers::default(), &mut sink, &mut |progress| {
         asked += 1;
-        // Not at the start, but at the first look into the run.
+        // Not at the start, but at the first check during the run.
         progress.now == Timestamp::ZERO
     });
     assert_eq!(asked, 2);
@@ -284,7 +284,7 @@ fn a_fit_becomes_a_calibration_that_is_used() {
         assert_eq!(errors.len(), 6);
         for (index, error) in errors.iter().enumerate() {
             let expected = if [2, 3].contains(&index) { 0.0 } else { 360.0 * SCALE_ERROR };
-            // Half a step of the wire's rate, always the same way, for 14 s; each turn has its own.
+            // Half a step of the wire's rate, always with the same sign, for 14 s; each turn has its own.
             assert!((error - expected).abs() < 2.0 * 14.0 * 0.0016, "turn {index}: {error}");
         }
         let made = &run.simulated.made.calibrations["fresh"];

@@ -1,5 +1,5 @@
-//! The Kalman filter beside the paper's way, on the paper's robot: what a lap adds to the error of heading and position,
-//! and whether the filter knows it.
+//! The Kalman filter compared with the paper's method, on the paper's robot: the error of heading and position that a
+//! lap adds, and whether the filter's uncertainty covers it.
 //!
 //! `cargo test --release -p tests --test scenarios estimators -- --ignored --nocapture` prints the table of 3,000 laps.
 
@@ -14,17 +14,17 @@ use tests::rig::{Answer, Direction, Rig};
 use wire::time::Span;
 use wire::units::{Angle, Length};
 
-/// What a lap has added.
+/// Errors added by a lap.
 #[derive(Debug, Clone, Copy)]
 struct Lap {
     heading_deg: f64,
     x_mm: f64,
     y_mm: f64,
-    /// What the filter says of them, one standard deviation.
+    /// Standard deviations that the filter reports.
     says: Option<Uncertainty>,
 }
 
-/// The paper's robot, warm, with the paper's own line of Eq. 5 for its calibration.
+/// The paper's robot, warmed up, calibrated with the paper's own line of Eq. 5.
 fn warm() -> Devices {
     let mut devices = shipped("paper");
     devices.gyro.1.powered_before_s = 7_200.0;
@@ -41,7 +41,7 @@ fn ready(devices: &Devices, estimator: Estimator, seed: u64) -> Rig {
     rig
 }
 
-/// Bias test, pose, and once around the paper's square.
+/// Drives bias test, pose, and once around the paper's square.
 fn lap(rig: &mut Rig, way: f64) -> Lap {
     rig.bias_test(20.0);
     rig.set_pose();
@@ -50,7 +50,7 @@ fn lap(rig: &mut Rig, way: f64) -> Lap {
         rig.straight(4.0, 0.4);
         rig.turn(90.0 * way, 30.0);
     }
-    // The standstill after the last turn counts as well.
+    // The standstill after the last turn counts too.
     rig.run_for(Span::from_millis(300));
     let after = rig.truth().pose;
     let state = rig.state();
@@ -64,7 +64,7 @@ fn lap(rig: &mut Rig, way: f64) -> Lap {
     }
 }
 
-/// So many robots, each ten laps, turn and turn about.
+/// Drives ten laps on each robot, in alternating directions.
 fn laps(estimator: Estimator, seeds: std::ops::Range<u64>) -> Vec<Lap> {
     let mut all = Vec::new();
     for seed in seeds {
@@ -90,7 +90,7 @@ fn position_rms(laps: &[Lap]) -> f64 {
     rms(laps.iter().map(|lap| lap.x_mm.hypot(lap.y_mm)))
 }
 
-/// Share of the laps whose heading, x and y lie within 1.96 of the filter's own standard deviations.
+/// Share of the laps whose error is within 1.96 of the filter's own standard deviations.
 fn covered(laps: &[Lap], error: fn(&Lap) -> f64, says: fn(Uncertainty) -> f64) -> f64 {
     let within = laps.iter().filter(|lap| {
         lap.says.is_some_and(|deviations| error(lap).abs() <= 1.96 * says(deviations))
@@ -118,7 +118,7 @@ fn standstills_more_than_halve_the_error_of_a_lap() {
     let paper = laps(Estimator::Paper, 1001..1005);
     let kalman = laps(Estimator::Kalman, 1001..1005);
     let (worse, better) = (heading_rms(&paper), heading_rms(&kalman));
-    // 40 laps each, on the same noise: an rms of 40 is good to 11 %.
+    // 40 laps each, with the same noise: an rms of 40 is accurate to 11 %.
     assert!(better < 0.6 * worse, "{better} deg against {worse}");
     assert!(position_rms(&kalman) < 0.6 * position_rms(&paper));
 }
@@ -185,7 +185,7 @@ fn nobody_bridges_for_ever_and_the_papers_way_does_not_bridge() {
     }
 }
 
-/// Nothing is lost: all that was late comes at once, and its running numbers say that none is missing.
+/// Nothing is lost: all late samples arrive at once, and their sequence numbers show that none is missing.
 #[test]
 fn running_numbers_carry_the_heading_across_a_stall() {
     for (stall_ms, turn) in [(400, true), (1_500, true), (2_300, true), (2_300, false)] {
@@ -211,7 +211,7 @@ fn running_numbers_carry_the_heading_across_a_stall() {
     }
 }
 
-/// A bias that leaps by 2,000 deg/h is none that a filter of this gyro can believe.
+/// A filter of this gyro cannot believe a bias that jumps by 2,000 deg/h.
 #[test]
 fn a_filter_that_cannot_believe_what_it_hears_gives_way_and_says_so() {
     let mut rig = ready(&warm(), Estimator::Kalman, 5);

@@ -1,4 +1,4 @@
-//! Faults in whole runs: each kind acts, each run can be repeated, and none of it costs a run without.
+//! Faults in whole runs: each kind acts, each run is repeatable, and runs without faults are not affected.
 
 mod effects;
 mod kinds;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use tests::devices::shipped;
 use tests::plans;
 
-/// Stands, drives and turns; asks a number before.
+/// Rests, drives and turns, after asking for a number.
 const ROBOT: &str = r#"
 steps = [
     { operator_prompt = { text = "Read it", answer = { name = "mass", unit = "kg", range = [-1e9, 1e9] } } },
@@ -41,7 +41,7 @@ unit = "deg"
 check = { all_within = [-1e9, 1e9] }
 "#;
 
-/// A plan on these devices, with faults as they stand in a file.
+/// Prepares a plan on these devices, with faults as in a file.
 fn prepared(devices: &str, faults: &str) -> Prepared {
     let steps = if devices == "paper-table" { TABLE } else { ROBOT };
     let text =
@@ -53,14 +53,14 @@ fn answers() -> Answers {
     Answers::from(BTreeMap::from([("mass".to_owned(), 3.0)]))
 }
 
-/// A run and its events.
+/// Returns a run and its events.
 fn run(prepared: &Prepared) -> (Simulated, Vec<Record>) {
     let mut sink = MemorySink::new(Level::Events);
     let run = simulate(prepared, 5, &answers(), &mut sink, &mut |_| true);
     (run, sink.into_records())
 }
 
-/// The record of a run, every byte in it.
+/// Returns the complete record of a run.
 fn bytes(prepared: &Prepared) -> Vec<u8> {
     let mut out = Vec::new();
     let mut sink =
@@ -106,7 +106,7 @@ fn one_fault_shifts_no_other() {
     let drop = "[[fault]]\ntarget = \"base\"\ntoward = \"host\"\n\
                 what = { drop = { loss_percent = 30 } }\nwhen = { at_s = 2 }\nduration_s = 1\n";
     let lost = |faults: &str| run(&prepared("paper", faults)).0.faults[0].acted;
-    // The same frames of the base, struck by the same numbers.
+    // The same random numbers strike the same frames of the base.
     assert_eq!(lost(&format!("{drop}{}", at(100))), lost(&format!("{drop}{}", at(0))));
 }
 

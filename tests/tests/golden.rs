@@ -1,7 +1,7 @@
-//! Golden records: what every shipped plan, the plans of a new project and three campaigns come to, to the byte. A change
-//! that is to change nothing changes none of these lines; one that is to change something changes the lines that it means.
+//! Golden records: byte-exact results of every shipped plan, the plans of a new project and three campaigns. A change
+//! without intended effects must not change any of these lines; other changes must change only the intended lines.
 //!
-//! `HIL_GOLDEN=write cargo test -p tests --test scenarios golden` writes the tables anew, in `tests/tests/golden`.
+//! `HIL_GOLDEN=write cargo test -p tests --test scenarios golden` regenerates the tables in `tests/tests/golden`.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -22,7 +22,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// CRC-64 of what is written, behind the first `skip` bytes.
+/// CRC-64 of what is written, after the first `skip` bytes.
 struct Digest<'a> {
     skip: usize,
     bytes: u64,
@@ -45,9 +45,10 @@ impl Write for Digest<'_> {
     }
 }
 
-/// The record of one run, and its verdicts, as lines. Calibrations are those that ship: the lines stand on their own.
+/// Formats the record of one run and its verdicts as lines. Uses the shipped calibrations, so the lines are
+/// self-contained.
 fn golden(name: &str, prepared: &Prepared) -> String {
-    /// Magic, version and length of the header's block; a line feed and a check are behind it.
+    /// Magic, version, and length of the header's block, followed by a line feed and a checksum.
     const FRAME: usize = 8 + 2 + 4 + 1 + 4;
     let header = prepared.header(1);
     let json = serde_json::to_vec(&header).unwrap();
@@ -71,7 +72,7 @@ fn golden(name: &str, prepared: &Prepared) -> String {
     lines
 }
 
-/// A project as `hil new` makes it.
+/// Creates a project as `hil new` does.
 fn project(template: Template) -> TempDir {
     let files = template.files(&Name::new("oven").unwrap());
     tests::project::of(files.into_iter().map(|file| (file.path, file.bytes)))
@@ -85,7 +86,7 @@ fn plans(folder: &Path) -> Vec<PathBuf> {
     plans
 }
 
-/// A campaign, but for the times that it took.
+/// Runs a campaign; its durations are left out.
 fn campaign(name: &str, prepared: Prepared, cases: u64) -> String {
     let is_of_device = prepared.plan.device.is_some();
     let executor = Simulated::new(prepared.clone(), Answers::default());
@@ -112,7 +113,7 @@ fn campaign(name: &str, prepared: Prepared, cases: u64) -> String {
     )
 }
 
-/// Holds lines against those that are kept; says which differ.
+/// Compares lines with the stored ones; reports those that differ.
 fn assert_golden(file: &str, found: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(file);
     if std::env::var("HIL_GOLDEN").is_ok_and(|what| what == "write") {

@@ -1,5 +1,5 @@
-//! From turns of the table to a model, and from the model to corrected turns: in one plan and from one
-//! plan to the next.
+//! From turns of the table to a model, and from the model to corrected turns: within one plan, and from one plan to the
+//! next.
 
 use controller::mission::{Command, Report};
 use emulators::device_file::Devices;
@@ -11,8 +11,8 @@ use record::outcome::Outcome;
 use tests::devices::{NAVIGATOR, ideal_table};
 use tests::plans::{Run, prepared, run};
 
-/// Warms up by 20 K in half an hour, with the paper's scale over temperature, which nobody told the
-/// controller, and the white noise of its class.
+/// Warms up by 20 K in half an hour, with the paper's scale over temperature, which the controller does not know, and
+/// the white noise of its class.
 fn warming() -> Devices {
     let mut devices = ideal_table(NAVIGATOR);
     let gyro = &mut devices.gyro.1;
@@ -97,8 +97,7 @@ fn a_model_is_identified_kept_and_corrects() {
     let errors = done.observed("table.error");
     let (raw, corrected, plain) = (&errors[..80], &errors[80..90], &errors[90..]);
     assert!(worst(raw) > 5.0, "{}", worst(raw));
-    // White noise leaves 0.083/60 sqrt(14 s) of a turn and as much of the test; the steps of the wire
-    // 0.02.
+    // White noise leaves 0.083/60 sqrt(14 s) of a turn and as much of the test; the steps of the wire 0.02.
     assert!(worst(corrected) < 0.1, "{corrected:?}");
     assert!(worst(plain) > 1.0, "{plain:?}");
     let one = |quantity| done.observed(quantity)[0];
@@ -143,7 +142,7 @@ fn nothing_to_identify_from_fails_the_run() {
 const FAST: &str =
     "{ table_turn = { angle_deg = -360, rate_deg_per_s = 90, acceleration_deg_per_s2 = 400 } },";
 
-/// The controller's mean rate is still that of the turn when the table stands.
+/// When the table stands, the controller's mean rate is still that of the turn.
 #[test]
 fn a_model_is_taken_up_once_the_controller_reports_rest() {
     for taken in [r#"{ use_model = "none" }"#, r#"{ use_calibration = "none" }"#] {
@@ -161,7 +160,7 @@ fn a_model_is_taken_up_once_the_controller_reports_rest() {
 #[test]
 fn a_gyro_that_never_comes_to_rest_ends_the_run_with_the_reason() {
     let mut devices = ideal_table(NAVIGATOR);
-    // Beyond what the controller takes for a bias.
+    // Above the controller's limit for a bias.
     devices.gyro.1.bias_deg_per_h = 3_600.0;
     let done = run(&prepared(&plan(r#"{ use_model = "none" }"#), devices), 1);
     assert_eq!(done.simulated.ending.outcome, Outcome::Timeout);

@@ -1,5 +1,5 @@
-//! J1939 before somebody else's stack: the Python package can-j1939 hears what an emulated node tells everybody in parts, and
-//! sends it a message in parts, in virtual time.
+//! J1939 with an independent stack: the Python package can-j1939 receives multi-packet broadcasts of an emulated node,
+//! and sends it a multi-packet message, in virtual time.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -25,7 +25,7 @@ BA_ "NmStationAddress" BU_ Engine 0;
 BA_ "NmStationAddress" BU_ Display 40;
 "#;
 
-/// It counts the seconds, and says what it was answered.
+/// Counts the seconds, and sends the answer that it received.
 const ENGINE: &str = r#"
 name = "engine"
 title = "An engine"
@@ -82,7 +82,7 @@ name = "answers within a second"
 always = "rises(engine.Last > 4.5) -> within 1 s: engine.Heard > 4.5"
 "#;
 
-/// What of Python has can-j1939; nothing where it has not.
+/// Returns a Python with can-j1939, if there is one.
 fn python() -> Option<String> {
     let python = std::env::var("HIL_TESTS_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     let loaded = Command::new(&python).args(["-c", "import can, j1939"]).output();
@@ -134,7 +134,7 @@ fn a_stack_of_somebody_else_hears_and_is_heard() {
     assert!(run.passed(), "{run}");
 }
 
-/// Likewise where the plan is the display.
+/// The same with the plan as the display.
 #[test]
 fn a_tester_sends_in_parts() {
     let steps = PLAN.find("steps").unwrap()..PLAN.find("[[measurement]]").unwrap();

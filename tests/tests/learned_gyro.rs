@@ -1,4 +1,4 @@
-//! What an identification says of a gyro is what an emulated one can learn.
+//! An emulated gyro can learn what an identification finds about a gyro.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -7,7 +7,7 @@ use plan::library::Library;
 use plan::models::to_toml;
 use rig::bench::{DevicesError, load_devices};
 
-/// A model of these terms, each written as the body of a `[[terms]]`.
+/// Returns a model with these terms, each given as the body of a `[[terms]]`.
 fn model(terms: &[&str]) -> Model {
     let head = "schema = 1\nkind = 'turns'\n[fields]\ncoil = 'temperature'\nspin = 'table_rate'\n";
     let terms = terms.iter().map(|term| format!("[[terms]]\n{term}\n"));

@@ -1,4 +1,4 @@
-//! What is always true stays so when lines drop, repeat, corrupt or hold back what crosses them.
+//! Invariants hold when lines drop, repeat, corrupt or delay traffic.
 
 use emulators::base::Transport;
 use judge::properties::{Kind, PropertyVerdict};
@@ -10,7 +10,7 @@ use wire::device::Transmit;
 use wire::time::Span;
 use wire::units::Length;
 
-/// What a line does to what crosses it.
+/// What a line does to its traffic.
 #[derive(Debug, Clone, Copy)]
 enum Harm {
     Cut,
@@ -20,7 +20,7 @@ enum Harm {
     Bunch,
 }
 
-/// One fault: so long after the last, in this direction, of one piece in so many, for so long.
+/// One fault: its delay after the last, its direction, which pieces it affects (one in so many), and its duration.
 #[derive(Debug, Clone)]
 struct Fault {
     after: Span,
@@ -112,7 +112,7 @@ proptest! {
     }
 }
 
-/// What an answer that is out of step reads as when its one byte of checksum happens to fit.
+/// An answer that is out of step reads like this if its one checksum byte happens to match.
 #[test]
 fn a_path_that_no_base_could_have_gone_moves_no_pose() {
     let mut rig = Rig::new(&ideal(Transport::Can), 1).ready();

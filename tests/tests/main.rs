@@ -1,4 +1,5 @@
-//! The scenarios, one file a subject. One program: what they all stand on is linked once, and they share the processor.
+//! The scenarios, one file per subject, in one program: their dependencies are linked once, and they share the
+//! processor.
 
 mod arrows;
 mod bad_bytes;

@@ -1,4 +1,5 @@
-//! Faults of one message, its counter, its checksum or one of its signals, and formulas that judge counters and checksums.
+//! Faults of one message, its counter, its checksum or one of its signals, and formulas that judge counters and
+//! checksums.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -22,7 +23,7 @@ BO_ 512 Request: 5 Manager
  SG_ Limit : 16|16@1+ (0.01,0) [0|300] "A" Cells
 "#;
 
-/// It tells the limit that it was given, in messages that it takes.
+/// Sends back the limit that it received in accepted messages.
 const CELLS: &str = r#"
 name = "cells"
 title = "Cells"
@@ -54,7 +55,7 @@ at = "can0"
 tester = true
 "#;
 
-/// The limit is 9 A, and from 1 s on 20 A; a fault of the middle strikes from 0.5 s on.
+/// The limit is 9 A, and from 1 s on 20 A; a fault begins between the two, at 0.5 s.
 const STEPS: &str = "\
     { send = { message = \"Request\", set = { Limit = 9 }, every_s = 0.05 } }, { wait = { duration_s = 1 } }, \
     { send = { message = \"Request\", set = { Limit = 20 }, every_s = 0.05 } }, { wait = { duration_s = 0.5 } }, \
@@ -69,7 +70,7 @@ name = "sealed"
 always = "cells.CellStatus.Crc fits"
 "#;
 
-/// A folder of this rig and plan, loaded.
+/// Loads the plan from a folder with this rig and plan.
 pub fn load_pack(rig: &str, plan: &str) -> (TempDir, Result<Trial, TrialError>) {
     let folder = project::of([
         ("rigs/pack.toml", rig),
@@ -95,7 +96,7 @@ fn fault(target: &str, what: &str) -> String {
     format!("[[fault]]\ntarget = \"{target}\"\nwhat = {{ {what} }}\nwhen = {{ at_s = 0.5 }}\n")
 }
 
-/// The greatest limit that the cells told at last, and whether their counter and their checksum were always right.
+/// The final maximum of the limit that the cells sent, and whether their counter and their checksum were always right.
 fn run(fault: &str) -> (f64, bool, bool) {
     let (_folder, trial) = load(fault);
     let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
@@ -108,7 +109,7 @@ fn without_a_fault_everything_is_right() {
     assert_eq!(run(""), (20.0, true, true));
 }
 
-/// The receiver goes by counter and checksum: what is struck is not used, or used as it is.
+/// The receiver checks counter and checksum: a struck message is rejected, or used as it is.
 #[test]
 fn what_is_sent_to_a_node_is_struck_in_one_place() {
     for (target, what, told) in [
@@ -120,18 +121,18 @@ fn what_is_sent_to_a_node_is_struck_in_one_place() {
         ("manager.Limit", "stuck_signal = { for_s = 60 }", 9.0),
         ("manager.Limit", "signal_value = { value = 55 }", 55.0),
         ("manager.Request.Limit", "signal_offset = { range_percent = 10 }", 50.0),
-        // The bits carry more than the range.
+        // The bits can represent more than the range.
         ("manager.Limit", "signal_value = { value = 1e6 }", 655.35),
     ] {
         let (limit, counted, sealed) = run(&fault(target, what));
-        // The cells say nothing beyond their own range.
+        // The cells do not send values beyond their range.
         let told = f64::min(told, 300.0);
         assert!((limit - told).abs() < 1e-9, "{target} {what}: {limit}, and not {told}");
         assert!(counted && sealed, "{target} {what}: what the cells send was struck too");
     }
 }
 
-/// What a run with this fault tells at its end, each without how often.
+/// Notes of a run with this fault at its end, without the counts.
 fn told(fault: &str) -> Vec<String> {
     let (_folder, trial) = load(fault);
     let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
@@ -179,7 +180,7 @@ fn what_a_node_sends_is_judged_by_its_counter_and_its_checksum() {
         ("cells.CellStatus", "frozen_message = { for_s = 60 }", (9.0, false, true)),
         ("cells.CellStatus", "drop = { loss_percent = 30 }", (20.0, false, true)),
         ("cells.CellStatus", "duplicate = { duplicate_percent = 30 }", (20.0, false, true)),
-        // The rest of what the same node sends is none of its business.
+        // Other messages of the same node are not affected.
         ("cells.CellInfo", "drop = { loss_percent = 30 }", (20.0, true, true)),
         ("cells.CellInfo", "frozen_message = { for_s = 60 }", (20.0, true, true)),
         ("cells", "drop = { loss_percent = 30 }", (20.0, false, true)),

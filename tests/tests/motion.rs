@@ -1,5 +1,5 @@
-//! Straight lines and turns: where they stop by their own measure and in truth, and that the base
-//! never goes faster or changes its speed harder than it may.
+//! Straight lines and turns: where they stop by their own measure and in truth. The base never exceeds its limits of
+//! speed and acceleration.
 
 use controller::health::Level;
 use controller::mission::{AbortReason, Command, HeadingSource, MissionResult};
@@ -20,7 +20,7 @@ const SPEEDS: [f64; 4] = [0.05, 0.2, 0.4, 0.78];
 const ANGLES_DEG: [f64; 7] = [0.2, 1.0, 5.0, 45.0, 90.0, 360.0, 720.0];
 const RATES_DEG: [f64; 4] = [2.0, 10.0, 30.0, 90.0];
 
-/// The base's own limit of drive, below the host's 0.6; the host's of steering, 15 x 1.5.
+/// The base's own limit of drive, below the host's 0.6; the host's limit of steering, 15 x 1.5.
 const DRIVE_LIMIT: f64 = 0.5;
 const STEER_LIMIT_DEG: f64 = 22.5;
 /// `MotionConfig::steering_rate_max`.
@@ -39,12 +39,12 @@ fn order_turn(rig: &mut Rig, angle: f64, rate: f64) -> Answer {
     watched(rig, Rig::turn_order(angle, rate), (0.0, rate))
 }
 
-/// Carries a mission out and looks at the base after every event: no faster than `(m/s, deg/s)`, no
-/// change harder than the limits.
+/// Carries out a mission and checks the base after every event: no faster than `(m/s, deg/s)`, and no change above the
+/// limits.
 fn watched(rig: &mut Rig, command: Command, (speed, rate_deg): (f64, f64)) -> Answer {
     let id = rig.begin(command);
     let mut before: Option<(Timestamp, BaseTruth)> = None;
-    // What the paper's robot turns is up to 1.5 % more than it is told to.
+    // The paper's robot turns up to 1.5 % more than commanded.
     let turn_scale = 1.0
         + rig.base().parameters().turn_scale_error
         + 4.0 * rig.base().parameters().turn_scale_spread;
@@ -69,7 +69,7 @@ fn watched(rig: &mut Rig, command: Command, (speed, rate_deg): (f64, f64)) -> An
     rig.finish(id)
 }
 
-/// Both ways over every distance at every speed.
+/// Drives both directions over every distance at every speed.
 fn straights(devices: &Devices, source: HeadingSource, mut check: impl FnMut(&mut Rig, f64, f64)) {
     let mut rig = prepared(devices, source);
     for speed in SPEEDS {
@@ -98,7 +98,7 @@ fn prepared(devices: &Devices, source: HeadingSource) -> Rig {
     rig
 }
 
-/// How far the mission went beyond its order in truth, by path.
+/// Distance from the origin in truth, with the sign of x.
 fn path(rig: &mut Rig) -> f64 {
     let pose = rig.truth().pose;
     pose.x.m().hypot(pose.y.m()).copysign(pose.x.m())
@@ -137,7 +137,7 @@ fn ideal_turns_by_the_gyro_stop_where_they_should_in_truth() {
                 panic!("{name}: {answer:?}");
             };
             assert!(result.stop_error.abs().deg() <= STOP_DEG, "{name}: {result:?}");
-            // The heading itself errs by at most half a step of rate, always the same way.
+            // The heading itself errs by at most half a step of rate, always with the same sign.
             let drift = (off(rig) - before).abs().deg();
             let step = navigator::RATE_STEP.deg_per_s() / 2.0;
             let bound = step * result.duration.as_secs_f64();
@@ -148,8 +148,8 @@ fn ideal_turns_by_the_gyro_stop_where_they_should_in_truth() {
 
 #[test]
 fn ideal_turns_by_odometry_stop_within_its_resolution() {
-    // Near enough is half a step, 0.15 deg, and a stop may miss that by 1.8 times; where the base
-    // stands within its step is another half.
+    // The tolerance is half a step, 0.15 deg, and a stop may miss that by a factor of 1.8; the position of the base
+    // within its step adds another half.
     const STOP: f64 = 1.8 * 0.15;
     for transport in TRANSPORTS {
         turns(&ideal(transport), HeadingSource::Odometry, |rig, angle, rate| {
@@ -200,8 +200,8 @@ fn dead_reckoning_on_an_ideal_robot_is_the_truth() {
                 }
             }
             let (believed, truth) = (rig.state().pose, rig.truth().pose);
-            // Two laps of 16 m: the heading's resolution, half a step of 0.3 deg, over a side of 4 m; or
-            // half a step of the gyro's rate over 12 s of turning, eight turns of 4 s.
+            // Two laps of 16 m: the heading's resolution, half a step of 0.3 deg, over a side of 4 m; or half a step of
+            // the gyro's rate over 12 s of turning, eight turns of 4 s.
             let off_deg = match source {
                 HeadingSource::Gyro => navigator::RATE_STEP.deg_per_s() / 2.0 * 8.0 * 5.0,
                 HeadingSource::Odometry => 0.15,
@@ -215,7 +215,7 @@ fn dead_reckoning_on_an_ideal_robot_is_the_truth() {
 
 #[test]
 fn a_turn_beyond_the_gyros_range_is_broken_off() {
-    // The base can do 120 deg/s, the paper's gyro 100.
+    // The base can turn at 120 deg/s, the paper's gyro measures up to 100.
     let mut rig = prepared(&shipped("paper"), HeadingSource::Gyro);
     let answer = order_turn(&mut rig, 1_500.0, 120.0);
     assert_eq!(answer, Answer::Aborted(AbortReason::GyroFault));

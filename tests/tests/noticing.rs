@@ -1,4 +1,4 @@
-//! What the controller notices of its inputs, and that it notices nothing where all is well.
+//! Faults of its inputs that the controller detects, and no false alarms without faults.
 
 use controller::config::IntegrationClock;
 use controller::health::Level;
@@ -12,7 +12,7 @@ use tests::rig::{Answer, Rig};
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 use wire::time::Span;
 
-/// Each gyro that ships on the paper's robot, with every stream that it could have, on a clock that is the host's.
+/// Each shipped gyro on the paper's robot, with every stream that it supports, on the host's clock.
 fn healthy() -> Vec<Devices> {
     let modes = [OutputMode::Rate, OutputMode::Increment, OutputMode::Integrated];
     let mut all = Vec::new();
@@ -39,7 +39,7 @@ fn healthy() -> Vec<Devices> {
     all
 }
 
-/// A clock that is off spoils rates by the host's clock nothing.
+/// By the host's clock, a wrong gyro clock does not affect rates.
 fn ready(devices: &Devices, seed: u64) -> Rig {
     let mut rig = Rig::with_config(devices, seed, |config| {
         config.gyro.clock = IntegrationClock::HostTime;
@@ -59,7 +59,7 @@ fn nothing_is_noticed_of_a_healthy_lap_whatever_the_stream() {
                 rig.straight(4.0, 0.4);
                 rig.turn(90.0 * way, 30.0);
             }
-            // As long as a person measures.
+            // As long as a person takes to measure.
             rig.run_for(Span::from_secs(60));
         }
         let bad: Vec<_> =
@@ -73,7 +73,7 @@ fn chance() -> RandomStream {
     RandomStream::new(1, "gyro", "fault")
 }
 
-/// From the beginning of a fault to the first word of it, s.
+/// Time from the begin of a fault to its detection, s.
 fn word_of(rig: &mut Rig, limit_s: f64, said: fn(&mut Rig) -> bool) -> Option<f64> {
     let since = rig.now();
     rig.run_until(Span::from_secs_f64(limit_s), said).then(|| (rig.now() - since).as_secs_f64())
@@ -104,7 +104,7 @@ fn a_gyro_that_sticks_during_its_bias_test_fails_it() {
             let id = rig.under_way(test, Span::from_secs(ahead_s));
             rig.gyro().begin_fault(0, GyroFault::Stuck, chance());
             let answer = rig.finish(id);
-            // The reading that it is stuck at may be far from the mean, too.
+            // The stuck reading may also be far from the mean.
             let reason = match answer {
                 Answer::Aborted(reason) => reason,
                 other => panic!("{:?}, after {ahead_s} s: {other:?}", devices.gyro.0),
@@ -160,7 +160,7 @@ fn a_temperature_that_is_wild_or_frozen_while_it_warms_up_shows() {
     assert!(took.is_some_and(|s| s <= 10.0), "{took:?}");
     let mut frozen = warming(GyroFault::TemperatureFrozen);
     let took = word_of(&mut frozen, 400.0, doubtful);
-    // It may have said the same for a few seconds before.
+    // The temperature may have been constant for a few seconds before.
     assert!(took.is_some_and(|s| (290.0..=302.0).contains(&s)), "{took:?}");
     frozen.set_pose();
     assert!(frozen.health().causes.temperature_doubtful, "it is frozen still");

@@ -1,4 +1,4 @@
-//! A program under test in virtual time: somebody's own, in Python, that knows nothing of the harness.
+//! A program under test in virtual time: a user's program in Python that does not know the harness.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -10,7 +10,7 @@ use tests::project;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/battery-pack");
 
-/// The example, whose manager is the program of these words.
+/// Creates a copy of the example with this command as its manager.
 fn pack(command: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for part in ["charge.toml", "silence.toml", "deadlines.toml", "rigs", "devices"] {
@@ -37,7 +37,7 @@ fn copy(from: &Path, to: &Path) -> std::io::Result<()> {
     Ok(())
 }
 
-/// The words of the manager, with one of its mistakes where it is to have one.
+/// Returns the command of the manager, with one of its mistakes if given.
 fn manager(mistake: Option<&str>) -> String {
     let words = format!(r#""python3", "{EXAMPLE}/manager.py", "{{can0}}""#);
     mistake.map_or_else(|| words.clone(), |mistake| format!(r#"{words}, "--mistake", "{mistake}""#))
@@ -92,7 +92,7 @@ fn a_campaign_shrinks_what_breaks_the_program() {
     let findings = load(&folder, "charge.toml").campaign().faults(&["disconnect"]).cases(12).run();
     let findings = findings.unwrap();
     assert!(!findings.held(), "{findings}");
-    // One fault is left of it, in a plan that can be run.
+    // One fault remains, in a plan that can be run.
     for one in findings.smallest() {
         let text = std::fs::read_to_string(&one.path).unwrap();
         assert_eq!(text.matches("[[fault]]").count(), 1, "{text}");
@@ -136,7 +136,7 @@ sent_by = "host"
 text = "H={Heat:.0}\n"
 "#;
 
-/// It heats up to 50 degrees, with the terminal as it is.
+/// Heats up to 50 degrees, and leaves the terminal's settings as they are.
 const THERMOSTAT: &str = "\
 import os, sys, tty
 port = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY)
@@ -175,7 +175,7 @@ fn a_program_on_a_serial_line_needs_no_port() {
     assert!(run.passed(), "{run}");
 }
 
-/// It ends with a mistake where it hears nothing.
+/// Ends with an error if it receives nothing.
 const LISTENER: &str = "\
 import socket, sys, time
 bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
@@ -186,7 +186,7 @@ for _ in range(20):
 time.sleep(1e6)
 ";
 
-/// What the cells sent stands in the record; the sound program says what it said, a changed one does not.
+/// The record contains what the cells sent; the correct program repeats its output, a changed one does not.
 #[test]
 fn a_recorded_run_is_given_once_more_to_a_program() {
     let recorded = load(&pack(&manager(None)), "deadlines.toml").with_record(Level::Full);

@@ -1,4 +1,4 @@
-//! Properties of the plans that ship: our controller keeps them all, and to watch it changes nothing.
+//! Properties of the shipped plans: our controller keeps them all, and watching them changes nothing.
 
 use harness::operator::Answers;
 use harness::run::{Prepared, simulate_watched};
@@ -10,8 +10,7 @@ use record::sink::{FileSink, Level, NullSink};
 use std::fmt::Write as _;
 use tests::plans::record_file;
 
-/// Those in which the base drives, but for the sixteen hours of `laps-observed`, which are more of the
-/// same.
+/// Plans in which the base drives, except `laps-observed`, which is sixteen hours of the same.
 const DRIVING: [&str; 8] = [
     "straight-accuracy",
     "straight-accuracy-mounted",
@@ -22,7 +21,7 @@ const DRIVING: [&str; 8] = [
     "umbmark",
     "live-side",
 ];
-/// Those in which nothing drives.
+/// Plans in which nothing drives.
 const STANDING: [&str; 3] = ["warm-up", "temperature-calibration", "verification-dsp3000"];
 
 fn watched(name: &str) -> Vec<PropertyVerdict> {

@@ -1,5 +1,5 @@
-//! Messages with counters and checksums: a plan sends them as its rig says, and the emulated node judges them as its file
-//! says.
+//! Messages with counters and checksums: a plan sends them as its rig states, and the emulated node checks them as its
+//! file states.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -42,7 +42,7 @@ fn what_a_plan_sends_is_counted_and_sealed() {
     assert!(passes(RIG, &format!("{SEND}{AFTER}"), "all_within = [9, 9]"));
 }
 
-/// Without the line's table all counters and checksums would be zero, and with another data id all checksums wrong.
+/// Without the line's table all counters and checksums would be zero; with another data id all checksums are wrong.
 #[test]
 fn what_is_not_sealed_or_by_another_data_id_is_not_used() {
     let plain = RIG.replace("message.Request", "# message.Request");

@@ -1,4 +1,4 @@
-//! The step `reaction`: it waits for a question and its answer, and says which of the two did not come.
+//! The step `reaction`: it waits for a trigger and its response, and reports which of the two is missing.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -6,7 +6,7 @@ use harness::TrialRun;
 use record::outcome::Outcome;
 use tests::project;
 
-/// It says its mass ten times a second, and its alarm four times.
+/// Sends its mass ten times a second, and its alarm four times.
 const SCALE: &str = r#"
 name = "scale"
 title = "A scale"
@@ -85,7 +85,7 @@ fn it_waits_for_one_that_began_in_it_and_what_it_took_has_its_label() {
     let run = run(&steps, "scale.Alarm == 1");
     assert!(run.passed(), "{run}");
     let judged = run.measurement("warns_in").unwrap();
-    // The fourth is of no such step.
+    // The fourth does not belong to a `reaction` step.
     assert_eq!(judged.observations, 3, "{run}");
 }
 
@@ -94,7 +94,7 @@ fn what_did_not_come_is_said() {
     for (steps, to, expected) in [
         (format!("{LOADED}, {AWAITED}"), "scale.Alarm > 2", ": what it waits for did not come"),
         (AWAITED.to_owned(), "scale.Alarm == 1", ": nothing asked for it"),
-        // Asked before it began, and answered within it.
+        // Triggered before the step began, and answered within it.
         (
             format!("{LOADED}, {{ wait = {{ duration_s = 0.12 }} }}, {AWAITED}"),
             "scale.Alarm == 1",

@@ -1,4 +1,4 @@
-//! What the controller will not do, and what makes it break off.
+//! What the controller refuses, and what makes it break off.
 
 use controller::calibration::{Calibration, Factor};
 use controller::health::Level;
@@ -73,7 +73,7 @@ fn stop_ends_a_mission_and_the_next_starts_from_there() {
     }
 }
 
-/// The base says once more that it stands when the turn has begun already.
+/// The base reports rest once more when the turn has already begun.
 #[test]
 fn a_stop_at_rest_takes_nothing_from_a_turn_that_comes_at_once() {
     for transport in TRANSPORTS {
@@ -103,7 +103,7 @@ fn a_number_that_is_none_or_beyond_the_limits_is_refused() {
     };
     let mut commands = vec![straight(1_000.1, 0.4), straight(1.0, 0.781), straight(1.0, 0.0)];
     commands.extend([turn(1_000.1, 0.5), turn(1.0, 2.1), turn(1.0, 0.0), straight(1.0, -0.4)]);
-    // Slower than the base can be told: nothing would ever happen.
+    // Below the base's smallest commandable speed: it would never move.
     commands.extend([straight(1.0, 1e-6), straight(1.0, f64::MIN_POSITIVE), turn(1.0, 1e-6)]);
     commands.extend([turn(1.0, -0.5), Rig::bias_test_order(0.0), Rig::bias_test_order(3_600.1)]);
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -113,7 +113,7 @@ fn a_number_that_is_none_or_beyond_the_limits_is_refused() {
         let factors = [Factor::Constant(bad)].into_iter().collect();
         commands.push(Command::SetCalibration(Calibration { factors, ..Calibration::default() }));
     }
-    // Beyond the 23 bits of a coordinate, 419 m: the base could never take it.
+    // Beyond the 23 bits of a coordinate, 419 m: the base could not accept it.
     commands.extend([pose(500.0, 0.0, 0.0), pose(0.0, -1e9, 0.0)]);
     let before = rig.state().pose;
     for command in commands {
@@ -133,7 +133,7 @@ fn by_the_gyro_nothing_moves_before_its_bias_is_known() {
     assert!(rig.health().causes.no_bias);
     let turn = || Rig::turn_order(90.0, 30.0);
     assert_eq!(rig.command(turn()), refused(Refusal::NoBias));
-    // A table that is not there is no bias either.
+    // A missing table gives no bias either.
     rig.command(Command::SetBiasMethod(BiasMethod::TemperatureTable));
     assert_eq!(rig.command(turn()), refused(Refusal::NoBias));
     rig.command(Command::SetBiasMethod(BiasMethod::None));
@@ -170,13 +170,13 @@ fn nothing_moves_on_a_base_that_was_never_heard() {
         assert_eq!(rig.command(Rig::bias_test_order(1.0)), refused(Refusal::Moving));
         assert_eq!(rig.health().level, Level::Starting);
     }
-    // On a table there is none at all.
+    // A table has no base at all.
     let mut rig = Rig::new(&ideal_table(NAVIGATOR), 1).ready();
     assert_eq!(rig.command(Rig::straight_order(1.0, 0.4)), refused(Refusal::OutOfRange));
     assert_eq!(rig.command(pose(1.0, 2.0, 3.0)), Answer::Done(MissionResult::Applied));
 }
 
-/// Turns the table at this rate, and leaves it turning.
+/// Turns the table at this rate, and keeps it turning.
 fn turn_table(rig: &mut Rig, deg_per_s: u32) {
     let now = rig.now();
     let table = rig.table();
@@ -193,7 +193,7 @@ fn turn_table(rig: &mut Rig, deg_per_s: u32) {
 #[test]
 fn a_bias_test_on_a_turning_table_comes_to_nothing() {
     for deg_per_s in [1, 3, 30] {
-        // It turns already ...
+        // The table turns before the test ...
         let mut rig = Rig::new(&ideal_table(NAVIGATOR), 1).ready();
         turn_table(&mut rig, deg_per_s);
         rig.run_for(Span::from_millis(3_500));
@@ -202,7 +202,7 @@ fn a_bias_test_on_a_turning_table_comes_to_nothing() {
         assert!(expected.contains(&answer), "{deg_per_s} deg/s: {answer:?}");
         assert_eq!(rig.state().bias, AngularRate::ZERO, "the good bias stays");
 
-        // ... or it begins to turn in the middle of it.
+        // ... or it begins to turn during the test.
         let mut rig = Rig::new(&ideal_table(NAVIGATOR), 1).ready();
         let id = rig.under_way(Rig::bias_test_order(20.0), Span::from_secs(15));
         turn_table(&mut rig, deg_per_s);
@@ -239,7 +239,7 @@ fn an_emergency_stop_or_a_fault_forbids_motion_until_it_is_gone() {
     for transport in TRANSPORTS {
         for (set, reason) in cases {
             let mut rig = Rig::new(&ideal(transport), 1).ready();
-            // On a serial line rest is polled twice a second.
+            // On a serial line, rest is polled twice a second.
             let heard = Span::from_millis(600);
             set(&mut rig, true);
             rig.run_for(heard);
@@ -254,10 +254,10 @@ fn an_emergency_stop_or_a_fault_forbids_motion_until_it_is_gone() {
             let (since, from) = (rig.now(), rig.truth().pose.x.m());
             set(&mut rig, true);
             assert_eq!(rig.finish(id), Answer::Aborted(reason));
-            // One period of the loop, two exchanges of 21 characters: 27 + 22 ms.
+            // One period of the loop and two exchanges of 21 characters: 27 + 22 ms.
             assert!((rig.now() - since).as_secs_f64() <= 0.05, "{transport:?}");
             assert!(rig.run_until(Span::from_secs(3), is_at_rest));
-            // The base brakes by itself and at once: 0.4 m/s at 0.5 m/s^2.
+            // The base brakes at once by itself: 0.4 m/s at 0.5 m/s^2.
             let travelled = rig.truth().pose.x.m() - from;
             assert!(travelled <= 0.4 * 0.4 / (2.0 * 0.5) + 1e-6, "{travelled}");
             set(&mut rig, false);
@@ -268,7 +268,7 @@ fn an_emergency_stop_or_a_fault_forbids_motion_until_it_is_gone() {
     }
 }
 
-/// Keeps the base in slow motion, or lets it stand.
+/// Keeps the base in slow motion, or at rest.
 fn nudge(rig: &mut Rig, m_per_s: f64) {
     let now = rig.now();
     let (drive, steer) = (Speed::from_m_per_s(m_per_s), AngularRate::ZERO);
@@ -279,7 +279,7 @@ fn nudge(rig: &mut Rig, m_per_s: f64) {
 fn a_pose_write_that_is_refused_in_motion_is_tried_again_at_rest() {
     for transport in TRANSPORTS {
         let mut rig = Rig::new(&ideal(transport), 1).ready();
-        // The controller has not heard yet that the base moves.
+        // The controller does not know yet that the base moves.
         nudge(&mut rig, 0.05);
         let id = rig.begin(pose(1.0, 2.0, 0.5));
         rig.run_for(Span::from_millis(300));
@@ -315,7 +315,7 @@ fn a_base_that_never_takes_the_pose_shows_in_health_until_it_does() {
     }
 }
 
-/// A base on CAN that says of the next `refusals` pose writes that it moved.
+/// A base on CAN that rejects the next `refusals` pose writes because it moved.
 fn refuse_pose_writes(rig: &mut Rig, refusals: u32) {
     let (mut counter, mut writes) = (None, 0);
     rig.tap(Direction::BaseToController, move |_, piece| {
@@ -344,7 +344,7 @@ fn a_straight_line_tells_how_often_it_had_to_write_its_pose() {
         Answer::Aborted(AbortReason::PoseWriteRefused)
     );
     assert!(rig.health().causes.pose_not_written);
-    // It stands where it was sent, and may go on.
+    // It stands at its target, and may continue.
     rig.untap(Direction::BaseToController);
     assert_eq!(rig.straight(-1.5, 0.4).pose_writes, 1);
     assert_eq!(rig.health().level, Level::Ok);
@@ -358,7 +358,7 @@ fn a_command_timeout_of_the_base_is_seen() {
     let since = rig.now();
     rig.silence(Direction::ControllerToBase);
     assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::BaseCommandTimeout));
-    // 0.5 s of the base, one report of 20 ms, one period of the loop.
+    // The base's 0.5 s, one report of 20 ms, one period of the loop.
     let noticed = (rig.now() - since).as_secs_f64();
     assert!((0.5 - 0.03..=0.5 + 0.05).contains(&noticed), "{noticed}");
 }

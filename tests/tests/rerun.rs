@@ -1,4 +1,5 @@
-//! A recorded run once more for who was under test in it: the same says the same, another is told.
+//! Repeats a recorded run for its device under test: the same controller gives the same output, differences are
+//! reported.
 
 use controller::Controller;
 use harness::hosted::Hosting;

@@ -1,5 +1,5 @@
-//! Rigs: what is wrong with a file is refused at its place; two buses and a gateway; a node that nobody plays; faults by the
-//! names of nodes and lines.
+//! Rigs: errors in a file are reported at their place; two buses and a gateway; a node that nothing emulates; faults
+//! that name nodes and lines.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -17,7 +17,7 @@ const DBC: &str = include_str!("../../examples/battery-pack/devices/pack.dbc");
 const CELLS: &str = include_str!("../../examples/battery-pack/devices/cells.toml");
 const CHARGER: &str = include_str!("../../examples/battery-pack/devices/charger.toml");
 
-/// A device that speaks text on a serial line.
+/// A device with a text protocol on a serial line.
 const SCALE: &str = r#"
 name = "scale"
 title = "A scale"
@@ -35,7 +35,8 @@ period_s = 0.1
 expression = "load"
 "#;
 
-/// Another file of the same bus: the manager has a message more, and the cells' stands in both, with another comment.
+/// Another DBC of the same bus: the manager has one more message, and both files contain the cells' message, with
+/// different comments.
 const MORE: &str = r#"VERSION ""
 NS_ :
 BS_:
@@ -54,7 +55,7 @@ BA_DEF_DEF_ "GenMsgCycleTime" 0;
 BA_ "GenMsgCycleTime" BO_ 256 100;
 "#;
 
-/// A project with this rig and this plan.
+/// Creates a project with this rig and this plan.
 fn project(rig: &str, plan: &str) -> TempDir {
     project_with(MORE, rig, plan)
 }
@@ -89,7 +90,7 @@ fn cells() -> String {
     plan(WAIT, "cells.VoltageMax", "V", "all_within = [3, 4.2]")
 }
 
-/// What is said of a rig, or of a plan on it.
+/// Error message for a rig, or for a plan on it.
 fn refused(rig: &str, plan: &str) -> String {
     why_not(&project(rig, plan))
 }
@@ -191,7 +192,7 @@ fn what_a_plan_says_of_nodes_that_are_not_there_is_refused() {
     }
 }
 
-/// The plan speaks as the manager, with messages of both files.
+/// The plan sends as the manager, with messages of both files.
 fn two_files() -> String {
     let both = "[\"../devices/pack.dbc\", \"../devices/more.dbc\"]";
     PACK.replace("\"../devices/pack.dbc\"", both).replace(
@@ -266,7 +267,7 @@ fn the_papers_robot_is_one_rig_file_among_others() {
     assert!(short.len() > 10_000 && rig == short, "{} and {} bytes", rig.len(), short.len());
 }
 
-/// Passes frames from its first line to its second, or both ways.
+/// Forwards frames from its first line to its second, or in both directions.
 #[derive(Debug, Default)]
 struct Gateway {
     both_ways: bool,
@@ -340,7 +341,7 @@ fn a_line_is_struck_by_its_name_and_no_other() {
         ("cells", "host", false),
         ("can1", "both", false),
         ("charger", "host", true),
-        // On a bus, what is sent to one is sent to all.
+        // On a bus, a frame to one node reaches all.
         ("charger", "device", false),
     ] {
         let run = across(WAIT, &fault(target, toward), false);
@@ -350,7 +351,7 @@ fn a_line_is_struck_by_its_name_and_no_other() {
 
 #[test]
 fn a_gateway_that_echoes_for_ever_does_not_hang_a_run() {
-    // What it passes on comes back from nobody, so that the buses carry each frame once.
+    // No node echoes the gateway's frames, so that each bus carries each frame once.
     let run = across(WAIT, "", true);
     assert!(run.passed(), "{run}");
 }
@@ -363,7 +364,7 @@ fn two_serial_devices_have_a_line_each() {
     let steps = "{ set_parameter = { parameter = \"two.load\", value = 7 } }, { wait = { duration_s = 1 } }";
     let one = plan(steps, "one.Mass", "1", "all_within = [5, 5]");
     assert!(load(&project(rig, &one)).unwrap().run().unwrap().passed());
-    // Before it is set it says 5.
+    // Before it is set it sends 5.
     let two = plan(steps, "two.Mass", "1", "mean_within = [6, 7]");
     assert!(load(&project(rig, &two)).unwrap().run().unwrap().passed());
 }

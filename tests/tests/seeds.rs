@@ -1,5 +1,5 @@
-//! Claims about many seeds. Each is derived first, and its tolerance leaves four standard errors, so
-//! that no choice of seeds decides it.
+//! Claims about many seeds. Each is derived first, with a tolerance of four standard errors, so that the choice of
+//! seeds does not matter.
 
 use emulators::base::Transport;
 use emulators::device_file::Devices;
@@ -15,15 +15,15 @@ const CORRELATION_S: f64 = 20.0;
 /// KVH E-Core 2000: angle random walk.
 const WALK_DEG_PER_SQRT_H: f64 = 0.083;
 const BIAS_TEST_S: f64 = 20.0;
-/// 360 deg at 30 deg/s with ramps of 15 deg/s^2 take 14 s; the table's line and its polling every 0.1 s,
-/// and 0.2 s of settling come on top.
+/// 360 deg at 30 deg/s with ramps of 15 deg/s^2 take 14 s; the table's line, its polling every 0.1 s, and 0.2 s of
+/// settling are added.
 const TURN_S: f64 = 14.3;
 
-/// Variance, in deg^2, of what a turn of `TURN_S` reads wrong that begins `gap_s` after a bias test.
+/// Variance, in deg^2, of the error of a turn of `TURN_S` that begins `gap_s` after a bias test.
 ///
-/// The mean drift during the turn less the mean drift during the test, times `TURN_S`; the drift's
-/// covariance is s^2 e^(-|t|/T), integrated over both windows and between them. White noise adds N^2
-/// for each second of the turn, and for the test's own error, whose mean has variance N^2 / 20 s.
+/// The mean drift during the turn minus the mean drift during the test, times `TURN_S`; the drift's covariance is s^2
+/// e^(-|t|/T), integrated over both windows and between them. White noise adds N^2 for each second of the turn, and for
+/// the test's own error, whose mean has variance N^2 / 20 s.
 fn variance_deg2(gap_s: f64) -> f64 {
     let t = CORRELATION_S;
     let own = |length: f64| 2.0 * (t / length).powi(2) * (length / t - 1.0 + (-length / t).exp());
@@ -63,8 +63,8 @@ fn errors_of_table_turns_are_those_of_drift_and_white_noise() {
         let mean = of_turn().sum::<f64>() / n;
         assert!(mean.abs() <= 4.0 * (expected / n).sqrt(), "turn {turn}: mean {mean} deg");
         let found = of_turn().map(|error| error * error).sum::<f64>() / n;
-        // A variance from n draws has a relative standard error of sqrt(2/n), 7 %. The turn's length is
-        // known to 1 %, which its variance feels twice.
+        // A variance from n draws has a relative standard error of sqrt(2/n), 7 %. The turn's length is known to 1 %,
+        // which counts twice in its variance.
         let slack = 4.0 * (2.0 / n).sqrt() + 0.02;
         let ratio = found / expected;
         assert!((ratio - 1.0).abs() <= slack, "turn {turn}: {ratio} of {expected} deg^2");
@@ -78,13 +78,12 @@ fn has_passed(plan: &Prepared, seed: u64) -> bool {
 
 /// Fig. 6: all within +-0.25 deg.
 ///
-/// By [`variance_deg2`] the first turn after a bias test has a standard deviation of 0.057 deg, the
-/// second one of 0.075 deg. What is not random adds up to at most 0.04 deg: 0.01 of the shipped
-/// calibration's line against the true one, 0.013 of a reading of temperature half a step off, 0.01
-/// of the table's backlash, 0.005 of bias that warms up meanwhile. A second turn is then beyond 0.25
-/// deg once in 390 times or less, one of 35 in less than 9 % of all runs; a first turn practically
-/// never. That more than seven of 70 are beyond 0.2 deg, with 0.016 for each second one, is rarer by
-/// far. Of 40 runs fewer than 3.6 fail on the average, and 3.6 + 4 x 1.8 = 10.8 hardly ever.
+/// By [`variance_deg2`] the first turn after a bias test has a standard deviation of 0.057 deg, the second one of 0.075
+/// deg. Systematic errors add up to at most 0.04 deg: 0.01 of the shipped calibration's line against the true one,
+/// 0.013 of a temperature reading half a step off, 0.01 of the table's backlash, 0.005 of bias that warms up meanwhile.
+/// A second turn is then beyond 0.25 deg at most once in 390 times, one of 35 in less than 9 % of all runs; a first
+/// turn practically never. More than seven of 70 beyond 0.2 deg, with a probability of 0.016 for each second one, is
+/// far rarer. Of 40 runs fewer than 3.6 fail on average, and 3.6 + 4 x 1.8 = 10.8 hardly ever.
 #[test]
 fn verification_passes_with_nearly_every_seed() {
     const SEEDS: u64 = 40;

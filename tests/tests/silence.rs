@@ -1,8 +1,7 @@
-//! A device that falls silent: who notices, how soon, and how far the base still goes.
+//! A device that falls silent: which node detects it, how soon, and how far the base still moves.
 //!
-//! The base brakes at the lower of its own limit (0.5 m/s^2, 120 deg/s^2) and the host's, one and a
-//! half times the prescribed ramps (0.6 m/s^2, 22.5 deg/s^2). From a speed v that is noticed d late it
-//! goes on for v d + v^2 / 2a.
+//! The base brakes at the lower of its own limit (0.5 m/s^2, 120 deg/s^2) and the host's, one and a half times the
+//! prescribed ramps (0.6 m/s^2, 22.5 deg/s^2). From a speed v, detected with a delay d, it moves on for v d + v^2 / 2a.
 
 use controller::health::{Causes, Level};
 use controller::mission::{AbortReason, Command, HeadingSource, MissionResult, Refusal};
@@ -23,27 +22,27 @@ const GYRO_TIMEOUT_S: f64 = 0.1;
 const BASE_TIMEOUT_S: f64 = 0.25;
 /// `BaseParameters::command_timeout_s`.
 const COMMAND_TIMEOUT_S: f64 = 0.5;
-/// The gyro's period: the last sample heard may be this old when silence begins.
+/// The gyro's period: maximum age of the last received sample when silence begins.
 const SAMPLE_S: f64 = 0.01;
 /// Rounding to whole nanoseconds, and to counts of the wire.
 const SLACK: f64 = 1e-3;
 
-/// The longest a stop waits for its line and takes on it, while the base answers.
+/// Maximum time that a stop waits for its line and takes on it, while the base answers.
 fn line_s(transport: Transport) -> f64 {
     match transport {
-        // Behind one frame of at most 135 bits, at most 65 bits of its own, at 500 kbit/s.
+        // After one frame of at most 135 bits, at most 65 bits of its own, at 500 kbit/s.
         Transport::Can => 0.000_4,
-        // Behind one exchange of 21 characters, 14 characters of its own, at 19200 baud.
+        // After one exchange of 21 characters, 14 characters of its own, at 19200 baud.
         Transport::Serial => 0.018_3,
     }
 }
 
-/// What a mission under way came to once something fell silent.
+/// How a running mission ended after something fell silent.
 struct Fall {
     reason: AbortReason,
-    /// From the silence to the report.
+    /// Time from the silence to the report.
     noticed_s: f64,
-    /// From the silence to rest.
+    /// Time from the silence to rest.
     at_rest_s: f64,
     /// Metres or degrees from the silence to rest.
     travelled: f64,
@@ -108,7 +107,7 @@ fn a_silent_gyro_that_returns_is_used_again_and_its_gap_is_told() {
     rig.run_for(Span::from_millis(50));
     let causes = rig.health().causes;
     assert!(!causes.gyro_silent);
-    // Nobody saw how far the base turned meanwhile: what the heading is worth must show.
+    // Nothing observed how far the base turned meanwhile: health must show the doubtful heading.
     let off = (rig.state().gyro_heading - rig.heading()).deg().abs();
     assert!(off > 10.0, "{off}");
     assert_eq!(rig.health().level, Level::Degraded);
@@ -122,7 +121,7 @@ fn a_silent_gyro_that_returns_is_used_again_and_its_gap_is_told() {
 
 #[test]
 fn a_short_silence_is_bridged_and_counted() {
-    // With |w'| <= a, what a straight line between its ends misses over T is at most a T^2 / 4.
+    // With |w'| <= a, linear interpolation over T errs by at most a T^2 / 4.
     const GAP_S: f64 = 0.09;
     let bound_deg = STEER_BRAKE_DEG * (GAP_S + SAMPLE_S).powi(2) / 4.0;
     for at_ms in [500, 1_500, 3_000, 12_500] {
@@ -160,7 +159,7 @@ fn a_gyro_that_falls_silent_at_rest_shows_in_health_and_breaks_a_bias_test_off()
         assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::GyroSilent));
         assert!((rig.now() - since).as_secs_f64() <= GYRO_TIMEOUT_S + SLACK);
         assert!(rig.health().causes.bias_test_failed);
-        // The bias of the test before stays in force, and the next test mends it.
+        // The bias of the previous test stays in force, and the next test clears the doubt.
         rig.untap(Direction::GyroToController);
         rig.run_for(Span::from_secs(1));
         rig.bias_test(1.0);
@@ -186,8 +185,8 @@ fn a_base_that_is_not_heard_is_told_to_stop() {
             let mut rig = Rig::new(&ideal(transport), 1).ready();
             let fall = fall_silent(&mut rig, command, &[Direction::BaseToController]);
             assert_eq!(fall.reason, AbortReason::BaseSilent);
-            // On a serial line a stop waits until the exchange that got no answer is abandoned (60
-            // ms) and the line has been quiet (9 characters).
+            // On a serial line a stop waits until the unanswered exchange is abandoned (60 ms) and the line has been
+            // quiet (9 characters).
             let late = BASE_TIMEOUT_S
                 + line_s(transport)
                 + if transport == Transport::Serial { 0.065 } else { 0.0 };
@@ -212,7 +211,7 @@ fn a_base_that_hears_nothing_stops_by_itself() {
         for (command, v, a) in [(straight(), SPEED, BRAKE), (turn(), RATE_DEG, STEER_BRAKE_DEG)] {
             let mut rig = Rig::new(&ideal(transport), 1).ready();
             let fall = fall_silent(&mut rig, command, &[Direction::ControllerToBase]);
-            // On CAN the base goes on reporting and says so itself; on a serial line it only answers.
+            // On CAN the base continues to report, and reports it itself; on a serial line it only answers.
             let expected = match transport {
                 Transport::Can => AbortReason::BaseCommandTimeout,
                 Transport::Serial => AbortReason::BaseSilent,
@@ -272,7 +271,7 @@ fn a_base_that_moves_on_its_own_while_nobody_looks_is_not_at_rest() {
     rig.run_for(Span::from_millis(100));
     assert_eq!(rig.command(Rig::bias_test_order(1.0)), Answer::Refused(Refusal::Moving));
     assert_eq!(rig.command(turn()), Answer::Refused(Refusal::Moving));
-    // Its own command time-out ends that.
+    // The base's own command time-out ends the motion.
     rig.run_for(Span::from_secs(3));
     rig.turn(10.0, RATE_DEG);
 }

@@ -1,6 +1,6 @@
-//! Frames, decoded messages and round trips, to be held against other people's programs.
+//! Frames, decoded messages and round trips, for comparison with other tools.
 //!
-//! `benchmarks/peers` runs this and the same on python-can, cantools and plain C, and makes a table of both.
+//! `benchmarks/peers` runs this and the same tasks in python-can, cantools and plain C, and makes a table of all.
 //!
 //! ```text
 //! peers figures FOLDER       frames and messages per second; leaves the messages in FOLDER
@@ -28,11 +28,11 @@ use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
-/// Frames that cross the memory bus in a run.
+/// Frames that cross the memory bus in one run.
 const BUS_FRAMES: u64 = 10_000_000;
-/// Of each of the six messages, with other values each.
+/// Frames of each of the six messages, each with different values.
 const OF_EACH: u32 = 1_000;
-/// How often they are decoded in a run.
+/// Decoding passes in one run.
 const PASSES: u64 = 2_000;
 
 fn main() {
@@ -43,7 +43,7 @@ fn main() {
         ["figures", folder] => figures(Path::new(folder)),
         ["echo", "pty"] => run(echo_bytes()),
         ["echo", "can", interface] => run(echo_frames((*interface).to_owned())),
-        // `cargo test --benches` and `cargo bench` only see that it starts.
+        // `cargo test --benches` and `cargo bench` only check that it starts.
         _ => println!("see benchmarks/peers"),
     }
 }
@@ -63,7 +63,7 @@ fn figures(folder: &Path) {
     println!("hil any-dbc {:.0}", median(|| decoded_by_dbc(&frames)));
 }
 
-/// Two nodes in turn; each frame is through before the next is sent.
+/// Two nodes alternate; each frame arrives before the next is sent.
 fn memory_bus() -> f64 {
     let frame = |id| CanFrame::new(StandardId::new(id).unwrap(), &[0x55; 8]).unwrap();
     let frames = [frame(0x101), frame(0x181)];
@@ -80,7 +80,7 @@ fn memory_bus() -> f64 {
     BUS_FRAMES as f64 / (processor_s() - began)
 }
 
-/// Whoever listens to the bus: a request or a reply, from the frame to SI units.
+/// A bus listener: decodes each frame, request or reply, to SI units.
 fn decoded(frames: &[CanFrame]) -> f64 {
     let began = processor_s();
     for _ in 0..PASSES {
@@ -94,7 +94,7 @@ fn decoded(frames: &[CanFrame]) -> f64 {
     (PASSES * frames.len() as u64) as f64 / (processor_s() - began)
 }
 
-/// The same by the file that says what they are, as those of any DBC are read.
+/// The same with the layout read from the DBC file, as for any DBC.
 fn decoded_by_dbc(frames: &[CanFrame]) -> f64 {
     let text = include_str!("../../../wire/dbc/k2a.dbc");
     let mut decoder = Layout::from_dbc("k2a.dbc", text, "BASE").unwrap().decoder();

@@ -1,10 +1,10 @@
-//! A gyro's stream on the command line: every format by its name, and what it puts out.
+//! A gyro's stream on the command line: the name of each format, and what it outputs.
 
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use wire::gyro::{GyroFormat, OutputMode};
 
-/// Reads a format by its name.
+/// Parses a format name.
 pub fn format() -> impl TypedValueParser<Value = GyroFormat> {
     let value = |format: &GyroFormat| {
         let facts = format.facts();

@@ -1,8 +1,9 @@
 //! The command `hil`: plans on a bench, from the command line.
 //!
-//! * [`cli`]: its arguments, what it says and its exit status. [`schema`]: what editors check files by.
-//! * [`doctor`]: what a machine and a bench lack. [`project`]: what `hil new` makes.
-//! * [`import`]: the log of a bench's CAN bus as a run. [`replay`]: a recorded bus onto a port.
+//! * [`cli`]: its arguments, its output and its exit status. [`schema`]: the JSON Schemas that editors check files
+//!   against.
+//! * [`doctor`]: what a machine and a bench lack. [`project`]: the files that `hil new` creates.
+//! * [`import`]: reads the log of a bench's CAN bus as a run. [`replay`]: sends a recorded bus to a port.
 
 pub mod cli;
 pub mod doctor;

@@ -1,5 +1,6 @@
-//! JSON Schemas (draft 2020-12) of the files that people write, for editors: what may stand where, its bounds and what it
-//! means. They are made from the types that read the files, and from the tables of steps, quantities and faults.
+//! JSON Schemas (draft 2020-12) of the files that people write, for editors: which keys may appear where, their bounds
+//! and their meaning. They are generated from the types that read the files, and from the tables of steps, quantities
+//! and faults.
 //!
 //! A TOML file names its schema in its first line, `#:schema schemas/plan.schema.json`, which taplo and Even Better TOML
 //! read.
@@ -41,7 +42,7 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// Every kind there is.
+    /// All kinds.
     pub const ALL: [Self; 9] = [
         Self::Plan,
         Self::Bench,
@@ -54,7 +55,7 @@ impl FileKind {
         Self::TableModel,
     ];
 
-    /// Name of the file that its schema is kept in.
+    /// Name of the file that stores its schema.
     pub const fn schema_file(self) -> &'static str {
         match self {
             Self::Plan => "plan.schema.json",
@@ -69,7 +70,7 @@ impl FileKind {
         }
     }
 
-    /// Its schema.
+    /// Returns its schema.
     pub fn schema(self) -> Schema {
         let settings =
             SchemaSettings::draft2020_12().with_transform(NoNull).with_transform(PlainWords);
@@ -87,13 +88,13 @@ impl FileKind {
         }
     }
 
-    /// Its schema as it is kept in a file.
+    /// Returns its schema as the text of the file.
     pub fn text(self) -> String {
         format!("{:#}\n", self.schema().as_value())
     }
 }
 
-/// TOML has no null: what may be absent is not of type null, and has none for a default.
+/// TOML has no null: an optional value does not have the type null, and has no null default.
 #[derive(Debug, Clone)]
 struct NoNull;
 
@@ -117,7 +118,7 @@ impl Transform for NoNull {
     }
 }
 
-/// An editor cannot follow links between types: what they name stays.
+/// An editor cannot follow links between Rust types: keeps only their text.
 #[derive(Debug, Clone)]
 struct PlainWords;
 

@@ -1,4 +1,4 @@
-//! The binary `hil`, from outside: what it prints, leaves behind and exits with.
+//! The binary `hil` from outside: its output, its files and its exit status.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

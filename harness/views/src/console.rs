@@ -1,4 +1,4 @@
-//! Tables for a terminal: paper against measured, how the seeds came out, what a machine lacks.
+//! Tables for a terminal: paper against measured, results of seeds, deficiencies of a machine.
 
 mod campaign;
 mod comparison;
@@ -22,54 +22,54 @@ use record::figures;
 use record::outcome::{Counts, Measurement, Outcome, PropertySummary, Summary, Verdict};
 use std::io::IsTerminal;
 
-/// Columns of a stream that is no terminal: what a build server's log shows without breaking.
+/// Columns of a stream that is no terminal: the width that the log of a build server shows without wrapping.
 const WIDTH_ELSEWHERE: u16 = 120;
 
-/// The narrowest table that is tried; narrower terminals break the lines themselves.
+/// Minimum width of a table; narrower terminals wrap the lines themselves.
 const WIDTH_MIN: u16 = 60;
 
-/// Characters of a cell; laying out a table takes as long as the square of the longest word in it.
+/// Maximum characters of a cell: layout time grows with the square of the longest word.
 const CELL_CHARS_MAX: usize = 1_000;
 
-/// Room that the other columns need before names may be kept whole.
+/// Minimum width of the other columns, below which names are wrapped too.
 const WIDTH_OF_OTHERS_MIN: u16 = 30;
 
-/// What a measurement proves: not shown where no plan says it.
+/// Column for what a measurement proves; hidden if no plan states it.
 const PROVES_COLUMN: usize = 2;
-/// What the paper gives: not shown where it gives nothing.
+/// Column for the paper's values; hidden if there are none.
 const PAPER_COLUMN: usize = 3;
-/// Procedure, measurement, what it proves and verdict: words that are ugly when broken.
+/// Columns that should not wrap: procedure, measurement, what it proves, and verdict.
 const WHOLE_COLUMNS: [usize; 4] = [0, 1, PROVES_COLUMN, 6];
 
-/// Are colours wanted on a stream that is a terminal, or none? Never where `NO_COLOR` is set to anything
-/// (no-color.org); everywhere where `CLICOLOR_FORCE` is set to anything but 0 (bixense.com/clicolors).
+/// Whether a stream should have colours. Never if `NO_COLOR` is set to anything (no-color.org); always if
+/// `CLICOLOR_FORCE` is set to anything but 0 (bixense.com/clicolors).
 pub fn is_colour_wanted(is_terminal: bool) -> bool {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
     set("NO_COLOR").is_none()
         && (is_terminal || set("CLICOLOR_FORCE").is_some_and(|value| value != "0"))
 }
 
-/// How a table is to look.
+/// Style of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
-    /// Columns that there are.
+    /// Width in columns.
     pub width: u16,
-    /// Colours are wanted; there are none without the feature `tty`.
+    /// Whether to use colours; there are none without the feature `tty`.
     pub colour: bool,
 }
 
 impl Style {
-    /// For a file, a pipe, a log.
+    /// Style for a file, a pipe or a log.
     pub const PLAIN: Self = Self { width: WIDTH_ELSEWHERE, colour: false };
 
-    /// What suits the standard output: its width, and colours where [`is_colour_wanted`].
+    /// Style for the standard output: its width, and colours if [`is_colour_wanted`].
     pub fn of_stdout() -> Self {
         let is_terminal = std::io::stdout().is_terminal();
         let width = Table::new().width().filter(|_| is_terminal).unwrap_or(WIDTH_ELSEWHERE);
         Self { width, colour: is_colour_wanted(is_terminal) }
     }
 
-    /// An empty table with this header.
+    /// Returns an empty table with this header.
     pub fn table(self, header: &[&str]) -> Table {
         let mut table = Table::new();
         table
@@ -113,7 +113,7 @@ impl Style {
     }
 }
 
-/// Paper against measured, one line a measurement, and a closing line with counts and exit status.
+/// Formats paper against measured, one line per measurement, and a closing line with counts and exit status.
 pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
     let header = ["procedure", "measurement", "proves", "paper", "measured", "band", "verdict"];
     let mut table = style.table(&header);
@@ -156,7 +156,7 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
     text + &closing_line(summaries) + "\n"
 }
 
-/// The figure of a measurement with its uncertainty.
+/// Value of a measurement with its uncertainty.
 fn measured(measurement: &Measurement) -> String {
     match measurement.value {
         Some(value) => figures::quantity(value, measurement.uncertainty, &measurement.unit),
@@ -164,17 +164,17 @@ fn measured(measurement: &Measurement) -> String {
     }
 }
 
-/// When a property broke, or how near it came.
+/// When a property broke, or its smallest margin.
 fn seen(property: &PropertySummary) -> String {
     match (property.broken_s, property.margin) {
         (Some(at_s), _) => format!("broken at {at_s:.3} s"),
-        // Of what is equal or not there is no more or less.
+        // A comparison for equality has no margin.
         (None, Some(margin)) if margin >= 0.005 => format!("margin {:.0} %", margin * 100.0),
         (None, _) => "-".to_owned(),
     }
 }
 
-/// What came of a property; a word of its own where that is no verdict.
+/// Verdict on a property, or a word if there is no verdict.
 const fn judged(property: &PropertySummary) -> Result<Verdict, &'static str> {
     match (property.held, property.always) {
         (Some(true), _) => Ok(Verdict::Pass),
@@ -234,7 +234,7 @@ fn closing_line(summaries: &[Summary]) -> String {
     )
 }
 
-/// How many of the properties that must always hold did; none where there are none.
+/// How many of the properties that must always hold did; `None` if there are none.
 fn properties(summaries: &[Summary]) -> Option<String> {
     let always = summaries.iter().flat_map(|summary| &summary.properties);
     let judged: Vec<bool> = always.filter(|one| one.always).filter_map(|one| one.held).collect();
@@ -242,17 +242,17 @@ fn properties(summaries: &[Summary]) -> Option<String> {
     (!judged.is_empty()).then(|| format!("{held} of {} properties held", judged.len()))
 }
 
-/// The outcome of several runs: that of the one that went worst.
+/// Returns the worst outcome of several runs.
 pub fn worst(summaries: &[Summary]) -> Outcome {
     summaries.iter().map(|summary| summary.outcome).max().unwrap_or(Outcome::Passed)
 }
 
-/// Text from outside, without what would move the cursor or break the row.
+/// Replaces characters in foreign text that would move the cursor or break the row.
 pub fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
-/// A text as a cell of a table shows it: [`printable`], and no longer than a table can be laid out with.
+/// Prepares a text for a table cell: [`printable`], and short enough for the layout.
 pub fn in_cell(text: &str) -> String {
     let mut shown = printable(text);
     if let Some((end, _)) = shown.char_indices().nth(CELL_CHARS_MAX) {
@@ -262,7 +262,7 @@ pub fn in_cell(text: &str) -> String {
     shown
 }
 
-/// Breaks no cell of these columns, if that leaves room for the others.
+/// Prevents wrapping in these columns, if that leaves room for the others.
 pub fn keep_whole(table: &mut Table, columns: &[usize], style: Style) {
     let widths = table.column_max_content_widths();
     let paddings = 2 * widths.len() as u16;
@@ -277,7 +277,7 @@ pub fn keep_whole(table: &mut Table, columns: &[usize], style: Style) {
     }
 }
 
-/// The table without the blanks at the ends of its lines.
+/// Formats the table without trailing blanks.
 pub fn lines(table: &Table) -> String {
     let mut text = String::new();
     for line in table.lines() {

@@ -1,6 +1,6 @@
-//! A rig as a picture (SVG): its lines as bars, its nodes as boxes that stand on them.
+//! A rig as a picture (SVG): lines as bars, nodes as boxes that stand on them.
 //!
-//! Texts are in a monospaced font and boxes as wide as their texts, so that none leaves its box.
+//! Texts are monospaced and boxes are as wide as their texts, so that no text leaves its box.
 
 use maud::{Markup, PreEscaped, html};
 use plan::Rig;
@@ -8,12 +8,12 @@ use plan::bench_file::{BenchFile, ControllerSection, Role};
 use plan::faults::{LineKind, Ride};
 use plan::rig::{NodePart, RigLine, UnderTest};
 
-/// Advance of a character of the font, and height of a line of text, px.
+/// Advance of a character, and height of a text line, px.
 const CHARACTER: usize = 8;
 const TEXT_LINE: usize = 18;
-/// Around texts, and between boxes.
+/// Space around texts and between boxes.
 const PAD: usize = 12;
-/// From one line to the next.
+/// Distance between two lines.
 const LINE_STEP: usize = 40;
 /// Longer texts in boxes, and longer titles, end in an ellipsis.
 const CHARACTERS_MAX: usize = 36;
@@ -35,7 +35,7 @@ text { fill: #e8ebf0; } .soft { fill: #a2a9b6; } .page { fill: #12151b; }
 .real { fill: #1d3b2c; stroke: #43c586; } }
 ";
 
-/// What a node is to the harness.
+/// Role of a node in the harness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     UnderTest,
@@ -70,9 +70,9 @@ impl Kind {
 struct Node {
     name: String,
     kind: Kind,
-    /// What plays it, and where it is.
+    /// What implements it, and where.
     detail: String,
-    /// Its lines, by their places in the picture.
+    /// Its lines, by index in the picture.
     lines: Vec<usize>,
 }
 
@@ -81,14 +81,14 @@ struct Line {
     detail: String,
 }
 
-/// The picture; where `bench` is given, with what is real there and at which port.
+/// Draws the rig; with `bench`, also which parts are real and at which port.
 pub fn svg(title: &str, rig: &Rig, bench: Option<&BenchFile>) -> String {
     let (mut nodes, mut lines) = (Vec::new(), Vec::new());
     if let Some(ride) = rig.ride() {
         robot(ride, bench, &mut nodes, &mut lines);
     }
     lines.extend(rig.lines.iter().map(|line| line_of(line, bench)));
-    // Lines of nodes are counted from those of the robot on, as here.
+    // Nodes count lines from the robot's on, as here.
     for node in &rig.nodes {
         let (kind, detail) = played(&node.part);
         nodes.push(Node { name: node.name.clone(), kind, detail, lines: node.lines.clone() });
@@ -102,7 +102,7 @@ pub fn svg(title: &str, rig: &Rig, bench: Option<&BenchFile>) -> String {
     picture(title, &nodes, &lines).into_string()
 }
 
-/// The paper's robot or table: gyro, what carries it, and the controller.
+/// Adds the paper's robot or table: gyro, its carrier, and the controller.
 fn robot(ride: Ride, bench: Option<&BenchFile>, nodes: &mut Vec<Node>, lines: &mut Vec<Line>) {
     let (carrier, medium) = match ride {
         Ride::Table => ("table", "serial"),
@@ -144,7 +144,7 @@ fn line_of(line: &RigLine, bench: Option<&BenchFile>) -> Line {
     Line { name: line.name.clone(), detail: format!("{line}{port}") }
 }
 
-/// What plays a node.
+/// What implements a node.
 fn played(part: &NodePart) -> (Kind, String) {
     match part {
         NodePart::Described(description) => (Kind::Emulated, description.title.clone()),
@@ -207,7 +207,7 @@ fn text(x: usize, y: usize, class: &str, what: &str) -> Markup {
     html! { text class=(class) x=(x) y=(y) { (what) } }
 }
 
-/// As it stands in the picture.
+/// Shortens a text for the picture.
 fn shown(text: &str) -> String {
     cut(text, CHARACTERS_MAX)
 }

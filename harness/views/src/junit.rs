@@ -1,8 +1,8 @@
-//! `junit.xml`: verdicts in the form that build servers read.
+//! `junit.xml`: verdicts in the format that build servers read.
 //!
-//! One suite a run, one case a measurement, and one for the run itself, which has taken all the time. JUnit knows no
-//! marginal: that passes, and its output says so. Where the run folder is known, the run's case and those that failed name
-//! its files as attachments, in lines that Jenkins (JUnit Attachments) and GitLab read.
+//! One suite per run, one case per measurement, and one for the run itself, which carries the whole duration. JUnit has
+//! no marginal verdict: such a case passes, and its output states it. If the run folder is known, the run's case and
+//! failed cases list its files as attachments, in lines that Jenkins (JUnit Attachments) and GitLab read.
 
 mod campaign;
 mod envelopes;
@@ -17,13 +17,13 @@ use record::run_folder::{RECORD, REPORT};
 use std::path::Path;
 use std::time::Duration;
 
-/// Name of the case that stands for the run itself.
+/// Name of the case for the run itself.
 const RUN_CASE: &str = "the run itself";
 
-/// The document for one run. `folder` is the run folder, as seen from where the build server looks: its working directory.
+/// Returns the document for one run. `folder` is the run folder, relative to the build server's working directory.
 ///
 /// # Errors
-/// When the XML cannot be written, which memory running out would do.
+/// When the XML cannot be written, which happens only if memory runs out.
 pub fn document(
     summary: &Summary,
     folder: Option<&Path>,
@@ -33,13 +33,13 @@ pub fn document(
     report.to_string()
 }
 
-/// The files of a run that explain a verdict, a line each.
+/// Lists the run's files that explain a verdict, one per line.
 fn attachments(folder: Option<&Path>) -> String {
     let line = |file: &str| folder.map(|folder| attachment(&folder.join(file)));
     [REPORT, RECORD].into_iter().filter_map(line).collect()
 }
 
-/// As Jenkins' JUnit Attachments plugin and GitLab read it.
+/// Formats an attachment for Jenkins' JUnit Attachments plugin and GitLab.
 fn attachment(path: &Path) -> String {
     format!("[[ATTACHMENT|{}]]\n", path.display())
 }
@@ -72,7 +72,7 @@ fn suite(summary: &Summary, attachments: &str) -> TestSuite {
     suite
 }
 
-/// It ran to its end, whatever was measured, or the bench broke.
+/// Succeeds if the run reached its end, whatever it measured, and the bench did not break.
 fn run(summary: &Summary) -> TestCase {
     let status = if matches!(summary.outcome, Outcome::Passed | Outcome::Failed) {
         TestCaseStatus::success()
@@ -85,7 +85,7 @@ fn run(summary: &Summary) -> TestCase {
     named(RUN_CASE, summary, status)
 }
 
-/// What is judged takes no time: the run did.
+/// A case without duration: the run carries it.
 fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
     let mut case = TestCase::new(name, status);
     case.set_classname(&*summary.plan).set_time(Duration::ZERO);
@@ -109,7 +109,7 @@ fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> Test
     case
 }
 
-/// One that was not judged is skipped; one that must come about in some run of a campaign need not in this.
+/// A property that was not judged is skipped. One that must occur in some run of a campaign need not occur in this run.
 fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
     let status = match &property.not_judged {
         Some(why) => {
@@ -128,7 +128,7 @@ fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
     named(&property.name, summary, status)
 }
 
-/// Value, band and paper in one line.
+/// Describes value, band and paper in one line.
 fn sentence(measurement: &Measurement) -> String {
     let Measurement { unit, lower, upper, statistic, .. } = measurement;
     let measured = match measurement.value {

@@ -1,9 +1,9 @@
-//! What people and build servers are shown of a run, a campaign or an identification. Nothing here decides.
+//! Views of a run, a campaign or an identification, for people and build servers. This crate decides nothing.
 //!
 //! * [`console`]: tables for a terminal.
 //! * `report`, `junit` (feature `report`): one page with its figures, and a file for a build server.
 //! * `drawing` (feature `report`): a rig as a picture.
-//! * [`watch`](mod@watch): a run while it goes on, as a model without a terminal.
+//! * [`watch`](mod@watch): a model of a run in progress, without a terminal.
 
 pub mod console;
 #[cfg(feature = "report")]

@@ -1,9 +1,9 @@
-//! `report.html`: a run on one page, a [`campaign`], or an [`identification`], for a person.
+//! `report.html`: a run on one page, a [`campaign`], or an [`identification`], for people.
 //!
-//! The page stands alone: no script, no request, light or dark as the reader's system is, fit to be
-//! printed. It is computed from the summary and the record only, so that it can be drawn again later.
+//! The page is self-contained: no script, no request, light or dark like the reader's system, and printable. It is
+//! computed from the summary and the record only, so that it can be drawn again later.
 //!
-//! What is absent: judgement. Verdicts come from the summary; the page only shows them.
+//! The page judges nothing: it shows the verdicts of the summary.
 
 mod against;
 mod bus_load;
@@ -44,8 +44,8 @@ use record::header::Header;
 use record::outcome::Summary;
 use record::reader::RecordError;
 
-/// The page of a run: its summary, what its record says about itself, and its records, read once
-/// and not kept. A record that ends early is drawn as far as it goes, and the page says so.
+/// Renders the page of a run from its summary, the header of its record, and its records, which are read once and not
+/// kept. A record that ends early is drawn as far as it goes, and the page states that.
 pub fn render(
     summary: &Summary,
     header: &Header,

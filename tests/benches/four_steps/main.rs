@@ -1,7 +1,7 @@
-//! How many executions it takes to find a defect that needs four steps in order, and to make it small: our search and
-//! shrinking beside those of proptest-state-machine, on the same model with the same strategies for steps.
+//! Number of executions to find and shrink a defect that needs four steps in order: our search and shrinking compared
+//! with proptest-state-machine, on the same model with the same strategies for steps.
 //!
-//! `cargo bench -p tests --bench four_steps` prints the table of docs/campaigns.md. No time is taken.
+//! `cargo bench -p tests --bench four_steps` prints the table of docs/campaigns.md. It measures no times.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on ends")]
 
@@ -19,15 +19,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Campaigns with each.
 const CAMPAIGNS: u64 = 25;
-/// Executions after which nobody goes on.
+/// Maximum number of executions.
 const EXECUTIONS_MAX: u32 = 1_000_000;
 
-/// What one campaign took.
+/// Cost of one campaign.
 #[derive(Debug, Clone, Copy)]
 struct Took {
-    /// Executions up to the first that broke it.
+    /// Executions up to the first failure.
     found: u64,
-    /// Executions in all.
+    /// Total executions.
     all: u64,
     /// Steps of the smallest sequence.
     steps: usize,
@@ -48,7 +48,7 @@ fn ours(space: &Space, search: &mut dyn Search) -> Option<Took> {
     None
 }
 
-/// As its `test_sequential` goes through a sequence, steps counted as they are taken, but for the panic.
+/// Runs a sequence as its `test_sequential` does, and counts the steps taken, but does not panic.
 fn state_machine(space: &Space, seed: u64) -> Option<Took> {
     let space = space.clone();
     let sequences = Sequential::new(
@@ -84,7 +84,7 @@ fn state_machine(space: &Space, seed: u64) -> Option<Took> {
     Some(Took { found: found.get()?, all: all.get(), steps: steps.len() })
 }
 
-/// What the strategy makes: the first state, the steps, and a count of those that were seen.
+/// Output of the strategy: the initial state, the steps, and a counter of those taken.
 #[derive(Debug, Clone)]
 struct WithCounter((Taken, Vec<Fault>, Option<Arc<AtomicUsize>>));
 

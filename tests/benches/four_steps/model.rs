@@ -1,18 +1,18 @@
-//! A defect that takes four steps in order, for any search.
+//! A defect that needs four steps in order, for any search.
 
 use campaign::{Case, CaseResult, Executor, Space, Violated};
 use plan::Plan;
 use plan::faults::{Fault, Lines, Target};
 use wire::time::Span;
 
-/// What has to go wrong, in this order; whatever goes wrong in between changes nothing.
+/// The faults that must occur, in this order; other faults in between have no effect.
 const STEPS: [(Target, &str); 4] = [
     (Target::Gyro, "restart"),
     (Target::Base, "disconnect"),
     (Target::Base, "encoder_jump"),
     (Target::Base, "emergency_stop"),
 ];
-/// Most steps of a sequence, for every search.
+/// Maximum steps of a sequence, for every search.
 pub const LENGTH_MAX: usize = 16;
 /// The property that breaks.
 pub const HELD: &str = "held";
@@ -31,7 +31,7 @@ unit = "deg"
 check = { all_within = [-1, 1] }
 "#;
 
-/// What sequences are made of.
+/// Elements of sequences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Alphabet {
     /// The four and some others.
@@ -62,7 +62,7 @@ impl Alphabet {
     }
 }
 
-/// How many of the four were taken.
+/// How many of the four steps were taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Taken(usize);
 
@@ -78,13 +78,13 @@ impl Taken {
         self.0 == STEPS.len()
     }
 
-    /// Steps that are left as a share of all; negative where it is broken.
+    /// Remaining steps as a share of all; negative if the property is broken.
     fn margin(self) -> f64 {
         if self.is_broken() { -1.0 } else { 1.0 - self.0 as f64 / STEPS.len() as f64 }
     }
 }
 
-/// The faults of a schedule are the steps, in the order in which they stand there.
+/// Interprets the faults of a schedule as the steps, in their order.
 #[derive(Debug, Clone, Copy)]
 pub struct FourSteps;
 

@@ -1,8 +1,8 @@
-//! How many runs it takes to find mistakes that are planted in the controller: guided by margins, and by chance.
+//! Number of runs to find mutants of the controller: guided by margins, and by chance.
 //!
-//! `cargo bench -p tests --bench search [-- NAME...]` prints the table of docs/campaigns.md, of all mistakes or of those
-//! with one of these words in their names. No time is taken: runs are counted. A mistake is found by a case in which a
-//! property breaks that holds in the same case without the mistake.
+//! `cargo bench -p tests --bench search [-- NAME...]` prints the table of docs/campaigns.md, for all mutants or for
+//! those with one of these words in their names. It counts runs and measures no times. A mutant is found by a case in
+//! which a property breaks that holds in the same case without the mutant.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on ends")]
 
@@ -18,21 +18,21 @@ use score::{Score, cell, ratio_and_interval};
 use std::collections::{BTreeSet, VecDeque};
 use std::num::NonZeroUsize;
 
-/// Campaigns with each search for each mistake.
+/// Campaigns with each search for each mutant.
 const CAMPAIGNS: u64 = 15;
 /// Runs after which a campaign gives up.
 const RUNS_MAX: u64 = 600;
-/// Faults of one run, at most.
+/// Maximum number of faults in a run.
 const FAULTS_MAX: usize = 3;
-/// Runs that are drawn before what came of the first is learnt, where many go side by side.
+/// Runs that are drawn before the result of the first is known, if many run in parallel.
 const AHEAD: usize = 64;
 
-/// How runs are chosen.
+/// Search strategy.
 #[derive(Debug, Clone, Copy)]
 enum By {
-    /// Each learns from all before it.
+    /// Each run learns from all runs before it.
     Margins,
-    /// As many side by side as [`AHEAD`] says.
+    /// With [`AHEAD`] runs in parallel.
     MarginsAhead,
     Chance,
 }
@@ -49,7 +49,7 @@ impl By {
     }
 }
 
-/// A mistake, and the bench with and without it.
+/// A mutant, and the bench with and without it.
 struct Hunt {
     with: Simulated,
     without: Simulated,
@@ -69,12 +69,13 @@ impl Hunt {
         Self { with: Simulated::new(mistaken, Answers::default()), without, space }
     }
 
-    /// Runs until a case breaks a property that holds in the same case without the mistake, and which it was.
+    /// Returns the number of runs until a case breaks a property that holds in the same case without the mutant, and
+    /// the property.
     fn needed(&self, by: By, seed: u64) -> Option<(u64, String)> {
         let (mut search, ahead) = by.search(&self.space, seed);
         let mut drawn: VecDeque<Case> = VecDeque::new();
         for run in 1..=RUNS_MAX {
-            // Nothing goes wrong in the first: some mistakes need no fault.
+            // The first run has no faults: some mutants need none.
             let case = if run == 1 {
                 Case { seed, ..Case::default() }
             } else {
@@ -125,7 +126,7 @@ fn main() {
             *sum += score.median();
         }
         let [margins, margins_ahead, chance] = scores;
-        // What the first run shows says nothing of a search.
+        // A mutant found in the first run says nothing about a search.
         if chance.median() > 1 {
             one.push((margins, chance.clone()));
             ahead.push((margins_ahead, chance));

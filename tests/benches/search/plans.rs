@@ -1,4 +1,4 @@
-//! What the mistakes are looked for in.
+//! The plans in which mutants are searched for.
 
 use controller::Mutant;
 use harness::run::Prepared;
@@ -6,7 +6,7 @@ use plan::Plan;
 use plan::made::Made;
 use std::sync::Arc;
 
-/// Two small squares, one each way, with a bias test before each: two minutes.
+/// Two small squares, one in each direction, with a bias test before each: two minutes.
 const TWO_SQUARES: &str = r#"
 name = "two-squares"
 title = "A square of a metre each way"
@@ -28,7 +28,7 @@ unit = "deg"
 check = { all_within = [-1.2, 1.2] }
 "#;
 
-/// More than sixty turns the same way round: half an hour.
+/// More than sixty turns in the same direction: half an hour.
 const SIXTY_TURNS: &str = r#"
 name = "sixty-turns"
 title = "Small squares, all the same way"
@@ -51,7 +51,7 @@ unit = "deg"
 check = { all_within = [-2, 2] }
 "#;
 
-/// The plan for this mistake, the same for every search.
+/// Returns the plan for this mutant, the same for every search.
 pub fn prepared(mutant: Mutant) -> Prepared {
     let (file, text) = match mutant {
         Mutant::OverflowAfterLongRuns => ("sixty-turns.toml", SIXTY_TURNS),

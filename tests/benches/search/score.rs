@@ -1,11 +1,11 @@
-//! What many campaigns say together.
+//! Statistics over many campaigns.
 
 use emulators::random::RandomStream;
 
-/// Campaigns with one search for one mistake.
+/// Campaigns with one search for one mutant.
 #[derive(Debug, Clone)]
 pub struct Score {
-    /// Runs of each until the mistake was found; none where it was not within `runs_max`.
+    /// Runs of each campaign until the mutant was found; `None` if it was not found within `runs_max`.
     pub runs: Vec<Option<u64>>,
     /// Runs after which a campaign gives up.
     pub runs_max: u64,
@@ -26,14 +26,14 @@ impl Score {
         self.runs.iter().filter(|runs| runs.is_none()).count()
     }
 
-    /// Expected runs until it is found: all runs over all finds, the estimate of greatest likelihood where a find is as
-    /// likely in every run and campaigns end early. At least one find is counted.
+    /// Expected runs until it is found: all runs divided by all finds, the maximum-likelihood estimate if every run has
+    /// the same probability of a find and campaigns end early. Counts at least one find.
     pub fn expected(&self) -> f64 {
         let found = (self.runs.len() - self.missed()).max(1);
         self.spent().sum::<u64>() as f64 / found as f64
     }
 
-    /// So many campaigns drawn from these, each as often as chance says.
+    /// Draws as many campaigns from these, with replacement.
     fn drawn_again(&self, chance: &mut RandomStream) -> Self {
         let count = self.runs.len();
         let pick = |_| {
@@ -44,7 +44,7 @@ impl Score {
     }
 }
 
-/// `52 (61)`: median and expected runs, and how many campaigns found nothing.
+/// Formats `52 (61)`: median and expected runs, and how many campaigns found nothing.
 pub fn cell(score: &Score) -> String {
     let missed = match score.missed() {
         0 => String::new(),
@@ -53,7 +53,7 @@ pub fn cell(score: &Score) -> String {
     format!("{} ({:.0}{missed})", score.median(), score.expected())
 }
 
-/// Geometric mean over mistakes of expected runs, as a share of those by chance.
+/// Geometric mean over mutants of the expected runs, relative to those by chance.
 fn ratio(pairs: &[(Score, Score)]) -> f64 {
     let logs = pairs.iter().map(|(one, chance)| (one.expected() / chance.expected()).ln());
     (logs.sum::<f64>() / pairs.len().max(1) as f64).exp()
@@ -62,7 +62,7 @@ fn ratio(pairs: &[(Score, Score)]) -> f64 {
 /// Resamplings of the bootstrap.
 const RESAMPLINGS: usize = 2_000;
 
-/// The same with its 95 % interval, by bootstrap over campaigns.
+/// The ratio with its 95 % interval, by bootstrap over campaigns.
 pub fn ratio_and_interval(pairs: &[(Score, Score)]) -> (f64, f64, f64) {
     let mut chance = RandomStream::new(1, "score", "bootstrap");
     let mut again: Vec<f64> = (0..RESAMPLINGS)

@@ -1,16 +1,16 @@
-//! The CAN bus of the kernel that tests share.
+//! The kernel's CAN bus, which tests share.
 
 use crate::skip_unless;
 use std::fs::File;
 use std::path::Path;
 
-/// Set where a test that cannot run is to fail, as where a kernel with CAN was started for it.
+/// If set, a test that cannot run fails, as when a kernel with CAN was started for it.
 pub const CAN_REQUIRED: &str = "HIL_TESTS_NEED_CAN";
 
-/// `vcan0`, which is one test's alone as long as it has this: what others send would reach it too.
+/// Exclusive use of `vcan0` by one test: frames of others would reach it too.
 #[derive(Debug)]
 pub struct Vcan0 {
-    /// Locked: a test in another process waits for it too.
+    /// A file lock, so that a test in another process waits too.
     _lock: File,
 }
 
@@ -18,12 +18,12 @@ impl Vcan0 {
     /// The name of the interface.
     pub const NAME: &'static str = "vcan0";
 
-    /// Waits until no other test has it. `None`, and said aloud, where it is not there or not up; `tests` says to
-    /// `cargo test` which ones need it.
+    /// Waits until no other test uses it. Returns `None`, and prints the reason, if it does not exist or is not up;
+    /// `tests` are the arguments of `cargo test` that select the tests which need it.
     ///
     /// # Panics
     ///
-    /// Where it is not there and [`CAN_REQUIRED`] is set, or no file can be made where temporary ones are.
+    /// When it does not exist and [`CAN_REQUIRED`] is set, or when no temporary file can be created.
     #[track_caller]
     pub fn take(tests: &str) -> Option<Self> {
         if !is_up() {
@@ -37,7 +37,7 @@ impl Vcan0 {
     }
 }
 
-/// How to run tests under a kernel with CAN; `tests` as for `cargo test`.
+/// Explains how to run tests under a kernel with CAN; `tests` as for `cargo test`.
 pub fn how(tests: &str) -> String {
     format!(
         "with the Debian packages user-mode-linux, busybox-static and can-utils: \
@@ -45,7 +45,7 @@ pub fn how(tests: &str) -> String {
     )
 }
 
-/// The flags of the kernel's interface, of which the last bit is `IFF_UP`.
+/// Reads the flags of the kernel's interface, whose last bit is `IFF_UP`.
 fn is_up() -> bool {
     let flags = Path::new("/sys/class/net").join(Vcan0::NAME).join("flags");
     let flags = std::fs::read_to_string(flags).unwrap_or_default();

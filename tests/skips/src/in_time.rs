@@ -1,4 +1,4 @@
-//! Tests that need real time, on machines that may not have it.
+//! Tests that need real time, on machines that may not provide it.
 
 use crate::skip;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -12,16 +12,16 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// What a run says of itself where its machine was late.
+/// Message of a run whose machine was late.
 const NOT_IN_TIME: &str = "this machine did not keep real time";
-/// Between two bytes that show how late others are.
+/// Interval between two bytes that measure lateness.
 const PERIOD: Duration = Duration::from_millis(5);
-/// A fifth of the shortest time-out of what is tested, 100 ms: an exchange on a line waits several times. Where nothing else
-/// runs a thread is 4 ms late at worst.
+/// A fifth of the shortest time-out under test, 100 ms: an exchange on a line waits several times. On an idle machine a
+/// thread is at most 4 ms late.
 const LATE_MS_MAX: u64 = 20;
 
-/// Runs a test that needs real time. It fails like any other, but where the machine was late meanwhile: then its failure
-/// proves nothing, and it is skipped aloud. A test whose panic says that its run did not keep real time tells so itself.
+/// Runs a test that needs real time. If it fails while the machine was late, the failure proves nothing: the test is
+/// skipped with a message. The same holds if its panic message states that the run did not keep real time.
 pub fn in_time(test: impl FnOnce() + UnwindSafe) {
     let watch = Watch::start();
     let Err(panic) = catch_unwind(test) else { return };
@@ -40,8 +40,8 @@ fn is_excused(late_ms: u64, said: &str) -> bool {
     late_ms > LATE_MS_MAX || said.contains(NOT_IN_TIME)
 }
 
-/// A thread that sends bytes across a pty, and measures how late they come: it waits for a processor as others do, and for
-/// the thread of the kernel that carries them.
+/// A thread that sends bytes across a pty and measures their delay: it waits for a processor as other threads do, and
+/// for the kernel thread that carries the bytes.
 struct Watch {
     over: Arc<AtomicBool>,
     late_ms: Arc<AtomicU64>,
@@ -84,7 +84,7 @@ fn watch(over: &AtomicBool, late_ms: &AtomicU64) -> rustix::io::Result<()> {
     Ok(())
 }
 
-/// Both sides of a pty; the far one does not wait.
+/// Opens both sides of a pty; the far one does not block.
 fn pty() -> rustix::io::Result<(OwnedFd, OwnedFd)> {
     let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
     grantpt(&near)?;

@@ -1,6 +1,6 @@
-//! A test whose machine lacks something says so aloud, with the reason and what would mend it, and is counted.
+//! Skipped tests: a test whose machine lacks something reports the reason and the remedy, and is counted.
 //!
-//! The test runner keeps what a passing test prints to itself. What is said here goes past it.
+//! The test runner captures the output of a passing test. These messages bypass it.
 
 mod bus;
 mod in_time;
@@ -14,25 +14,25 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 
-/// As [`skip`], but a failure where the environment variable `required` is set.
+/// Like [`skip`], but fails if the environment variable `required` is set.
 ///
 /// # Panics
 ///
-/// When it is set: what would be skipped is to fail there.
+/// When it is set: a test must then fail instead of being skipped.
 #[track_caller]
 pub fn skip_unless(required: &str, why: impl Display, how: impl Display) {
     assert!(std::env::var_os(required).is_none(), "{why}; {how}");
     skip(why, how);
 }
 
-/// Says that the test that calls it is skipped, `why`, and `how` it would run.
+/// Reports that the calling test is skipped, `why`, and `how` it would run.
 pub fn skip(why: impl Display, how: impl Display) {
     let count = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
     let thread = std::thread::current();
     let test = thread.name().unwrap_or("a test");
-    // One write: lines of tests that run side by side do not mix.
+    // A single write, so that lines of parallel tests do not mix.
     let line = line(test, &why, &how, count);
-    // Where nobody listens there is nobody to tell.
+    // If stderr is closed, the message is lost.
     let _ = std::io::stderr().write_all(line.as_bytes());
 }
 

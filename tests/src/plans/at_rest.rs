@@ -1,4 +1,4 @@
-//! The proof that a run left its bench at rest, from its record alone.
+//! Proves from its record alone that a run left its bench at rest.
 
 use super::Run;
 use controller::mission::Report;
@@ -9,7 +9,7 @@ use wire::base::{Message, Request, can_link};
 use wire::time::{Span, Timestamp};
 use wire::units::Pose;
 
-/// The engine waits so long for rest.
+/// Time that the engine waits for rest.
 const REST_WAIT: Span = Span::from_secs(5);
 
 fn is_stop(record: &Record) -> bool {
@@ -28,13 +28,13 @@ fn is_stop(record: &Record) -> bool {
 }
 
 impl Run {
-    /// Everything that could move was told to stop, and stands when the run is over.
+    /// Checks that everything that can move was commanded to stop, and stands at the end of the run.
     ///
     /// # Panics
     ///
     /// When the record does not prove it.
     pub fn assert_at_rest(&self) {
-        // A base is stopped by the controller, a table by the plan itself.
+        // The controller stops a base, the plan itself a table.
         let by =
             if self.sent_by(Device::Base).is_empty() { Device::Plan } else { Device::Controller };
         let last = self.records.iter().rev().find(|record| record.device == by && is_stop(record));
@@ -45,7 +45,7 @@ impl Run {
             _ => None,
         });
         assert!(state.is_some_and(|state| !state.moving), "{state:?}");
-        // The truth is told with each state; the last two were asked for in the end.
+        // Each state comes with the truth; the last two states were requested at the end.
         let truths: Vec<(Timestamp, Pose)> = self
             .records
             .iter()
@@ -60,7 +60,7 @@ impl Run {
             let passed = (at - before_at).as_secs_f64();
             let moved = (after.x - before.x).m().hypot((after.y - before.y).m());
             let turned = (after.heading - before.heading).abs().deg();
-            // If it came to rest between the two, then braking at 0.5 m/s^2, 22.5 deg/s^2 or 15 deg/s^2.
+            // If it came to rest between the two, it braked at 0.5 m/s^2, 22.5 deg/s^2 or 15 deg/s^2.
             assert!(moved <= 0.5 * passed * passed / 2.0 + 1e-9, "{moved} m in {passed} s");
             assert!(turned <= 22.5 * passed * passed / 2.0 + 1e-6, "{turned} deg in {passed} s");
         }

@@ -1,4 +1,4 @@
-//! Orders in the units that people think in, and results without their wrapping.
+//! Orders in common units, and results without wrapped angles.
 
 use super::{Answer, Rig};
 use controller::mission::{
@@ -9,7 +9,7 @@ use wire::time::Span;
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 
 impl Rig {
-    /// The order of a straight line.
+    /// Returns the order of a straight line.
     pub const fn straight_order(distance_m: f64, speed_m_per_s: f64) -> Command {
         Command::Straight(Straight {
             distance: Length::from_m(distance_m),
@@ -17,7 +17,7 @@ impl Rig {
         })
     }
 
-    /// The order of a turn.
+    /// Returns the order of a turn.
     pub const fn turn_order(angle_deg: f64, rate_deg_per_s: f64) -> Command {
         Command::Turn(Turn {
             angle: Angle::from_deg(angle_deg),
@@ -25,7 +25,7 @@ impl Rig {
         })
     }
 
-    /// The order of a bias test.
+    /// Returns the order of a bias test.
     pub const fn bias_test_order(duration_s: f64) -> Command {
         Command::BiasTest(BiasTest { duration_s })
     }
@@ -54,11 +54,11 @@ impl Rig {
         }
     }
 
-    /// Says that it stands at the origin, along x.
+    /// Sets the pose to the origin, along x.
     ///
     /// # Panics
     ///
-    /// When it is not taken.
+    /// When the controller does not accept it.
     pub fn set_pose(&mut self) {
         let answer = self.command(Command::SetPose(Pose::default()));
         assert_eq!(answer, Answer::Done(MissionResult::Applied));
@@ -76,19 +76,18 @@ impl Rig {
         }
     }
 
-    /// Switched on, every input heard, a bias test of one second done: what an ideal gyro needs
-    /// before it may move.
+    /// Prepares an ideal gyro for motion: power on, every input received, a bias test of one second.
     pub fn ready(mut self) -> Self {
         self.run_for(Span::from_secs(1));
         self.bias_test(1.0);
         self
     }
 
-    /// Begins a mission and goes on for `span`, after which it must still run.
+    /// Begins a mission and runs for `span`; the mission must still be running then.
     ///
     /// # Panics
     ///
-    /// When the mission is over already.
+    /// When the mission has ended.
     pub fn under_way(&mut self, command: Command, span: Span) -> MissionId {
         let id = self.begin(command);
         self.run_for(span);

@@ -1,4 +1,4 @@
-//! can-utils as referees: `log2asc` and `asc2log` on files, `canplayer` and `candump` on a bus.
+//! can-utils as a reference: `log2asc` and `asc2log` on files, `canplayer` and `candump` on a bus.
 
 use super::rows::{read, row, rows, sample, write};
 use bus_log::{Channel, Entry, Payload};
@@ -8,7 +8,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 use wire::time::Timestamp;
 
-/// What the program prints; `None`, and a word about it, where it is not installed.
+/// Runs the program and returns its output; `None`, with a message, if it is not installed.
 fn run(program: &str, arguments: &[&str]) -> Option<Vec<u8>> {
     let output = Command::new(program).args(arguments).output();
     match output {
@@ -21,7 +21,7 @@ fn run(program: &str, arguments: &[&str]) -> Option<Vec<u8>> {
     }
 }
 
-/// Seen from the first: `asc2log` reads dates of its own locale only, and takes the time of day else.
+/// Shifts times to begin at the first entry: `asc2log` reads dates only in its own locale, else the time of day.
 fn from_the_first(entries: &[Entry]) -> Vec<Entry> {
     let first = entries[0].at;
     let since = |entry: &Entry| Entry { at: Timestamp::ZERO + entry.at.since(first), ..*entry };
@@ -53,7 +53,7 @@ fn a_log_is_played_onto_a_bus_and_logged_again() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("ours.log");
     let vcan0 = Channel::new("vcan0").unwrap();
-    // An error frame is for those that ask for it; candump does with an option of its own.
+    // Only receivers that ask for error frames get them; candump has an option for that.
     let mut entries = sample();
     entries.retain(|entry| !matches!(entry.payload, Payload::Error(_)));
     entries.iter_mut().for_each(|entry| entry.channel = vcan0);
@@ -66,7 +66,7 @@ fn a_log_is_played_onto_a_bus_and_logged_again() {
     let heard: Vec<_> = entries.iter().map(|_| candump.line() + "\n").collect();
 
     std::fs::write(dir.path().join("theirs.log"), heard.concat()).unwrap();
-    // The bus says neither when a frame was logged nor which way it went.
+    // The bus carries neither the time of logging nor the direction of a frame.
     let frame = |entry: &Entry| {
         let entry = Entry { at: Timestamp::ZERO, direction: None, ..*entry };
         row(&entry)
@@ -76,17 +76,17 @@ fn a_log_is_played_onto_a_bus_and_logged_again() {
     assert_eq!(theirs, ours);
 }
 
-/// The longest that anything may take on a loaded machine.
+/// Longer than anything takes on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A candump, and its lines; it ends with the test.
+/// A candump process and its lines; it ends with the test.
 struct Candump {
     child: Child,
     lines: mpsc::Receiver<String>,
 }
 
 impl Candump {
-    /// One that hears the bus.
+    /// Starts a candump that receives from the bus.
     fn hearing() -> Self {
         let mut child =
             Command::new("candump").args(["-L", "vcan0"]).stdout(Stdio::piped()).spawn().unwrap();
@@ -100,8 +100,8 @@ impl Candump {
         candump
     }
 
-    /// It does not say when it begins to hear, so it is knocked until it does. A frame of another kind
-    /// comes after the last knock.
+    /// Waits until candump receives. It does not announce that, so frames are sent until it prints one. A frame of
+    /// another kind follows the last of them.
     fn knock(&self) {
         let mut knocks = 0;
         for _ in 0..KNOCKS_MAX {

@@ -1,4 +1,4 @@
-//! python-can, python-pcapng and asammdf as referees, by the scripts in `tests/interop`.
+//! python-can, python-pcapng and asammdf as references, through the scripts in `tests/interop`.
 
 use super::rows::{read, row, rows, sample, write};
 use bus_log::{Entry, Payload};
@@ -16,7 +16,7 @@ fn script(name: &str) -> PathBuf {
     root().join("tests/interop").join(name)
 }
 
-/// All referees are there.
+/// Whether all reference packages are installed.
 fn is_there() -> bool {
     let loaded = Command::new(python()).arg(script("load.py")).output();
     if loaded.is_ok_and(|loaded| loaded.status.success()) {
@@ -28,7 +28,7 @@ fn is_there() -> bool {
     false
 }
 
-/// What the script prints with `input` on its stdin. Its clock is in UTC, as dates in logs here are.
+/// Returns the output of the script with `input` on its stdin. Its clock is in UTC, as are the dates in our logs.
 fn run(name: &str, what: &str, path: &Path, input: &str) -> String {
     let mut child = Command::new(python())
         .arg(script(name))
@@ -45,7 +45,7 @@ fn run(name: &str, what: &str, path: &Path, input: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Who reads and writes which format, by the end of its files.
+/// Script that reads and writes each format, by file extension.
 const REFEREES: [(&str, &str); 6] = [
     ("python_can_rows.py", "log"),
     ("python_can_rows.py", "asc"),
@@ -55,13 +55,13 @@ const REFEREES: [(&str, &str); 6] = [
     ("mdf4_rows.py", "mf4"),
 ];
 
-/// The row of an entry as python-can has it after reading a TRC file; `None` of an error frame, which it passes over.
+/// Returns the row of an entry as python-can reads it from a TRC file; `None` for an error frame, which it skips.
 fn row_of_trc(entry: &Entry) -> Option<String> {
     let Payload::Frame(frame) = &entry.payload else { return None };
     let row = row(entry);
     let mut words: Vec<_> = row.split(' ').collect();
     if frame.fd_flags().is_some() {
-        // PEAK has `FE` for ESI alone and `BI` for both flags; python-can 4.6 has it the other way round, without BRS.
+        // PEAK uses `FE` for ESI alone and `BI` for both flags; python-can 4.6 swaps them, without BRS.
         words[4] = match words[4] {
             "2" => "3",
             "3" => "2",
@@ -71,7 +71,7 @@ fn row_of_trc(entry: &Entry) -> Option<String> {
     Some(words.join(" ") + "\n")
 }
 
-/// Each referee reads what is written here.
+/// Each reference reads what we write.
 #[test]
 fn what_is_written_here_python_reads() {
     if !is_there() {
@@ -90,7 +90,7 @@ fn what_is_written_here_python_reads() {
     }
 }
 
-/// What each referee writes is read here.
+/// We read what each reference writes.
 #[test]
 fn what_python_writes_is_read_here() {
     if !is_there() {
@@ -101,7 +101,7 @@ fn what_python_writes_is_read_here() {
         let path = dir.path().join("bus").with_extension(end);
         let mut entries = sample();
         if end == "trc" {
-            // python-can writes neither remote requests nor CAN FD nor error frames there.
+            // There python-can writes no remote requests, CAN FD frames or error frames.
             let is_plain = |entry: &Entry| match &entry.payload {
                 Payload::Frame(frame) => frame.fd_flags().is_none() && !frame.is_remote(),
                 _ => false,
@@ -110,7 +110,7 @@ fn what_python_writes_is_read_here() {
         }
         run(script, "write", &path, &rows(&entries));
         let kept = |entry: &Entry| match (&entry.payload, end) {
-            // The length of a remote request is not in the candump logs of python-can.
+            // The candump logs of python-can do not contain the length of a remote request.
             (Payload::Frame(frame), "log") if frame.is_remote() => {
                 let row = row(entry);
                 let mut words: Vec<_> = row.split(' ').collect();
@@ -125,7 +125,7 @@ fn what_python_writes_is_read_here() {
     }
 }
 
-/// asammdf lays out an MDF file in several ways.
+/// asammdf writes MDF files with several layouts.
 #[test]
 fn mdf_files_of_asammdf_are_read_however_they_are_compressed() {
     if !is_there() {

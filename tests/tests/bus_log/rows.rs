@@ -1,5 +1,5 @@
-//! Entries as rows of text that a referee prints alike: `micros channel kind identifier flags dlc data
-//! direction`. An error frame has its time alone: not every format says more of it.
+//! Entries as rows of text that a reference prints in the same form: `micros channel kind identifier flags dlc data
+//! direction`. An error frame has only its time: not every format contains more.
 
 use bus_log::{Channel, Direction, Entry, ErrorFrame, Format, LogReader, LogWriter, Payload};
 use embedded_can::Frame as _;
@@ -8,9 +8,9 @@ use std::path::Path;
 use wire::can::{CanFrame, ExtendedId, Id, StandardId};
 use wire::time::Timestamp;
 
-/// The row of an entry.
+/// Returns the row of an entry.
 pub fn row(entry: &Entry) -> String {
-    // Programs that count in floating-point seconds miss the nanosecond.
+    // Programs that count in floating-point seconds are not exact to the nanosecond.
     let micros = (entry.at.as_nanos() + 500) / 1_000;
     let (kind, id, flags, dlc, data) = match &entry.payload {
         Payload::Frame(frame) => match frame.fd_flags() {
@@ -42,18 +42,17 @@ pub fn row(entry: &Entry) -> String {
     format!("{micros} {} {kind} {id} {flags} {dlc} {digits} {direction}", entry.channel)
 }
 
-/// The rows of entries, a line each.
+/// Returns the rows of entries, one per line.
 pub fn rows<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> String {
     entries.into_iter().map(|entry| row(entry) + "\n").collect()
 }
 
-/// What a file holds, all of it understood.
+/// Reads a file, without any errors.
 pub fn read(path: &Path) -> Vec<Entry> {
     let format = Format::of_path(path).unwrap();
     LogReader::open(path, format).unwrap().map(Result::unwrap).collect()
 }
 
-/// Writes a file.
 pub fn write(path: &Path, entries: &[Entry]) {
     let mut writer = LogWriter::create(path, Format::of_path(path).unwrap()).unwrap();
     for entry in entries {
@@ -62,8 +61,8 @@ pub fn write(path: &Path, entries: &[Entry]) {
     writer.finish().unwrap();
 }
 
-/// Frames of every kind, as dense as a bus has them. The first is on a whole millisecond, the date in the
-/// head of an ASC file says no more; a CAN FD frame has data, one without is a remote request to some.
+/// Frames of every kind, as dense as on a bus. The first is at a whole millisecond, since the date in the head of an
+/// ASC file is no finer. CAN FD frames contain data, since some programs read an empty one as a remote request.
 pub fn sample() -> Vec<Entry> {
     let mut payloads = Vec::new();
     let (standard, extended) = (StandardId::new, ExtendedId::new);

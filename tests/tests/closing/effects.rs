@@ -4,7 +4,7 @@ use super::{BAND, Cause, Effect, PLAN, SEED, Story, TEMPERATURE, WARMING, means,
 use record::outcome::Outcome;
 use tests::plans::{prepared, run};
 
-/// The effect is named, and what was out of the band is within it.
+/// Checks that the effect is named, and that turns out of the band are within it after.
 #[track_caller]
 fn closes(parameters: &[(&str, f64)], cause: Cause) -> Story {
     let story = Story::of(unit(parameters));
@@ -12,7 +12,7 @@ fn closes(parameters: &[(&str, f64)], cause: Cause) -> Story {
     story
 }
 
-/// The same turns from power-up on another day: without the model out of the band, with it within.
+/// Repeats the turns from power-up on another day: out of the band without the model, within it with the model.
 #[track_caller]
 fn closes_from_power_up(parameters: &[(&str, f64)], cause: Cause) {
     let story = closes(parameters, cause);
@@ -36,7 +36,7 @@ fn bias_over_temperature() {
     closes(&[("bias_deg_per_h_per_kelvin", 5.0)], ("bias", TEMPERATURE));
 }
 
-/// Half of what a coefficient of 5 deg/h/K changes by in 10 K (assumption).
+/// Half the change of a coefficient of 5 deg/h/K over 10 K (assumption).
 #[test]
 fn bias_over_the_square_of_temperature() {
     closes(&[("bias_deg_per_h_per_kelvin2", 0.3)], ("bias", TEMPERATURE));
@@ -48,7 +48,7 @@ fn shupe() {
     closes_from_power_up(&[("bias_deg_per_h_per_kelvin_per_min", 20.0)], ("bias", WARMING));
 }
 
-/// As much again as a coefficient of 10 deg/h/K moves in 3 K (assumption).
+/// As much again as a coefficient of 10 deg/h/K changes over 3 K (assumption).
 #[test]
 fn thermal_hysteresis() {
     let parameters =
@@ -62,15 +62,15 @@ fn scale_over_temperature() {
     closes(&[("scale_ppm_per_kelvin", -300.0)], ("scale", TEMPERATURE));
 }
 
-/// Told the temperature five minutes late (assumption).
+/// The temperature is reported five minutes late (assumption).
 #[test]
 fn scale_over_the_temperature_of_a_coil_that_leads_the_sensor() {
     let parameters = [("scale_ppm_per_kelvin", -300.0), ("temperature_lag_s", 300.0)];
     closes(&parameters, ("scale", "lag_of(temperature)"));
 }
 
-/// The same with the paper's coefficient: five degrees in a turn. Corrected, and the lag is named; a known limit: beside
-/// two terms that say the same in first order.
+/// With the paper's coefficient: five degrees in a turn. It is corrected, and the lag is named; known limit: beside two
+/// terms that are equal in first order.
 #[test]
 fn a_large_scale_over_the_temperature_of_a_coil_that_leads_the_sensor() {
     let parameters = [("scale_ppm_per_kelvin", -1_444.0), ("temperature_lag_s", 300.0)];
@@ -97,14 +97,14 @@ fn ageing_of_the_scale() {
     closes(&[("scale_ageing_ppm_per_h", 1_500.0)], ("scale", "trend(time)"));
 }
 
-/// Fifteen times the class (assumption): its hours shown in minutes.
+/// Fifteen times the class (assumption): hours of ageing in minutes.
 #[test]
 fn ageing_of_the_bias() {
     closes_from_power_up(&[("bias_ageing_deg_per_h_per_h", 15.0)], ("bias", "trend(time)"));
 }
 
-/// Named; a known limit: the time constant is not found well enough for the band. The error of the
-/// turns falls by a factor of four.
+/// Named; known limit: the estimate of the time constant is too inaccurate for the band. The error of the turns falls
+/// by a factor of four.
 #[test]
 fn warm_up() {
     let story = Story::of(unit(&[("warm_up_bias_deg_per_h", 60.0)]));
@@ -112,7 +112,7 @@ fn warm_up() {
     assert!(story.worst("before") > 4.0 * story.worst("after"), "{}", story.in_words());
 }
 
-/// When it came is known to a turn, which is too little to foresee it; once it has come it is corrected.
+/// The time of the step is known only to one turn, too little to predict it; after the step it is corrected.
 #[test]
 fn a_step_of_the_bias() {
     let parameters = [("bias_step_deg_per_h", 20.0), ("bias_step_at_s", 4_000.0)];
@@ -124,8 +124,8 @@ fn a_periodic_disturbance() {
     closes(&[("periodic_bias_deg_per_h", 20.0)], ("bias", "periodic(time)"));
 }
 
-/// Three times the class (assumption), and named; a controller is not told the supply, and says so
-/// rather than correcting by half.
+/// Three times the class (assumption), and named; a controller does not know the supply voltage, and refuses instead of
+/// correcting half.
 #[test]
 fn supply_voltage_is_named_and_not_corrected() {
     let repeat = "repeat = { times = 3, steps";
@@ -137,7 +137,7 @@ fn supply_voltage_is_named_and_not_corrected() {
     is_refused(&story, "a controller has no view of `gyro.supply_deviation_volt`");
 }
 
-/// Less than the fastest turns (assumption).
+/// Below the fastest turns (assumption).
 #[test]
 fn saturation_is_named_and_not_corrected() {
     let story = Story::of(unit(&[("range_deg_per_s", 35.0)]));

@@ -1,8 +1,8 @@
-//! The loop closed: a gyro has errors that nobody declared; the shipped plan finds them in turns of the
-//! table, corrects by what it found, and the same turns pass the band that they missed before.
+//! The closed loop: a gyro has undeclared errors; the shipped plan finds them in turns of the table, corrects them, and
+//! the same turns pass the band that they missed before.
 //!
-//! The emulator's effects and what identification looks for are written apart and share no line. Sizes
-//! are within the class (see the parameters of the emulated gyro) where no assumption is named.
+//! The emulator's effects and the identification's candidates were written independently and share no code. Sizes are
+//! within the class (see the parameters of the emulated gyro) unless an assumption is stated.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -19,21 +19,21 @@ use record::outcome::{Outcome, Verdict};
 use tests::devices::shipped;
 use tests::plans::{Run, prepared, run};
 
-/// The plan that ships.
+/// The shipped plan.
 const PLAN: &str = include_str!("../../../test-plans/close-the-loop.toml");
 /// Its band, deg: Fig. 6.
 const BAND: f64 = 0.25;
-/// The seed that `hil run` takes where none is given.
+/// The default seed of `hil run`.
 const SEED: u64 = 1;
 
-/// What causes an effect: a term and its driver.
+/// Cause of an effect: a term and its driver.
 type Cause = (&'static str, &'static str);
 
-/// What a controller sees, or should have.
+/// Drivers that a controller measures, or should.
 const TEMPERATURE: &str = "temperature";
 const WARMING: &str = "rate_of(temperature)";
 
-/// The shipped unit with these parameters in the place of what ails it.
+/// Returns the shipped unit with these parameters in place of its own errors.
 fn unit(parameters: &[(&str, f64)]) -> Devices {
     let mut devices = shipped("undeclared-table");
     let gyro = &mut devices.gyro.1;
@@ -44,7 +44,7 @@ fn unit(parameters: &[(&str, f64)]) -> Devices {
     devices
 }
 
-/// The shipped plan carried out, and what it found.
+/// A run of the shipped plan, and its findings.
 struct Story {
     done: Run,
     verdicts: Vec<(String, Verdict)>,
@@ -55,7 +55,7 @@ impl Story {
         Self::by(PLAN, devices)
     }
 
-    /// By another plan.
+    /// Runs another plan.
     fn by(text: &str, devices: Devices) -> Self {
         let prepared = prepared(text, devices);
         let done = run(&prepared, SEED);
@@ -68,12 +68,12 @@ impl Story {
         &self.done.simulated.made.findings["loop"]
     }
 
-    /// Largest error of a turn during `label`, deg.
+    /// Returns the largest error of a turn during `label`, deg.
     fn worst(&self, label: &str) -> f64 {
         worst(&self.done, &format!("during.{label}"))
     }
 
-    /// Every step was carried out.
+    /// Checks that every step was carried out.
     #[track_caller]
     fn is_carried_out(&self) -> &Self {
         let ending = &self.done.simulated.ending;
@@ -81,7 +81,7 @@ impl Story {
         self
     }
 
-    /// One of these causes, or something that the data cannot tell from it, was found first.
+    /// Checks that the first effect found has one of these causes, or cannot be distinguished from it by the data.
     #[track_caller]
     fn names(&self, causes: &[Cause]) -> &Self {
         let first = self.finding().effects.first();
@@ -90,7 +90,7 @@ impl Story {
         self
     }
 
-    /// Out of the band before, within it after.
+    /// Checks that turns are out of the band before, and within it after.
     #[track_caller]
     fn is_corrected(&self) -> &Self {
         self.is_carried_out();
@@ -100,7 +100,7 @@ impl Story {
         self
     }
 
-    /// The error of runs that took no part in the fit falls by this factor at least.
+    /// Checks that the error of held-out runs falls at least by this factor.
     #[track_caller]
     fn falls_by(&self, factor: f64) -> &Self {
         let held_out = &self.finding().held_out;
@@ -108,7 +108,7 @@ impl Story {
         self
     }
 
-    /// For a person who wonders why a test failed.
+    /// Describes the run, to explain why a test failed.
     fn in_words(&self) -> String {
         let (before, after) = (self.worst("before"), self.worst("after"));
         let mut words = format!("worst turn {before:.3} deg before, {after:.3} deg after\n");
@@ -127,13 +127,13 @@ impl Story {
     }
 }
 
-/// Largest error of a turn of the table that has this tag, deg.
+/// Returns the largest error of a table turn with this tag, deg.
 fn worst(run: &Run, tag: &str) -> f64 {
     let errors = run.simulated.observations.of("table.error").filter(|o| o.tag(tag).is_some());
     errors.fold(0.0, |worst, o| worst.max(o.value().abs()))
 }
 
-/// Is the effect, or a rival that it could be, of that cause?
+/// Whether the effect, or one of its rivals, has this cause.
 fn means(effect: &Effect, (term, driver): Cause) -> bool {
     let is = |other: &str, drivers: &[String]| other == term && drivers.iter().any(|d| d == driver);
     is(&effect.term, &effect.drivers)

@@ -1,4 +1,4 @@
-//! Noise and what a plain model knows: nothing is added.
+//! Noise, and effects of the plain model: nothing is added.
 
 use super::{Story, unit};
 use emulators::device_file::Devices;
@@ -10,7 +10,7 @@ use wire::gyro::{GyroFormat, OutputMode};
 fn adds_nothing(devices: Devices) {
     let story = Story::of(devices);
     story.is_carried_out();
-    // Noise that walks has a name, and no more.
+    // Random-walk noise may be named, and nothing else.
     let added = story.finding().effects.iter().any(|effect| effect.term != "noise");
     assert!(!added, "{}", story.in_words());
     assert_eq!(story.finding().verdict, Verdict::NothingMissing);
@@ -21,13 +21,13 @@ fn white() {
     adds_nothing(unit(&[("bias_instability_rms_deg_per_s", 0.0)]));
 }
 
-/// The paper's data sheet.
+/// From the paper's data sheet.
 #[test]
 fn flicker() {
     adds_nothing(unit(&[("bias_instability_rms_deg_per_s", 0.005)]));
 }
 
-/// A tenth of the class: a whole one wanders by 0.1 deg/s in these hours.
+/// A tenth of the class: the full value wanders by 0.1 deg/s in these hours.
 #[test]
 fn random_walk() {
     adds_nothing(unit(&[("rate_random_walk_deg_per_s_per_sqrt_s", 1e-4)]));
@@ -42,19 +42,19 @@ fn quantised() {
     adds_nothing(devices);
 }
 
-/// More than twice the data sheet (assumption); with more a bias test takes it for motion.
+/// More than twice the data sheet (assumption); more would make a bias test report motion.
 #[test]
 fn heavier_white() {
     adds_nothing(unit(&[("angle_random_walk_deg_per_sqrt_h", 0.2)]));
 }
 
-/// A constant scale error and a bias: what the plain model has.
+/// A constant scale error and a bias, which the plain model contains.
 #[test]
 fn what_the_plain_model_has() {
     adds_nothing(unit(&[("scale_ppm", 5_000.0), ("bias_deg_per_h", 10.0)]));
 }
 
-/// The unit that ships does have something to find.
+/// The shipped unit does have something to find.
 #[test]
 fn the_shipped_unit_is_no_null() {
     assert!(!Story::of(shipped("undeclared-table")).finding().effects.is_empty());

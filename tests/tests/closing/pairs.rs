@@ -1,4 +1,4 @@
-//! Two undeclared effects at once: both are among the first two, or among what those could be.
+//! Two undeclared effects at once: both are among the first two, or among their rivals.
 
 use super::{Cause, Story, TEMPERATURE, WARMING, means, unit};
 
@@ -13,7 +13,7 @@ fn both_are_named(parameters: &[(&str, f64)], causes: [Cause; 2]) -> Story {
     story
 }
 
-/// The unit that ships.
+/// The shipped unit.
 #[test]
 fn scale_over_rate_and_shupe() {
     let parameters =
@@ -46,7 +46,7 @@ fn a_periodic_disturbance_and_ageing_of_the_scale() {
     both_are_named(&parameters, causes).is_corrected();
 }
 
-/// Named; whether it is corrected depends on what is added beside the two.
+/// Named; whether they are corrected depends on what is added beside the two.
 #[test]
 fn bias_over_temperature_and_scale_over_rate() {
     let parameters = [("bias_deg_per_h_per_kelvin", 3.0), ("scale_ppm_at_30_deg_per_s", -2_000.0)];

@@ -1,4 +1,4 @@
-//! The controller on an ideal bench, carried through the steps of the reference.
+//! The controller on an ideal bench, driven through the steps of the reference.
 
 use super::model::{Expected, Line, Model, Step};
 use controller::Mutant;
@@ -10,14 +10,14 @@ use tests::devices::ideal;
 use tests::rig::{Answer, Direction, Rig};
 use wire::time::Span;
 
-/// Until a long mission moves for certain, and until everything is heard again and the base stands.
+/// Time until a long mission is certainly moving, and time until everything is received again and the base stands.
 const UNDER_WAY: Span = Span::from_millis(1_000);
 const SETTLED: Span = Span::from_millis(3_000);
-/// What ideal devices may add in a mission. Assumption: the properties' band over three.
+/// Error that ideal devices may add per mission. Assumption: a third of the properties' band.
 const HEADING_MAX_DEG: f64 = 0.4;
 const POSITION_MAX_M: f64 = 0.033;
 
-/// The controller in which this mistake is planted: its place in [`Mutant::ALL`]; none where there is no such place.
+/// A controller with the mutant at this index in [`Mutant::ALL`]; none if the index is out of range.
 pub struct Machine<const MUTANT: usize> {
     rig: Rig,
     runs: Option<MissionId>,
@@ -25,7 +25,7 @@ pub struct Machine<const MUTANT: usize> {
     missions: u32,
 }
 
-/// No mistake.
+/// Index without a mutant.
 pub const SOUND: usize = usize::MAX;
 
 impl<const MUTANT: usize> Machine<MUTANT> {
@@ -39,7 +39,7 @@ impl<const MUTANT: usize> Machine<MUTANT> {
         }
     }
 
-    /// The mission that ran was broken off where the model says so, and runs on where not.
+    /// Checks that the running mission was broken off if the model says so, and still runs if not.
     fn broken_off(&mut self, model: &Model) {
         let Some(id) = self.runs else { return };
         let answer = self.rig.answer(id).map(|(_, answer)| answer);
@@ -59,7 +59,7 @@ impl<const MUTANT: usize> Machine<MUTANT> {
         let heading = (state.pose.heading - pose.heading).wrapped().abs();
         let position = (state.pose.x - pose.x).m().hypot((state.pose.y - pose.y).m());
         assert!(heading.deg() <= HEADING_MAX_DEG * allowed, "{:?}, expected {pose:?}", state.pose);
-        // A heading that errs takes the path with it.
+        // An error in heading also displaces the path.
         let position_max = POSITION_MAX_M * allowed * allowed;
         assert!(position <= position_max, "{:?}, expected {pose:?}", state.pose);
     }
@@ -125,7 +125,7 @@ impl<const MUTANT: usize> StateMachineTest for Machine<MUTANT> {
         assert_eq!(level, model.level(), "{:?}", machine.rig.health());
     }
 
-    /// The end: everything comes to rest, and no property was broken on the way.
+    /// At the end everything comes to rest, and no property was broken.
     fn teardown(mut machine: Self, _: Model) {
         let id = machine.rig.begin(controller::mission::Command::Stop);
         machine.rig.finish(id);

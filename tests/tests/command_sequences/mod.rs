@@ -1,7 +1,7 @@
-//! Commands in any order, with lines cut in between: the controller beside a reference that says what must be true.
+//! Commands in any order, with lines cut in between: the controller against a reference model.
 //!
-//! The reference (`model.rs`) knows which orders must be refused and why, what breaks off a mission, what health must
-//! say and where the robot must believe to be; the properties of a run are watched besides.
+//! The reference (`model.rs`) states which orders must be refused and why, what breaks off a mission, the health that
+//! must be reported and the pose that the robot must estimate; the properties of a run are watched too.
 
 mod machine;
 mod model;
@@ -12,7 +12,7 @@ use model::Model;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use proptest_state_machine::{ReferenceStateMachine as _, StateMachineTest, prop_state_machine};
 
-/// Most steps of a sequence.
+/// Maximum steps of a sequence.
 const STEPS_MAX: usize = 16;
 
 prop_state_machine! {
@@ -22,7 +22,7 @@ prop_state_machine! {
     fn the_controller_does_what_the_reference_says(sequential 1..STEPS_MAX => Machine<SOUND>);
 }
 
-/// Does some sequence tell this controller from the reference?
+/// Whether some sequence distinguishes this controller from the reference.
 fn is_told<M: StateMachineTest<Reference = Model>>() -> bool {
     let seed = RngSeed::Fixed(1);
     let config = Config {
@@ -33,7 +33,7 @@ fn is_told<M: StateMachineTest<Reference = Model>>() -> bool {
         ..Config::default()
     };
     let sequences = Model::sequential_strategy(1..STEPS_MAX);
-    // Without shrinking nobody asks which steps were seen.
+    // The counter of steps taken is needed only for shrinking.
     let test = |(model, steps, _)| {
         M::test_sequential(Config::default(), model, steps, None);
         Ok(())
@@ -41,7 +41,7 @@ fn is_told<M: StateMachineTest<Reference = Model>>() -> bool {
     TestRunner::new(config).run(&sequences, test).is_err()
 }
 
-/// The test can fail: it tells controllers with a mistake.
+/// The test can fail: it detects mutants of the controller.
 #[test]
 fn mistakes_are_told() {
     macro_rules! told {

@@ -1,4 +1,4 @@
-//! What must be true of a controller that is given commands in any order: the reference, without a clock.
+//! Reference model of a controller that receives commands in any order, without a clock.
 
 use controller::calibration::Calibration;
 use controller::health::Level;
@@ -9,7 +9,7 @@ use proptest_state_machine::ReferenceStateMachine;
 use tests::rig::Rig;
 use wire::units::{Angle, Length, Pose};
 
-/// A command, in the units that people think in.
+/// A command, in common units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Order {
     Straight {
@@ -40,7 +40,7 @@ pub enum Long {
     BiasTest,
 }
 
-/// A line that can be cut toward the controller.
+/// A line to the controller that can be cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Line {
     Gyro,
@@ -52,51 +52,51 @@ pub enum Line {
 pub enum Step {
     /// Gives an order and waits for its answer.
     Do(Order),
-    /// Gives a long mission and lets it run a while.
+    /// Begins a long mission and lets it run for a while.
     Begin(Long),
-    /// Ends what runs; the next step comes at once.
+    /// Stops the running mission; the next step follows at once.
     Stop,
-    /// Long enough for a base to come to rest.
+    /// Waits long enough for a base to come to rest.
     Wait { ms: u16 },
-    /// Nothing comes through a line for a while, and then everything again.
+    /// Cuts a line for a while, then restores it.
     Cut { line: Line, ms: u16 },
 }
 
-/// What the last step must have come to.
+/// Expected result of the last step.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Expected {
     #[default]
     Nothing,
     /// The order is carried out.
     Done,
-    /// It is not begun, for one of these reasons.
+    /// It is refused for one of these reasons.
     Refused(Vec<Refusal>),
     /// The long mission runs.
     Runs,
-    /// The mission that ran is broken off.
+    /// The running mission is broken off.
     Aborted(AbortReason),
 }
 
 /// The state of the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// How the base is joined.
+    /// How the base is connected.
     pub transport: Transport,
-    /// The long mission that runs.
+    /// The running long mission.
     pub runs: Option<Long>,
-    /// It was told to stop a moment ago, in motion.
+    /// A stop in motion was given a moment ago.
     pub brakes: bool,
     pub source: HeadingSource,
     pub method: BiasMethod,
-    /// A bias test was passed.
+    /// A bias test has passed.
     pub tested: bool,
-    /// The last one was not.
+    /// The last bias test has failed.
     pub test_failed: bool,
-    /// Samples of the gyro were lost since a pose was last set.
+    /// Samples of the gyro were lost since the pose was last set.
     pub samples_lost: bool,
-    /// Where it must believe to be; not known where a motion was broken off or the heading comes from elsewhere.
+    /// Expected pose estimate; `None` if a motion was broken off or the heading has another source.
     pub pose: Option<Pose>,
-    /// What the last step must have come to.
+    /// Expected result of the last step.
     pub expected: Expected,
 }
 
@@ -119,19 +119,19 @@ impl Model {
     fn knows_bias(&self) -> bool {
         match self.method {
             BiasMethod::StaticTest => self.tested,
-            // No sequence gives a calibration that has one.
+            // No sequence loads a calibration with a table.
             BiasMethod::TemperatureTable => false,
             BiasMethod::None => true,
         }
     }
 
-    /// What health must say once all is heard again.
+    /// Health that must be reported once everything is received again.
     pub fn level(&self) -> Level {
         let doubtful = !self.knows_bias() || self.test_failed || self.samples_lost;
         if doubtful { Level::Degraded } else { Level::Ok }
     }
 
-    /// Every reason against an order: it is refused for one of them, and carried out where there is none.
+    /// Returns every reason to refuse an order: it is refused for one of them, or carried out if there are none.
     fn against(&self, order: Order) -> Vec<Refusal> {
         let moves = matches!(order, Order::Straight { .. } | Order::Turn { .. } | Order::TooFast);
         if matches!(order, Order::RequestState | Order::SetMethod(_)) {
@@ -182,7 +182,7 @@ impl Model {
         }
     }
 
-    /// The mission that runs is broken off.
+    /// Breaks off the running mission.
     fn abort(&mut self, reason: AbortReason) {
         let Some(ran) = self.runs.take() else { return };
         self.expected = Expected::Aborted(reason);
@@ -212,7 +212,8 @@ impl Model {
     }
 }
 
-/// A cut of this or more breaks off what needs the line; the base's time-out in motion is 250 ms, the gyro's 100 ms.
+/// A cut of at least this length breaks off what needs the line; the base's time-out in motion is 250 ms, the gyro's
+/// 100 ms.
 const CUT_LONG_MS: u16 = 400;
 
 /// The pose of a `SetPose`.
@@ -225,7 +226,7 @@ pub fn pose(x_m: i32, y_m: i32, deg: i32) -> Pose {
 }
 
 impl Order {
-    /// As the controller is told.
+    /// Converts it to a command of the controller.
     pub fn command(self) -> Command {
         match self {
             Self::Straight { mm } => Rig::straight_order(f64::from(mm) / 1e3, 0.4),
@@ -242,7 +243,7 @@ impl Order {
 }
 
 impl Long {
-    /// As the controller is told: each takes minutes.
+    /// Converts it to a command of the controller that takes minutes.
     pub const fn command(self) -> Command {
         match self {
             Self::Straight => Rig::straight_order(100.0, 0.4),

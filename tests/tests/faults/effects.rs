@@ -1,4 +1,4 @@
-//! What faults of host, operator, bus and phases show as in a run.
+//! Effects of faults of host, operator, bus and phases on a run.
 
 use super::{FaultEvent, Record, RecordKind, prepared, run, told};
 use controller::mission::Report;
@@ -8,7 +8,7 @@ fn fault(text: &str) -> String {
     format!("[[fault]]\n{text}\n")
 }
 
-/// When the controller said anything.
+/// Times at which the controller reported anything.
 fn reported(records: &[Record]) -> Vec<f64> {
     let reports = records.iter().filter(|record| {
         record.device == Device::Controller && matches!(record.kind, RecordKind::Report(_))
@@ -30,7 +30,7 @@ fn a_controller_that_is_not_scheduled_says_nothing_and_then_all() {
     assert!(!spoken.iter().any(|at| (3.000_1..3.999_9).contains(at)), "{}", reasons(&records));
     assert!(spoken.iter().any(|at| (2.0..3.0).contains(at)));
     assert!(spoken.contains(&4.0), "all at once when it goes on");
-    // 100 samples of the gyro, and what the base said.
+    // 100 samples of the gyro, and the messages of the base.
     assert!(run.faults[0].acted > 100);
 }
 

@@ -1,4 +1,4 @@
-//! Every kind of the vocabulary, on every bench that has what it strikes.
+//! Every kind of fault, on every bench that it can strike.
 
 use super::{FaultEvent, prepared, run, told};
 use plan::faults::{Fault, FaultKind, Lasts, Lines, Schedule, Target, When};
@@ -6,7 +6,7 @@ use record::outcome::Outcome;
 use std::sync::Arc;
 use wire::time::Span;
 
-/// So bad that it acts within a few seconds.
+/// Returns the fault with a severity that acts within a few seconds.
 fn acting(kind: FaultKind) -> FaultKind {
     let first = &kind.info().parameters[0];
     if first.unit == "%" && kind.severity() < 20.0 { kind.with_severity(20.0) } else { kind }

@@ -1,4 +1,4 @@
-//! A bias test is ordered while the base still turns.
+//! A bias test is commanded while the base still turns.
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;

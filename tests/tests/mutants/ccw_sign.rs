@@ -1,4 +1,4 @@
-//! The paper's laps, whose calibration takes some degrees off each turn.
+//! The paper's laps, with a calibration that corrects each turn by some degrees.
 
 use super::scenario::caught;
 use controller::Mutant;

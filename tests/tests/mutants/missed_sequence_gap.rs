@@ -1,4 +1,4 @@
-//! Sixty milliseconds of the gyro's samples are lost in a turn: too few to be silent.
+//! Sixty milliseconds of gyro samples are lost in a turn: too short for a silence.
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;

@@ -1,4 +1,4 @@
-//! Each mistake that can be planted in the controller violates a property; without it all hold.
+//! Each mutant of the controller violates a property; without a mutant all properties hold.
 
 mod bias_test_while_moving;
 mod ccw_sign;

@@ -1,4 +1,4 @@
-//! No program of the workspace can carry a mistake: the feature is named by these tests alone.
+//! No program of the workspace can contain a mutant: only these tests enable the feature.
 
 use std::fs;
 use std::path::Path;
@@ -22,7 +22,7 @@ fn only_the_tests_enable_mutants() {
         let text = fs::read_to_string(&path).expect("the package has a manifest");
         let manifest: toml::Table = toml::from_str(&text).expect("a manifest is TOML");
         for (section, value) in &manifest {
-            // The features' own declarations are what they are enabled through.
+            // The features' own declarations have to name it.
             if section != "features" {
                 assert!(!value.to_string().contains("mutants"), "{package}: [{section}]");
             }

@@ -1,4 +1,4 @@
-//! Sixty laps the same way round, as far as the heading goes.
+//! As much turning as sixty laps in the same direction.
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;

@@ -1,4 +1,4 @@
-//! A straight, at whose end the pose is written.
+//! A straight line, with a pose write at its end.
 
 use super::scenario::{caught, rig};
 use controller::Mutant;

@@ -1,4 +1,4 @@
-//! A host hands every packet of the gyro over twice for a while.
+//! A host delivers every gyro packet twice for a while.
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;

@@ -1,4 +1,5 @@
-//! Mistakes that break no property of a sound run: the row of a plan that should fail does, and no other mistake is needed.
+//! Mutants that break no property in a normal run: the intended row of a plan fails with the mutant, and passes
+//! without.
 
 use controller::Mutant;
 use controller::calibration::{Calibration, Factor};
@@ -11,7 +12,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use tests::devices::{NAVIGATOR, ideal_table};
 
-/// `row` fails with the mutant, and every row passes without.
+/// Checks that `row` fails with the mutant, and that every row passes without.
 fn caught(mutant: Mutant, row: &str, mut prepared: Prepared) {
     let mut rows = |planted| {
         prepared.mutant = planted;
@@ -47,7 +48,7 @@ fn the_heading_is_held_at_rest() {
     caught(Mutant::HeadingNotHeld, "true_stop_error", shipped("turn-accuracy"));
 }
 
-/// A plan of steps on a table, whose turns are to be right within 0.25 deg but for those labelled `wrong`.
+/// A plan of steps on a table, whose turns must be correct within 0.25 deg, except those labelled `wrong`.
 fn on_a_table(steps: &str, devices: Devices, calibration: Calibration) -> Prepared {
     let text = format!(
         r#"
@@ -87,8 +88,8 @@ fn turns(label: &str) -> String {
     format!("{}, {}", turn(-360), turn(360))
 }
 
-/// A gyro that reads 1 deg too much of a turn counter-clockwise and as much too little clockwise, and half a percent too
-/// much of both.
+/// A gyro that reads a counter-clockwise turn 1 deg too large and a clockwise turn 1 deg too small, and both half a
+/// percent too large.
 fn by_two_factors() -> Prepared {
     let mut devices = ideal_table(NAVIGATOR);
     let asymmetry_ppm = 2.0 / 360.0 * 1e6;
@@ -114,7 +115,7 @@ fn directional_factors_and_chains_of_factors() {
 #[test]
 fn the_bias_method_counts() {
     let mut devices = ideal_table(NAVIGATOR);
-    // In the 14 s of a turn and the rest about it 1 deg.
+    // 1 deg over the 14 s of a turn and the rest around it.
     devices.gyro.1.bias_deg_per_h = 255.0;
     let steps = format!(
         r#"{{ bias_test = {{ duration_s = 20 }} }}, {}, {{ bias_method = "none" }}, {}"#,
@@ -149,7 +150,7 @@ check = { all_within = { at_least = 1 } }
     caught(Mutant::HealthSilent, "said", prepared);
 }
 
-/// No mistake of the controller, but of the gyro, which nothing corrects: cw and ccw are not alike.
+/// An error of the gyro, not of the controller, which nothing corrects: cw and ccw differ.
 #[test]
 fn one_percent_between_the_directions_is_not_alike() {
     let mut prepared = shipped("temperature-calibration");

@@ -1,4 +1,4 @@
-//! What the scenarios share.
+//! Shared by the scenarios.
 
 use controller::Mutant;
 use emulators::base::Transport;
@@ -7,7 +7,7 @@ use judge::properties::{Kind, PropertyVerdict};
 use tests::devices::ideal;
 use tests::rig::Rig;
 
-/// The rig in which the controller makes this mistake.
+/// Returns a rig whose controller has this mutant.
 pub fn rig(devices: &Devices, mutant: Option<Mutant>) -> Rig {
     Rig::with_config(devices, 1, |config| config.mutant = mutant).ready()
 }
@@ -17,11 +17,11 @@ pub fn on_can(mutant: Option<Mutant>) -> Rig {
     rig(&ideal(Transport::Can), mutant)
 }
 
-/// The scenario violates `property` with the mutant, and none without.
+/// Checks that the scenario violates `property` with the mutant, and no property without it.
 ///
 /// # Panics
 ///
-/// When it is not so.
+/// When it does not.
 pub fn caught(
     mutant: Mutant,
     property: &str,

@@ -1,4 +1,4 @@
-//! The gyro's line is cut on a straight.
+//! The gyro's line is cut on a straight line.
 
 use super::scenario::{caught, rig};
 use controller::Mutant;

@@ -1,4 +1,4 @@
-//! Inputs that go wrong in a way that only a comparison shows.
+//! Faulty inputs that only a comparison reveals.
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;

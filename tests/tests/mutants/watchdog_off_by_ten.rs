@@ -1,4 +1,4 @@
-//! The base's messages are cut in motion.
+//! The base's messages are cut off in motion.
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;

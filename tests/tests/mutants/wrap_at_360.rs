@@ -1,4 +1,4 @@
-//! Four corners, either way round.
+//! Four corners, in either direction.
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;

@@ -1,25 +1,23 @@
-//! The places of mistakes, for a build server: lines that begin with `::error` are shown at the file that they name. They
-//! are written where GitHub runs, and nowhere else.
+//! Locations of errors for a build server: GitHub shows lines that begin with `::error` at the file that they name.
+//! They are written only on GitHub.
 
 use super::progress::Screen;
 use std::env;
 
-/// Is `true` where GitHub runs.
+/// `true` on GitHub.
 const ACTIONS: &str = "GITHUB_ACTIONS";
 
-/// A mistake, shown at its place.
+/// An error message and its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Annotation {
-    /// File and line, counted from 1, where it is of a file.
+    /// File and line, counted from 1, if the error is in a file.
     pub(super) place: Option<(String, usize)>,
-    /// What it is about.
     pub(super) title: String,
-    /// What is wrong.
     pub(super) message: String,
 }
 
 impl Annotation {
-    /// Shows it on GitHub; elsewhere nothing is written.
+    /// Prints the annotation on GitHub; does nothing elsewhere.
     pub(super) fn show(&self, screen: &Screen) {
         if env::var_os(ACTIONS).is_some_and(|value| value == "true") {
             screen.note(&self.line());
@@ -34,12 +32,12 @@ impl Annotation {
     }
 }
 
-/// As GitHub's toolkit escapes the text of a command.
+/// Escapes text as GitHub's toolkit escapes the message of a command.
 fn data(text: &str) -> String {
     text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
 }
 
-/// As it escapes a property of one.
+/// Escapes text as GitHub's toolkit escapes a property of a command.
 fn property(text: &str) -> String {
     data(text).replace(':', "%3A").replace(',', "%2C")
 }

@@ -1,4 +1,4 @@
-//! What a build server is told beside the standard output: a summary in Markdown.
+//! Output for a build server beside the standard output: a summary in Markdown.
 //!
 //! GitHub names a file for summaries in `GITHUB_STEP_SUMMARY`; every step appends to it.
 
@@ -21,7 +21,7 @@ pub(super) struct SummaryArguments {
 }
 
 impl SummaryArguments {
-    /// Appends it, where somebody wants it.
+    /// Appends the text to the summary file, if there is one.
     pub(super) fn append(&self, markdown: &str) -> Result<(), Failure> {
         let named = || env::var_os(STEP_SUMMARY).filter(|name| !name.is_empty()).map(PathBuf::from);
         let Some(path) = self.summary.clone().or_else(named) else { return Ok(()) };

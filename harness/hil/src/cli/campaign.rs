@@ -1,4 +1,4 @@
-//! `hil campaign`: faults thrown at a plan, and how much of one it tolerates.
+//! `hil campaign`: applies faults to a plan, and measures how much of one it tolerates.
 
 pub(super) mod account;
 mod ended;
@@ -120,17 +120,17 @@ pub(super) struct CampaignArguments {
     shrink_max: Option<u64>,
 }
 
-/// The most cases: what came of them is kept in a file and read again.
+/// Maximum number of cases: their results are kept in a file and read again.
 const CASES_MAX: u64 = 10_000_000;
-/// Tries to make one case smaller.
+/// Maximum number of attempts to shrink one case.
 const SHRINK_MAX: u64 = 500;
-/// File of a campaign folder: its cases.
+/// File of a campaign folder that holds its cases.
 const JOURNAL: &str = "cases.jsonl";
 
-/// What a campaign is about, and whom it talks to.
+/// What a campaign tests, and whom it reports to.
 #[derive(Clone, Copy)]
 struct Task<'a> {
-    /// The text of the plan.
+    /// Text of the plan.
     source: &'a str,
     pub(super) prepared: &'a Prepared,
     pub(super) interrupt: &'a Interrupt,
@@ -232,8 +232,8 @@ impl CampaignArguments {
         self.shrink_max.unwrap_or(usual)
     }
 
-    /// What can go wrong, once it is clear that without it nothing does; `clean` is how long that took and what it came
-    /// to.
+    /// Returns the faults to choose from, after checking that the run without faults violates no property; `clean` is
+    /// the duration and result of that run.
     fn space(
         &self,
         task: &Task<'_>,
@@ -258,7 +258,7 @@ impl CampaignArguments {
         Ok(space)
     }
 
-    /// The folder of the campaign, made where there is none.
+    /// Returns the campaign's folder, created if it does not exist.
     fn opened(&self, prepared: &Prepared) -> Result<PathBuf, Failure> {
         let folder = self.folder("campaign", prepared);
         let ours = folder.join(JOURNAL).is_file();
@@ -267,7 +267,7 @@ impl CampaignArguments {
         Ok(folder)
     }
 
-    /// What decides the cases of the campaign; `bench` names where they are carried out.
+    /// Describes what determines the cases of the campaign; `bench` names where they are carried out.
     fn what(&self, task: &Task<'_>, bench: &str) -> String {
         format!(
             "{}, by {}, seed {}, up to {} of {}{bench}",
@@ -279,12 +279,12 @@ impl CampaignArguments {
         )
     }
 
-    /// What decides the runs of envelopes: cases have their seeds and faults themselves.
+    /// Describes what determines the runs of envelopes: the cases contain their own seeds and faults.
     fn envelopes_of(&self, task: &Task<'_>) -> String {
         format!("envelopes of {}", self.under_test(task))
     }
 
-    /// The plan, and who is under test.
+    /// Describes the plan and the device under test.
     fn under_test(&self, task: &Task<'_>) -> String {
         let plan = &task.prepared.plan.name;
         let id = campaign::Case::default().id(task.source);
@@ -294,7 +294,7 @@ impl CampaignArguments {
         }
     }
 
-    /// Searches, shrinks and saves, in the folder of the campaign.
+    /// Searches, shrinks and saves in the campaign's folder.
     fn search(
         &self,
         task: &Task<'_>,
@@ -332,7 +332,7 @@ impl CampaignArguments {
         Ok((done, saved))
     }
 
-    /// Keeps, draws and prints the end, and tells build servers.
+    /// Saves, draws and prints the result, and reports it to build servers.
     fn tell(
         &self,
         screen: &Screen,
@@ -369,13 +369,13 @@ impl CampaignArguments {
         })
     }
 
-    /// Kinds are of the vocabulary.
+    /// Checks that the fault kinds exist.
     fn known(&self) -> Result<(), Failure> {
         self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
     }
 }
 
-/// What must come about sometimes.
+/// States that must occur in some run.
 fn states(properties: &[Property]) -> BTreeSet<String> {
     properties
         .iter()

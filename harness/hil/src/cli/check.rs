@@ -1,4 +1,4 @@
-//! `hil check`: judges recorded runs again. What that means is in [`harness::run::judge_again`]
+//! `hil check`: judges recorded runs again. [`harness::run::judge_again`] explains what that means.
 
 use super::EXIT_STATUSES;
 use super::failure::Failure;

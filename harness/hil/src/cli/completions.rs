@@ -1,4 +1,4 @@
-//! `hil completions`: what a shell completes the command line by.
+//! `hil completions`: completion scripts for shells.
 
 use super::failure::Failure;
 use super::{Cli, say};

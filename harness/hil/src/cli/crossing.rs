@@ -1,4 +1,4 @@
-//! Where the command line meets the buses of the kernel in virtual time.
+//! Runs in virtual time across the kernel's buses.
 
 use super::failure::Failure;
 use harness::run::{Completed, Options, Prepared};
@@ -6,12 +6,12 @@ use record::Progress;
 use rig::crossing::KernelBus;
 use views::watch::Feed;
 
-/// Opens and closes what each of the plans crosses, so that a bus that is missing does not cost the hours
-/// of those before it.
+/// Opens and closes the buses that each plan crosses, so that a missing bus does not cost the hours of the plans before
+/// it.
 ///
 /// # Errors
 ///
-/// When this machine does not have it, or a bench does not fit it.
+/// When this machine lacks the bus, or a bench does not fit it.
 pub(super) fn check(bus: KernelBus, plans: &[Prepared]) -> Result<(), Failure> {
     for prepared in plans {
         opened(bus, prepared)?;

@@ -1,4 +1,4 @@
-//! `hil debug`: a recorded run once more, stopped where one asks.
+//! `hil debug`: repeats a recorded run, and stops where the user asks.
 
 mod asked;
 mod session;
@@ -27,7 +27,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use wire::time::Timestamp;
 
-/// The clock of a run that is the same each time.
+/// Clock of a repeatable run.
 const VIRTUAL: &str = "virtual";
 
 /// Repeats a recorded run in virtual time, stops at a given time, shows the state, and steps from
@@ -85,7 +85,7 @@ impl DebugArguments {
         let (input, output) = (io::stdin().lock(), io::stdout().lock());
         let is_asked = io::stdin().is_terminal();
         let has_left = Cell::new(false);
-        // Those that can be read; that one cannot was said above.
+        // Only the readable records; an unreadable one was reported above.
         let recorded = folder.records()?.filter_map(Result::ok);
         let moment = Moment::new(header.clone(), ears);
         let mut session = Session::new(
@@ -112,7 +112,7 @@ impl DebugArguments {
         Ok(outcome)
     }
 
-    /// The recorded plan, or the one that was named, with the controller that was.
+    /// The recorded plan, or the one given, with the given controller.
     fn prepared(&self, header: &Header, name: &str) -> Result<Prepared, Failure> {
         let made = Made::default();
         let mut prepared = match &self.plan {
@@ -120,7 +120,7 @@ impl DebugArguments {
             None if header.files.plan().is_some() => {
                 Prepared::load_from(&Library::packed(Arc::clone(&header.files)), PLAN, &made)?
             }
-            // The name comes from a file: it is not taken for a path.
+            // The name comes from a file and must not be used as a path.
             None if names(Kind::Plan).contains(&header.plan) => {
                 Prepared::load_from(&Library::shipped(), &header.plan, &made)?
             }
@@ -142,7 +142,7 @@ impl DebugArguments {
     }
 }
 
-/// Where the run is when a moment is over.
+/// Formats the run's position when it stops.
 fn seconds(at: Timestamp) -> String {
     format!("{:.6} s", at.as_secs_f64())
 }

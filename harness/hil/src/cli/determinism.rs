@@ -1,4 +1,4 @@
-//! `hil run --verify-determinism`: the same run a second time, compared with the first record by record.
+//! `hil run --verify-determinism`: runs the plan a second time and compares the records one by one.
 
 use super::failure::Failure;
 use harness::run::{Completed, Options, Prepared, run_to_folder, write_documents};
@@ -10,8 +10,8 @@ use record::text::Line;
 use record::{Progress, Record};
 use std::path::Path;
 
-/// Runs the plan again. Where the second run is another than that in `out`, the summary there says so, with the first
-/// difference: an error, since nothing that such a run shows can be trusted to come again.
+/// Runs the plan again. If the second run differs from the one in `out`, the summary there states the first difference:
+/// an error, since the results of such a run cannot be reproduced.
 pub(super) fn verify(
     prepared: &Prepared,
     (options, out): (&Options<'_>, &Path),
@@ -35,7 +35,7 @@ pub(super) fn verify(
     Ok(())
 }
 
-/// The first difference between two records, in words.
+/// The first difference between two records, as text.
 pub(super) fn difference(
     one: &RunFolder,
     other: &RunFolder,

@@ -1,4 +1,4 @@
-//! `hil diff`: two runs beside each other.
+//! `hil diff`: compares two runs.
 
 use super::determinism::difference;
 use super::failure::Failure;

@@ -1,4 +1,4 @@
-//! `hil doctor`: what this machine and a bench have, what they lack, and the command that mends it.
+//! `hil doctor`: what this machine and a bench have, what they lack, and the command that fixes it.
 
 use super::failure::Failure;
 use clap::Args;

@@ -1,4 +1,4 @@
-//! `hil emulate`: emulated devices on ports, in real time, for anybody's controller.
+//! `hil emulate`: emulated devices on ports, in real time, for any controller.
 
 mod setup;
 

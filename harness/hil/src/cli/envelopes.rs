@@ -1,4 +1,4 @@
-//! `hil campaign --envelope` and `--envelopes`: how much of faults a plan tolerates.
+//! `hil campaign --envelope` and `--envelopes`: how severe faults may be before a plan fails.
 
 use super::build_server::SummaryArguments;
 use super::failure::Failure;
@@ -48,12 +48,12 @@ pub(super) struct EnvelopeArguments {
     at_least: Option<f64>,
 }
 
-/// The figures of a folder of envelopes.
+/// File with the figures of an envelopes folder.
 const FIGURES: &str = "envelopes.json";
-/// Its runs.
+/// File with its runs.
 const JOURNAL: &str = "runs.jsonl";
 
-/// One envelope that is asked for.
+/// One requested envelope.
 struct Asked {
     fault: Fault,
     at_least: Option<f64>,
@@ -61,11 +61,11 @@ struct Asked {
     runs: u64,
 }
 
-/// What all are measured with.
+/// What all envelopes are measured with.
 pub(super) struct Means<'a> {
     pub(super) prepared: &'a Prepared,
     pub(super) executor: &'a Simulated,
-    /// What decides the runs, as their journal says it.
+    /// What determines the runs, as stated in their journal.
     pub(super) what: String,
     pub(super) seed: u64,
     pub(super) threads: NonZeroUsize,
@@ -75,12 +75,12 @@ pub(super) struct Means<'a> {
 }
 
 impl EnvelopeArguments {
-    /// Is an envelope asked for rather than a search?
+    /// Whether an envelope is requested instead of a search.
     pub(super) const fn is_asked(&self) -> bool {
         self.envelopes || self.envelope.is_some()
     }
 
-    /// Measures what is asked for; the page and the figures go to `folder`.
+    /// Measures the requested envelopes; the page and the figures go to `folder`.
     pub(super) fn execute(
         &self,
         means: &Means<'_>,
@@ -188,7 +188,7 @@ fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
     let lines = prepared.rig.struck();
     let asked = |declared: &DeclaredEnvelope| {
         let &DeclaredEnvelope { kind, target, at_least, share, runs } = declared;
-        // The plan was checked against its bench.
+        // The plan has been checked against its bench.
         let fault = Fault::new(struck_by(kind, target, &lines)?, kind);
         Some(Asked { fault, at_least: Some(at_least), share, runs })
     };
@@ -216,7 +216,7 @@ impl Means<'_> {
     }
 }
 
-/// Carries cases out, and shows how many there were.
+/// Carries out cases and shows how many.
 struct Counting<'a> {
     executor: &'a Kept<'a, Simulated>,
     bar: ProgressBar,
@@ -230,12 +230,12 @@ impl Executor for Counting<'_> {
     }
 }
 
-/// Are there envelopes in that folder?
+/// Whether the folder contains envelopes.
 pub(super) fn are_in(folder: &Path) -> bool {
     folder.join(FIGURES).is_file()
 }
 
-/// Draws the page of the envelopes in that folder from their figures; where it is.
+/// Draws the page of the folder's envelopes from their figures; returns its path.
 pub(super) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
     let figures = folder.join(FIGURES);
     let all: Vec<Measured> = std::fs::read(&figures)
@@ -247,7 +247,7 @@ pub(super) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
     Ok(path)
 }
 
-/// The kind of this name, its parameters typical.
+/// Returns the fault kind of this name, with typical parameters.
 pub(super) fn kind(name: &str) -> Result<FaultKind, Failure> {
     FaultKind::named(name).map_err(|unknown| Failure::arguments(unknown.to_string(), unknown.help))
 }

@@ -95,10 +95,10 @@ Examples:
   hil export runs/laps-corrected-seed1 --kind odometry
 ";
 
-/// In the title of each package that is made of a run.
+/// Part of the title of every package made from a run.
 const OF_THE_RUN: &str = " of the run ";
 
-/// Whether the data package in this folder was made of a run.
+/// Whether the data package in this folder was made from a run.
 fn is_export(folder: &Path) -> bool {
     let text = std::fs::read(folder.join(DESCRIPTOR)).ok();
     let package = text.and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
@@ -114,7 +114,7 @@ fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Fail
     let records = folder.records()?;
     let mut entries =
         Recorded::new(records.header().clone(), records).map(|entry| entry.map_err(failure));
-    // Nothing is made of a run that holds nothing.
+    // No log is written for a run without frames or bytes.
     let Some(first) = entries.next() else {
         return Err(Failure::arguments(
             format!("{} holds neither frames nor bytes", folder.path().display()),

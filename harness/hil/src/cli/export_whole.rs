@@ -1,4 +1,4 @@
-//! `hil export --tables`, `--mcap` and `--mf4`: everything that a record holds.
+//! `hil export --tables`, `--mcap` and `--mf4`: all contents of a record.
 
 use super::failure::Failure;
 use super::progress::Screen;
@@ -83,7 +83,7 @@ pub(super) fn mf4(
     ended(folder, exported.survey, screen)
 }
 
-/// A record, or any other file of a run folder, is not to be replaced by a slip.
+/// Checks the extension, so that a slip does not overwrite a record or another file of a run folder.
 fn ends_in(path: &Path, end: &str) -> Result<(), Failure> {
     if path.extension().is_some_and(|found| found == end) {
         return Ok(());
@@ -94,7 +94,7 @@ fn ends_in(path: &Path, end: &str) -> Result<(), Failure> {
     ))
 }
 
-/// Says what is not in the export, and fails where that is the rest of the record.
+/// Reports what the export lacks, and fails if that is the rest of the record.
 fn ended(folder: &RunFolder, survey: Survey, screen: &Screen) -> Result<Outcome, Failure> {
     if survey.left_out > 0 {
         let left_out = survey.left_out;
@@ -111,7 +111,7 @@ fn ended(folder: &RunFolder, survey: Survey, screen: &Screen) -> Result<Outcome,
     }
 }
 
-/// Who understands what crossed the lines, said aloud where nobody does.
+/// Decoders of the traffic; prints a note if there are none.
 fn ears_of(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears, Failure> {
     let known = ears(&survey.header, plan)?;
     if known.is_none() && survey.of_device {
@@ -121,7 +121,7 @@ fn ears_of(survey: &Survey, plan: Option<&str>, screen: &Screen) -> Result<Ears,
     Ok(known.unwrap_or_else(Ears::of_base))
 }
 
-/// The plan that is named, or else that of the record, says whose messages they are; none where neither is known.
+/// The given plan, or else that of the record, determines whose messages they are; `None` if neither is known.
 pub(super) fn ears(header: &Header, plan: Option<&str>) -> Result<Option<Ears>, Failure> {
     let Some((_, rig)) = load_recorded(header, plan)? else { return Ok(None) };
     Ok(Some(match rig.device() {

@@ -1,4 +1,4 @@
-//! What keeps a command from doing its work, told to people, to programs and to build servers.
+//! Why a command could not do its work: for people, programs and build servers.
 
 mod cause;
 mod wide;
@@ -14,20 +14,20 @@ use std::borrow::Cow;
 use std::path::Path;
 use std::{fmt, io};
 
-/// Columns of a message; sentences in wider lines are hard to read.
+/// Line width of a message; longer lines are hard to read.
 const WIDTH: usize = 100;
 
-/// Why a command did not do its work. A run that went wrong has an outcome instead. Boxed: it is rare,
-/// and carries a file where one is shown.
+/// Why a command did not do its work. A failed run has an outcome instead. Boxed, since it is rare and may hold a whole
+/// file.
 #[derive(Debug)]
 pub(super) struct Failure {
     cause: Box<Cause>,
-    /// What was done before it, for who wants one document of everything.
+    /// Results so far, for users who want one document of everything.
     before: Map<String, Value>,
 }
 
 impl Failure {
-    /// Bad arguments: what is wrong, and what to do.
+    /// Bad arguments: what is wrong, and how to fix it.
     pub(super) fn arguments(message: impl Into<String>, help: impl Into<String>) -> Self {
         Cause::Arguments { message: message.into(), help: help.into() }.into()
     }
@@ -37,13 +37,13 @@ impl Failure {
         Cause::Model(error).into()
     }
 
-    /// The data cannot be identified, by the model of this file where there is one.
+    /// The data cannot be identified, with the model of this file if given.
     pub(super) fn identify(dataset: &str, model: Option<&Path>, source: IdentifyError) -> Self {
         let model = model.map(Path::to_owned);
         Cause::Identify { dataset: dataset.to_owned(), model, source }.into()
     }
 
-    /// What was found cannot be written down.
+    /// A finding cannot be written.
     pub(super) fn findings(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         Cause::Findings(source.into()).into()
     }
@@ -58,17 +58,17 @@ impl Failure {
         Cause::File { path: path.to_owned(), source }.into()
     }
 
-    /// Ctrl-C cannot be taken over.
+    /// The handler of Ctrl-C cannot be installed.
     pub(super) fn signals(source: ctrlc::Error) -> Self {
         Cause::Signals(source).into()
     }
 
-    /// The exit status of the program.
+    /// Returns the exit status of the program.
     pub(super) const fn exit_status(&self) -> u8 {
         self.cause.exit_status()
     }
 
-    /// The same for a build server, with its place where it has one.
+    /// Converts the failure for a build server, with its location if known.
     pub(super) fn annotation(&self) -> Annotation {
         let mut labels = self.cause.labels().into_iter().flatten();
         let place = self.cause.source_code().zip(labels.next()).and_then(|(source, label)| {
@@ -79,7 +79,7 @@ impl Failure {
         Annotation { place, title: "hil".to_owned(), message: format!("{self}{help}") }
     }
 
-    /// This was done before it.
+    /// Adds the results so far.
     pub(super) fn after(mut self, done: Value) -> Self {
         if let Value::Object(done) = done {
             self.before.extend(done);
@@ -87,7 +87,7 @@ impl Failure {
         self
     }
 
-    /// The same for a program: what was done before, the message, what it is caused by, and what helps.
+    /// Converts the failure for a program: results so far, message, causes and help.
     pub(super) fn document(&self) -> Value {
         let mut document = self.before.clone();
         let first: &dyn std::error::Error = &*self.cause;
@@ -102,10 +102,9 @@ impl Failure {
         Value::Object(document)
     }
 
-    /// The message, with the place in the file where there is one: with colours and lines, or in plain
-    /// ASCII.
+    /// Formats the message, with an excerpt of the file if there is one: with colours and lines, or in plain ASCII.
     pub(super) fn rendered(&self, fancy: bool) -> String {
-        // What a file makes a message say is text: where it holds more, the message has no colours.
+        // Text from a file is shown as text: if it contains control characters, the message has no colours.
         let plain = self.drawn(false);
         match tame::plain(&plain) {
             Cow::Borrowed(_) if fancy => self.drawn(true),

@@ -1,10 +1,10 @@
-//! Findings in a few lines, for a person.
+//! Findings as a few lines of text.
 
 use identification::finding::{Effect, Finding, HeldOut, Parameter, Prediction, Verdict};
 use identification::model::KNOT;
 use std::fmt::Write;
 
-/// Verdict, errors before and after, each effect, what is left, and what to do next.
+/// Formats verdict, errors before and after, each effect, what remains, and the next step.
 pub(super) fn summary(finding: &Finding) -> String {
     let Finding { dataset, kind, rows, runs, .. } = finding;
     let verdict = match finding.verdict {
@@ -51,7 +51,7 @@ pub(super) fn summary(finding: &Finding) -> String {
     }
     for left in &finding.left {
         let percent = 100.0 * left.share_of_residual_variance;
-        // A memory has its time in its name.
+        // The name of a memory contains its time.
         let over = match left.is_memory() {
             true => String::new(),
             false => format!(" over {}", left.drivers.join(", ")),
@@ -72,14 +72,14 @@ pub(super) fn summary(finding: &Finding) -> String {
     out
 }
 
-/// Error with the plain model and with the one given.
+/// Error with the plain model and with the given one.
 pub(super) fn prediction(prediction: &Prediction) -> String {
     let Prediction { dataset, kind, rows, unit, rmse, .. } = prediction;
     let (before, after) = (number(rmse.before), number(rmse.after));
     format!("{dataset}: rmse {before} -> {after} {unit} ({} of {rows} rows)\n", kind.name())
 }
 
-/// A line of its own, whatever is in it: names come from files.
+/// Appends one line, whatever it contains: names come from files.
 fn line(out: &mut String, text: &str) {
     let plain: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     // Writing to a string cannot fail.
@@ -116,7 +116,7 @@ fn parameter(parameter: &Parameter) -> String {
     format!("{name} = {}{error}{unit}", number(*value))
 }
 
-/// Three digits that count.
+/// Formats to three significant digits.
 fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || !value.is_finite() {

@@ -12,10 +12,10 @@ use serde_json::json;
 use std::path::PathBuf;
 use views::report::identification as report;
 
-/// The most effects that can be asked for: beyond it no data set says anything.
+/// Maximum number of effects; beyond this no data set is informative.
 const EFFECTS_MAX: u64 = 64;
 
-/// Shown below the help: a verdict is a result, whatever it is.
+/// Shown below the help: any verdict is a result.
 const EXIT_STATUSES: &str = "\
 Exit status:
   0  there is a finding, whatever its verdict

@@ -1,4 +1,4 @@
-//! Ctrl-C and a request to terminate: the first ends the run in good order, the second at once.
+//! Ctrl-C and a request to terminate: the first ends the run in order, the second at once.
 
 use super::failure::Failure;
 use super::progress::Screen;
@@ -6,18 +6,18 @@ use record::outcome::Outcome;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Tells whether somebody wants the run to end.
+/// Tells whether the user wants the run to end.
 #[derive(Debug, Clone)]
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Takes over the signals, once in a process.
+    /// Takes over the signals; once per process.
     pub(super) fn install(screen: &Screen) -> Result<Self, Failure> {
         let what = "stopping: the base is brought to rest; once more to leave at once";
         Self::install_saying(screen, what)
     }
 
-    /// The same where something else happens then.
+    /// Takes over the signals, with another message.
     pub(super) fn install_saying(screen: &Screen, what: &'static str) -> Result<Self, Failure> {
         let requested = Arc::new(AtomicBool::new(false));
         let (flag, screen) = (Arc::clone(&requested), screen.clone());
@@ -31,7 +31,7 @@ impl Interrupt {
         Ok(Self(requested))
     }
 
-    /// Somebody pressed a key that means the same.
+    /// Requests the end from a key with the same meaning.
     pub(super) fn request(&self) {
         if self.0.swap(true, Ordering::Relaxed) {
             leave_at_once();
@@ -43,7 +43,7 @@ impl Interrupt {
     }
 }
 
-/// Leaves the process, and the terminal as it was.
+/// Leaves the process and restores the terminal.
 fn leave_at_once() -> ! {
     super::watch::terminal::give_back_at_once();
     std::process::exit(i32::from(Outcome::Aborted.exit_status()));

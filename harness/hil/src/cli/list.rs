@@ -1,4 +1,4 @@
-//! `hil list`: what ships, what belongs to the project in the working directory, and which names a plan can use.
+//! `hil list`: files that ship, files of the project in the working directory, and the names that a plan can use.
 
 use super::failure::Failure;
 use super::listed::listed;
@@ -57,12 +57,12 @@ pub(super) struct ListArguments {
 }
 
 impl Topic {
-    /// As it is typed.
+    /// As typed on the command line.
     fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// With the files of the project in this folder.
+    /// Includes the files of the project in this folder.
     fn table(self, project: &Path) -> Table {
         match self {
             Self::Plans => plans(project),
@@ -104,7 +104,7 @@ fn table<const N: usize>(header: [&str; N]) -> Table {
     table
 }
 
-/// A row as an object: what stands in each column, by the column's name, its spaces underscores.
+/// Converts each row to an object: the value of each column under its name, with underscores for spaces.
 fn rows(table: &Table) -> Value {
     let header: Vec<String> = table.header().map_or_else(Vec::new, |header| {
         header.cell_iter().map(|cell| cell.content().replace(' ', "_")).collect()
@@ -133,7 +133,7 @@ fn lines(whole: Table, style: Style) -> String {
 fn plans(project: &Path) -> Table {
     let mut table = table(["plan", "from", "title", "paper"]);
     for file in listed(project, Kind::Plan) {
-        // Other files lie beside plans, too.
+        // The folder of plans also holds other files.
         if file.source.text.lines().any(|line| line.starts_with("steps")) {
             table.add_row([
                 &file.path(project),
@@ -162,13 +162,13 @@ fn models(project: &Path) -> Table {
                 let terms: Vec<&str> = model.terms.iter().map(|term| term.name.as_str()).collect();
                 (format!("model of {}", model.kind.name()), terms.join(", "))
             }
-            // A list does not fail for one file that is not right.
+            // One invalid file does not fail the list.
             Err(error) => (Kind::Model.to_string(), error.to_string()),
         };
         table.add_row([file.name, file.from.to_owned(), kind, terms]);
     }
     for file in listed(project, Kind::Calibration) {
-        // The first line says what made it.
+        // The first line states the origin.
         let origin = file.source.text.lines().next().and_then(|line| line.strip_prefix("# "));
         let origin = origin.unwrap_or_default();
         table.add_row([&file.name, file.from, &file.kind.to_string(), origin]);
@@ -180,7 +180,7 @@ fn devices(project: &Path) -> Table {
     let mut table = table(["name", "from", "kind", "title"]);
     for kind in [Kind::Devices, Kind::GyroModel, Kind::BaseModel, Kind::TableModel] {
         for file in listed(project, kind) {
-            // Descriptions lie in the folder of device files, and say no mount.
+            // The folder of device files also holds descriptions, which state no mount.
             let is_described = kind == Kind::Devices && file.text("mount").is_empty();
             let kind = if is_described { Kind::Description } else { kind };
             table.add_row([&file.name, file.from, &kind.to_string(), &file.text("title")]);
@@ -248,7 +248,7 @@ fn parameters() -> Table {
     ] {
         for ParameterInfo { name, doc, domain, ideal } in infos {
             let name = format!("{device}.{name}");
-            // Links of the Rust documentation lead nowhere on a terminal.
+            // Links of the Rust documentation do not work on a terminal.
             let doc = doc.trim().replace("[`", "").replace("`]", "");
             table.add_row([name, number(*ideal), takes(*domain), doc]);
         }

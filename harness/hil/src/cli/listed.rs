@@ -1,9 +1,8 @@
-//! Files that ship, and those of a project, as `hil list` has them.
+//! Files that ship and files of a project, for `hil list`.
 
 use plan::library::{Kind, Library, Source, names, names_in};
 use std::path::Path;
 
-/// A file that is listed.
 pub(super) struct Listed {
     pub(super) kind: Kind,
     pub(super) name: String,
@@ -13,7 +12,7 @@ pub(super) struct Listed {
     pub(super) source: Source,
 }
 
-/// What ships of a kind, and then what the project has, as far as it can be read.
+/// Returns the shipped files of a kind, then the project's readable ones.
 pub(super) fn listed(project: &Path, kind: Kind) -> impl Iterator<Item = Listed> {
     let shipped = names(kind).into_iter().map(|name| ("shipped", Library::shipped(), name));
     let own = names_in(project, kind).into_iter();
@@ -25,13 +24,13 @@ pub(super) fn listed(project: &Path, kind: Kind) -> impl Iterator<Item = Listed>
 }
 
 impl Listed {
-    /// As a command line names it: files of a project by their paths.
+    /// As given on a command line: files of a project by path.
     pub(super) fn path(&self, project: &Path) -> String {
         let path = Path::new(&self.source.origin).strip_prefix(project);
         path.map_or_else(|_| self.name.clone(), |path| path.display().to_string())
     }
 
-    /// The text of a key at the top, whatever else is in it.
+    /// Text of a top-level key, whatever else the file holds.
     pub(super) fn text(&self, key: &str) -> String {
         let file: toml::Table = self.source.text.parse().unwrap_or_default();
         file.get(key).and_then(|value| value.as_str()).unwrap_or_default().to_owned()

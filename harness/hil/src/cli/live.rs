@@ -1,4 +1,4 @@
-//! Where the command line meets the live world.
+//! Runs in real time, started from the command line.
 
 use super::failure::Failure;
 use super::setup::{Controller, LiveSetup};
@@ -28,7 +28,7 @@ pub(super) fn run(
     Ok(run_live_to_folder_watched(prepared, options, &asked(setup), person, feed, pulse)?)
 }
 
-/// The bench that a prepared plan would be run on.
+/// Returns the bench that a prepared plan would run on.
 ///
 /// # Errors
 ///
@@ -40,7 +40,7 @@ pub(super) fn setting(
     Ok(asked(setup).resolve(&prepared.rig)?)
 }
 
-/// What the command line asks for.
+/// The live setting that the command line asks for.
 fn asked(setup: &LiveSetup) -> harness::run_live::LiveSetting<'_> {
     use super::setup::BusChoice;
     use harness::run_live::LiveSetting;

@@ -1,4 +1,4 @@
-//! `hil log`: bus logs from one format to another, and onto a port again.
+//! `hil log`: converts bus logs from one format to another, and replays them to a port.
 
 use super::failure::Failure;
 use super::log_format::{format_of, format_parser};
@@ -20,7 +20,7 @@ pub(super) struct LogArguments {
 }
 
 impl LogArguments {
-    /// The standard output is for a program.
+    /// Whether a program reads the standard output.
     pub(super) const fn json(&self) -> bool {
         matches!(&self.command, Command::Replay(arguments) if arguments.json)
     }
@@ -52,7 +52,7 @@ struct ConvertArguments {
     to: Option<Format>,
 }
 
-/// Says what was written, and what was not.
+/// Reports what was written and what was not.
 pub(super) fn tell(path: &Path, converted: Converted, screen: &Screen) -> Result<Outcome, Failure> {
     if !converted.is_whole() {
         screen.note("the format has no place for everything; pcapng has");
@@ -92,7 +92,7 @@ impl ConvertArguments {
     }
 }
 
-/// By whatever names.
+/// Whether two paths name the same file.
 fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -1,18 +1,18 @@
-//! The format of a bus log: as it is said, or by the name of its file.
+//! The format of a bus log: as given, or from its file name.
 
 use super::failure::Failure;
 use bus_log::Format;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::Path;
 
-/// A format by its name.
+/// Parses a format name.
 pub(super) fn format_parser() -> impl TypedValueParser<Value = Format> {
     PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| {
         Format::ALL.into_iter().find(|format| format.name() == name).ok_or("no such format")
     })
 }
 
-/// The format that was said, or that of the file's name. `argument` says what to change.
+/// Returns the given format, or that of the file name. `argument` names the option to change in the error.
 pub(super) fn format_of(
     path: &Path,
     said: Option<Format>,

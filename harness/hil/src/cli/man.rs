@@ -1,4 +1,4 @@
-//! `hil man`: pages of the manual, one a command.
+//! `hil man`: manual pages, one per command.
 
 use super::failure::Failure;
 use super::{Cli, EXIT_STATUSES, say};
@@ -24,7 +24,7 @@ pub(super) struct ManArguments {
     out: Option<PathBuf>,
 }
 
-/// A page, and the file it is kept in.
+/// A page and its file name.
 struct Page {
     file: String,
     text: Vec<u8>,
@@ -48,7 +48,7 @@ impl ManArguments {
     }
 }
 
-/// Every page, that of `hil` first.
+/// Returns every page, that of `hil` first.
 fn pages() -> io::Result<Vec<Page>> {
     let mut hil = Cli::command().disable_help_subcommand(true);
     hil.build();
@@ -87,7 +87,7 @@ fn page(command: Command) -> io::Result<Vec<u8>> {
     Ok(text)
 }
 
-/// The section that every manual of a command has.
+/// The section on exit statuses, in every manual page of a command.
 fn exit_statuses() -> Roff {
     let mut roff = Roff::default();
     roff.control("SH", ["EXIT STATUS"]);

@@ -1,29 +1,29 @@
-//! The commands of the README and of the reference are commands of this program. Those of the guides are run.
+//! Checks that the commands of the README and of the reference exist. Those of the guides are run elsewhere.
 
 use super::Cli;
 use clap::Parser as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// There are more; fewer would show that they are no longer found.
+/// Lower bound: fewer commands mean that the search no longer finds them.
 const COMMANDS_MIN: usize = 60;
 
-/// The words of a line of a shell, without what stands behind them: a comment, a pipe, a redirection.
+/// Words of a shell line, without a trailing comment, pipe or redirection.
 fn words(line: &str) -> Vec<String> {
     let line = [" #", "   ", " | ", " <", " \\"]
         .iter()
         .fold(line, |line, end| line.split_once(end).map_or(line, |(before, _)| before));
-    // What is between quotes is one word.
+    // Text between quotes is one word.
     let parts = line.split('"').enumerate();
     let parts = parts.flat_map(|(index, part)| match index % 2 {
         0 => part.split_whitespace().map(str::to_owned).collect(),
         _ => vec![part.to_owned()],
     });
-    // Places that the reader fills in.
+    // Placeholders for the reader.
     parts.map(|word| if word == "N" { "7".to_owned() } else { word }).collect()
 }
 
-/// Lines of blocks that begin with `hil`, or in which it follows a `cd`.
+/// Lines in code blocks that begin with `hil`, or have it after a `cd`.
 fn commands(text: &str) -> impl Iterator<Item = (usize, Vec<String>)> {
     let mut fenced = false;
     text.lines().enumerate().filter_map(move |(index, line)| {

@@ -1,4 +1,4 @@
-//! What `identify`, `predict` and `export` share: where data come from, and where results go.
+//! Shared by `identify`, `predict` and `export`: sources of data and destinations of results.
 
 use super::failure::Failure;
 use super::own::{has_field, only_ours};
@@ -11,10 +11,10 @@ use plan::library;
 use record::run_folder::RunFolder;
 use std::path::{Path, PathBuf};
 
-/// Where findings go, unless said otherwise.
+/// Default folder of findings.
 const FINDINGS: &str = "findings";
 
-/// The data set that `path` is: a data package, or a run folder made one.
+/// Loads the data set at `path`: a data package, or a run folder converted to one.
 pub(super) fn load(path: &Path, kind: Option<Kind>, screen: &Screen) -> Result<Dataset, Failure> {
     if path.is_file() || dataset::is_package(path) {
         return Ok(dataset::read(path)?);
@@ -31,24 +31,24 @@ pub(super) fn load(path: &Path, kind: Option<Kind>, screen: &Screen) -> Result<D
     }
 }
 
-/// Tells what was mended or left out.
+/// Reports what was repaired or left out.
 pub(super) fn tell(dataset: &Dataset, screen: &Screen) {
     for notice in &dataset.notices {
         screen.note(&format!("{}: {notice}", dataset.name));
     }
 }
 
-/// The model in that file.
+/// Reads a model file.
 pub(super) fn model(path: &Path) -> Result<Model, Failure> {
     library::read_file(path).map_err(Failure::model)
 }
 
-/// The folder for what is found in a data set of that name.
+/// Returns the folder for the findings of a data set of this name.
 pub(super) fn findings_folder(out: Option<&Path>, dataset: &str) -> PathBuf {
     out.map_or_else(|| Path::new(FINDINGS).join(plain_name(dataset)), Path::to_owned)
 }
 
-/// A name from a file as the name of a folder: it neither leaves the folder it is in, nor hides.
+/// Converts a name from a file to a folder name that neither leaves its parent nor is hidden.
 pub(super) fn plain_name(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' };
     let name: String = name.chars().map(plain).collect();
@@ -58,7 +58,7 @@ pub(super) fn plain_name(name: &str) -> String {
     }
 }
 
-/// Writes results; all of them or none, and none in the place of somebody's files.
+/// Writes all results or none, and never overwrites files of others.
 pub(super) fn put(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
     let ours = ["finding.json", "prediction.json"];
     let ours = ours.iter().any(|name| has_field(folder, name, "dataset"));
@@ -66,7 +66,7 @@ pub(super) fn put(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Fail
     publish(folder, files).map_err(|error| Failure::file(folder, error))
 }
 
-/// As it stands in a file: indented JSON with an end of line.
+/// Formats as indented JSON with a final line feed.
 pub(super) fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Failure> {
     let mut text = serde_json::to_vec_pretty(value).map_err(Failure::findings)?;
     text.push(b'\n');

@@ -1,11 +1,10 @@
-//! The command line `hil`: reads arguments, shows progress and tables, sets the exit status. What it
-//! does is done elsewhere: [`harness::run`], [`::campaign::seeds`], [`views::report`]
+//! The command line `hil`: reads arguments, shows progress and tables, sets the exit status. The work is done
+//! elsewhere: [`harness::run`], [`::campaign::seeds`], [`views::report`]
 //!
-//! Tables and lists go to the standard output, everything else to the standard error, so that
-//! `hil ... > file` keeps what was asked for. A reader that has had enough (`hil show RUN | head`) is no
-//! error.
+//! Tables and lists go to the standard output, everything else to the standard error, so that `hil ... > file` keeps
+//! the result. A reader that closes early (`hil show RUN | head`) is no error.
 //!
-//! What is absent: any judgement, any decision about devices, any clock but a stopwatch.
+//! This module judges nothing, decides nothing about devices, and reads no clock but a stopwatch.
 
 mod annotation;
 mod build_server;
@@ -71,7 +70,7 @@ use std::process::ExitCode;
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::filter::LevelFilter;
 
-/// Shown below every help that has to do with runs.
+/// Shown below the help of every command that has to do with runs.
 const EXIT_STATUSES: &str = "\
 Exit status:
   0  passed: every measurement is in its band (of several runs: in all of them)
@@ -126,7 +125,7 @@ enum Command {
 }
 
 impl Cli {
-    /// The standard output is for a program.
+    /// Whether a program reads the standard output.
     const fn json(&self) -> bool {
         match &self.command {
             None => self.paper.json,
@@ -173,7 +172,7 @@ impl Cli {
     }
 }
 
-/// Does what the arguments of the process say.
+/// Runs the command that the process's arguments name.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -185,7 +184,7 @@ pub fn main() -> ExitCode {
         Ok(outcome) => outcome.exit_status(),
         Err(failure) => {
             if cli.json() {
-                // Who reads no document reads the status, and a person the message.
+                // A program that reads no document reads the status; a person reads the message.
                 let _ = say_json(&failure.document());
             }
             screen.note(&failure.rendered(screen.fancy()));
@@ -196,7 +195,7 @@ pub fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
-/// What was typed cannot be understood, or asks for help: told to a person, and to the program that asked for JSON.
+/// The arguments are invalid or ask for help: reports to the user, and as JSON if the caller asked for it.
 fn misread(error: &clap::Error) -> ExitCode {
     let status = u8::try_from(error.exit_code()).unwrap_or(EXIT_BAD_INPUT);
     let is_json = error.use_stderr() && std::env::args_os().any(|argument| argument == "--json");
@@ -206,18 +205,18 @@ fn misread(error: &clap::Error) -> ExitCode {
         let what = what.trim().trim_start_matches("error: ");
         let _ = say_json(&json!({ "error": what, "causes": [], "help": help.trim() }));
     }
-    // With nobody to be told, the status has to do.
+    // If the message cannot be printed, only the status is left.
     let _ = error.print();
     ExitCode::from(status)
 }
 
-/// Puts a document on the standard output, indented, with a line feed behind it.
+/// Writes a document to the standard output, indented, with a final line feed.
 fn say_json(document: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(document);
     say(&(text.map_err(|error| Failure::output(error.into()))? + "\n"))
 }
 
-/// Diagnostics on the standard error: warnings, or what `RUST_LOG` says.
+/// Writes diagnostics to the standard error: warnings, or as `RUST_LOG` selects.
 fn start_log(screen: &Screen) {
     let filter = EnvFilter::builder().with_default_directive(LevelFilter::WARN.into());
     let log = tracing_subscriber::fmt()
@@ -231,7 +230,7 @@ fn start_log(screen: &Screen) {
     }
 }
 
-/// Puts text on the standard output.
+/// Writes text to the standard output.
 fn say(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(tame::tamed(text).as_bytes()).and_then(|()| out.flush()) {
@@ -250,7 +249,7 @@ mod tests {
         Cli::command().debug_assert();
     }
 
-    /// With every command that there is.
+    /// Includes every command.
     #[test]
     #[cfg(feature = "nats")]
     fn the_help_of_every_command() {

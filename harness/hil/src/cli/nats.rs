@@ -1,4 +1,4 @@
-//! How to reach a NATS server: what `hil campaign --nats` and `hil worker` have in common.
+//! Connection to a NATS server, shared by `hil campaign --nats` and `hil worker`.
 
 use super::failure::Failure;
 use super::interrupt::Interrupt;
@@ -29,7 +29,7 @@ pub(super) struct CredentialArguments {
 }
 
 impl CredentialArguments {
-    /// The server at these addresses.
+    /// Returns the server at these addresses.
     pub(super) fn server(&self, urls: &[String]) -> Result<Server, Failure> {
         let credentials = Credentials {
             creds: self.creds.clone(),
@@ -41,17 +41,17 @@ impl CredentialArguments {
     }
 }
 
-/// Tells people on the standard error.
+/// Prints news to the standard error.
 pub(super) fn teller(screen: &Screen) -> Arc<dyn Fn(&News) + Send + Sync> {
     let screen = screen.clone();
     Arc::new(move |news: &News| match news {
-        // Whoever wants it quiet wants to know what keeps it from going on.
+        // With `--quiet` only obstacles are shown.
         News::CarriedOut(_) | News::Campaign { .. } => screen.chat(&news.to_string()),
         _ => screen.note(&news.to_string()),
     })
 }
 
-/// Does somebody want it to end?
+/// Returns a function that tells whether the user wants the campaign to end.
 pub(super) fn stop(interrupt: &Interrupt) -> impl Fn() -> bool + Send + 'static {
     let interrupt = interrupt.clone();
     move || interrupt.requested()

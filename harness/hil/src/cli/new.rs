@@ -1,4 +1,4 @@
-//! `hil new`: a project for somebody's own device.
+//! `hil new`: creates a project for the user's own device.
 
 use super::failure::Failure;
 use super::say;
@@ -81,7 +81,7 @@ impl NewArguments {
         })
     }
 
-    /// The files, and what of a DBC is not used as it stands there.
+    /// Returns the files, and notes on those parts of a DBC that are changed.
     fn files(&self, name: &Name) -> Result<(Vec<ProjectFile>, Vec<Note>), Failure> {
         let Some(dbc) = &self.dbc else {
             let template = if self.serial { Template::Serial } else { Template::Can };
@@ -116,7 +116,7 @@ impl NewArguments {
     }
 }
 
-/// Which nodes `--node` may name.
+/// Lists the nodes that `--node` may name.
 fn several(error: &FromDbcError) -> String {
     let FromDbcError::Several { nodes, .. } = error else { return String::new() };
     let named = |node: &DbcNode| format!("{} ({})", node.name, node.messages);
@@ -124,7 +124,7 @@ fn several(error: &FromDbcError) -> String {
     format!("say which is the device, `--node NAME`; they send so many: {}", nodes.join(", "))
 }
 
-/// A plan lies beside the README.
+/// Whether the file is a plan: a TOML file beside the README.
 fn is_plan(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension == "toml")
         && path.parent().is_none_or(|folder| folder.as_os_str().is_empty())

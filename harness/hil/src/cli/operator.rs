@@ -1,4 +1,4 @@
-//! Who answers what plans ask a person: arguments, a file, or somebody at the terminal.
+//! Source of answers to a plan's questions: arguments, a file, or a person at the terminal.
 
 use super::failure::Failure;
 use super::progress::Screen;
@@ -26,11 +26,11 @@ pub(super) struct OperatorArguments {
 }
 
 impl OperatorArguments {
-    /// The answers for `plans`, and the person at the terminal, where there is one and the bench is real.
+    /// Returns the answers for `plans`, and the person at the terminal if there is one and the bench is real.
     ///
     /// # Errors
     ///
-    /// When an answer cannot be used, or is missing with nobody to be asked.
+    /// When an answer cannot be used, or is missing and no person can be asked.
     pub(super) fn collect<'a>(
         &self,
         setup: &Setup,
@@ -49,7 +49,7 @@ impl OperatorArguments {
         Ok((self.given(setup, plans, attendance)?, person))
     }
 
-    /// The answers for `plans` that are carried out where nobody can be asked.
+    /// Returns the answers for `plans` that run where no person can be asked.
     ///
     /// # Errors
     ///

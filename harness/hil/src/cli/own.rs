@@ -1,4 +1,4 @@
-//! Folders that a command writes into: what hil did not write there stays.
+//! Output folders of commands: files that hil did not write stay.
 
 use super::failure::Failure;
 use std::path::Path;
@@ -9,7 +9,7 @@ pub(super) fn only_ours<'a>(
     ours: bool,
     names: impl IntoIterator<Item = &'a str>,
 ) -> Result<(), Failure> {
-    // A link that leads nowhere is somebody's, too.
+    // A dangling link also belongs to the user.
     let mut paths = names.into_iter().map(|name| folder.join(name));
     match paths.find(|path| !ours && path.symlink_metadata().is_ok()) {
         None => Ok(()),
@@ -20,7 +20,7 @@ pub(super) fn only_ours<'a>(
     }
 }
 
-/// Whether there is a file of that name that holds a JSON object with this field.
+/// Whether the file of this name holds a JSON object with this field.
 pub(super) fn has_field(folder: &Path, name: &str, field: &str) -> bool {
     let text = std::fs::read(folder.join(name)).ok();
     let value = text.and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());

@@ -1,4 +1,4 @@
-//! What is shown on the standard error while runs go on: bars on a terminal, a line a plan elsewhere.
+//! Progress of runs on the standard error: bars on a terminal, one line per plan elsewhere.
 
 use super::tame::tamed;
 use harness::stopwatch::Stopwatch;
@@ -13,11 +13,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tracing_subscriber::fmt::MakeWriter;
 use views::console::is_colour_wanted;
 
-/// The message takes what is left of the line, and no more: a bar that wraps cannot be redrawn.
+/// The message fills the rest of the line, and no more: a bar that wraps cannot be redrawn.
 const PLAN_BAR: &str = "{prefix} {bar:20} {pos}/{len} steps, {wide_msg}";
 /// See [`PLAN_BAR`].
 const SHARE_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left, {wide_msg}";
-/// Parts of a whole that [`SHARE_BAR`] shows.
+/// Resolution of [`SHARE_BAR`].
 const SHARES: u64 = 1_000;
 /// See [`PLAN_BAR`].
 const SEEDS_BAR: &str = "{prefix} {bar:20} {pos}/{len} seeds, {eta} left";
@@ -31,20 +31,20 @@ const CASES_BAR: &str = "{prefix} {bar:20} {pos}/{len} cases, {eta} left";
 /// See [`PLAN_BAR`].
 const READING_BAR: &str = "{prefix} {bar:20} {percent} %, {eta} left";
 
-/// Room for what is written while something else has the terminal; more is lost.
+/// Buffer for output while something else uses the terminal; more is lost.
 const ASIDE_BYTES_MAX: usize = 64 * 1024;
-/// Lines of it that are shown meanwhile.
+/// Lines of that buffer that are shown meanwhile.
 const ASIDE_LINES_SHOWN: usize = 3;
 
-/// The standard error. Whatever is written through it does not run into a bar.
+/// The standard error. Output through it does not collide with a bar.
 #[derive(Debug, Clone)]
 pub(super) struct Screen {
     bars: MultiProgress,
     quiet: bool,
     terminal: bool,
-    /// Somebody is typing; a bar that is redrawn would tear the line.
+    /// The user is typing; redrawing a bar would tear the line.
     held: Arc<AtomicBool>,
-    /// What is written while something else has the terminal; it is shown afterwards.
+    /// Output while something else uses the terminal; shown afterwards.
     aside: Arc<Mutex<Option<Vec<u8>>>>,
 }
 
@@ -63,23 +63,23 @@ impl Screen {
         }
     }
 
-    /// Nothing but the result and what went wrong is wanted.
+    /// Whether only results and errors are wanted.
     pub(super) const fn is_quiet(&self) -> bool {
         self.quiet
     }
 
-    /// Colours and lines are wanted.
+    /// Whether colours and lines are wanted.
     pub(super) fn fancy(&self) -> bool {
         is_colour_wanted(self.terminal)
     }
 
-    /// A line that is always shown.
+    /// Prints a line that is always shown.
     pub(super) fn note(&self, text: &str) {
-        // With the standard error gone there is nobody to tell.
+        // If the standard error is closed, the line is lost.
         let _ = writeln!(self.clone(), "{}", tamed(text.trim_end()));
     }
 
-    /// Where the answer to a question is typed.
+    /// Prints the prompt for an answer.
     pub(super) fn prompt(&self) {
         let _ = write!(self.clone(), "> ").and_then(|()| self.clone().flush());
     }
@@ -87,7 +87,7 @@ impl Screen {
     /// Shows no progress until [`release`](Self::release).
     pub(super) fn hold(&self) {
         self.held.store(true, Ordering::Relaxed);
-        // A bar that stays for want of a terminal does no harm.
+        // A bar that cannot be cleared for want of a terminal does no harm.
         let _ = self.bars.clear();
     }
 
@@ -96,19 +96,19 @@ impl Screen {
         self.held.store(false, Ordering::Relaxed);
     }
 
-    /// A line that `--quiet` keeps back.
+    /// Prints a line that `--quiet` suppresses.
     pub(super) fn chat(&self, text: &str) {
         if !self.quiet {
             self.note(text);
         }
     }
 
-    /// From now on keeps what is written: something is drawn on the terminal.
+    /// From now on buffers output: something else is drawn on the terminal.
     pub(super) fn set_aside(&self) {
         self.lock_aside().get_or_insert_default();
     }
 
-    /// The last lines that were kept.
+    /// Returns the last buffered lines.
     pub(super) fn aside(&self) -> Vec<String> {
         let aside = self.lock_aside();
         let text = String::from_utf8_lossy(aside.as_deref().unwrap_or_default()).into_owned();
@@ -117,7 +117,7 @@ impl Screen {
         lines[first..].iter().map(|line| line.escape_debug().to_string()).collect()
     }
 
-    /// Writes what was kept: the terminal is free again.
+    /// Writes the buffered output: the terminal is free again.
     pub(super) fn bring_back(&self) {
         if let Some(kept) = self.lock_aside().take() {
             let _ = io::stderr().write_all(&kept);
@@ -128,12 +128,12 @@ impl Screen {
         self.aside.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins to show a plan.
+    /// Starts the progress of a plan.
     pub(super) fn plan(&self, name: &str) -> PlanProgress {
         self.plan_with(self.bar(PLAN_BAR, name))
     }
 
-    /// Begins a plan of which something else shows how far it is.
+    /// Starts a plan whose progress is shown elsewhere.
     pub(super) fn plan_shown_elsewhere(&self) -> PlanProgress {
         self.plan_with(ProgressBar::hidden())
     }
@@ -142,35 +142,35 @@ impl Screen {
         PlanProgress { screen: self.clone(), bar, stopwatch: Stopwatch::start() }
     }
 
-    /// Begins to show seeds.
+    /// Starts the progress of seeds.
     pub(super) fn seeds(&self, name: &str, seeds: u64) -> ProgressBar {
         let bar = self.bar(SEEDS_BAR, name);
         bar.set_length(seeds);
         bar
     }
 
-    /// Begins to show cases.
+    /// Starts the progress of cases.
     pub(super) fn cases(&self, name: &str, cases: u64) -> ProgressBar {
         let bar = self.bar(CASES_BAR, name);
         bar.set_length(cases);
         bar
     }
 
-    /// Begins to show runs, of which there are so many at most.
+    /// Starts the progress of at most `runs` runs.
     pub(super) fn runs_at_most(&self, name: &str, runs: u64) -> ProgressBar {
         let bar = self.bar(RUNS_BAR, name).with_finish(ProgressFinish::AndClear);
         bar.set_length(runs);
         bar
     }
 
-    /// Begins to show a share that grows from 0 to 1.
+    /// Starts the progress of a share from 0 to 1.
     pub(super) fn share(&self, name: &str) -> ShareProgress {
         let bar = self.bar(SHARE_BAR, name);
         bar.set_length(SHARES);
         ShareProgress { bar }
     }
 
-    /// Shows how much of a file was read, from 0 to 1, each time that it is read; until nobody holds it any more.
+    /// Shows how much of a file has been read, from 0 to 1, on each pass over it; until the last handle is dropped.
     pub(super) fn reading(&self, name: &str) -> Teller {
         let bar = self.bar(READING_BAR, name).with_finish(ProgressFinish::AndClear);
         bar.set_length(SHARES);
@@ -215,14 +215,14 @@ impl<'a> MakeWriter<'a> for Screen {
     }
 }
 
-/// Something of which a share is done.
+/// Progress of a task as a share.
 #[derive(Debug)]
 pub(super) struct ShareProgress {
     bar: ProgressBar,
 }
 
 impl ShareProgress {
-    /// Shows how far it is, and with what it is busy.
+    /// Shows the share and the current activity.
     pub(super) fn show(&self, share: f64, doing: &str) {
         if self.bar.is_hidden() {
             return;
@@ -232,13 +232,13 @@ impl ShareProgress {
         self.bar.set_message(doing.to_owned());
     }
 
-    /// It is over.
+    /// Removes the bar.
     pub(super) fn finish(self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// One plan that runs.
+/// Progress of one plan.
 #[derive(Debug)]
 pub(super) struct PlanProgress {
     screen: Screen,
@@ -247,7 +247,7 @@ pub(super) struct PlanProgress {
 }
 
 impl PlanProgress {
-    /// Shows how far it is.
+    /// Updates the bar.
     pub(super) fn show(&self, progress: Progress) {
         if self.bar.is_hidden() || self.screen.held.load(Ordering::Relaxed) {
             return;
@@ -267,7 +267,7 @@ impl PlanProgress {
         self.bar.set_message(message);
     }
 
-    /// It is over.
+    /// Removes the bar and prints the outcome.
     pub(super) fn finish(self, summary: &Summary) {
         self.bar.finish_and_clear();
         let Summary { plan, outcome, simulated_s, wall_s, .. } = summary;
@@ -277,7 +277,7 @@ impl PlanProgress {
     }
 }
 
-/// How much faster than real time.
+/// Formats how much faster than real time the run was.
 fn factor(bench_s: f64, wall_s: f64) -> String {
     let times = bench_s / wall_s;
     match times.is_finite() {

@@ -1,4 +1,4 @@
-//! `hil campaign --clock real`: how often a case is repeated where runs differ.
+//! `hil campaign --clock real`: how often a case is repeated when runs differ.
 
 use super::failure::Failure;
 use campaign::REPEATS_MAX;
@@ -23,7 +23,7 @@ pub(super) struct RepetitionArguments {
 }
 
 impl RepetitionArguments {
-    /// In virtual time nothing is repeated.
+    /// Refuses repetitions: in virtual time nothing is repeated.
     pub(super) fn none(&self) -> Result<(), Failure> {
         let asked =
             self.repeat.is_some() || self.confidence.is_some() || self.breaks_at_least.is_some();
@@ -36,7 +36,7 @@ impl RepetitionArguments {
         Ok(())
     }
 
-    /// The rule that they mean.
+    /// Returns the repetition rule.
     pub(super) fn rule(&self) -> Result<Repetition, Failure> {
         Ok(Repetition::new(
             self.repeat.unwrap_or(REPEATS),

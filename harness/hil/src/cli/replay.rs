@@ -1,4 +1,4 @@
-//! `hil log replay`: a recorded bus onto a port, in real time.
+//! `hil log replay`: sends a recorded bus to a port, in real time.
 
 use super::failure::Failure;
 use super::log_format::{format_of, format_parser};

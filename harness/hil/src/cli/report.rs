@@ -54,7 +54,7 @@ fn draw(run: &Path, screen: &Screen) -> Result<PathBuf, Failure> {
     Ok(folder.file(REPORT))
 }
 
-/// What is known of a run that was killed, or goes on: what its record says. `hil check` judges it.
+/// Summary of a run that was killed or is still running, from its record. `hil check` judges it.
 fn killed(folder: &RunFolder) -> Result<Summary, Failure> {
     let mut records = folder.records()?;
     let header = records.header().clone();

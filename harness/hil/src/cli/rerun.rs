@@ -1,4 +1,4 @@
-//! `hil rerun`: a controller on what it heard in a recorded run.
+//! `hil rerun`: feeds a controller with the input of a recorded run.
 
 use super::failure::Failure;
 use super::progress::Screen;

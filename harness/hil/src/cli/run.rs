@@ -1,4 +1,4 @@
-//! `hil run`: plans, once each or for many seeds.
+//! `hil run`: runs plans, once each or for many seeds.
 
 use super::EXIT_STATUSES;
 use super::build_server::SummaryArguments;

@@ -1,4 +1,4 @@
-//! `hil schema`: what editors check and complete plans, bench files and descriptions by.
+//! `hil schema`: schemas by which editors check and complete plans, bench files and descriptions.
 
 use super::failure::Failure;
 use super::say;

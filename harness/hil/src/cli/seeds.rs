@@ -19,17 +19,17 @@ use std::path::Path;
 use std::thread::available_parallelism;
 use views::console::{self, Style};
 
-/// The most seeds at a time: their verdicts are kept in memory.
+/// Maximum number of seeds: their verdicts are kept in memory.
 pub(super) const SEEDS_MAX: u64 = 1_000_000;
 
-/// So many seeds of a plan that did not pass are named, to be run alone.
+/// Maximum number of failed seeds that are named per plan, to be run alone.
 const NAMED_MAX: usize = 5;
 
-/// `count` seeds from `first` on.
+/// Returns `count` seeds, starting with `first`.
 ///
 /// # Errors
 ///
-/// When there are not so many.
+/// When the range overflows.
 pub(super) fn range(first: u64, count: u64) -> Result<Range<u64>, Failure> {
     match first.checked_add(count) {
         Some(end) => Ok(first..end),
@@ -40,13 +40,13 @@ pub(super) fn range(first: u64, count: u64) -> Result<Range<u64>, Failure> {
     }
 }
 
-/// How the end is told.
+/// How the result is reported.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Told<'a> {
-    /// Also to this file, as Markdown.
+    /// Also written to this file, as Markdown.
     pub(super) markdown: Option<&'a Path>,
     pub(super) summary: &'a SummaryArguments,
-    /// As a document instead of a table.
+    /// Print a document instead of a table.
     pub(super) json: bool,
 }
 
@@ -102,8 +102,8 @@ pub(super) fn execute(
     Ok(if interrupt.requested() { Outcome::Aborted } else { Outcome::Passed })
 }
 
-/// All plans in order under one seed, each with what the earlier ones made under the
-/// same seed; `None` once they are interrupted.
+/// Runs all plans in order with one seed, each with the calibrations that the earlier ones made with it; `None` once
+/// interrupted.
 fn one_seed(
     plans: &[&str],
     seed: u64,
@@ -128,7 +128,7 @@ fn one_seed(
     Some(Ok(done))
 }
 
-/// Which seeds to run alone to see what went wrong.
+/// Names seeds to run alone to see what failed.
 fn remark(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> String {
     let bad = not_passed(runs);
     let mut text = String::new();

@@ -1,4 +1,4 @@
-//! Plans one after another: what one makes, the later ones use.
+//! Runs plans one after another; later ones use what earlier ones make.
 
 use super::annotation::Annotation;
 use super::build_server::SummaryArguments;
@@ -27,15 +27,15 @@ use std::path::{Path, PathBuf};
 use views::console::{self, Style};
 use views::watch::Feed;
 
-/// Where run folders go, unless said otherwise.
+/// Default folder of run folders.
 pub(super) const RUNS: &str = "runs";
 
-/// Where run folders go.
+/// Destination of run folders.
 #[derive(Debug, Clone)]
 pub(super) enum Out {
-    /// This is the run folder.
+    /// The run folder itself.
     Folder(PathBuf),
-    /// Each plan has its own in here.
+    /// Parent folder; each plan has its own run folder.
     Parent(PathBuf),
 }
 
@@ -48,35 +48,35 @@ impl Out {
     }
 }
 
-/// Plans to be run in order.
+/// Plans to run in order.
 #[derive(Debug)]
 pub(super) struct Series<'a> {
     /// Names or paths.
     pub(super) plans: &'a [&'a str],
     pub(super) setup: &'a Setup,
-    /// Whose controller is tested in virtual time.
+    /// Controller under test in virtual time.
     pub(super) hosting: Hosting,
     pub(super) seed: u64,
     pub(super) out: Out,
     pub(super) level: Level,
     pub(super) answers: Answers,
-    /// Whoever can be asked for the others.
+    /// The person to ask for further answers.
     pub(super) person: Option<Terminal>,
     pub(super) summary: SummaryArguments,
-    /// Shown as it goes.
+    /// Show the live view.
     pub(super) watched: bool,
-    /// The end is for a program.
+    /// Print the result for a program.
     pub(super) json: bool,
-    /// Each is run twice, and the two are compared.
+    /// Run each plan twice and compare the two runs.
     pub(super) is_verified: bool,
 }
 
-/// Reads and checks all of them before anything runs, so that a slip in the last plan does not cost
-/// the hours of the others. A calibration that an earlier plan makes is taken for granted.
+/// Reads and checks all plans before any of them runs, so that a mistake in the last plan does not cost the hours of
+/// the others. Calibrations that earlier plans make are assumed to exist.
 ///
 /// # Errors
 ///
-/// The first plan that cannot be prepared, or two of the same name: they would share a run folder.
+/// When a plan cannot be prepared, or two have the same name and would share a run folder.
 pub(super) fn prepare_all(plans: &[&str]) -> Result<Vec<Prepared>, Failure> {
     let mut promised = Made::default();
     let mut prepared: Vec<Prepared> = Vec::new();
@@ -95,8 +95,8 @@ pub(super) fn prepare_all(plans: &[&str]) -> Result<Vec<Prepared>, Failure> {
 }
 
 impl Series<'_> {
-    /// Runs them, prints the table, and gives the worst outcome. A failed plan does not stop the later
-    /// ones; an interrupt does.
+    /// Runs the plans, prints the table, and returns the worst outcome. A failed plan does not stop the later ones; an
+    /// interrupt does.
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let interrupt = Interrupt::install(screen)?;
         let mut summaries = Vec::new();
@@ -202,8 +202,8 @@ impl Series<'_> {
     }
 }
 
-/// Shows what runs came to: a table, or a document. What was measured before something went wrong is shown in any
-/// case; in a document beside what went wrong, by whoever tells that.
+/// Prints the results of runs: as a table, or as a document. After an error the results so far are printed too; with
+/// JSON they go into the document of the failure, which the caller prints.
 pub(super) fn tell(
     done: Result<(), Failure>,
     summaries: &[Summary],
@@ -221,7 +221,7 @@ pub(super) fn tell(
     }
 }
 
-/// Shows a build server what did not pass, at the plan where that is a file.
+/// Reports a failure to a build server, at the plan if it is a file.
 fn annotate(plan: &str, summary: &Summary, screen: &Screen) {
     if summary.outcome == Outcome::Passed {
         return;

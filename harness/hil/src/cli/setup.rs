@@ -1,4 +1,4 @@
-//! Which world a plan runs in: clock, bus and device under test, and which of them go together.
+//! The world that a plan runs in: clock, bus and device under test, and which of them go together.
 
 use super::failure::Failure;
 use clap::{Args, ValueEnum};
@@ -38,14 +38,14 @@ pub enum BusChoice {
 pub(super) enum Controller {
     /// Our controller, in this process.
     InProcess,
-    /// Our controller, as a process of its own.
+    /// Our controller, as a separate process.
     Process,
-    /// Anybody's program.
+    /// Any program.
     Command(String),
 }
 
 impl Controller {
-    /// How it is started in virtual time; ours in this process where none is named.
+    /// How it is started in virtual time; our controller in this process by default.
     pub(super) fn hosting(named: Option<&Self>) -> Hosting {
         match named {
             None | Some(Self::InProcess) => Hosting::default(),
@@ -100,30 +100,29 @@ pub(super) struct SetupArguments {
 pub(super) enum Setup {
     /// Virtual time, lines in memory, the controller in the process.
     Simulated,
-    /// The same, with everything on a line sent through the kernel on its way.
+    /// Virtual time, with all traffic sent through the kernel.
     Kernel(KernelBus),
     /// Real time and ports.
     Live(Box<LiveSetup>),
 }
 
 impl LiveSetup {
-    /// Of a bench file that says all of a bench, with what holds where it does not.
+    /// A setup from a bench file that describes a whole bench; defaults for the rest.
     #[cfg(feature = "nats")]
     pub(super) const fn of(bench: BenchFile) -> Self {
         Self { controller: Controller::Process, bench, bus: BusChoice::Pty, realtime: false }
     }
 }
 
-/// What the live world must be told beyond the plan.
+/// Settings of the live world beyond the plan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct LiveSetup {
     /// The device under test.
     pub(super) controller: Controller,
-    /// The bench.
     pub(super) bench: BenchFile,
-    /// Where a role goes that the bench gives no port.
+    /// Where a role goes if the bench assigns it no port.
     pub(super) bus: BusChoice,
-    /// Whether real-time priority is asked for.
+    /// Whether real-time priority is requested.
     pub(super) realtime: bool,
 }
 
@@ -138,7 +137,7 @@ impl Setup {
 }
 
 impl SetupArguments {
-    /// The world that they mean.
+    /// Returns the world that the arguments describe.
     ///
     /// # Errors
     ///
@@ -169,11 +168,11 @@ impl SetupArguments {
         }
     }
 
-    /// The bench file, where it alone says what a bench elsewhere is like: whoever has that bench has the same file.
+    /// Returns the bench file that alone describes a bench elsewhere: the machine with that bench has the same file.
     ///
     /// # Errors
     ///
-    /// When there is none, or something beside it says more.
+    /// When it is missing, or another argument adds to it.
     #[cfg(feature = "nats")]
     pub(super) fn bench_elsewhere(&self) -> Result<&str, Failure> {
         let beside = [
@@ -199,11 +198,11 @@ impl SetupArguments {
         Ok(bench)
     }
 
-    /// Checks that these plans can be tested so.
+    /// Checks that these plans can be tested with this setup.
     ///
     /// # Errors
     ///
-    /// Where a controller is named that a plan has no place for, or a program would have to keep virtual time.
+    /// When a plan has no place for the given controller, or a program would have to keep virtual time.
     pub(super) fn fits(&self, plans: &[Prepared]) -> Result<(), Failure> {
         for Prepared { plan, rig, .. } in plans {
             let name = plan.name.as_str();
@@ -236,12 +235,12 @@ impl SetupArguments {
         Ok(())
     }
 
-    /// Whose controller is tested in virtual time.
+    /// Controller under test in virtual time.
     pub(super) fn hosting(&self) -> Hosting {
         Controller::hosting(self.controller.as_ref())
     }
 
-    /// What a run in virtual time of what a campaign found has to be told.
+    /// Options that a run in virtual time needs to repeat a case of a campaign.
     pub(super) fn replay(&self) -> String {
         match &self.controller {
             None | Some(Controller::InProcess) => String::new(),
@@ -250,11 +249,11 @@ impl SetupArguments {
         }
     }
 
-    /// Checks that the controller is the one in the process; `what` has no other.
+    /// Checks that the controller is the one in this process; `what` supports no other.
     ///
     /// # Errors
     ///
-    /// Where it is a program.
+    /// When it is a program.
     pub(super) fn in_process(&self, what: &str) -> Result<(), Failure> {
         match self.controller {
             None | Some(Controller::InProcess) => Ok(()),

@@ -1,4 +1,4 @@
-//! `hil show`: a record as lines.
+//! `hil show`: prints a record as lines.
 
 use super::export_whole::ears;
 use super::failure::Failure;
@@ -36,7 +36,7 @@ pub(super) struct ShowArguments {
     limit: Option<u64>,
 }
 
-/// Refuses a name that is of no device and no node of the record.
+/// Refuses a name that is no device or node of the record.
 fn check_name(header: &Header, name: &str) -> Result<(), Failure> {
     let nodes = header.nodes.iter().map(|node| node.name.as_str());
     let known: Vec<&str> = nodes.chain(Device::ALL.iter().map(|device| device.name())).collect();
@@ -65,12 +65,12 @@ impl ShowArguments {
             if left == 0 {
                 break;
             }
-            // Lines before the place of a damage are good; they are out before the error is told.
+            // Lines before the damage are valid; print them before the error.
             let record = record.map_err(|source| {
                 let _ = out.flush();
                 RunFolderError::Record { path: folder.file(RECORD), source }
             })?;
-            // A node on several lines is one device.
+            // A node on several lines counts as one device.
             if wanted.is_some_and(|name| name != header.name_of(record.device)) {
                 continue;
             }

@@ -1,19 +1,19 @@
-//! Text from files on a terminal: it moves no cursor, clears no screen and sets no title.
+//! Makes text from files safe for a terminal: it moves no cursor, clears no screen and sets no title.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// The same text with control characters written out, but for ends of lines, tabs and colours: tables have colours of their own.
+/// Escapes control characters except line ends, tabs and colours: our tables have colours.
 pub(super) fn tamed(text: &str) -> Cow<'_, str> {
     written_out(text, colour_bytes)
 }
 
-/// The same without colours too: for a text that should not have any.
+/// Escapes control characters including colours: for text that should have none.
 pub(super) fn plain(text: &str) -> Cow<'_, str> {
     written_out(text, |_| 0)
 }
 
-/// What stands where `passing` says that bytes pass is kept as it is.
+/// Escapes control characters, except the bytes that `passing` counts as allowed.
 fn written_out(text: &str, passing: impl Fn(&str) -> usize) -> Cow<'_, str> {
     if !text.chars().any(is_wild) {
         return Cow::Borrowed(text);
@@ -24,7 +24,7 @@ fn written_out(text: &str, passing: impl Fn(&str) -> usize) -> Cow<'_, str> {
         let kept = passing(rest);
         let (head, tail) = rest.split_at(if kept > 0 { kept } else { next.len_utf8() });
         if kept == 0 && is_wild(next) {
-            // As JSON writes it, so that a document stays one. Writing to a string cannot fail.
+            // Escaped as in JSON, so that a document stays valid. Writing to a string cannot fail.
             let _ = write!(out, "\\u{:04x}", u32::from(next));
         } else {
             out.push_str(head);
@@ -34,12 +34,12 @@ fn written_out(text: &str, passing: impl Fn(&str) -> usize) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Whether a terminal may take it for more than a character.
+/// Whether a terminal may interpret it as a control character.
 fn is_wild(c: char) -> bool {
     c.is_control() && !matches!(c, '\n' | '\t')
 }
 
-/// Bytes of the colour (SGR) with which the text begins; zero where it begins with none.
+/// Length in bytes of the colour sequence (SGR) at the start of the text; zero if there is none.
 fn colour_bytes(text: &str) -> usize {
     let Some(rest) = text.strip_prefix("\u{1b}[") else { return 0 };
     let end = rest.find(|c: char| !c.is_ascii_digit() && c != ';');

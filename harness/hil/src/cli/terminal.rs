@@ -1,4 +1,4 @@
-//! The person at the terminal. Lines are read by a thread that may wait, where the harness must not.
+//! The person at the terminal. A thread reads the lines and may block; the harness must not.
 
 use super::progress::Screen;
 use harness::operator::{Line, Person};
@@ -8,11 +8,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::SystemTime;
 
-/// Lines that wait to be heard; further ones wait in the terminal itself.
+/// Lines in the queue; further ones wait in the terminal itself.
 const LINES_MAX: usize = 16;
-/// The longest line that is kept; no answer comes near it, and the rest of a longer one is thrown away.
+/// Maximum length of a line; no answer comes near it, and the rest of a longer one is discarded.
 const LINE_BYTES_MAX: u64 = 4_096;
-/// Who it is where nobody says.
+/// Name of the person by default.
 const SOMEBODY: &str = "somebody at the terminal";
 
 /// The person at the terminal; a clone is the same person.
@@ -24,7 +24,7 @@ pub(super) struct Terminal {
 }
 
 impl Terminal {
-    /// Whoever sits there, if the standard input and error are a terminal.
+    /// Returns the person at the terminal, if the standard input and error are a terminal.
     pub(super) fn of_stdin(screen: &Screen, name: Option<&str>) -> Option<Self> {
         if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
             return None;
@@ -35,7 +35,7 @@ impl Terminal {
         Some(Self { screen: screen.clone(), name, lines: Arc::default() })
     }
 
-    /// Who it is.
+    /// Returns the person's name.
     pub(super) fn name(&self) -> String {
         self.name.clone()
     }
@@ -89,8 +89,8 @@ impl Person for Terminal {
     }
 }
 
-/// Lines from the standard input, until it ends or nobody wants them any more. A thread that cannot be
-/// started is a terminal that is closed.
+/// Reads lines from the standard input until it ends or the receiver is dropped. If the thread cannot start, the
+/// terminal counts as closed.
 fn start_reading() -> Receiver<String> {
     let (sender, lines) = sync_channel(LINES_MAX);
     let reader = thread::Builder::new().name("operator".to_owned());

@@ -1,4 +1,4 @@
-//! `hil worker`: carries out cases of campaigns on other machines.
+//! `hil worker`: carries out cases of campaigns that run on other machines.
 
 mod bench;
 
@@ -93,14 +93,14 @@ impl WorkerArguments {
             Some(bench) => bench.maker(),
         };
         let worked = work(&server, &settings, maker, teller(screen), stop(&interrupt));
-        // What broke off its case says more than that it was broken off.
+        // The error that stopped the case says more than its interruption.
         bench.map_or(Ok(()), |bench| bench.came_up())?;
         screen.chat(&format!("{} cases carried out", worked?.cases));
         Ok(Outcome::Passed)
     }
 }
 
-/// A bench by the name of its file: so the same bench has the same name to all.
+/// Names a bench after its file, so that the same bench has the same name everywhere.
 pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     stem.unwrap_or_default()
@@ -108,7 +108,7 @@ pub(super) fn bench_place(name: &str) -> Result<Place, Failure> {
         .map_err(|message: String| Failure::arguments(message, "rename the bench file"))
 }
 
-/// Who carries out the cases of a package in virtual time.
+/// Executor for the cases of a package in virtual time.
 fn virtually(
     package: &Package,
     _: &Place,

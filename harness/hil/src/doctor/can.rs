@@ -12,47 +12,47 @@ use std::path::Path;
 use std::process::Command;
 use wire::can::BitRates;
 
-/// The modules that matter: the raw protocol, virtual interfaces, adapters on a serial port.
+/// Relevant modules: the raw protocol, virtual interfaces, adapters on a serial port.
 const MODULES: [&str; 3] = ["can_raw", "vcan", "slcan"];
 
-/// `CAN_RAW` of `linux/can.h`, which is 1.
+/// `CAN_RAW` of `linux/can.h`; its value is 1.
 const CAN_RAW: NonZeroU32 = NonZeroU32::MIN;
 
-/// Where a kernel module is.
+/// Availability of a kernel module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Module {
     /// Loaded.
     Loaded,
-    /// Part of the kernel itself.
+    /// Part of the kernel.
     BuiltIn,
-    /// On disk, to be loaded.
+    /// On disk, and loadable.
     Available,
-    /// Nowhere.
+    /// Not found.
     Missing,
 }
 
-/// What the kernel has of CAN.
+/// CAN support of the kernel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CanFacts {
-    /// Why no raw CAN socket can be had; none where it can.
+    /// Why a raw CAN socket cannot be opened; `None` if it can.
     pub no_socket: Option<String>,
-    /// `can_raw`, `vcan` and `slcan`.
+    /// State of `can_raw`, `vcan` and `slcan`.
     pub modules: BTreeMap<String, Module>,
     /// Interfaces, sorted by name.
     pub interfaces: Vec<CanInterface>,
-    /// `ip` is there and was asked.
+    /// `ip` is installed and was queried.
     pub ip: bool,
 }
 
 impl CanFacts {
     fn module(&self, name: &str) -> Module {
-        // What cannot be asked about and yet works is there.
+        // A module that cannot be queried but works must be there.
         self.modules.get(name).copied().unwrap_or(Module::Missing)
     }
 }
 
-/// Judges the family, then each interface, then those that are needed and not there.
+/// Judges the protocol family, then each interface, then missing interfaces that are needed.
 pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
     let can = &facts.can;
     let needed_by = needs.can();
@@ -99,7 +99,7 @@ fn needing<'a>(needs: &'a Needs, interface: &'a str) -> impl Iterator<Item = &'a
     needs.ports_on(&[Medium::Can]).filter(move |need| need.port.address() == interface)
 }
 
-/// The ways around a kernel without CAN.
+/// Alternatives on a kernel without CAN.
 const WITHOUT_CAN: &str = "# or do without: hil doctor --bench slcan\n\
                            # or in a kernel of its own: tests/vcan-guest/run -- hil ...";
 
@@ -200,14 +200,14 @@ fn judge_interface(
                 "# is another node on the bus and on, to acknowledge, at the same bit rate, with 120 \
                  Ohm at both ends? to see what is counted:\nip -details -statistics link show {name}"
             );
-            // It carries frames all the same, and a bus that mends itself is no reason not to begin.
+            // It still carries frames, and a bus that recovers by itself does not prevent a start.
             Finding::gap(subject, words, mend, None)
         }
         (true, Some(CanState::ErrorActive) | None) => Finding::good(subject, words),
     }
 }
 
-/// Where a module is, by `/proc/modules`, `modules.builtin` and `modules.dep`.
+/// Finds a module in `/proc/modules`, `modules.builtin` and `modules.dep`.
 fn find_module(name: &str, loaded: &str, built_in: &str, on_disk: &str) -> Module {
     let is_it = |path: &str| {
         let file = path.rsplit('/').next().unwrap_or_default();
@@ -225,7 +225,7 @@ fn find_module(name: &str, loaded: &str, built_in: &str, on_disk: &str) -> Modul
     }
 }
 
-/// Asks the kernel and `ip`.
+/// Queries the kernel and `ip`.
 pub(super) fn gather() -> CanFacts {
     let raw = Protocol::from_raw(CAN_RAW);
     let probe = socket(AddressFamily::CAN, SocketType::RAW, Some(raw));

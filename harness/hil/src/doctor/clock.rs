@@ -1,4 +1,4 @@
-//! The clock: how fine it is, and how late this machine wakes a process.
+//! The clock: its resolution, and how late this machine wakes a process.
 
 use super::Needs;
 use super::finding::Finding;
@@ -8,30 +8,30 @@ use serde::Serialize;
 use std::fs;
 use std::time::{Duration, Instant};
 
-/// Sleeps that are measured.
+/// Number of measured sleeps.
 const SLEEPS: usize = 200;
-/// Length of each: what lies between two bytes on a line of 9600 baud, about.
+/// Length of each: about the time between two bytes on a line of 9600 baud.
 const SLEEP: Duration = Duration::from_millis(1);
-/// Readings of the clock that are measured.
+/// Number of measured clock readings.
 const READINGS: u32 = 1_000;
-/// A clock coarser than this is no high-resolution timer. Assumption: those that are have 1 ns.
+/// A coarser clock is no high-resolution timer. Assumption: those have 1 ns.
 const RESOLUTION_S_MAX: f64 = 1e-6;
-/// Lateness that a run in real time does not feel. Assumption: a tenth of the 50 ms at which the
-/// controller asks its base.
+/// Lateness that does not affect a run in real time. Assumption: a tenth of the 50 ms at which the controller polls its
+/// base.
 const LATE_S_MAX: f64 = 5e-3;
 
-/// What the clock is like.
+/// Properties of the clock.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ClockFacts {
-    /// What the kernel counts by.
+    /// Clock source of the kernel.
     pub source: Option<String>,
     /// Resolution of the monotonic clock, in seconds.
     pub resolution_s: f64,
-    /// What it costs to read it, in seconds.
+    /// Time to read it, in seconds.
     pub reading_s: f64,
-    /// Longest by which a sleep of a millisecond was late, and what 99 in 100 stay below, in seconds.
+    /// Maximum lateness of a sleep of one millisecond, in seconds.
     pub late_max_s: f64,
-    /// See `late_max_s`.
+    /// 99th percentile of that lateness, in seconds.
     pub late_p99_s: f64,
 }
 
@@ -76,7 +76,7 @@ fn seconds(value: f64) -> String {
     figures::quantity((value * 10.0).round() / 10.0, 0.0, unit)
 }
 
-/// Reads and sleeps, a quarter of a second altogether.
+/// Reads the clock and sleeps, for a quarter of a second altogether.
 #[expect(clippy::disallowed_methods, reason = "the clock itself is what is looked at")]
 pub(super) fn gather() -> ClockFacts {
     let began = Instant::now();

@@ -1,21 +1,21 @@
-//! One thing that was found.
+//! A finding of the doctor.
 
 use serde::Serialize;
 
-/// How things stand with it.
+/// Status of a subject.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     /// As it should be.
     Good,
-    /// Not as it could be, and nothing given needs it.
+    /// Could be better, but no given bench or plan needs it.
     Gap,
-    /// Not as it must be for what is given.
+    /// A given bench or plan needs it, and it is not as it must be.
     Lacking,
 }
 
 impl Status {
-    /// The word for it.
+    /// Returns its name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -25,31 +25,31 @@ impl Status {
     }
 }
 
-/// One thing that was found.
+/// One finding.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// What it is about, in a word or two.
+    /// Subject, in a word or two.
     pub subject: String,
-    /// How things stand with it.
+    /// Its status.
     pub status: Status,
-    /// What was found.
+    /// The fact, as text.
     pub what: String,
-    /// What mends it, as lines of a shell: commands, and comments where no command does.
+    /// How to fix it, as shell lines: commands, and comments where no command does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mend: Option<String>,
-    /// Who needs it, where it lacks.
+    /// What needs it, if it is lacking.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed_by: Option<String>,
 }
 
 impl Finding {
-    /// All is well.
+    /// A good finding.
     pub fn good(subject: impl Into<String>, what: impl Into<String>) -> Self {
         let (subject, what) = (subject.into(), what.into());
         Self { subject, status: Status::Good, what, mend: None, needed_by: None }
     }
 
-    /// A gap; lacking where somebody needs it.
+    /// A gap; lacking if something needs it.
     pub fn gap(
         subject: impl Into<String>,
         what: impl Into<String>,
@@ -62,7 +62,7 @@ impl Finding {
     }
 }
 
-/// `a, b`; none where there are none.
+/// Returns `a, b`; `None` if there are no names.
 pub(super) fn joined<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let names: Vec<&str> = names.into_iter().collect();
     (!names.is_empty()).then(|| names.join(", "))

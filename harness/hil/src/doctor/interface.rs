@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// `ARPHRD_CAN` of `linux/if_arp.h`: what `/sys/class/net/NAME/type` says of a CAN interface.
+/// `ARPHRD_CAN` of `linux/if_arp.h`: the content of `/sys/class/net/NAME/type` for a CAN interface.
 const ARPHRD_CAN: &str = "280";
 /// `IFF_UP` of `linux/if.h`.
 const IFF_UP: u32 = 1;
@@ -14,22 +14,22 @@ const IFF_UP: u32 = 1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CanState {
-    /// Fewer than 96 errors counted.
+    /// Fewer than 96 errors.
     ErrorActive,
-    /// Fewer than 128.
+    /// Fewer than 128 errors.
     ErrorWarning,
-    /// Fewer than 256; it may no longer destroy what it takes for wrong.
+    /// Fewer than 256 errors; it may no longer destroy frames that it considers wrong.
     ErrorPassive,
     /// It has left the bus.
     BusOff,
-    /// It is not started.
+    /// Not started.
     Stopped,
-    /// It sleeps.
+    /// Sleeping.
     Sleeping,
 }
 
 impl CanState {
-    /// As `ip` writes it, in lower case.
+    /// Returns the name that `ip` prints, in lower case.
     pub const fn name(self) -> &'static str {
         match self {
             Self::ErrorActive => "error-active",
@@ -59,24 +59,24 @@ impl CanState {
 pub struct CanInterface {
     /// Its name.
     pub name: String,
-    /// It is up.
+    /// Whether it is up.
     pub up: bool,
-    /// `vcan`, `slcan`, or `can` for hardware; none where nobody says.
+    /// `vcan`, `slcan`, or `can` for hardware; `None` if unknown.
     pub kind: Option<String>,
-    /// State of the controller; a virtual one has none.
+    /// State of the controller; a virtual interface has none.
     pub state: Option<CanState>,
     /// Bits per second; a virtual bus has none.
     pub bitrate: Option<u64>,
-    /// Bits per second of the data of CAN FD frames, where it is set up for them.
+    /// Bits per second in the data phase of CAN FD frames, if configured.
     pub data_bitrate: Option<u64>,
-    /// Milliseconds after which it comes back from bus-off by itself; 0 is never.
+    /// Milliseconds until it recovers from bus-off by itself; 0 for never.
     pub restart_ms: Option<u64>,
-    /// Errors counted in sending and in receiving.
+    /// Transmit and receive error counts.
     pub errors: Option<(u64, u64)>,
 }
 
 impl CanInterface {
-    /// In a few words.
+    /// Describes the interface in a few words.
     pub fn words(&self) -> String {
         let mut words = vec![if self.up { "up" } else { "down" }.to_owned()];
         words.extend(self.bitrate.map(|rate| format!("{} kbit/s", rate as f64 / 1e3)));
@@ -92,18 +92,18 @@ impl CanInterface {
         words.join(", ")
     }
 
-    /// It is no hardware: nothing to wire, no bit rate to set.
+    /// Whether it is virtual: no wiring, no bit rate to set.
     pub fn is_virtual(&self) -> bool {
         self.kind.as_deref() == Some("vcan") || self.kind.is_none() && is_vcan_name(&self.name)
     }
 }
 
-/// By its name it is a virtual one.
+/// Whether the name is that of a virtual interface.
 pub(super) fn is_vcan_name(name: &str) -> bool {
     name.strip_prefix("vcan").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Adds what `ip -details -json link` says to what the kernel's files say.
+/// Adds the output of `ip -details -json link` to the facts from the kernel's files.
 pub(super) fn add_details(interfaces: &mut [CanInterface], json: &str) {
     let Ok(Value::Array(links)) = serde_json::from_str(json) else { return };
     for link in &links {
@@ -118,14 +118,14 @@ pub(super) fn add_details(interfaces: &mut [CanInterface], json: &str) {
         interface.restart_ms = data["restart_ms"].as_u64();
         let errors = &data["berr_counter"];
         interface.errors = errors["tx"].as_u64().zip(errors["rx"].as_u64());
-        // A virtual interface has neither; `ip` may say that it is stopped all the same.
+        // A virtual interface has neither; `ip` may report it as stopped nevertheless.
         if interface.is_virtual() {
             interface.state = None;
         }
     }
 }
 
-/// The CAN interfaces below `/sys/class/net`, sorted by name.
+/// Returns the CAN interfaces below `/sys/class/net`, sorted by name.
 pub(super) fn gather(folder: &Path) -> Vec<CanInterface> {
     let read = |interface: &Path, file| {
         let text = fs::read_to_string(interface.join(file)).unwrap_or_default();

@@ -1,22 +1,22 @@
-//! What this user may have of real time: priority and locked memory.
+//! Real-time limits of this user: priority and locked memory.
 
 use super::finding::Finding;
 use rustix::process::{Resource, getrlimit};
 use serde::Serialize;
 
-/// Locked memory that a process of the harness fits in, in bytes. Assumption: `hil` takes some 50 MB.
+/// Locked memory that a process of the harness needs, in bytes. Assumption: `hil` takes some 50 MB.
 const MEMLOCK_BYTES_MIN: u64 = 64 * 1024 * 1024;
 
-/// Limits of this process; none is no limit.
+/// Limits of this process; `None` for unlimited.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct LimitFacts {
     /// Highest real-time priority (`RLIMIT_RTPRIO`).
     pub real_time_priority: Option<u64>,
-    /// Bytes of memory that may be kept from being swapped out (`RLIMIT_MEMLOCK`).
+    /// Maximum bytes of memory locked against swapping (`RLIMIT_MEMLOCK`).
     pub locked_bytes: Option<u64>,
 }
 
-/// The command that raises a limit (pam_limits(8)).
+/// Returns the command that raises a limit (pam_limits(8)).
 fn raise(item: &str, value: &str) -> String {
     format!(
         "echo '@dialout - {item} {value}' | sudo tee /etc/security/limits.d/hil-{item}.conf\n\
@@ -47,7 +47,7 @@ pub(super) fn judge(facts: &LimitFacts, findings: &mut Vec<Finding>) {
     });
 }
 
-/// Asks the kernel.
+/// Queries the kernel.
 pub(super) fn gather() -> LimitFacts {
     LimitFacts {
         real_time_priority: getrlimit(Resource::Rtprio).current,

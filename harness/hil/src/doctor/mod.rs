@@ -1,10 +1,10 @@
-//! What a machine and a bench have, what they lack, and the command that mends it.
+//! What a machine and a bench have, what they lack, and the command that fixes it.
 //!
-//! Facts are gathered ([`Facts::gather`]), needs are read from benches and plans ([`Needs`]), and
-//! [`examine`] puts the two together. Each subject has a file with its facts, its judgement, which is
-//! free of IO and sees nothing but facts and needs, and a thin gatherer. [`show`] puts it on a terminal.
+//! [`Facts::gather`] gathers facts, [`Needs`] reads needs from benches and plans, and [`examine`] compares the two.
+//! Each subject has a file with its facts, its judgement, which is free of IO and sees only facts and needs, and a thin
+//! gatherer. [`show`] formats the result for a terminal.
 //!
-//! Nothing is mended here: what a command would do is for a person to decide.
+//! The doctor repairs nothing: a person decides whether to run a command.
 
 pub mod can;
 pub mod clock;
@@ -28,30 +28,30 @@ pub use needs::{Needs, PortNeed, ProgramNeed};
 use record::outcome::Outcome;
 use serde::Serialize;
 
-/// What is so on this machine.
+/// Facts about this machine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Facts {
-    /// Release of the kernel.
+    /// Kernel release.
     pub kernel: String,
-    /// Are we in a container? Kernel modules are then the host's affair.
+    /// Whether this is a container. Kernel modules are then up to the host.
     pub container: bool,
-    /// CAN in the kernel, and its interfaces.
+    /// CAN support of the kernel, and the interfaces.
     pub can: can::CanFacts,
-    /// Serial ports, and what this user may do with them.
+    /// Serial ports, and this user's access to them.
     pub serial: serial::SerialFacts,
     /// Pseudo-terminals.
     pub pty: pty::PtyFacts,
     /// The clock, and how late this machine wakes a process.
     pub clock: clock::ClockFacts,
-    /// What this user may have of real time.
+    /// Real-time limits of this user.
     pub limits: limits::LimitFacts,
-    /// Programs that are started.
+    /// Programs that runs start.
     pub programs: programs::ProgramFacts,
 }
 
 impl Facts {
-    /// Looks at this machine; takes a second, most of it measuring the clock. What cannot be found out
-    /// is taken for absent.
+    /// Examines this machine; takes a second, mostly to measure the clock. Facts that cannot be determined count as
+    /// absent.
     pub fn gather(needs: &Needs) -> Self {
         Self {
             kernel: rustix::system::uname().release().to_string_lossy().into_owned(),
@@ -68,7 +68,7 @@ impl Facts {
     }
 }
 
-/// What there is to be said about the facts in view of the needs, in a fixed order.
+/// Returns findings about the facts in view of the needs, in a fixed order.
 pub fn examine(facts: &Facts, needs: &Needs) -> Vec<Finding> {
     let mut findings = Vec::new();
     can::judge(facts, needs, &mut findings);
@@ -81,7 +81,7 @@ pub fn examine(facts: &Facts, needs: &Needs) -> Vec<Finding> {
     findings
 }
 
-/// [`Outcome::Error`] where something lacks that is needed.
+/// Returns [`Outcome::Error`] if something needed is lacking.
 pub fn outcome(findings: &[Finding]) -> Outcome {
     let lacks = findings.iter().any(|finding| finding.status == Status::Lacking);
     if lacks { Outcome::Error } else { Outcome::Passed }

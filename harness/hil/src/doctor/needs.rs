@@ -1,4 +1,4 @@
-//! What a bench and plans need of a machine.
+//! What a bench and plans need from a machine.
 
 use super::finding::Finding;
 use super::plans;
@@ -8,45 +8,45 @@ use plan::rig::{RigLine, UnderTest};
 use wire::can::BitRates;
 use wire::time::Span;
 
-/// A port that must be there.
+/// A required port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortNeed {
-    /// Who needs it, such as `the gyro of bench usb`.
+    /// What needs it, such as `the gyro of bench usb`.
     pub by: String,
     /// The port.
     pub port: PortText,
-    /// Those of its bus, where a rig file says so.
+    /// Bit rates of its bus, if a rig file states them.
     pub rates: Option<BitRates>,
 }
 
-/// A program that must be there.
+/// A required program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProgramNeed {
-    /// Who needs it, such as `manager of plan charge`.
+    /// What needs it, such as `manager of plan charge`.
     pub by: String,
-    /// Its words.
+    /// Program and arguments.
     pub words: Vec<String>,
 }
 
-/// What must be there, and for whom.
+/// All needs, and what has them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Needs {
-    /// Ports.
+    /// Required ports.
     pub ports: Vec<PortNeed>,
-    /// Who needs a pty pair.
+    /// What needs pty pairs.
     pub ptys: Vec<String>,
-    /// Who needs our own controller as a program.
+    /// What needs our controller as a program.
     pub our_controller: Option<String>,
-    /// Programs that are under test.
+    /// Programs under test.
     pub programs: Vec<ProgramNeed>,
-    /// How late the harness may be, and who says so.
+    /// How late the harness may be, and which file states that.
     pub late_max: Option<(Span, String)>,
-    /// What is already known of benches and plans themselves.
+    /// Findings on the benches and plans themselves.
     pub findings: Vec<Finding>,
 }
 
 impl Needs {
-    /// What the bench and the plans of these names or paths need. Plans alone need nothing but their files, and the
+    /// Returns the needs of the bench and the plans of these names or paths. Plans alone need only their files and the
     /// programs that they test.
     pub fn read(bench: Option<&str>, plans: &[String]) -> Self {
         let mut needs = Self::default();
@@ -70,7 +70,7 @@ impl Needs {
         needs
     }
 
-    /// Adds what `roles` of a bench need.
+    /// Adds the needs of `roles` of a bench.
     pub fn add(&mut self, name: &str, bench: &BenchFile, roles: &[&str]) {
         for role in roles {
             let by = format!("the {role} of bench {name}");
@@ -81,18 +81,18 @@ impl Needs {
         }
         let by = format!("the controller of bench {name}");
         match &bench.controller {
-            // Nothing else takes its missions.
+            // Without these roles the controller gets no missions.
             _ if !roles.iter().any(|role| ROLES.contains(role)) => {}
             None => self.our_controller = Some(by),
             Some(ControllerSection::Command(words)) => self.program(by, words),
             Some(ControllerSection::Attach(AttachPlace::Line(port))) => self.port(by, port, None),
-            // Who listens on a socket may come later.
+            // The program that listens on a socket may start later.
             Some(ControllerSection::InProcess | ControllerSection::Attach(_)) => {}
         }
         self.late_max = bench.timing.late_max.map(|late| (late, format!("bench {name}")));
     }
 
-    /// Adds what lines of the plans' rigs need of a bench: all that it names, where there are no plans.
+    /// Adds what lines of the plans' rigs need from a bench; without plans, all lines that it names.
     fn add_lines(&mut self, name: &str, bench: &BenchFile, prepared: &[Prepared]) {
         for (line, section) in &bench.lines {
             let of_rigs = prepared.iter().flat_map(|one| &one.rig.lines);
@@ -112,7 +112,7 @@ impl Needs {
         }
     }
 
-    /// Adds a port that has to be there, or a pty that is made.
+    /// Adds a port that must exist, or a pty to be created.
     fn port(&mut self, by: String, port: &PortText, rates: Option<BitRates>) {
         if port.medium().is_made_here() {
             self.ptys.push(by);
@@ -128,12 +128,12 @@ impl Needs {
         }
     }
 
-    /// Ports of these media.
+    /// Returns the needs for ports of these media.
     pub(super) fn ports_on(&self, media: &[Medium]) -> impl Iterator<Item = &PortNeed> {
         self.ports.iter().filter(|need| media.contains(&need.port.medium()))
     }
 
-    /// Who needs CAN in the kernel.
+    /// Returns what needs CAN in the kernel.
     pub(super) fn can(&self) -> Option<String> {
         super::finding::joined(self.ports_on(&[Medium::Can]).map(|need| need.by.as_str()))
     }

@@ -1,4 +1,4 @@
-//! Do plans find their files, and does a bench provide the roles and lines that they need?
+//! Checks that plans find their files, and that a bench provides the roles and lines that they need.
 
 use super::finding::Finding;
 use described::Medium;
@@ -10,12 +10,12 @@ use miette::Diagnostic;
 use plan::bench_file::{self, BenchFile, PortText, ROLES};
 use plan::made::Made;
 
-/// How a base is connected.
+/// Connection of a base by CAN.
 const ON_CAN: &str = "on CAN";
-/// See [`ON_CAN`].
+/// Connection of a base by a serial line.
 const ON_A_SERIAL_LINE: &str = "on a serial line";
 
-/// Reads the plans in order, each with what the earlier ones promise to make.
+/// Reads the plans in order, each with the calibrations that the earlier ones promise.
 pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prepared> {
     let mut promised = Made::default();
     let mut prepared = Vec::new();
@@ -43,19 +43,19 @@ pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prep
     prepared
 }
 
-/// A file that cannot be used.
+/// Finding for a file that cannot be used.
 pub(super) fn unusable(subject: &str, error: &dyn Diagnostic) -> Finding {
     let help = error.help().map(|help| comment(&help.to_string()));
     let mend = help.unwrap_or_else(|| "# mend the file; what ships:\nhil list".to_owned());
     Finding::gap(subject, error.to_string(), mend, Some(subject.to_owned()))
 }
 
-/// Prose as lines that a shell passes over.
+/// Formats text as shell comments.
 fn comment(text: &str) -> String {
     text.lines().map(|line| format!("# {line}")).collect::<Vec<_>>().join("\n")
 }
 
-/// What a plan needs a port for, and what it is connected by where there is a choice.
+/// What a plan needs a port for, and its connection if there is a choice.
 #[derive(Clone, Copy)]
 enum Needed<'a> {
     Role(&'static str, Option<&'static str>),
@@ -77,7 +77,7 @@ impl Needed<'_> {
         }
     }
 
-    /// Its table in a bench file.
+    /// Returns its table in a bench file.
     fn table(self) -> String {
         match self {
             Self::Role(role, _) => role.to_owned(),
@@ -100,7 +100,7 @@ const fn on(medium: Medium) -> &'static str {
     }
 }
 
-/// The lines of a rig that something is at that runs elsewhere, and what they are.
+/// Returns the lines of a rig with a node outside this process, and their connection.
 pub(super) fn lines(prepared: &Prepared) -> impl Iterator<Item = (&str, &'static str)> {
     let rig = &prepared.rig;
     let lines = rig.lines.iter().enumerate();
@@ -125,7 +125,7 @@ fn needed(prepared: &Prepared) -> Vec<Needed<'_>> {
     }
 }
 
-/// Judges a bench against the plans; gives the roles that they need of it, all where there are no plans.
+/// Judges a bench against the plans; returns the roles that they need, or all roles if there are no plans.
 pub(super) fn judge(
     name: &str,
     bench: &BenchFile,
@@ -163,7 +163,7 @@ pub(super) fn judge(
     }
 }
 
-/// A role or line on a medium that the plan does not have it on.
+/// Finding for a role or line on another medium than in the plan.
 fn misfit(
     subject: &str,
     plan: &str,
@@ -172,7 +172,7 @@ fn misfit(
 ) -> Option<Finding> {
     let (what, table, on) = (needed.what(), needed.table(), needed.on());
     let Some(port) = port else {
-        // The pty that an emulated device gets where no port is named carries bytes.
+        // The pty of an emulated device without a named port carries bytes.
         return (on == Some(ON_CAN)).then(|| {
             let emulated = match needed {
                 Needed::Role(..) => "\n# emulated = true",
@@ -205,7 +205,7 @@ fn misfit(
     ))
 }
 
-/// The answers that the bench names, against what the plans ask.
+/// Checks the bench's answers against the plans' questions.
 fn answers(subject: &str, bench: &BenchFile, prepared: &[Prepared], findings: &mut Vec<Finding>) {
     let plans = || prepared.iter().map(|one| &*one.plan);
     let Some(section) = &bench.answers else {

@@ -1,4 +1,4 @@
-//! Programs that a live run starts.
+//! Programs that a run in real time starts.
 
 use super::Needs;
 use super::finding::Finding;
@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-/// Programs, and where they are.
+/// Programs and their locations.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct ProgramFacts {
     /// `k2a-controller`, our controller as a program.
@@ -18,23 +18,23 @@ pub struct ProgramFacts {
     pub under_test: Vec<ProgramFound>,
 }
 
-/// A program under test, and what of it is here.
+/// A program under test, and what was found of it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct ProgramFound {
-    /// Its words.
+    /// Program and arguments.
     pub words: Vec<String>,
-    /// Where the first of them leads.
+    /// Path of the program, if found.
     pub path: Option<PathBuf>,
-    /// The interpreter that its first line names, where that is not here.
+    /// The interpreter of its first line, if missing.
     pub no_interpreter: Option<String>,
-    /// The script that it is to run, where that is not here.
+    /// The script that it runs, if missing.
     pub no_script: Option<String>,
 }
 
-/// Programs that run the script which is their first argument, whatever version stands behind the name.
+/// Interpreters whose first argument is a script; a version may follow the name.
 const INTERPRETERS: [&str; 6] = ["python", "sh", "bash", "node", "perl", "ruby"];
 
-/// Longest first line that names an interpreter, in bytes (`BINPRM_BUF_SIZE` of Linux).
+/// Maximum length of a first line that names an interpreter, in bytes (`BINPRM_BUF_SIZE` of Linux).
 const FIRST_LINE_MAX: u64 = 256;
 
 pub(super) fn judge(facts: &ProgramFacts, needs: &Needs, findings: &mut Vec<Finding>) {
@@ -89,7 +89,7 @@ fn judge_program(program: &str, found: Option<&ProgramFound>, by: &str) -> Findi
     Finding::good(program, path.display().to_string())
 }
 
-/// Looks for them as the shell would.
+/// Searches for the programs as the shell would.
 pub(super) fn gather(needs: &Needs) -> ProgramFacts {
     ProgramFacts {
         our_controller: find(&our_program()),
@@ -97,7 +97,7 @@ pub(super) fn gather(needs: &Needs) -> ProgramFacts {
     }
 }
 
-/// What is here of the program with these words.
+/// Searches for the program with these words.
 pub(super) fn look(words: &[String]) -> ProgramFound {
     let program = Path::new(words.first().map_or("", |program| program));
     let path = find(program);
@@ -115,7 +115,7 @@ pub(super) fn look(words: &[String]) -> ProgramFound {
     }
 }
 
-/// The interpreter that the first line of a script names, by itself or as what `env` looks for.
+/// Returns the interpreter in the first line of a script, named directly or as the argument of `env`.
 fn interpreter(path: &Path) -> Option<String> {
     let mut first = Vec::new();
     File::open(path).ok()?.take(FIRST_LINE_MAX).read_to_end(&mut first).ok()?;

@@ -1,4 +1,4 @@
-//! Pseudo-terminals, on which emulated devices are reached.
+//! Pseudo-terminals, which connect emulated devices.
 
 use super::Needs;
 use super::finding::{Finding, joined};
@@ -7,12 +7,12 @@ use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use serde::Serialize;
 
-/// What there is of pseudo-terminals.
+/// Facts about pseudo-terminals.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PtyFacts {
-    /// Why no pair can be had; none where it can.
+    /// Why no pair can be opened; `None` if it can.
     pub no_pair: Option<String>,
-    /// How many are in use, and how many there may be (`kernel.pty`).
+    /// Number in use, and maximum (`kernel.pty`).
     pub used: Option<(u64, u64)>,
 }
 

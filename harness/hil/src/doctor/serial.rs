@@ -1,4 +1,4 @@
-//! Serial ports: which there are, what is plugged in, and whether this user may open them.
+//! Serial ports: which exist, which adapters are plugged in, and whether this user may open them.
 
 use super::finding::{Finding, joined};
 use super::{Facts, Needs, PortNeed};
@@ -11,24 +11,24 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use tokio_serial::{SerialPortType, available_ports};
 
-/// Where udev names serial ports by what they are.
+/// Folder in which udev names serial ports by device.
 const BY_ID: &str = "/dev/serial/by-id";
 
-/// What a USB adapter calls itself.
+/// Identity of a USB adapter.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct UsbAdapter {
     /// Vendor id.
     pub vendor: u16,
     /// Product id.
     pub product: u16,
-    /// Serial number, where it has one.
+    /// Serial number, if it has one.
     pub serial_number: Option<String>,
-    /// Manufacturer and product, in words.
+    /// Manufacturer and product.
     pub name: String,
 }
 
 impl UsbAdapter {
-    /// As a bench file names it: `serial:usb:VENDOR:PRODUCT[:SERIAL]`.
+    /// Returns its name in a bench file: `serial:usb:VENDOR:PRODUCT[:SERIAL]`.
     pub fn port(&self) -> String {
         let Self { vendor, product, serial_number, .. } = self;
         let number = serial_number.as_ref().map(|number| format!(":{number}")).unwrap_or_default();
@@ -50,31 +50,30 @@ impl UsbAdapter {
 pub struct SerialPort {
     /// Its path.
     pub path: String,
-    /// The path that stays when it is plugged in elsewhere.
+    /// Path that does not change when it is plugged in elsewhere.
     pub by_id: Option<String>,
-    /// The adapter, where it is one.
+    /// USB adapter, if it is one.
     pub usb: Option<UsbAdapter>,
-    /// The group that owns it.
+    /// Group that owns it.
     pub group: String,
-    /// This user may read and write.
+    /// Whether this user may read and write it.
     pub accessible: bool,
 }
 
-/// Serial ports, and who we are.
+/// Serial ports, and the current user.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct SerialFacts {
-    /// The user.
+    /// User name.
     pub user: String,
-    /// Groups that this process is in.
+    /// Groups of this process.
     pub groups: Vec<String>,
-    /// Groups that the user belongs to by `/etc/group`; those that are not in `groups` come with the
-    /// next login.
+    /// Groups of the user in `/etc/group`; those not in `groups` take effect at the next login.
     pub enrolled: Vec<String>,
-    /// Ports, sorted by path: those of this machine, and those that are needed and are there.
+    /// Ports, sorted by path: those of this machine, and needed ones that exist.
     pub ports: Vec<SerialPort>,
 }
 
-/// Judges each port that there is, then those that are needed and not there.
+/// Judges each existing port, then missing ports that are needed.
 pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
     let serial = &facts.serial;
     if serial.ports.is_empty() {
@@ -108,7 +107,7 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Does the need name this port?
+/// Whether the need names this port.
 fn meant(need: &PortNeed, port: &SerialPort) -> bool {
     match need.port.address().strip_prefix("usb:") {
         Some(id) => port.usb.as_ref().is_some_and(|usb| usb.is(id)),
@@ -157,7 +156,7 @@ fn judge_port(port: &SerialPort, serial: &SerialFacts, needed_by: Option<String>
     Finding::gap(subject, what, mend, needed_by)
 }
 
-/// Groups by number, and those that `user` is enrolled in, from the text of `/etc/group`.
+/// Returns the groups by number, and those of `user`, from the text of `/etc/group`.
 fn groups(text: &str, user: &str) -> (BTreeMap<u32, String>, Vec<String>) {
     let mut names = BTreeMap::new();
     let mut enrolled = Vec::new();
@@ -177,14 +176,14 @@ fn groups(text: &str, user: &str) -> (BTreeMap<u32, String>, Vec<String>) {
     (names, enrolled)
 }
 
-/// Name of the user of that number, from the text of `/etc/passwd`.
+/// Returns the name of the user with this number, from the text of `/etc/passwd`.
 fn user_name(text: &str, id: u32) -> Option<String> {
     let id = id.to_string();
     let line = text.lines().find(|line| line.split(':').nth(2) == Some(&id))?;
     line.split(':').next().map(str::to_owned)
 }
 
-/// Asks for the ports, and looks up who we are.
+/// Queries the ports and the current user.
 pub(super) fn gather(needs: &Needs) -> SerialFacts {
     let read = |path| fs::read_to_string(path).unwrap_or_default();
     let id = rustix::process::getuid().as_raw();
@@ -199,7 +198,7 @@ pub(super) fn gather(needs: &Needs) -> SerialFacts {
     let links = links(Path::new(BY_ID));
     let mut found: BTreeMap<String, Option<UsbAdapter>> = BTreeMap::new();
     for port in available_ports().unwrap_or_default() {
-        // `/sys/class/tty/...` where there is no node: nothing that could be opened.
+        // `/sys/class/tty/...` without a device node: cannot be opened.
         if Path::new(&port.port_name).exists() {
             found.insert(port.port_name, usb(port.port_type));
         }
@@ -232,7 +231,7 @@ fn usb(kind: SerialPortType) -> Option<UsbAdapter> {
     })
 }
 
-/// Where each link in the folder leads to, the other way round.
+/// Maps each link's target to the link.
 fn links(folder: &Path) -> BTreeMap<String, String> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     entries

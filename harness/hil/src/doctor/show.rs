@@ -1,4 +1,4 @@
-//! Findings for a terminal, and for a program.
+//! Output of findings for a terminal and for a program.
 
 use super::table::findings_table;
 use super::{Facts, Finding, Status, outcome};
@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use views::console::Style;
 
-/// Every finding in a table, then what mends each gap, those first that something given needs.
+/// Formats all findings as a table, then the fix for each gap, needed ones first.
 pub fn text(findings: &[Finding], style: Style) -> String {
     let mut text = findings_table(findings, style);
     for (status, title) in [
@@ -40,16 +40,16 @@ pub fn text(findings: &[Finding], style: Style) -> String {
     text
 }
 
-/// Names of adapters come from outside: they may not move the cursor.
+/// Names of adapters are foreign text: they must not move the cursor.
 fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
-/// Everything for a program: `outcome`, `findings` and the `facts` that they rest on.
+/// Formats everything for a program: `outcome`, `findings` and the `facts` behind them.
 ///
 /// # Errors
 ///
-/// When it cannot be written as JSON, which nothing in it gives reason to.
+/// When it cannot be written as JSON, which is not expected.
 pub fn json(facts: &Facts, findings: &[Finding]) -> serde_json::Result<String> {
     #[derive(Serialize)]
     struct Report<'a> {

@@ -1,13 +1,13 @@
-//! What a machine has and lacks.
+//! The table of findings.
 
 use super::{Finding, Status};
 use comfy_table::{Cell, Color};
 use views::console::{Style, in_cell, keep_whole, lines};
 
-/// Subject and status: short, and ugly when broken.
+/// Columns that must not wrap: subject and status, which are short.
 const WHOLE_COLUMNS: [usize; 2] = [0, 1];
 
-/// One line a finding.
+/// Formats the table, one line per finding.
 pub fn findings_table(findings: &[Finding], style: Style) -> String {
     let mut table = style.table(&["subject", "status", "found"]);
     for Finding { subject, status, what, .. } in findings {

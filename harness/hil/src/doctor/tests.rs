@@ -1,4 +1,4 @@
-//! Machines that are made up, each with what the doctor says of it.
+//! Fictitious machines, and the doctor's findings on each.
 
 use super::can::{CanFacts, Module};
 use super::clock::ClockFacts;
@@ -63,7 +63,7 @@ fn adapter(path: &str, serial_number: &str) -> SerialPort {
     }
 }
 
-/// A person's own machine, with everything but what a test takes away.
+/// A developer's machine that lacks only what a test removes.
 fn laptop() -> Facts {
     let can = CanFacts { interfaces: vec![vcan0(true)], ..modules(Module::Loaded) };
     Facts {
@@ -92,7 +92,7 @@ fn laptop() -> Facts {
     }
 }
 
-/// A build server: another kernel's modules, no devices, no programs.
+/// A build server: kernel modules of the host, no devices, no programs.
 fn container() -> Facts {
     Facts {
         kernel: "5.15.0".to_owned(),
@@ -153,7 +153,7 @@ fn a_bench_with_usb_adapters() {
     insta::assert_snapshot!(shown(&facts, &needs("usb")));
 }
 
-/// Two adapters of one kind where one is meant, can0 in bus-off, no controller, and late.
+/// Two identical adapters where one is meant, can0 in bus-off, no controller, and a late clock.
 #[test]
 fn a_bench_in_trouble() {
     let mut facts = bench(CanState::BusOff);
@@ -274,7 +274,7 @@ fn plans_are_held_against_the_bench() {
         all += "\n\n";
     }
     insta::assert_snapshot!(all);
-    // On the table alone the base is not looked for.
+    // With the table alone, the base is not needed.
     let needs = read(Some("vcan"), &["verification"]);
     assert!(needs.ports.is_empty(), "{:?}", needs.ports);
     assert_eq!(needs.ptys.len(), 2);
@@ -317,7 +317,7 @@ fn a_rig_needs_its_programs_and_the_ports_of_its_lines_and_no_controller_of_ours
         shown += "\n";
     }
     insta::assert_snapshot!(shown.replace(&*folder.path().to_string_lossy(), "."));
-    // Without plans, a bench of lines needs them alone.
+    // Without plans, a bench with lines needs only those.
     let path = folder.path().join("mine.toml");
     let lines = Needs::read(path.to_str(), &[]);
     assert_eq!((lines.ports.len(), lines.ptys.len(), lines.our_controller), (1, 0, None));

@@ -1,9 +1,9 @@
-//! Why a log makes no run.
+//! Errors of an import.
 
 use bus_log::LogError;
 use record::run_folder::RunFolderError;
 
-/// Why a log makes no run.
+/// Why a log cannot be imported as a run.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ImportError {
     /// The log cannot be read.
@@ -14,7 +14,7 @@ pub enum ImportError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// No step of the plan is one of the base.
+    /// No step of the plan moves the base.
     #[error("failed to judge a CAN log by plan {plan}: none of its steps moves the base")]
     #[diagnostic(help(
         "a plan with `straight`, `turn` or `lap` is needed; `hil list plans` shows them"
@@ -23,16 +23,16 @@ pub enum ImportError {
         /// The plan.
         plan: String,
     },
-    /// A line of the rig that is not in the log.
+    /// The log lacks a line of the rig.
     #[error("which channel of the log is the line `{line}`?")]
     #[diagnostic(help("--channel names it, one of: {known}"))]
     NoLine {
         /// The line.
         line: String,
-        /// Channels of the log that carry what the line does.
+        /// Channels of the log with the line's medium.
         known: String,
     },
-    /// No frame of a base.
+    /// The log contains no frame of a base.
     #[error("failed to find a base in the log: no frame has an identifier of the K2A command set")]
     #[diagnostic(help(
         "--channel says which bus the base is on; its identifiers are in wire/dbc/k2a.dbc"

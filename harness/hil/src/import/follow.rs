@@ -1,6 +1,6 @@
-//! Which step of the plan a move of the base is: they come in the plan's order.
+//! Matches moves of the base to the plan's steps, in the plan's order.
 //!
-//! A repeat is taken to do all its rounds: whether a condition ended it sooner is not on the bus.
+//! A repeat is assumed to do all its rounds: the bus does not show whether a condition ended it sooner.
 
 use super::moves::Move;
 use plan::{Plan, Segment, Step};
@@ -10,8 +10,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use wire::time::Timestamp;
 
-/// A move is that of a step when its size is within this share of the step's. Assumption: half, so that a
-/// bad stop is judged and another mission is not taken for it.
+/// A move matches a step if its size is within this share of the step's. Assumption: half, so that a bad stop is judged
+/// while another mission does not match.
 pub const SIZE_SHARE: f64 = 0.5;
 
 fn is(segment: Segment, seen: &Move) -> bool {
@@ -22,7 +22,7 @@ fn is(segment: Segment, seen: &Move) -> bool {
     is_kind && (size / nominal - 1.0).abs() <= SIZE_SHARE
 }
 
-/// A move that was seen, in the words for one that is expected.
+/// Describes an observed move like an expected one.
 pub(super) fn in_words(seen: &Move) -> Segment {
     match seen.is_straight() {
         true => Segment::Straight(seen.travelled),
@@ -30,18 +30,18 @@ pub(super) fn in_words(seen: &Move) -> Segment {
     }
 }
 
-/// What of a plan moves the base, and where it stands in it.
+/// A part of a plan that moves the base, and its place.
 #[derive(Debug, Clone)]
 pub struct Leg {
-    /// How the base is to move.
+    /// The expected motion.
     pub expected: Segment,
-    /// Where in the plan: `steps[2].repeat[1] (round 7 of 40)`.
+    /// Place in the plan: `steps[2].repeat[1] (round 7 of 40)`.
     pub place: String,
-    /// Tags of what is observed of it.
+    /// Tags of its observations.
     pub tags: Tags,
 }
 
-/// The moves of a plan, one after another.
+/// The moves of a plan, in order.
 #[derive(Debug)]
 pub struct Legs {
     program: Program,
@@ -51,14 +51,14 @@ pub struct Legs {
 }
 
 impl Legs {
-    /// Those of `plan`.
+    /// Creates the iterator over the moves of `plan`.
     pub fn new(plan: &Arc<Plan>) -> Self {
         let program = Program::new(Arc::clone(plan), Timestamp::ZERO, Timestamp::MAX);
         Self { program, waiting: VecDeque::new(), rounds: 0, round_begun: false }
     }
 
     fn step(&mut self, step: &Step) {
-        // As in a run: a round that holds nothing but another repeat is none of its own.
+        // As in a run: a round that contains only another repeat does not count.
         self.rounds += u64::from(std::mem::take(&mut self.round_begun));
         let label = step.label.as_ref().map(|label| label.as_str());
         let tags = self.program.tags(&step.action, label, self.rounds);
@@ -77,7 +77,7 @@ impl Iterator for Legs {
             if let Some(leg) = self.waiting.pop_front() {
                 return Some(leg);
             }
-            // Nothing here takes time: a limit cannot be passed.
+            // No time passes here, so no limit can be exceeded.
             match self.program.next(Timestamp::ZERO, |_| false) {
                 Next::Step(step) => self.step(&step),
                 Next::Round { .. } => self.round_begun = true,
@@ -87,15 +87,15 @@ impl Iterator for Legs {
     }
 }
 
-/// A step of the plan moves the base.
+/// Whether a step of the plan moves the base.
 pub fn moves_base(plan: &Plan) -> bool {
     Step::walk(&plan.steps).any(|step| step.action.segments().next().is_some())
 }
 
-/// The leg that a move is.
+/// Returns the leg of a move.
 ///
 /// # Errors
-/// Why it is another than the plan's next.
+/// When the move differs from the plan's next.
 pub(super) fn follow(legs: &mut Legs, seen: &Move) -> Result<Option<Leg>, String> {
     let Some(leg) = legs.next() else { return Ok(None) };
     if is(leg.expected, seen) {

@@ -1,23 +1,22 @@
-//! The log of a bench's CAN bus as a run folder, to be judged by a plan.
+//! Imports the log of a bench's CAN bus as a run folder, to be judged by a plan.
 //!
-//! Frames are told by their identifiers: `wire/dbc/k2a.dbc` says which are the base's and which its host's.
-//! What the base did is cut into moves from rest to rest ([`moves`]), and these are followed through the
-//! plan ([`follow`]). Then the frames say what a run would have observed of the base:
+//! Frames are told apart by their identifiers: `wire/dbc/k2a.dbc` states which are the base's and which its host's. The
+//! base's motion is cut into moves from rest to rest ([`moves`]), which are matched to the plan's steps ([`follow`]).
+//! The frames then yield those quantities that a run would have observed of the base:
 //!
-//! | quantity | from a log | since |
+//! | quantity | from a log | reason |
 //! |---|---|---|
-//! | `straight.stop_error` | formed | a run takes it from the displacement in MOTION, too |
-//! | `pose_write.retries` | formed, where the host's frames are in the log | a retry is a WRITE_POSE of the same pose |
+//! | `straight.stop_error` | formed | a run also takes it from the displacement in MOTION |
+//! | `pose_write.retries` | formed if the log contains the host's frames | a retry is a WRITE_POSE of the same pose |
 //! | any other | `unset` | [`why_not`] |
 //!
-//! A quantity that rests on the gyro, the table, the absolute measurement or the controller's own word is not
-//! on the CAN bus, and nothing else is taken for it: the base's odometry is no heading of the gyro, its pose
-//! no absolute one. A measurement of such a quantity is `unset` and fails the plan; a plan for logs declares
-//! the others. How fast each move was, how long it took and where the base believes that it stopped stand in
-//! the record as notes.
+//! Quantities from the gyro, the table, the absolute measurement or the controller's reports are not on the CAN bus,
+//! and nothing else substitutes for them: the base's odometry is no heading of the gyro, its pose no absolute one. A
+//! measurement of such a quantity is `unset` and fails the plan; a plan for logs declares only the others. The record
+//! notes the speed and duration of each move and where the base believes that it stopped.
 //!
-//! A log that does another move than the plan, or ends before it, fails with a reason. Moves behind the
-//! plan's last are noted.
+//! If a log contains another move than the plan, or ends before it, the run fails with a reason. Moves after the plan's
+//! last are noted.
 
 mod error;
 pub mod follow;
@@ -45,26 +44,26 @@ use scribe::Scribe;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A log that has become a run.
+/// An imported log.
 #[derive(Debug)]
 pub struct Imported {
-    /// What it came to.
+    /// Summary of the run.
     pub summary: Summary,
-    /// The channel that the base is on.
+    /// Channel of the base.
     pub channel: Channel,
-    /// Moves of the base that the plan has, too.
+    /// Moves of the base that match the plan.
     pub moves: u64,
-    /// What of the log is not in the record.
+    /// Parts of the log that are not in the record.
     pub left_out: LeftOut,
     /// Measurements of the plan that no log of a CAN bus can make, and why not.
     pub unjudged: Vec<(String, &'static str)>,
 }
 
-/// Makes a run folder of a log of a rig and judges it by its plan: every node says what it says in the log, and the plan
-/// listens. What the plan itself would do to the rig is taken to be in the log.
+/// Creates a run folder from a log of a rig and judges it by its plan: every node sends what it sent in the log, and
+/// the plan listens. What the plan itself would do to the rig is assumed to be in the log.
 ///
 /// # Errors
-/// When the log cannot be read, does not hold the lines of the rig, or the folder cannot be written.
+/// When the log cannot be read, lacks lines of the rig, or the folder cannot be written.
 pub fn import_rig_to_folder(
     prepared: &Prepared,
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
@@ -90,11 +89,10 @@ pub fn import_rig_to_folder(
     Ok(summary)
 }
 
-/// Makes a run folder of a log and judges it by `plan`. Without a `channel` it is the one on which the
-/// first frame of a base is.
+/// Creates a run folder from a log and judges it by `plan`. The default `channel` is that of the first frame of a base.
 ///
 /// # Errors
-/// When the plan moves no base, the log cannot be read or holds no base, or the folder cannot be written.
+/// When the plan moves no base, the log cannot be read or contains no base, or the folder cannot be written.
 pub fn import_to_folder(
     plan: &Arc<Plan>,
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,

@@ -1,9 +1,9 @@
-//! What the base did, cut into moves from rest to rest, from its own MOTION messages.
+//! Moves of the base from rest to rest, from its own MOTION messages.
 //!
-//! The controller comes near and then corrects a stop that missed, so that one mission is often several
-//! periods of motion. A period that is shorter than [`CORRECTION_MAX`] and [`CORRECTION_ANGLE_MAX`] belongs
-//! to the move before it. The displacement does not know of pose writes; the heading jumps with them, and
-//! is summed up while the base moves only.
+//! The controller stops near the target and then corrects a stop that missed, so that one mission is often several
+//! periods of motion. A period shorter than [`CORRECTION_MAX`] and [`CORRECTION_ANGLE_MAX`] belongs to the move before
+//! it. Pose writes do not affect the displacement, but make the heading jump, so the heading is summed up only while
+//! the base moves.
 
 use wire::base::{Motion, Request};
 use wire::time::{Span, Timestamp};
@@ -17,47 +17,47 @@ pub const CORRECTION_MAX: Length = Length::from_m(0.05);
 /// error of 0.1 deg, an eighteenth of its corner.
 pub const CORRECTION_ANGLE_MAX: Angle = Angle::from_deg(5.0);
 
-/// The span over which a speed is a mean: ten messages of the cycle time in motion (GenMsgCycleTime of
-/// MOTION, 20 ms), so that the displacement's step of 0.1 mm is 0.5 mm/s.
+/// Averaging time of a speed: ten messages of the cycle time in motion (GenMsgCycleTime of MOTION, 20 ms), so that the
+/// displacement's step of 0.1 mm is 0.5 mm/s.
 const SPEED_SPAN: Span = Span::from_millis(200);
 
 /// A move from rest to rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Move {
-    /// The last message at rest before it.
+    /// Time of the last message at rest before it.
     pub began: Timestamp,
-    /// The first message at rest after it, corrections included.
+    /// Time of the first message at rest after it, corrections included.
     pub ended: Timestamp,
-    /// By the base's displacement; backward is negative.
+    /// Distance by the base's displacement; backward is negative.
     pub travelled: Length,
-    /// By the base's odometry; counter-clockwise is positive.
+    /// Angle by the base's odometry; counter-clockwise is positive.
     pub turned: Angle,
-    /// Greatest mean speed over a fifth of a second, without sign.
+    /// Greatest mean speed over a fifth of a second, absolute.
     pub speed_max: Speed,
-    /// How often the pose that was written first after it was written before the next move.
+    /// Number of writes of the first pose written after the move, until the next move.
     pub pose_writes: u32,
 }
 
 impl Move {
-    /// It went somewhere, and did not only turn on the spot.
+    /// Whether the base travelled, and did not only turn on the spot.
     pub fn is_straight(&self) -> bool {
         self.travelled.abs() >= CORRECTION_MAX
     }
 }
 
-/// Looks at the frames of a base.
+/// Detects moves in the frames of a base.
 #[derive(Debug, Default)]
 pub struct MoveWatch {
     rest: Option<(Timestamp, Motion)>,
     period: Option<Period>,
-    /// The move that may still be corrected, and the pose written after it.
+    /// The last move, which may still be corrected, and the pose written after it.
     open: Option<(Move, Option<Pose>)>,
     missed: bool,
     last_sequence: Option<u8>,
     lost: u64,
 }
 
-/// The base is on its way.
+/// A period of motion.
 #[derive(Debug)]
 struct Period {
     began: Timestamp,
@@ -69,7 +69,7 @@ struct Period {
 }
 
 impl MoveWatch {
-    /// Takes a message of the base. A move comes out when the next begins to be one.
+    /// Takes a message of the base. Returns a move when the next one begins.
     pub fn motion(&mut self, at: Timestamp, motion: &Motion) -> Option<Move> {
         if let Some(last) = self.last_sequence.replace(motion.sequence) {
             self.lost += u64::from(motion.sequence.wrapping_sub(last).wrapping_sub(1));
@@ -82,7 +82,7 @@ impl MoveWatch {
         match (self.period.take(), before) {
             (Some(period), _) => self.period_over(at, motion, period),
             (None, Some((_, from))) => {
-                // Crept between two messages.
+                // The base crept between two messages.
                 let crept = motion.displacement - from.displacement;
                 if let Some((open, _)) = &mut self.open {
                     open.travelled += crept;
@@ -105,22 +105,22 @@ impl MoveWatch {
         }
     }
 
-    /// The log is over: the last move, if there was one.
+    /// Ends the log; returns the last move, if there was one.
     pub fn finish(&mut self) -> Option<Move> {
         self.open.take().map(|(open, _)| open)
     }
 
-    /// The base moves.
+    /// Whether the base moves.
     pub const fn is_moving(&self) -> bool {
         self.period.is_some()
     }
 
-    /// The log begins while the base moves: what it did first is not known.
+    /// Whether the log begins while the base moves: its first move is then incomplete.
     pub const fn missed_begin(&self) -> bool {
         self.missed
     }
 
-    /// Messages of the base that are missing by their running number.
+    /// Messages of the base that are missing, by their sequence number.
     pub const fn lost(&self) -> u64 {
         self.lost
     }

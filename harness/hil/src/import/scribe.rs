@@ -1,4 +1,4 @@
-//! Writes the record of a log: the frames, what they say of the base, and what the plan observes.
+//! Writes the record of a log: the frames, the motion of the base, and the plan's observations.
 
 use super::follow::{Legs, follow, in_words};
 use super::moves::{Move, MoveWatch};
@@ -17,12 +17,12 @@ use wire::can::CanFrame;
 use wire::time::Timestamp;
 use wire::units::Pose;
 
-/// What of a log is not in the record.
+/// Parts of a log that are not in the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LeftOut {
-    /// Frames of the base's bus that are not of its command set.
+    /// Frames on the base's bus outside its command set.
     pub other_frames: u64,
-    /// CAN FD frames, which no base of this kind sends.
+    /// CAN FD frames; a base of this kind sends none.
     pub fd_frames: u64,
     /// Error frames.
     pub errors: u64,
@@ -41,11 +41,11 @@ impl fmt::Display for LeftOut {
     }
 }
 
-/// Turns entries into records.
+/// Converts entries to records.
 #[derive(Debug)]
 pub(super) struct Scribe {
     channel: Option<Channel>,
-    /// Time of the first frame of the base's bus.
+    /// Time of the first frame on the base's bus.
     origin: Option<Timestamp>,
     now: Timestamp,
     wanted: BTreeSet<String>,
@@ -89,7 +89,7 @@ impl Scribe {
         }
     }
 
-    /// The entry is a frame of the base or its host, on the channel that is asked for.
+    /// Whether the entry is a frame of the base or its host, on the requested channel.
     pub(super) fn hears_base(&self, entry: &Entry) -> bool {
         let on_channel = self.channel.is_none_or(|channel| channel == entry.channel);
         let Payload::Frame(frame) = &entry.payload else { return false };
@@ -141,7 +141,7 @@ impl Scribe {
         }
         self.channel = Some(entry.channel);
         let since = entry.at.since(*self.origin.get_or_insert(entry.at));
-        // Two interfaces of one log may be a little out of order; time goes on.
+        // Two interfaces in one log may be slightly out of order; the record's time never goes back.
         self.now = self.now.max(Timestamp::ZERO + since);
         self.frames += 1;
         if let Some(request) = request {
@@ -165,7 +165,7 @@ impl Scribe {
         }
     }
 
-    /// The log is over.
+    /// Ends the log.
     pub(super) fn finish(&mut self, sink: &mut impl RecordSink) {
         if let Some(done) = self.watch.finish() {
             self.moved(sink, &done);
@@ -195,7 +195,7 @@ impl Scribe {
         }
     }
 
-    /// A move is over: what it was, and what the plan observes of it.
+    /// Records a finished move and the plan's observations of it.
     fn moved(&mut self, sink: &mut impl RecordSink, done: &Move) {
         let (lasted, speed) =
             (done.ended.since(done.began).as_secs_f64(), done.speed_max.m_per_s());
@@ -210,7 +210,7 @@ impl Scribe {
                 self.moves += 1;
                 leg.tags.insert("time".to_owned(), done.ended.as_secs_f64());
                 let plan::Segment::Straight(distance) = leg.expected else { return };
-                // Further than commanded is positive, whichever the direction.
+                // An overshoot is positive in either direction.
                 let error = (done.travelled - distance).m() * 1f64.copysign(distance.m());
                 let stop = (&q::STRAIGHT_STOP_ERROR, error, DISPLACEMENT_U_M);
                 let retries = f64::from(done.pose_writes.saturating_sub(1));
@@ -248,12 +248,12 @@ impl Scribe {
         sink.record(Record { at: self.now, device: Device::Plan, kind });
     }
 
-    /// The first reason counts.
+    /// Keeps the first reason.
     fn diverge(&mut self, why: String) {
         self.diverged.get_or_insert(why);
     }
 
-    /// What the base reports for the first time, or no longer.
+    /// Notes status flags of the base that change.
     fn status(&mut self, sink: &mut impl RecordSink, motion: &Motion) {
         let Some(before) = self.status.replace(*motion) else { return };
         for (was, is, what) in [

@@ -1,4 +1,4 @@
-//! Logs of a bench that does what the plan says, and of one that does not.
+//! Logs of a bench that follows the plan, and of one that does not.
 
 use super::{ImportError, Imported, import_to_folder};
 use bus_log::{Channel, Direction, Entry, Payload};
@@ -45,7 +45,7 @@ unit = "1"
 check = { all_within = [0, 1] }
 "#;
 
-/// A bench that sends what the base of one would.
+/// An emulated bench that sends the messages of a base.
 #[derive(Default)]
 struct Bus {
     at: Timestamp,
@@ -78,7 +78,7 @@ impl Bus {
         (0..3).for_each(|_| self.say());
     }
 
-    /// In fifty messages.
+    /// Moves in fifty messages.
     fn go(&mut self, distance_m: f64, angle_deg: f64) -> &mut Self {
         self.motion.moving = true;
         for _ in 0..50 {
@@ -118,7 +118,7 @@ fn value(imported: &Imported, name: &str) -> Option<f64> {
 #[test]
 fn a_bench_that_does_the_plan_is_judged() {
     let mut bus = Bus::new();
-    // Too short, and corrected; written at once; backward too far.
+    // Too short, then corrected; pose written once; backward too far.
     bus.go(0.99, 0.0).go(0.009, 0.0).write_pose(1.0, 1).go(0.0, 90.0).go(-1.001, 0.0);
     bus.go(1.0015, 0.3).write_pose(2.0, 2).write_pose(2.0, 3).write_pose(0.0, 0);
     bus.go(0.0, 88.0).go(-1.0, 0.0);
@@ -156,7 +156,7 @@ fn what_is_no_base_frame_is_counted() {
     let imported = bus.import().unwrap();
     assert_eq!(imported.left_out.other_frames, 1);
     assert_eq!(imported.left_out.other_channels, 1);
-    // Without a frame of the host nobody knows how often it wrote.
+    // Without frames of the host the number of writes is unknown.
     assert_eq!(value(&imported, "retries"), None);
     assert_eq!(imported.summary.outcome, Outcome::Failed);
 }

@@ -1,14 +1,14 @@
-//! What of a plan's measurements a log of a CAN bus can make.
+//! Which measurements of a plan a log of a CAN bus can make.
 
 use judge::properties::Unjudged;
 use plan::Plan;
 use plan::quantities::{self as q, OPERATOR_PREFIX, Quantity};
 use record::outcome::PropertySummary;
 
-/// Quantities that the frames say.
+/// Quantities that the frames show.
 pub static FORMED: [&Quantity; 2] = [&q::STRAIGHT_STOP_ERROR, &q::POSE_WRITE_RETRIES];
 
-/// What is not on the CAN bus, by how the names of the quantities begin. The first that fits counts.
+/// Quantities that are not on the CAN bus, by prefix of the name. The first match counts.
 const ELSEWHERE: [(&str, &str); 20] = [
     ("straight.heading_error", "it rests on the heading that closes the loops in the controller"),
     ("turn.stop_error", "it rests on the heading that closes the loops in the controller"),
@@ -32,7 +32,7 @@ const ELSEWHERE: [(&str, &str); 20] = [
     (OPERATOR_PREFIX, "nobody was asked"),
 ];
 
-/// Why a log cannot make that quantity; `None` where it can.
+/// Returns why a log cannot make this quantity; `None` if it can.
 pub fn why_not(quantity: &str) -> Option<&'static str> {
     if FORMED.iter().any(|formed| formed.name == quantity) {
         return None;
@@ -41,7 +41,7 @@ pub fn why_not(quantity: &str) -> Option<&'static str> {
     Some(known.map_or("it is not on the CAN bus", |(_, why)| why))
 }
 
-/// The measurements of `plan` that a log cannot make, and why not.
+/// Returns the measurements of `plan` that a log cannot make, and why not.
 pub(super) fn of_plan(plan: &Plan) -> Vec<(String, &'static str)> {
     let measurements = plan.measurements.iter();
     measurements
@@ -53,7 +53,7 @@ pub(super) fn of_plan(plan: &Plan) -> Vec<(String, &'static str)> {
         .collect()
 }
 
-/// The properties of `plan`: what frames alone say of the controller is not what it reported.
+/// Returns the properties of `plan` as unjudged: the frames alone do not show what the controller reported.
 pub(super) fn properties(plan: &Plan) -> Vec<PropertySummary> {
     let unjudged = plan.properties.iter().map(|property| Unjudged {
         name: property.name().to_owned(),

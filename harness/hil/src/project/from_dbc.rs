@@ -1,5 +1,5 @@
-//! A project for one node of somebody's DBC: every signal that the node sends has a value, every message a period, and a
-//! plan hears all of them. What they mean its user knows.
+//! A project for one node of a given DBC: every signal that the node sends has a value, every message a period, and a
+//! plan receives all of them. The user knows what they mean.
 
 use super::written::{key, number, text};
 use super::{ProjectFile, Template, with_schemas};
@@ -12,66 +12,65 @@ use std::fmt::Write as _;
 use wire::can::Id;
 use wire::time::Span;
 
-/// How often a message is sent that the DBC gives no period: the first of these that leaves room on the bus. Assumption:
-/// the first is the usual one of status messages.
+/// Candidate periods of messages for which the DBC states none: the first that leaves room on the bus is used.
+/// Assumption: the first is the usual one of status messages.
 const PERIODS: [Span; 3] =
     [Span::from_millis(100), Span::from_millis(1_000), Span::from_millis(10_000)];
 
-/// The share of the bus that all messages may take, so that each comes when it should.
+/// Maximum bus load of all messages, so that each arrives on time.
 const LOAD_MAX: f64 = 0.5;
 
-/// What the bus of the emulated device carries, bit/s.
+/// Bit rate of the emulated device's bus, bit/s.
 const BIT_RATE: f64 = 500e3;
 
-/// The longest frames of eight bytes, with all stuff bits and the gap behind them: of identifiers of 11 bits and of 29. Zeros,
-/// which signals are at first, have nearly as many.
+/// Longest frames of eight bytes, with all stuff bits and the interframe gap: identifiers of 11 and of 29 bits. Zeros,
+/// the signals' start values, need nearly as many bits.
 const BITS_STANDARD: f64 = 135.0;
 const BITS_EXTENDED: f64 = 160.0;
 
-/// The same of CAN FD with 64 bytes, where the file says that they go no faster.
+/// Longest CAN FD frame with 64 bytes, if the file does not state a faster data rate.
 const BITS_FD: f64 = 730.0;
 
-/// The plan listens at least so long, and to so many rounds of each message.
+/// Minimum listening time of the plan, and minimum rounds of each message.
 const LISTENING_S_MIN: f64 = 10.0;
 const ROUNDS: f64 = 3.0;
 
-/// A project that was made.
+/// A generated project.
 #[derive(Debug)]
 pub struct FromDbc {
     /// Its files.
     pub files: Vec<ProjectFile>,
-    /// What of the DBC is not used as it stands there.
+    /// Notes on those parts of the DBC that are changed.
     pub notes: Vec<Note>,
 }
 
-/// Why no project can be made of a DBC.
+/// Why no project can be generated from a DBC.
 #[derive(Debug, thiserror::Error)]
 pub enum FromDbcError {
-    /// It cannot be read, or has no such node.
+    /// The DBC cannot be read, or has no such node.
     #[error(transparent)]
     Description(#[from] Box<FileError>),
-    /// Which node is the device has to be said.
+    /// Several nodes send; the caller must choose the device.
     #[error("{file} has {} nodes that send messages", nodes.len())]
     Several {
         /// The file.
         file: String,
-        /// Those that send, and how many messages.
+        /// Nodes that send, and their numbers of messages.
         nodes: Vec<DbcNode>,
     },
-    /// Nobody can send anything.
+    /// No node sends a message.
     #[error("{0} has no messages")]
     Empty(String),
-    /// All that send are real.
+    /// All sending nodes are real.
     #[error("in {0} nobody else sends messages")]
     Alone(String),
 }
 
-/// The files of a project for `node` of the DBC of these bytes; `file` names it in messages. Without a node the only one
-/// that sends is meant.
+/// Generates a project for `node` of this DBC; `file` names it in messages. The default is the only node that sends.
 ///
 /// # Errors
 ///
-/// When the DBC cannot be read, has no such node, or several that may be meant.
+/// When the DBC cannot be read, has no such node, or has several candidates.
 pub fn from_dbc(
     name: &Name,
     file: &str,
@@ -111,7 +110,8 @@ pub(super) fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Messa
     layout.messages().iter().filter(move |message| message.sender == sender)
 }
 
-/// How often a message is sent. One in parts takes 50 ms a packet, and twice that is assumed where the file says nothing.
+/// Returns the period of a message. A multi-packet message takes 50 ms per packet; without a period in the file, twice
+/// that is assumed.
 fn period(message: &Message, assumed: Span) -> Span {
     message.period.unwrap_or_else(|| match message.frames() {
         1 => assumed,
@@ -119,7 +119,7 @@ fn period(message: &Message, assumed: Span) -> Span {
     })
 }
 
-/// The bits of all frames of a message.
+/// Returns the bits of all frames of a message.
 fn bits(message: &Message) -> f64 {
     let each = match message.can_id() {
         _ if message.is_fd() => BITS_FD,
@@ -129,20 +129,20 @@ fn bits(message: &Message) -> f64 {
     each * message.frames() as f64
 }
 
-/// The share of the bus that these messages take, with this period where they have none.
+/// Returns the bus load of these messages, with this period for those that have none.
 fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
     let bits_per_s = messages.map(|message| bits(message) / period(message, assumed).as_secs_f64());
     bits_per_s.sum::<f64>() / BIT_RATE
 }
 
-/// How long a message waits for the bus at the most, where all others are due at once: for one that has begun, and for those
-/// of better identifiers.
+/// Returns the maximum wait of a message for the bus if all others are due at once: for a frame in progress, and for
+/// those of higher priority.
 fn wait_s(layout: &Layout, message: &Message) -> f64 {
     let better = layout.messages().iter().filter(|other| other.can_id() < message.can_id());
     (BITS_FD + better.map(bits).sum::<f64>()) / BIT_RATE
 }
 
-/// The period of messages that have none.
+/// Returns the period of messages that have none.
 pub(super) fn assumed_period(layout: &Layout) -> Span {
     let [usual, .., longest] = PERIODS;
     let is_light = |period: &Span| load(layout.messages().iter(), *period) <= LOAD_MAX;
@@ -150,8 +150,8 @@ pub(super) fn assumed_period(layout: &Layout) -> Span {
     if is_hopeless { usual } else { PERIODS.into_iter().find(is_light).unwrap_or(longest) }
 }
 
-/// The messages that the plan sends: all that the device hears, without the most frequent where the bus has no room for
-/// them beside those of the device.
+/// Returns the messages that the plan sends: all that the device receives, except the most frequent ones if the bus has
+/// no room for them beside those of the device.
 fn told(layout: &Layout, assumed: Span) -> Vec<&Message> {
     let mut room = LOAD_MAX - load(of(layout, Sender::Device), assumed);
     let mut slowest_first: Vec<&Message> = of(layout, Sender::Host).collect();
@@ -165,7 +165,7 @@ fn told(layout: &Layout, assumed: Span) -> Vec<&Message> {
     of(layout, Sender::Host).filter(|message| names.contains(message.name.as_str())).collect()
 }
 
-/// The name of a signal, with its message's where several have it.
+/// Returns the name of a signal, prefixed by its message if it is ambiguous.
 fn signal_name(layout: &Layout, message: &Message, signal: &Signal) -> String {
     match layout.signal(&signal.name) {
         Some(_) => signal.name.clone(),
@@ -173,7 +173,7 @@ fn signal_name(layout: &Layout, message: &Message, signal: &Signal) -> String {
     }
 }
 
-/// The emulator of a node: its file is called `name`, and `project` that of the DBC.
+/// Generates the emulator of a node: its file is `name`, and the DBC belongs to `project`.
 pub(super) fn description(
     project: &Name,
     (name, node): (&Name, &str),
@@ -230,7 +230,7 @@ pub(super) fn description(
     text_of
 }
 
-/// The range of a signal, for people: on one line.
+/// Formats the range of a signal for people, on one line.
 fn range(signal: &Signal) -> String {
     let unit = signal.unit.replace(|c: char| c.is_control(), " ");
     let (minimum, maximum) = (number(signal.minimum), number(signal.maximum));
@@ -280,7 +280,7 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
     text_of
 }
 
-/// The values of a message's signals at first, with the first numbers of its multiplexers.
+/// Returns the start values of a message's signals, with the first values of its multiplexers.
 fn first_page(message: &Message) -> Vec<f64> {
     let value = |(place, signal): (usize, &Signal)| {
         let page = message.pages(place).first().copied();
@@ -289,7 +289,7 @@ fn first_page(message: &Message) -> Vec<f64> {
     message.signals.iter().enumerate().map(value).collect()
 }
 
-/// How long it takes until every signal of the device has come a few times.
+/// Returns the time until every signal of the device has arrived a few times.
 pub(super) fn listening_s(layout: &Layout, assumed: Span) -> f64 {
     let frames = |message: &Message| {
         let each = (0..message.signals.len()).map(|signal| {
@@ -305,8 +305,8 @@ pub(super) fn listening_s(layout: &Layout, assumed: Span) -> f64 {
     rounds.fold(LISTENING_S_MIN, f64::max).ceil()
 }
 
-/// The measurements of a message: that it comes as often as it should, and that its signals are in their ranges. `node` is
-/// who sends it on a rig; nobody, where it is the only device of the plan.
+/// Adds the measurements of a message: that it arrives at its period, and that its signals are in their ranges. `node`
+/// is its sender on a rig, and `None` if the device is the only one of the plan.
 pub(super) fn measure(
     plan: &mut String,
     (node, layout): (Option<&Name>, &Layout),
@@ -345,7 +345,7 @@ pub(super) fn measure(
             let _ = writeln!(plan, "\n# No quantity can have the name {}.", text(&of));
             continue;
         }
-        // An end that lies between two counts is sent as the nearer.
+        // A limit between two counts is sent as the nearer count.
         let [minimum, maximum] = [signal.minimum, signal.maximum];
         let band = [minimum.min(signal.as_sent(minimum)), maximum.max(signal.as_sent(maximum))];
         let _ = write!(
@@ -361,7 +361,7 @@ pub(super) fn measure(
     }
 }
 
-/// A name of a measurement, which no other has.
+/// Returns a name for a measurement that no other has.
 fn unique(kind: &str, of: &str, names: &mut BTreeSet<String>) -> String {
     const LENGTH_MAX: usize = 58;
     let lower = of.to_ascii_lowercase();

@@ -1,8 +1,9 @@
-//! A project for somebody's own device: files that run as they are, and are meant to be changed.
+//! A project for the user's own device: files that run as they are, and are meant to be changed.
 //!
-//! * [`Template`]: a temperature controller that nobody has built, on CAN or on a serial line.
-//! * [`from_dbc()`]: a project for one node of a DBC, with an emulator that says something and a plan that hears it.
-//! * [`restbus()`]: the same for all nodes of a DBC but those that are real.
+//! * [`Template`]: a fictitious temperature controller, on CAN or on a serial line.
+//! * [`from_dbc()`]: a project for one node of a DBC, with an emulator that sends its messages and a plan that receives
+//!   them.
+//! * [`restbus()`]: a project for all nodes of a DBC except the real ones.
 
 mod from_dbc;
 mod restbus;
@@ -22,12 +23,12 @@ use std::path::{Path, PathBuf};
 static CAN: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/templates/can");
 static SERIAL: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/templates/serial");
 
-/// What the device is called in the templates, and its node in the DBC.
+/// Name of the device in the templates.
 const DEVICE: &str = "mydevice";
-/// See [`DEVICE`].
+/// Node of the device in their DBC.
 const NODE: &str = "MyDevice";
 
-/// Folder of the schemas that editors check the files by.
+/// Folder of the schemas that editors check files against.
 const SCHEMAS: &str = "schemas";
 
 /// A project that ships.
@@ -39,12 +40,12 @@ pub enum Template {
     Serial,
 }
 
-/// One file of a project: where, and what is in it.
+/// One file of a project.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProjectFile {
-    /// Within the project's folder.
+    /// Path within the project's folder.
     pub path: PathBuf,
-    /// What is in it: text, of a DBC in whatever encoding that is.
+    /// Content: text, or a DBC in any encoding.
     pub bytes: Vec<u8>,
 }
 
@@ -53,19 +54,19 @@ impl ProjectFile {
         Self { path: path.into(), bytes: text.into().into_bytes() }
     }
 
-    /// Its text; empty where it is not in UTF-8.
+    /// Returns its text; empty if it is not UTF-8.
     pub fn text(&self) -> &str {
         std::str::from_utf8(&self.bytes).unwrap_or_default()
     }
 }
 
 impl Template {
-    /// Its files for a device of this name, and the schemas that editors check them by.
+    /// Returns its files for a device of this name, and the schemas for editors.
     pub fn files(self, name: &Name) -> Vec<ProjectFile> {
         with_schemas(self.named(name))
     }
 
-    /// The files of the template, named.
+    /// Returns the files of the template, with the device's name.
     fn named(self, name: &Name) -> Vec<ProjectFile> {
         let mut files = Vec::new();
         collect(if self == Self::Can { &CAN } else { &SERIAL }, &mut files);
@@ -79,7 +80,7 @@ impl Template {
     }
 }
 
-/// What kind of file of a project a path is; none where it is no TOML.
+/// Returns the kind of a project file; `None` if it is not TOML.
 fn kind(path: &Path) -> Option<FileKind> {
     path.extension().filter(|extension| *extension == "toml")?;
     match path.parent().and_then(Path::to_str) {
@@ -90,7 +91,7 @@ fn kind(path: &Path) -> Option<FileKind> {
     }
 }
 
-/// The files, each with the line that names its schema to an editor, and the schemas.
+/// Adds to each file the line that names its schema, and appends the schemas.
 fn with_schemas(mut files: Vec<ProjectFile>) -> Vec<ProjectFile> {
     for file in &mut files {
         let Some(kind) = kind(&file.path) else { continue };
@@ -118,18 +119,18 @@ fn collect(folder: &Dir<'_>, files: &mut Vec<ProjectFile>) {
     }
 }
 
-/// `oven-2` as a DBC can name a node: `Oven2`.
+/// Converts `oven-2` to a DBC node name: `Oven2`.
 fn node_name(name: &Name) -> String {
     let words = name.as_str().split(['-', '_']).filter(|word| !word.is_empty());
     let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
     words.map(capital).collect()
 }
 
-/// Writes the files below `folder`, which has to be new or empty.
+/// Writes the files below `folder`, which must be new or empty.
 ///
 /// # Errors
 ///
-/// When something is there already, or a file cannot be written.
+/// When the folder is not empty, or a file cannot be written.
 pub fn write(folder: &Path, files: &[ProjectFile]) -> io::Result<()> {
     if folder.exists() && folder.read_dir()?.next().is_some() {
         return Err(io::Error::new(io::ErrorKind::AlreadyExists, "the folder is not empty"));

@@ -1,4 +1,5 @@
-//! The rest of the bus, for a device of one's own: all nodes of a DBC but some are emulated, and send what the file says.
+//! A rest-of-bus simulation for the user's own device: all nodes of a DBC except some are emulated and send its
+//! messages.
 
 use super::from_dbc::{assumed_period, description, listening_s, measure, of};
 use super::written::text;
@@ -9,11 +10,11 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use wire::time::Span;
 
-/// Names that a node of a rig does not have, as they mean something else in plans and bench files.
+/// Names that a rig node cannot have, since they have another meaning in plans and bench files.
 const TAKEN: [&str; 8] =
     ["device", "host", "operator", "gyro", "base", "table", "controller", "plan"];
 
-/// A node of the DBC, and what it is called in the rig.
+/// A node of the DBC and its name in the rig.
 struct Member {
     dbc_node: String,
     name: Name,
@@ -21,12 +22,12 @@ struct Member {
     is_real: bool,
 }
 
-/// The files of a project for the bus of the DBC of these bytes, in which all nodes but those of `except` are emulated;
-/// `file` names the DBC in messages.
+/// Generates a project for the bus of this DBC, with all nodes except those of `except` emulated; `file` names the DBC
+/// in messages.
 ///
 /// # Errors
 ///
-/// When the DBC cannot be read, has no such node, or no message of any other.
+/// When the DBC cannot be read, has no such node, or no messages of other nodes.
 pub fn restbus(
     name: &Name,
     file: &str,
@@ -36,7 +37,7 @@ pub fn restbus(
     let text = dbc_text(bytes);
     let mut nodes = dbc_nodes(file, &text).map_err(Box::new)?;
     let is_real = |node: &str| except.iter().any(|real| real == node);
-    // A name that is none is refused with those that there are.
+    // An unknown name is refused; the error lists the known ones.
     for real in except {
         Layout::from_dbc(file, &text, real).map_err(Box::new)?;
     }
@@ -70,7 +71,7 @@ pub fn restbus(
     Ok(FromDbc { files: with_schemas(made), notes })
 }
 
-/// A name of a node in a rig: `EPS_Rack` becomes `eps_rack`.
+/// Returns the name of a node in a rig: `EPS_Rack` becomes `eps_rack`.
 fn called(dbc_node: &str, taken: &mut BTreeSet<String>) -> Name {
     const LENGTH_MAX: usize = 24;
     let lower = if dbc_node == NOBODY { "nobody".to_owned() } else { dbc_node.to_lowercase() };
@@ -89,7 +90,7 @@ fn called(dbc_node: &str, taken: &mut BTreeSet<String>) -> Name {
     fitting.next().unwrap_or_else(|| unreachable!("one of all numbers is free"))
 }
 
-/// The rig: all that is emulated, and with `real` what is not.
+/// Generates the rig: all emulated nodes, and with `real` the others too.
 fn rig(name: &Name, members: &[Member], real: bool) -> String {
     let mut text_of = match real {
         true => "# The device on its bus: it is there already, and the rest is emulated.\n".to_owned(),
@@ -161,7 +162,7 @@ fn readme(name: &Name, members: &[Member]) -> String {
     let readme = readme.replace("REST", &names(false));
     match names(true) {
         nobody if nobody.is_empty() => {
-            // Everything from the bench on is of a real device.
+            // Everything from the bench on concerns a real device.
             readme.split("## 3.").next().unwrap_or_default().to_owned()
         }
         real => readme.replace("REAL", &real),

@@ -1,4 +1,4 @@
-//! Every project that is made can be run as it is.
+//! Every generated project runs as it is.
 
 use super::{Template, from_dbc, restbus, write};
 use harness::operator::Answers;
@@ -19,7 +19,7 @@ fn plans(folder: &Path) -> Vec<String> {
     plans
 }
 
-/// The outcome of each plan of the project, as the checks have it.
+/// Returns the outcome of each plan of the project, by its checks.
 fn outcomes(folder: &Path) -> Vec<(String, Outcome)> {
     let outcome = |plan: &String| {
         let prepared = Prepared::load(plan, &Made::default());
@@ -59,7 +59,7 @@ fn a_project_of_a_dbc_passes_too() {
     }
 }
 
-/// The plan of the bench needs a device that is there.
+/// Removes the bench, which needs a real device.
 fn without_bench(folder: &Path) {
     std::fs::remove_file(folder.join("bench.toml")).unwrap();
 }
@@ -85,7 +85,7 @@ fn the_rest_of_a_bus_runs_and_passes() {
     assert!(nobody.to_string().contains("no node `Toll`"), "{nobody}");
 }
 
-/// Most of what makes a DBC hard to take, in the encoding that Vector's tools write.
+/// Most difficult features of a DBC, in the encoding that Vector's tools write.
 const HARD: &[u8] = b"BU_: ECU TOOL
 BO_ 100 Pages: 8 ECU
  SG_ Top M : 0|4@1+ (1,0) [0|1] \"\" TOOL

@@ -1,6 +1,6 @@
-//! Names, texts and numbers as TOML has them.
+//! Names, texts and numbers in TOML.
 
-/// A key: in quotes where it has to be.
+/// A key, quoted if necessary.
 pub(super) fn key(name: &str) -> String {
     let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     match !name.is_empty() && name.chars().all(is_bare) {
@@ -9,7 +9,7 @@ pub(super) fn key(name: &str) -> String {
     }
 }
 
-/// A text in quotes, whatever is in it.
+/// A quoted text, with escapes.
 pub(super) fn text(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len() + 2);
     quoted.push('"');
@@ -24,7 +24,7 @@ pub(super) fn text(text: &str) -> String {
     quoted
 }
 
-/// A finite number. TOML's whole numbers have 64 bits at most, and nobody reads three hundred digits.
+/// A finite number. TOML's integers have at most 64 bits, and three hundred digits are unreadable.
 pub(super) fn number(value: f64) -> String {
     const LARGE: f64 = 1e15;
     const SMALL: f64 = 1e-5;

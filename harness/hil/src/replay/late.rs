@@ -1,33 +1,33 @@
-//! How late frames were.
+//! Lateness of frames.
 
 use hdrhistogram::Histogram;
 use serde::Serialize;
 use wire::time::Span;
 
-/// The longest time that is told apart; longer ones count as this long.
+/// Maximum lateness that is resolved; longer ones count as this.
 const LONGEST_NS: u64 = 60_000_000_000;
-/// Significant digits of what is told.
+/// Significant digits of the histogram.
 const DIGITS: u8 = 3;
 const NS_PER_US: f64 = 1e3;
 
-/// Times from when a frame was due to when it was handed to the port, counted by their length. None is early.
+/// Histogram of the times from when a frame was due to when it was handed to the port. No frame is early.
 #[derive(Debug)]
 pub(super) struct LateTimes(Option<Histogram<u64>>);
 
-/// How they are distributed, to three digits.
+/// Distribution of lateness, to three digits.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Late {
-    /// Half of the frames were no later than this, µs.
+    /// Median, µs.
     pub p50_us: f64,
-    /// 99 % of the frames were no later than this, µs.
+    /// 99th percentile, µs.
     pub p99_us: f64,
-    /// The latest, µs.
+    /// Maximum, µs.
     pub max_us: f64,
 }
 
 impl LateTimes {
     pub(super) fn new() -> Self {
-        // These bounds are among those that it takes: a test sees it.
+        // These bounds are valid: a test checks that.
         Self(Histogram::new_with_bounds(1, LONGEST_NS, DIGITS).ok())
     }
 

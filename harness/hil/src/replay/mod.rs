@@ -1,12 +1,10 @@
-//! A recorded bus played onto a port in real time, for whatever device listens: what `hil log replay` does.
+//! Plays a recorded bus to a port in real time, for any listening device: `hil log replay`.
 //!
-//! When which frame is due is the business of [`bus_log::replay`], which frames of
-//! a log can be sent that of [`bus_log::playable`]. Here are the shell around
-//! them (`play`, [`run`]) and what came of it ([`Replayed`]).
+//! [`bus_log::replay`] decides when each frame is due, [`bus_log::playable`] which frames of a log can be sent. This
+//! module contains the shell around them (`play`, [`run`]) and the result ([`Replayed`]).
 //!
-//! The timer of the event loop has ticks of 1 ms. It is left [`APPROACH`] before a frame is due; from then
-//! on the thread itself sleeps, and turns on the spot for no more than the last
-//! [`SPIN_MAX`](live::world::SPIN_MAX) of it.
+//! The timer of the event loop has ticks of 1 ms. It ends [`APPROACH`] before a frame is due; from then on the thread
+//! itself sleeps, and spins for no more than the last [`SPIN_MAX`](live::world::SPIN_MAX) of it.
 
 mod late;
 mod play;

@@ -15,28 +15,28 @@ use tokio::signal::unix::{SignalKind, signal};
 use wire::can::BitRates;
 use wire::time::{Span, Timestamp};
 
-/// How long before a frame is due the timer of the event loop is left: its tick of 1 ms, and half a tick in
-/// which the thread gets to run.
+/// The timer of the event loop ends this long before a frame is due: its tick of 1 ms, and half a tick for the thread
+/// to get the processor.
 pub const APPROACH: Span = Span::from_micros(1_500);
-/// What the port has heard is looked at this often for a frame that is sent, so that a chatty device does not
-/// hold up the bus; the rest waits in the port.
+/// Maximum received items handled per sent frame, so that a chatty device does not delay the bus; the rest waits in the
+/// port.
 const HEARD_MAX: usize = 64;
-/// From opening the port to the first frame: reading ahead is done by then.
+/// Time from opening the port to the first frame, enough to read ahead.
 const LEAD: Span = Span::from_millis(10);
-/// What the other side of a pty is given to read the last frames in, unless it closes the bus sooner.
-/// Assumption: longer than a program that keeps up takes; what is unread when a pty goes is lost.
+/// Time for the other side of a pty to read the last frames, unless it closes the bus sooner. Assumption: longer than a
+/// program that keeps up needs; unread data are lost when a pty closes.
 const LAST_READ: Duration = Duration::from_millis(500);
 
-/// Onto what a log is played, and how fast.
+/// Destination and speed of a replay.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The port.
     pub port: PortSpec,
-    /// Times as fast as it was; above zero.
+    /// Multiple of the recorded speed; above zero.
     pub speed: f64,
 }
 
-/// Why a log is not, or no longer, played.
+/// Why a replay failed or broke off.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ReplayError {
     /// The port cannot be opened.
@@ -47,21 +47,21 @@ pub enum ReplayError {
     #[error("failed to play on: lost {port}")]
     #[diagnostic(help("is it plugged in, and its interface up? `hil doctor` lists what is there"))]
     Lost {
-        /// As it was named.
+        /// Its name as given.
         port: String,
-        /// How.
+        /// The cause.
         source: PortLost,
     },
-    /// No event loop, or no signals.
+    /// The event loop or the signal handlers cannot be set up.
     #[error("failed to start the event loop")]
     #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
     Runtime(#[source] io::Error),
 }
 
-/// Plays a log until its end, SIGINT or SIGTERM. `tell` hears for whom a port that is made here waits.
+/// Plays a log until its end, SIGINT or SIGTERM. `tell` receives a message if a port created here waits for its user.
 ///
 /// # Errors
-/// When the port cannot be opened. One that is lost later is an [`Ending`].
+/// When the port cannot be opened. If it is lost later, that is an [`Ending`].
 pub fn run<I: Iterator<Item = Result<Entry, LogError>>>(
     entries: Playable<I>,
     setup: &Setup,
@@ -90,8 +90,8 @@ pub fn run<I: Iterator<Item = Result<Entry, LogError>>>(
     })
 }
 
-/// Asks the system not to put off what wakes this thread in order to save power: by default 50 µs
-/// (`PR_SET_TIMERSLACK`, prctl(2)).
+/// Asks the system not to delay wake-ups of this thread to save power: by default 50 µs (`PR_SET_TIMERSLACK`,
+/// prctl(2)).
 fn wake_punctually() {
     #[cfg(target_os = "linux")]
     if let Err(why) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
@@ -99,9 +99,9 @@ fn wake_punctually() {
     }
 }
 
-/// Plays a log onto the port of `setup`, which is open, until its end, or that of `stop`. An adapter played here waits for the
-/// other side to open the bus. What other nodes send is passed over. Called within a tokio runtime that has
-/// IO and time enabled; holds its thread for up to [`APPROACH`] at a time.
+/// Plays a log to `port`, the open port of `setup`, until its end or until `stop` completes. An adapter emulated here
+/// waits for the other side to open the bus. Frames from other nodes are discarded. Must be called within a tokio
+/// runtime with IO and time enabled; blocks its thread for up to [`APPROACH`] at a time.
 pub async fn play<I: Iterator<Item = Result<Entry, LogError>>>(
     entries: Playable<I>,
     port: &mut FramePort,
@@ -120,7 +120,7 @@ pub async fn play<I: Iterator<Item = Result<Entry, LogError>>>(
             start = clock.now() + LEAD;
             let mut replay = Replay::at_speed(entries, start, setup.speed);
             let ending = loop {
-                // Read ahead of its time, so that reading does not make it late.
+                // Read ahead of time, so that reading does not delay the frame.
                 let entry = match replay.transmit(replay.next_wakeup()) {
                     Ok(Some(entry)) => entry,
                     Ok(None) => break Ending::Complete,
@@ -154,7 +154,7 @@ pub async fn play<I: Iterator<Item = Result<Entry, LogError>>>(
     }
 }
 
-/// Waits until somebody is there to hear frames, where that can be known.
+/// Waits until a listener is there, if the port can tell.
 async fn joined(
     port: &mut FramePort,
     mut stop: Pin<&mut impl Future<Output = ()>>,
@@ -178,7 +178,7 @@ const fn is_made_here(port: &FramePort) -> bool {
     matches!(port, FramePort::SlcanAdapter(_))
 }
 
-/// Waits until then, and notices meanwhile that the port is gone.
+/// Waits until `at`, and detects a loss of the port meanwhile.
 async fn wait_until(
     clock: &Clock,
     at: Timestamp,
@@ -202,7 +202,7 @@ async fn wait_until(
             biased;
             () = stop.as_mut() => return Err(Ending::Stopped),
             heard = port.receive() => { heard.map_err(Ending::PortLost)?; }
-            // The event loop looks at the ports once in between.
+            // The event loop polls the ports once in between.
             () = tokio::task::yield_now() => break,
         }
     }
@@ -210,7 +210,7 @@ async fn wait_until(
     Ok(())
 }
 
-/// Leaves the other side of a pty the time to read the last frames.
+/// Gives the other side of a pty time to read the last frames.
 async fn read_out(
     port: &mut FramePort,
     ending: Ending,

@@ -1,4 +1,4 @@
-//! What came of a replay, in words and as JSON.
+//! The result of a replay, as text and as JSON.
 
 use super::Late;
 use bus_log::LogError;
@@ -8,33 +8,33 @@ use serde_json::{Map, Value, json};
 use std::fmt;
 use wire::time::Span;
 
-/// What came of a replay.
+/// Result of a replay.
 #[derive(Debug)]
 pub struct Replayed {
     /// How it ended.
     pub ending: Ending,
-    /// The port, as it was named.
+    /// Name of the port as given.
     pub port: String,
-    /// The channel of the log that was played; `None` where no frame was.
+    /// The log's channel that was played; `None` if no frame was.
     pub channel: Option<String>,
     /// Frames that were due and handed to the port.
     pub due: u64,
-    /// Entries of the log that a port cannot send, of what was read.
+    /// Entries that a port cannot send, among those read.
     pub left_out: LeftOut,
     /// How late frames were handed to the port.
     pub late: Late,
-    /// From the first frame's due time to the end.
+    /// Time from the first frame's due time to the end.
     pub took: Span,
-    /// Of the port.
+    /// Counters of the port.
     pub counters: Counters,
 }
 
 /// How a replay ended.
 #[derive(Debug)]
 pub enum Ending {
-    /// With the log.
+    /// At the end of the log.
     Complete,
-    /// Somebody wanted it to end.
+    /// By request of the user.
     Stopped,
     /// The port vanished.
     PortLost(PortLost),
@@ -69,7 +69,7 @@ impl Replayed {
         self.counters.rows().into_iter().filter(|(_, count)| *count > 0)
     }
 
-    /// As a JSON object; the counts of the port that are zero are left out.
+    /// Converts the result to a JSON object, without the port's zero counters.
     pub fn json(&self) -> Value {
         let counters: Map<String, Value> =
             self.counts().map(|(name, count)| (name.to_owned(), json!(count))).collect();

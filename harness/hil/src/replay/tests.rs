@@ -1,4 +1,4 @@
-//! Logs played onto an adapter on a pty, and onto one that goes away.
+//! Logs played to an adapter on a pty, and to one that disappears.
 
 use super::{Ending, Replayed, Setup, play};
 use bus_log::playable::Playable;
@@ -60,7 +60,7 @@ fn every_frame_arrives_in_order_and_none_early() {
             for number in 0..FRAMES {
                 assert_eq!(user.receive().await, Ok(FrameEvent::Frame(frame(number))));
             }
-            // Dropped, it closes the bus: the replay need not wait for it.
+            // Dropping it closes the bus: the replay need not wait for it.
         };
         let (replayed, ()) = tokio::join!(play(log(FRAMES), &mut port, &setup, pending()), listen);
         assert!(matches!(replayed.ending, Ending::Complete), "{replayed}");

@@ -1,4 +1,4 @@
-//! What the parsers take the schemas take, and what they refuse the schemas refuse, as far as a schema can know.
+//! The schemas accept and refuse what the parsers accept and refuse, as far as a schema can know.
 
 use super::FileKind;
 use crate::project::{Template, from_dbc};
@@ -50,7 +50,7 @@ fn every_shipped_file_is_one_of_its_schema() {
         for path in files {
             let text = std::fs::read_to_string(&path).unwrap();
             assert_takes(&validator, &text, &path.display().to_string());
-            // Its first line leads an editor to that schema.
+            // Its first line points an editor to that schema.
             let line = text.lines().next().and_then(|line| line.strip_prefix("#:schema ")).unwrap();
             let named = path.parent().unwrap().join(line).canonicalize().unwrap();
             assert_eq!(named, schemas().canonicalize().unwrap().join(kind.schema_file()));
@@ -158,7 +158,7 @@ fn every_kind_of_fault_is_known_within_its_range_alone() {
     }
 }
 
-/// Where the parser is right the schema must be, and the other way round.
+/// Checks that parser and schema agree on errors.
 #[test]
 fn what_the_parser_refuses_the_schema_refuses() {
     let validator = validator(FileKind::Plan);
@@ -237,7 +237,7 @@ fn mistakes_in_other_files_are_refused() {
     }
 }
 
-/// An editor shows these while one writes.
+/// An editor shows these texts while the user types.
 #[test]
 fn what_an_editor_shows_says_what_things_are() {
     let schema = FileKind::Plan.schema();

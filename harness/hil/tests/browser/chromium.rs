@@ -1,7 +1,8 @@
-//! A headless Chromium, spoken to in its own protocol (Chrome DevTools Protocol) through a pipe.
+//! A headless Chromium, controlled by its own protocol (Chrome DevTools Protocol) through a pipe.
 //!
-//! `--remote-debugging-pipe` reads messages from descriptor 3 and writes them to 4, each JSON ended by a zero byte. The
-//! crates for this protocol bring an HTTP client, a web socket and code for thousands of messages; a dozen are needed.
+//! `--remote-debugging-pipe` reads messages from descriptor 3 and writes them to 4, each a JSON text ended by a zero
+//! byte. The crates for this protocol bring an HTTP client, a web socket and code for thousands of messages; a dozen
+//! are needed.
 
 use serde_json::{Value, json};
 use std::fs::{File, OpenOptions};
@@ -12,13 +13,13 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Names under which distributions install it.
+/// Names of the program in distributions.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// Longer than any answer takes on a busy machine.
 const ANSWER_MAX: Duration = Duration::from_secs(120);
 
-/// The browser of this machine; none where there is none.
+/// Returns the path of this machine's browser, if there is one.
 pub fn program() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
@@ -33,7 +34,7 @@ pub struct Browser {
     said: Receiver<Value>,
     next_id: u64,
     session: Option<String>,
-    /// What happened since it was last asked for.
+    /// Events since the last request for them.
     events: Vec<Value>,
     _folder: TempDir,
 }
@@ -47,8 +48,8 @@ impl Browser {
             rustix::fs::mknodat(rustix::fs::CWD, pipe, rustix::fs::FileType::Fifo, mode, 0)
                 .unwrap();
         }
-        // The shell gives it the two descriptors that it wants. It may run as root, where its sandbox cannot; it shows
-        // nothing but files of ours.
+        // The shell provides the two descriptors. The browser may run as root, where its sandbox does not work; it
+        // shows only our own files.
         let child = Command::new("sh")
             .args(["-c", r#"to=$1 from=$2; shift 2; exec "$@" 3<"$to" 4>"$from""#, "sh"])
             .args([&to, &from])
@@ -96,7 +97,7 @@ impl Browser {
         browser
     }
 
-    /// Asks, and waits for the answer.
+    /// Sends a command and waits for the answer.
     pub fn ask(&mut self, method: &str, params: Value) -> Value {
         self.next_id += 1;
         let id = self.next_id;
@@ -121,7 +122,7 @@ impl Browser {
         self.said.recv_timeout(ANSWER_MAX).unwrap_or_else(|error| panic!("{what}: {error}"))
     }
 
-    /// Opens a file and waits until it is loaded; what happened meanwhile.
+    /// Opens a file and waits until it is loaded; returns the events meanwhile.
     pub fn open(&mut self, file: &Path) -> Vec<Value> {
         self.events.clear();
         self.ask("Page.navigate", json!({ "url": format!("file://{}", file.display()) }));
@@ -132,7 +133,7 @@ impl Browser {
         std::mem::take(&mut self.events)
     }
 
-    /// The value of an expression in the page.
+    /// Evaluates an expression in the page.
     pub fn evaluate(&mut self, expression: &str) -> Value {
         let asked = json!({ "expression": expression, "returnByValue": true });
         let mut answer = self.ask("Runtime.evaluate", asked);
@@ -140,7 +141,7 @@ impl Browser {
         answer["result"]["value"].take()
     }
 
-    /// How the page is looked at from now on.
+    /// Sets how the page is displayed from now on.
     pub fn look(&mut self, view: &View) {
         let scheme = json!([{ "name": "prefers-color-scheme", "value": view.scheme }]);
         self.ask("Emulation.setEmulatedMedia", json!({ "media": view.media, "features": scheme }));
@@ -151,13 +152,13 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It ends with its pipe; so that nothing outlives a test, it is made to.
+        // It ends when its pipe closes; killed so that it cannot outlive a test.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// A way to look at a page.
+/// A display mode of a page.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
     pub name: &'static str,
@@ -177,7 +178,7 @@ const DESK: View = View {
     mobile: false,
 };
 
-/// Every way in which a page has to be fit to be read. The narrow one is that of common phones.
+/// All display modes in which a page must be legible. The narrow one is that of common phones.
 pub const VIEWS: [View; 4] = [
     DESK,
     View { name: "dark", scheme: "dark", ..DESK },

@@ -1,4 +1,5 @@
-//! Reports in a real browser: silent, complete, legible in light and dark, on a phone and on paper, and alone.
+//! Reports in a real browser: no messages, complete, legible in light and dark, on a phone and on paper, and
+//! self-contained.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 #![cfg(unix)]
@@ -11,7 +12,7 @@ use pages::Pages;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// What a browser says of itself where something is wrong with a page.
+/// Events by which a browser reports problems of a page.
 const COMPLAINTS: [&str; 4] = [
     "Log.entryAdded",
     "Runtime.consoleAPICalled",
@@ -19,13 +20,13 @@ const COMPLAINTS: [&str; 4] = [
     "Network.loadingFailed",
 ];
 
-/// Least contrast of text (WCAG 2.2, level AA).
+/// Minimum contrast of text (WCAG 2.2, level AA).
 const CONTRAST_MIN: f64 = 4.5;
 
-/// The smallest text on a screen, in CSS pixels. Assumption: less is not read on a phone.
+/// Minimum text size on a screen, in CSS pixels. Assumption: smaller text is illegible on a phone.
 const TEXT_PX_MIN: f64 = 8.0;
 
-/// Text that is cut, overlaps or is too small, as the page itself tells it.
+/// Script that finds text that is cut off, overlaps or is too small.
 const LEGIBILITY: &str = r"(() => {
     const wrong = [];
     for (const svg of document.querySelectorAll('svg.plot, svg.timeline')) {
@@ -45,7 +46,7 @@ const LEGIBILITY: &str = r"(() => {
     return wrong;
 })()";
 
-/// Text whose contrast with what is behind it is too low.
+/// Script that finds text with too little contrast to its background.
 const CONTRAST: &str = r"(() => {
     const rgb = text => {
         const parts = text.match(/[\d.]+/g).map(Number);
@@ -81,7 +82,7 @@ fn browser() -> Option<Browser> {
     }
 }
 
-/// Opens the page; it loads, says nothing, and asks for nothing but itself.
+/// Opens the page; checks that it loads, reports no problems, and requests only itself.
 fn open_alone(browser: &mut Browser, page: &Path) {
     let events = browser.open(page);
     let complaints: Vec<&Value> = events
@@ -96,7 +97,7 @@ fn open_alone(browser: &mut Browser, page: &Path) {
     assert!(browser.evaluate("document.body.innerText.length").as_u64() > Some(100));
 }
 
-/// What keeps the page from being read.
+/// Returns the problems of legibility.
 fn illegible(browser: &mut Browser, page: &Path, view: &View) -> Vec<String> {
     let name = page.parent().and_then(Path::file_name).unwrap_or_default().display();
     let of = |wrong: String| format!("{name}, {}: {wrong}", view.name);
@@ -146,7 +147,7 @@ fn every_page_goes_to_paper() {
         let data = data["data"].as_str().unwrap();
         // "%PDF-" in base64.
         assert!(data.starts_with("JVBERi0"), "{}", &data[..20]);
-        // On dark screens too paper is white.
+        // Paper is white, with a dark screen too.
         browser.look(&View { media: "print", ..VIEWS[1] });
         let paper = browser.evaluate("getComputedStyle(document.body).backgroundColor");
         assert_eq!(paper, "rgb(255, 255, 255)");
@@ -170,7 +171,7 @@ fn text_from_outside_does_nothing() {
     assert_eq!(title, pages::HOSTILE_SHOWN);
 }
 
-/// How long each page takes to be there, for docs/benchmarks.md.
+/// Measures the loading time of each page, for docs/benchmarks.md.
 #[test]
 #[ignore = "measures"]
 fn time_to_load() {

@@ -1,19 +1,19 @@
-//! Pages of every sort, as the binary makes them.
+//! Pages of all kinds, created by the binary.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-/// A title that would do something if it were not text: TOML's escapes.
+/// A title that would do harm if it were interpreted; with TOML escapes.
 const HOSTILE: &str =
     r#"</title></script><img src=x onerror=\"document.title='hacked'\"> \u202Egpj\u0007"#;
 
-/// The same as a reader sees it.
+/// The same title as displayed.
 pub const HOSTILE_SHOWN: &str =
     "</title></script><img src=x onerror=\"document.title='hacked'\"> \\u{202e}gpj\u{2407}";
 
-/// A turn, while faults strike, with what is judged throughout.
+/// A turn with faults and properties.
 const STRUCK: &str = r#"
 name = "struck"
 title = "TITLE"
@@ -48,7 +48,7 @@ always = { recovers = {} }
 sometimes = "gyro_silent"
 "#;
 
-/// Sixteen hours at rest, a reading every two seconds.
+/// Sixteen hours at rest, with one reading every two seconds.
 const LOG: &str = r#"
 name = "log"
 title = "Sixteen hours at rest"
@@ -70,7 +70,7 @@ what = { disconnect = { for_s = 1 } }
 when = { at_s = 2 }
 "#;
 
-/// Pages, in a folder of their own.
+/// Pages in a temporary folder.
 pub struct Pages {
     runs: Vec<PathBuf>,
     pub hostile: PathBuf,
@@ -79,7 +79,7 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// Runs of the paper's figures and of faults, one that was cut short, a campaign, an envelope and an
+    /// Creates runs of the paper's figures and of faults, a truncated run, a campaign, an envelope and an
     /// identification.
     pub fn make() -> Self {
         let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Interfaces that a test makes for itself.
+//! Interfaces that a test creates.
 
 use ports::can_socket::kernel_has_can;
 use std::io;
@@ -9,13 +9,14 @@ use tokio::process::Command;
 pub struct Link(pub &'static str);
 
 impl Link {
-    /// A new interface of that name, up. `None`, and said why, where the machine gives none.
+    /// Creates an interface of this name and sets it up. Returns `None`, and prints the reason, if the machine does not
+    /// allow it.
     pub async fn make(name: &'static str) -> Option<Self> {
         if let Err(cause) = kernel_has_can() {
             return skip(&format!("this kernel has no CAN sockets: {cause}"));
         }
         let link = Self(name);
-        // Left by a test that was killed.
+        // An interface left by a killed test.
         ip(&["link", "del", name]).await.ok();
         match link.add().await {
             Ok(()) => Some(link),
@@ -23,13 +24,13 @@ impl Link {
         }
     }
 
-    /// Makes it, and takes it up.
+    /// Creates the interface and sets it up.
     pub async fn add(&self) -> Result<(), String> {
         ip(&["link", "add", "dev", self.0, "type", "vcan"]).await?;
         self.set("up").await
     }
 
-    /// Takes it `up` or `down`.
+    /// Sets it `up` or `down`.
     pub async fn set(&self, state: &str) -> Result<(), String> {
         ip(&["link", "set", self.0, state]).await
     }
@@ -51,10 +52,10 @@ impl Drop for Link {
     }
 }
 
-/// Carries out `ip` with these arguments; what it said when it failed.
+/// Runs `ip` with these arguments; returns its message if it failed.
 pub async fn ip(arguments: &[&str]) -> Result<(), String> {
     let output = match Command::new("ip").args(arguments).output().await {
-        // A machine without iproute2; the guest has this one in any case.
+        // For a machine without iproute2; the guest always has busybox.
         Err(cause) if cause.kind() == io::ErrorKind::NotFound => {
             Command::new("busybox").arg("ip").args(arguments).output().await
         }

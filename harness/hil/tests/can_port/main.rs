@@ -1,7 +1,7 @@
-//! Ports for CAN frames on a kernel that has CAN: an interface that comes and goes, a bus with errors, and
-//! the kernel as the user of an adapter that is played here.
+//! Ports for CAN frames on a kernel with CAN: an interface that appears and disappears, a bus with errors, and the
+//! kernel as the user of an emulated adapter.
 //!
-//! Needs the right to make interfaces; `tests/vcan-guest/run` gives a kernel where that is so.
+//! Needs permission to create interfaces; `tests/vcan-guest/run` provides a kernel with it.
 
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]
@@ -20,7 +20,7 @@ use wire::can::{CanFrame, ExtendedId};
 use wire::time::Timestamp;
 
 const NOW: Timestamp = Timestamp::ZERO;
-/// An event that does not come within this does not come. The machine may be busy with others.
+/// Time limit for an event. The machine may be busy with other work.
 const LIMIT: Duration = Duration::from_secs(60);
 
 fn run<T>(test: impl Future<Output = T>) -> T {
@@ -37,7 +37,7 @@ fn frame(number: u32) -> CanFrame {
     CanFrame::new(ExtendedId::new(number).unwrap(), &number.to_be_bytes()).unwrap()
 }
 
-/// The next event, which is to be a frame.
+/// Receives the next event, which must be a frame.
 async fn heard(port: &mut FramePort) -> CanFrame {
     match port.receive().await {
         Ok(FrameEvent::Frame(frame)) => frame,

@@ -1,4 +1,4 @@
-//! Bursts on an interface of the kernel, recorded.
+//! Recording of bursts on an interface of the kernel.
 
 use crate::link::Link;
 use crate::{NOW, frame, heard, opened, run};
@@ -8,10 +8,10 @@ use record::sink::{Level, RecordSink};
 use record::{Device, Record, RecordKind};
 use wire::time::Timestamp;
 
-/// Frames in all.
+/// Total number of frames.
 const FRAMES: u32 = 200_000;
-/// Frames that arrive while nobody receives: half of what the port's receive buffer has room for, and a
-/// quarter of a second of a full bus.
+/// Frames that arrive while the port does not receive: half the capacity of its receive buffer, and a quarter of a
+/// second of a full bus.
 const BURST: u32 = 5_000;
 
 #[test]

@@ -1,4 +1,4 @@
-//! A log played onto an interface of the kernel.
+//! Replay of a log to an interface of the kernel.
 
 use crate::link::Link;
 use crate::{frame, heard, opened, run};
@@ -53,7 +53,7 @@ fn an_interface_that_is_deleted_ends_it() {
     run(async {
         let Some(link) = Link::make("hilvanishes").await else { return };
         let (mut here, mut there) = (opened(link.0).await, opened(link.0).await);
-        // No log is at its end before the interface is gone.
+        // At this speed no log ends before the interface is gone.
         let setup = setup(link.0, 1e-3);
         let vanish = async {
             assert_eq!(heard(&mut there).await, frame(0));

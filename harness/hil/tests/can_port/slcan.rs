@@ -1,4 +1,4 @@
-//! The kernel's own line discipline `slcan` as the user of an adapter that is played here.
+//! The kernel's own line discipline `slcan` as the user of an emulated adapter.
 
 use crate::link::{Link, ip};
 use crate::{NOW, frame, heard, opened, run};
@@ -10,7 +10,7 @@ use wire::can::BitRates;
 use wire::can_error::{BusState, CanErrorEvent, ErrorCounters};
 use wire::slcan::StateReport;
 
-/// The interface that the kernel makes of the pty.
+/// The interface that the kernel creates on the pty.
 const INTERFACE: &str = "hilslcan";
 
 /// `slcand` in the foreground: opens the adapter at 500 kbit/s and hands the pty to the kernel.
@@ -23,7 +23,7 @@ fn slcand(pty: &str) -> Child {
         .unwrap()
 }
 
-/// Takes the interface up, once it is there.
+/// Sets the interface up, once it exists.
 async fn take_up() {
     while !std::path::Path::new("/sys/class/net").join(INTERFACE).exists() {
         tokio::time::sleep(Duration::from_millis(10)).await;
@@ -34,7 +34,7 @@ async fn take_up() {
 #[test]
 fn the_kernel_uses_the_adapter_and_sees_the_state_of_its_bus() {
     run(async {
-        // Skips where there is no CAN, and where interfaces cannot be made.
+        // Skips if there is no CAN, or if interfaces cannot be created.
         let Some(_link) = Link::make("hilprobe").await else { return };
         let spec: PortSpec = "slcan-pty".parse().unwrap();
         let mut adapter = FramePort::open(&spec, BitRates::USUAL).await.unwrap();
@@ -49,7 +49,7 @@ fn the_kernel_uses_the_adapter_and_sees_the_state_of_its_bus() {
             kernel.send(NOW, &frame(number + 100));
             assert_eq!(heard(&mut adapter).await, frame(number + 100));
         }
-        // This one has a bus of its own; nobody makes up its errors.
+        // An adapter has a bus of its own; its errors cannot be simulated from here.
         assert!(kernel.report(&CanErrorEvent::default()).is_err());
 
         for state in [BusState::Warning, BusState::Passive, BusState::BusOff] {

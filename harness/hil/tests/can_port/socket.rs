@@ -40,7 +40,7 @@ fn error_frames_are_events_of_the_bus() {
         let lost = CanErrorEvent { lost_arbitration: Some(7), ..CanErrorEvent::default() };
         here.report(&lost).unwrap();
         assert_eq!(there.receive().await, Ok(FrameEvent::Bus(lost)));
-        // What was made up is no harm: frames still cross.
+        // Simulated errors do no harm: frames still cross.
         here.send(NOW, &frame(1));
         assert_eq!(heard(&mut there).await, frame(1));
         assert_eq!(there.counters().error_frames, 5);
@@ -84,7 +84,7 @@ fn an_interface_that_goes_down_is_waited_for() {
 
         link.set("up").await.unwrap();
         assert_eq!(here.receive().await, Ok(FrameEvent::Up));
-        // Told before the frame, though that is there first.
+        // Reported before the frame, although the frame arrived first.
         here.send(NOW, &frame(2));
         assert_eq!(there.receive().await, Ok(FrameEvent::Up));
         assert_eq!(heard(&mut there).await, frame(2));
@@ -100,7 +100,7 @@ fn an_interface_that_is_deleted_is_lost_and_comes_back() {
         link.delete().await.unwrap();
         let lost = loop {
             match here.receive().await {
-                // Deleting takes it down first.
+                // Deleting sets it down first.
                 Ok(FrameEvent::Down) => {}
                 Ok(other) => panic!("{other:?}"),
                 Err(lost) => break lost,
@@ -118,7 +118,7 @@ fn an_interface_that_is_deleted_is_lost_and_comes_back() {
 
 #[test]
 fn frames_beyond_the_receive_buffer_are_counted() {
-    /// More than the buffer holds; it is grown as far as the machine allows.
+    /// More than the buffer holds; the port enlarges it as far as the machine allows.
     const BURST: u32 = 40_000;
     run(async {
         let Some(link) = Link::make("hilburst").await else { return };

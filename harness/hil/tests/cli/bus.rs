@@ -1,9 +1,9 @@
-//! Bus logs of runs, and runs of bus logs.
+//! Bus logs exported from runs, and imported as runs.
 
 use crate::hil::Hil;
 use std::fs;
 
-/// Two straight lines and a corner, judged by what is on the CAN bus.
+/// Two straight lines and a corner, judged by the traffic on the CAN bus.
 const LINES: &str = r#"
 name = "lines"
 title = "There and back"
@@ -43,7 +43,7 @@ check = { all_within = [0, 0] }
 paper = "none"
 "#;
 
-/// A folder with the plan and a full record of it.
+/// A folder with the plan and a full record of its run.
 fn recorded() -> Hil {
     let hil = Hil::new();
     fs::write(hil.path("lines.toml"), LINES).unwrap();
@@ -51,7 +51,7 @@ fn recorded() -> Hil {
     hil
 }
 
-/// Value and observations of each measurement.
+/// Value and number of observations of each measurement.
 fn figures(hil: &Hil, run: &str) -> Vec<(String, Option<f64>, u64)> {
     let summary = fs::read(hil.path(run).join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
@@ -76,7 +76,7 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
         let arguments = ["import", log, "--plan", "lines.toml", "--out", "again"];
         let imported = hil.run(&arguments).exits(0);
         assert!(imported.err.contains("can0: ") && imported.err.contains(" 6 moves"));
-        // To the displacement's step of 0.1 mm.
+        // Equal within the displacement's step of 0.1 mm.
         for (run, again) in figures(&hil, "run").iter().zip(&figures(&hil, "again")) {
             assert_eq!((&run.0, run.2), (&again.0, again.2), "{log}");
             let (was, is) = (run.1.unwrap(), again.1.unwrap());

@@ -1,10 +1,10 @@
-//! What a build server and an editor get: files of `ci/` that do what they say, summaries, and schemas.
+//! Output for build servers and editors: working files in `ci/`, summaries, and schemas.
 
 use super::hil::{Hil, Ran, TURN};
 use std::fs;
 use std::path::Path;
 
-/// What a workflow has a shell do: each command, or several that belong together.
+/// Shell scripts of a workflow: each command, or several that belong together.
 fn scripts(file: &str) -> Vec<String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../ci").join(file);
     let text = fs::read_to_string(path).unwrap();
@@ -31,7 +31,7 @@ fn scripts(file: &str) -> Vec<String> {
     scripts
 }
 
-/// In a repository with a plan in `plans`, and nothing of ours but the program.
+/// Runs in a repository with a plan in `plans`, and nothing of ours but the program.
 #[test]
 fn the_workflows_that_ship_do_what_they_say() {
     for file in ["github.yml", "gitlab.yml"] {
@@ -59,7 +59,7 @@ fn the_workflows_that_ship_do_what_they_say() {
     }
 }
 
-/// `hil` where GitHub runs it.
+/// Runs `hil` as on GitHub.
 fn on_github(hil: &Hil, arguments: &[&str]) -> Ran {
     let mut command = hil.command(arguments);
     command.env("GITHUB_ACTIONS", "true").env("GITHUB_STEP_SUMMARY", hil.path("summary.md"));

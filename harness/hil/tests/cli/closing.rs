@@ -1,11 +1,11 @@
-//! The loop closed from the command line, as a user would.
+//! The closed loop from the command line, as a user runs it.
 
 use crate::hil::{Hil, Ran};
 use identification::finding::{Effect, Finding};
 use std::fs;
 
-/// A gyro whose bias goes with its temperature, on the table that proposed plans name: the folder of
-/// the plans has a device file of that name, which goes before the shipped one.
+/// A gyro whose bias depends on its temperature, on the table that proposed plans name: the folder of the plans
+/// contains a device file of that name, which takes precedence over the shipped one.
 const DEVICES: &str = r#"
 title = "The paper's table with a gyro that nobody knows yet"
 mount = "table"
@@ -22,7 +22,7 @@ bias_instability_rms_deg_per_s = 0.0003
 model = "stepper"
 "#;
 
-/// Turns during one warm-up: bias over temperature, its rate of change and time since power-up are one.
+/// Turns during one warm-up: bias over temperature, its rate of change and time since power-up cannot be told apart.
 const WARM_UP: &str = r#"
 name = "one-warm-up"
 title = "Turns while the gyro warms up"
@@ -52,14 +52,13 @@ fn is_the_cause(effect: &Effect) -> bool {
     effect.term == "bias" && effect.drivers == ["temperature"]
 }
 
-/// What an effect could be.
+/// Names of an effect and its rivals.
 fn names(effect: &Effect) -> impl Iterator<Item = &str> {
     std::iter::once(effect.name.as_str())
         .chain(effect.rivals.iter().map(|rival| rival.name.as_str()))
 }
 
-/// A run that misses its band, one that the finding proposes, the cause, and the same turns within the
-/// band.
+/// A run that misses its band, a run that the finding proposes, the cause, and the same turns within the band.
 #[test]
 fn from_a_run_that_misses_its_band_to_one_that_passes() {
     let hil = Hil::new();
@@ -83,8 +82,8 @@ fn from_a_run_that_misses_its_band_to_one_that_passes() {
     let decided = finding(&hil, "decided");
     let first = &decided.effects[0];
     assert!(is_the_cause(first), "{first:?}");
-    // What the first run named before the cause is refused. Open is no more than by which memory the same
-    // bias follows the same temperature.
+    // A wrong effect that the first run ranked before the cause is refuted. The only open question is by which memory
+    // the bias follows the temperature.
     let wrong = Some(&doubtful.effects[0]).filter(|effect| !is_the_cause(effect));
     assert!(wrong.is_none_or(|wrong| names(first).all(|name| name != wrong.name)), "{first:?}");
     let of_the_cause = |driver: &String| {
@@ -97,7 +96,7 @@ fn from_a_run_that_misses_its_band_to_one_that_passes() {
             .all(|rival| rival.term == "bias" && rival.drivers.iter().all(of_the_cause)),
         "{first:?}"
     );
-    // From station to station the table's own error over its turn shows as well, with the two periods that it has.
+    // Between stations the table's own error over its turn also shows, with both of its periods.
     let over_heading = |name: &str| decided.effects.iter().any(|effect| effect.name == name);
     assert!(over_heading("scale_over_heading"), "{:?}", decided.effects);
     assert!(over_heading("scale_over_heading_second_harmonic"), "{:?}", decided.effects);
@@ -113,7 +112,7 @@ fn from_a_run_that_misses_its_band_to_one_that_passes() {
     run("corrected.toml", "third").exits(0);
 }
 
-/// Before and after stand in one report.
+/// One report shows both before and after.
 #[test]
 fn the_shipped_plan_shows_both() {
     let hil = Hil::new();
@@ -128,7 +127,7 @@ fn the_shipped_plan_shows_both() {
     assert!(hil.path("run/loop.model.toml").is_file());
 }
 
-/// With the paper's chain as the model, what its calibration found is not found again.
+/// With the paper's chain as the model, the effects of its calibration are not found again.
 #[test]
 fn the_papers_chain_is_a_model() {
     let hil = Hil::new();

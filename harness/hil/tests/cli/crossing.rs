@@ -1,14 +1,14 @@
-//! Virtual time across the kernel: the same verdicts and the same record as in memory, whatever is crossed.
+//! Virtual time across the kernel: the same verdicts and the same record as in memory, on every bus.
 
 use crate::hil::{Hil, TURN};
 use ports::can_socket::kernel_has_can;
 use skips::Vcan0;
 use std::fs;
 
-/// Those that need a bus of the kernel.
+/// Tests that need a bus of the kernel.
 const TESTS: &str = "--test cli -- crossing::";
 
-/// What a run left: every byte and frame, and the summary.
+/// Results of a run: every byte and frame, and the summary.
 struct Left {
     record: Vec<u8>,
     summary: serde_json::Value,
@@ -24,7 +24,7 @@ fn run(hil: &Hil, bus: &str) -> Left {
     }
 }
 
-/// Runs `plan` on this bus and in memory.
+/// Compares a run of `plan` on this bus with one in memory.
 fn compare(plan: &str, bus: &str) {
     let hil = Hil::with_plan(plan);
     let (memory, crossed) = (run(&hil, "memory"), run(&hil, bus));
@@ -60,13 +60,13 @@ fn a_frame_of_another_program_is_an_error() {
     let Some(_bus) = Vcan0::take(TESTS) else { return };
     let stranger = CanSocket::open("vcan0").unwrap();
     let frame = socketcan::CanFrame::new(StandardId::new(0x7ff).unwrap(), b"stray").unwrap();
-    // A plan that is not over before the stranger was there.
+    // A plan that lasts until the other program has sent a frame.
     let hil = Hil::with_plan(&TURN.replace("duration_s = 5", "duration_s = 100"));
     let mut child = hil.command(&["run", "turn.toml", "--bus", "vcan"]);
     let child = child.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
     let mut child = child.spawn().unwrap();
     while child.try_wait().unwrap().is_none() {
-        // A queue that is full for a moment is no reason to stop.
+        // A full queue is temporary: keep sending.
         let _ = stranger.write_frame(&frame);
     }
     let ran = crate::hil::Ran::of(child.wait_with_output().unwrap()).exits(3);

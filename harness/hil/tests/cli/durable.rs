@@ -1,4 +1,4 @@
-//! Nothing is lost when a run is killed, nobody's files are replaced, and nobody waits for who does not read.
+//! A killed run loses nothing, files of others are not replaced, and a slow reader blocks nothing.
 #![cfg(unix)]
 
 use crate::hil::{ENDLESS, Hil, Ran, TURN};
@@ -40,7 +40,7 @@ fn start(hil: &Hil, arguments: &[&str]) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Bench time of the last record of a run that was killed, s; what is there is in order.
+/// Bench time of a killed run's last record, s; checks that the records are in order.
 fn last_s(run: &Path) -> f64 {
     let mut last = 0.0;
     for record in RunFolder::open(run).unwrap().records().unwrap() {
@@ -53,7 +53,7 @@ fn last_s(run: &Path) -> f64 {
     last
 }
 
-/// How often runs are killed: `HIL_KILLS` says how often by hand.
+/// Number of runs to kill; `HIL_KILLS` overrides it.
 fn kills() -> u64 {
     std::env::var("HIL_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(6)
 }
@@ -70,7 +70,7 @@ fn a_run_that_is_killed_leaves_a_record_and_the_same_command_works_again() {
         pause(Duration::from_millis((random >> 33) % 1_500));
         child.kill().unwrap();
         child.wait().unwrap();
-        // Killed at once, it has not even begun.
+        // A run killed at once may not have begun.
         if length(&record) > 0 {
             last_s(&hil.path("run"));
         }
@@ -122,7 +122,7 @@ fn two_runs_do_not_share_a_folder() {
     assert!(records.into_iter().all(|record| record.is_ok()), "the record is whole");
 }
 
-/// They fill a pipe many times over, and so do the answers.
+/// Enough requests, and answers, to fill a pipe many times over.
 const REQUESTS: usize = 20_000;
 
 #[test]
@@ -139,7 +139,7 @@ fn an_emulator_whose_answers_nobody_reads_serves_on() {
     let (said, all_said) = mpsc::channel();
     let asking = thread::spawn(move || {
         let asked = (0..REQUESTS).try_for_each(|_| input.write_all(b"{\"get\":\"truth\"}\n"));
-        // Who waits has given up where nobody takes it.
+        // The receiver may have given up.
         let _ = said.send(asked.is_ok());
         input
     });
@@ -206,7 +206,7 @@ fn a_name_that_nothing_has_is_shown_where_the_plan_says_it() {
     }
 }
 
-/// What a command writes is refused where somebody has a file of that name.
+/// A command refuses to replace a file of another origin.
 #[test]
 fn files_of_somebody_else_are_not_replaced() {
     let plan = TURN.replace("steps = [", "steps = [\n    { use_calibration = \"temperature\" },");

@@ -1,10 +1,10 @@
-//! `hil campaign --envelope` and `--envelopes`: how much of a fault is tolerated, and whether it is enough.
+//! `hil campaign --envelope` and `--envelopes`: the tolerated severity of a fault, and whether it suffices.
 
 use super::hil::{Hil, TURN as UNCALIBRATED};
 use serde_json::Value;
 use std::fs;
 
-/// By a gyro that is calibrated: what fails then, fails by faults.
+/// A plan with a calibrated gyro, so that failures are caused by faults.
 fn turn() -> String {
     UNCALIBRATED.replace("steps = [", "steps = [\n    { use_calibration = \"temperature\" },")
 }
@@ -34,7 +34,7 @@ fn a_plan_asserts_how_much_it_stands() {
     let ran = hil.run(&["report", "narrow"]).exits(2);
     assert!(ran.err.contains("envelopes.json") && ran.err.contains("missing field"), "{}", ran.err);
 
-    // No more than what was found, and a little.
+    // The requirement exceeds the tolerated severity.
     let wide = declaring((2.0 * tolerated).min(100.0));
     let ran = wide.run(&["campaign", "./turn.toml", "--envelopes", "--quiet"]).exits(1);
     assert!(ran.out.contains("does not hold"), "{}", ran.out);
@@ -60,7 +60,7 @@ fn what_fails_without_any_fault_is_told_from_what_fails_by_one() {
     assert!(ran.out.contains("too few runs pass without any fault"), "{}", ran.out);
 }
 
-/// Killed in the middle of a line of its journal.
+/// Interrupted in the middle of a line of the journal.
 #[test]
 fn what_was_interrupted_goes_on_where_it_stopped() {
     let hil = declaring(0.02);
@@ -77,12 +77,12 @@ fn what_was_interrupted_goes_on_where_it_stopped() {
     let again = fs::read_to_string(&journal).unwrap();
     let lines_of = |text: &str| text.lines().count();
     assert_eq!(lines_of(&again), lines_of(&runs), "what was there was not run again");
-    // A line that was there decides, whatever a run would come to now.
+    // An existing line counts, whatever a new run would give.
     fs::write(&journal, again.replace("\"passed\":true", "\"passed\":false")).unwrap();
     let ran = hil.run(&command).exits(1);
     let figures: Value = serde_json::from_str(&ran.out).unwrap();
     assert!(figures[0]["tolerated"].is_null(), "{}", ran.out);
-    // The runs of another plan are not those of this one.
+    // Runs of another plan do not count for this one.
     let text = fs::read_to_string(hil.path("turn.toml")).unwrap();
     fs::write(hil.path("turn.toml"), format!("{text}\n# another\n")).unwrap();
     let ran = hil.run(&command).exits(2);

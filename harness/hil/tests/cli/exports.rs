@@ -1,9 +1,9 @@
-//! Runs as tables, as files for Foxglove and as measured channels.
+//! Exports of runs: tables, files for Foxglove and measured channels.
 
 use super::hil::{Hil, Ran, TURN};
 use std::fs;
 
-/// A full record of a turn, in `run`.
+/// Records a turn in full, in the folder `run`.
 fn recorded() -> Hil {
     let hil = Hil::with_plan(TURN);
     hil.run(&["run", "turn.toml", "--out", "run", "--record", "full"]).exits(0);
@@ -60,7 +60,7 @@ fn what_is_left_of_a_record_is_exported_and_another_version_refused() {
         assert!(ran.err.contains("exported as far as the record goes: "), "{}", ran.err);
         assert!(ran.err.contains("the record is cut short"), "{}", ran.err);
     }
-    // Whole, as a file: its end is there.
+    // A complete file, with its end.
     assert!(fs::read(hil.path("cut.mcap")).unwrap().ends_with(b"\x89MCAP0\r\n"));
     assert!(hil.path("cut/states.parquet").is_file());
     assert!(fs::read(hil.path("cut.mf4")).unwrap().starts_with(b"MDF     "));
@@ -80,7 +80,7 @@ fn messages_of_a_device_of_the_users_own_are_read_by_its_layout() {
             Ran::of(hil.command(arguments).current_dir(hil.path("oven")).output().unwrap())
         };
         within(&["run", "safe-alone.toml", "--out", "run", "--record", "full"]).exits(0);
-        // The record holds what it takes to read it, wherever it goes.
+        // The record contains all that is needed to read it anywhere.
         fs::rename(hil.path("oven/devices"), hil.path("oven/elsewhere")).unwrap();
         within(&["export", "run", "--tables", "read", "--format", "csv"]).exits(0);
         within(&["check", "run"]).exits(0);

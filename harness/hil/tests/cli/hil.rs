@@ -1,11 +1,11 @@
-//! Starts the binary in a folder of its own.
+//! Runs the binary in a temporary folder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
-/// Half a year of bench time: nothing gets to its end before it is killed.
+/// Half a year of bench time: no run ends before it is killed.
 pub const ENDLESS: &str = r#"
 name = "endless"
 title = "No end"
@@ -24,7 +24,7 @@ unit = "deg"
 check = { all_within = [-5, 5] }
 "#;
 
-/// A plan of 24 s of bench time that passes.
+/// A plan that takes 24 s of bench time and passes.
 pub const TURN: &str = r#"
 name = "turn"
 title = "One turn"
@@ -43,7 +43,7 @@ check = { all_within = [-5, 5] }
 paper = "none"
 "#;
 
-/// A folder, and the binary in it.
+/// A temporary folder in which the binary runs.
 pub struct Hil {
     dir: TempDir,
 }
@@ -53,7 +53,7 @@ impl Hil {
         Self { dir: tempfile::tempdir().unwrap() }
     }
 
-    /// With a plan in `turn.toml`.
+    /// Creates the folder with a plan in `turn.toml`.
     pub fn with_plan(text: &str) -> Self {
         let hil = Self::new();
         fs::write(hil.path("turn.toml"), text).unwrap();
@@ -84,7 +84,7 @@ impl Hil {
     }
 }
 
-/// What the binary did.
+/// Result of a process.
 #[derive(Debug)]
 pub struct Ran {
     pub status: Option<i32>,

@@ -1,4 +1,4 @@
-//! Good and bad input.
+//! Valid and invalid input.
 
 use crate::hil::{Hil, TURN};
 
@@ -24,7 +24,7 @@ fn an_unknown_plan_is_bad_input() {
 #[test]
 fn an_unknown_key_is_shown_in_its_place() {
     let hil = Hil::with_plan(&TURN.replace("angle_deg", "angel_deg"));
-    // The plan before it is not run either.
+    // The plan before it does not run either.
     let ran = hil.run(&["run", "straight-accuracy", "./turn.toml"]).exits(2);
     assert!(ran.err.contains("angel_deg") && ran.err.contains("turn.toml:7"), "{}", ran.err);
     assert!(!hil.path("runs").exists());
@@ -87,7 +87,7 @@ fn the_doctor_says_what_lacks_and_exits_accordingly() {
             ran.out
         );
     }
-    // Whatever this machine has, this port and this interface it has not.
+    // No machine has this port and this interface.
     let bench = "[gyro]\nport = \"/dev/there-is-no-such-port\"\n[base]\nport = \"can:can-none\"\n";
     std::fs::write(hil.path("bench.toml"), bench).unwrap();
     let ran = hil.run(&["doctor", "--bench", "bench.toml"]).exits(3);

@@ -1,4 +1,4 @@
-//! Ctrl-C, and what is left of a run then.
+//! Ctrl-C, and the files that it leaves.
 #![cfg(unix)]
 
 use crate::hil::{ENDLESS, Hil, Ran, TURN};
@@ -31,7 +31,7 @@ fn start(hil: &Hil, arguments: &[&str], record: &Path) -> Child {
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let length = || record.metadata().map_or(0, |about| about.len());
     wait_for("the record", || length() > 0);
-    // Written out by blocks: with the first of them behind the header the run is well under way.
+    // The record is written in blocks: once the first one follows the header, the run is well under way.
     let header = length();
     wait_for("records", || length() > header);
     child
@@ -52,11 +52,11 @@ fn the_first_ctrl_c_ends_the_run_in_good_order() {
         assert_eq!(hil.outcome("runs/endless-seed1"), "aborted");
         assert!(!hil.path("runs/turn-seed1").exists(), "remaining plans are skipped");
 
-        // The record is whole, and says that the base was told to stop at the end.
+        // The record is complete, and shows the stop command to the base at the end.
         let shown = hil.run(&["show", "runs/endless-seed1"]).exits(0);
         let stopped = shown.out.find("note stopped by request").expect(&shown.out);
         assert!(shown.out[stopped..].contains("stop"), "{}", &shown.out[stopped..]);
-        // Judged again it is still what it was: what it measured passed, and it was stopped.
+        // Judged again, the result is the same: its measurements passed, and it was stopped.
         let check = ["check", "runs/endless-seed1", "--plan", "endless.toml"];
         let checked = hil.run(&check).exits(5);
         assert!(checked.out.contains("1 passed"), "{}", checked.out);
@@ -70,7 +70,7 @@ fn seeds_stop_too() {
     let mut command = hil.command(&["run", "endless.toml", "--seeds", "4"]);
     command.env("RUST_LOG", "info").stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
-    // The log says when the signals are taken over.
+    // The log shows when the signal handlers are installed.
     let mut err = std::io::BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
     std::io::BufRead::read_line(&mut err, &mut line).unwrap();

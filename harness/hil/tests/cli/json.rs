@@ -1,9 +1,9 @@
-//! `--json`: one document on the standard output and nothing else; no colours where none are wanted.
+//! `--json`: one document on the standard output and nothing else; no colours unless wanted.
 
 use crate::hil::{Hil, Ran, TURN};
 use serde_json::Value;
 
-/// The whole standard output as one document.
+/// Parses the whole standard output as one document.
 #[track_caller]
 fn document(ran: &Ran) -> Value {
     serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{error}: {ran:#?}"))
@@ -29,7 +29,7 @@ fn runs_are_told_as_their_summaries() {
 #[test]
 fn what_went_wrong_is_told_with_the_same_status_and_what_was_done_before_it() {
     let hil = Hil::with_plan(TURN);
-    // Arguments, a plan that is missing, and arguments that clap does not understand.
+    // Conflicting arguments, a missing plan, and arguments that clap does not accept.
     for arguments in [
         &["run", "tern.toml", "--json"][..],
         &["run", "turn.toml", "--clock", "real", "--bus", "memory", "--json"],

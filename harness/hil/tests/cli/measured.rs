@@ -8,7 +8,7 @@ fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../test-data/measured").join(name)
 }
 
-/// Everything in the folder, but what was there before.
+/// Checks that the command wrote nothing to the folder.
 fn nothing_written(hil: &Hil) {
     assert!(
         !hil.path("findings").exists() && !hil.path("out").exists() && !hil.path("data").exists()
@@ -84,7 +84,7 @@ fn a_bad_model_is_shown_in_its_place() {
     nothing_written(&hil);
 }
 
-/// Table runs in one warm-up, with a bias of 0.0005 deg/s per K: temperature, its rate and time are one.
+/// Table runs in one warm-up, with a bias of 0.0005 deg/s per K: temperature, its rate and time cannot be told apart.
 fn one_warm_up(folder: &Path) {
     let field = |name: &str, unit: &str, role: &str| {
         format!(r#"{{ "name": "{name}", "type": "number", "unit": "{unit}", "role": "{role}" }}"#)
@@ -108,7 +108,7 @@ fn one_warm_up(folder: &Path) {
         let (run, way) = (turn / 2, if turn % 2 == 0 { -1.0 } else { 1.0 });
         let time = 48.0 * f64::from(run) + 34.0 + 14.0 * f64::from(turn % 2);
         let warmth = 18.0 * (1.0 - (-time / 2100.0).exp());
-        // Nearly white: the fractional parts of multiples of an irrational number, spread like noise.
+        // Nearly white noise: the fractional parts of multiples of an irrational number.
         let noise = 0.03 * ((f64::from(turn * turn) * 0.618_033_988_75).fract() - 0.5);
         let gyro = 360.0 * way + 14.0 * 5e-4 * warmth + noise;
         rows += &format!("{time},{run},{way},{gyro:.5},{},{:.4},14\n", 360.0 * way, 22.0 + warmth);

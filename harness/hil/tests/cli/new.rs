@@ -1,10 +1,10 @@
-//! `hil new`: a device that nobody has built is emulated, tested and broken without a line of Rust.
+//! `hil new`: a fictitious device is emulated, tested and made to fail without a line of Rust.
 
 use super::hil::Hil;
 use std::fs;
 use std::path::Path;
 
-/// The project of an oven on CAN, in the folder `oven`.
+/// Creates the project of an oven on CAN, in the folder `oven`.
 fn oven(arguments: &[&str]) -> Hil {
     let hil = Hil::new();
     let ran = hil.run(&[&["new", "oven"], arguments].concat()).exits(0);
@@ -12,7 +12,7 @@ fn oven(arguments: &[&str]) -> Hil {
     hil
 }
 
-/// `hil` with these arguments, in the project.
+/// Runs `hil` with these arguments in the project.
 fn within(hil: &Hil, arguments: &[&str]) -> super::hil::Ran {
     let output = hil.command(arguments).current_dir(hil.path("oven")).output().unwrap();
     super::hil::Ran::of(output)
@@ -31,14 +31,14 @@ fn an_invented_device_is_emulated_tested_and_broken() {
         within(&hil, &["run", "settles.toml", "safe-alone.toml", noisy]).exits(0);
         assert!(hil.path("oven/runs/settles-seed1/report.html").is_file());
 
-        // A device that does not do what it should.
+        // A defective device.
         let device = hil.path("oven/devices/oven.toml");
         edit(&device, "value = 1.0", "value = 5.0");
         let ran = within(&hil, &["run", "settles.toml", "--out", "wide"]).exits(1);
         assert!(ran.out.contains("temperature_held"), "{}", ran.out);
         edit(&device, "value = 5.0", "value = 1.0");
 
-        // Faults of its line, one of which makes the plan fail; kept as a plan that fails by itself.
+        // Faults of its line, one of which makes the plan fail; saved as a plan that fails by itself.
         let campaign =
             ["campaign", "settles.toml", "--cases", "20", "--out", "campaign", "--quiet"];
         let ran = within(&hil, &campaign).exits(1);
@@ -48,7 +48,7 @@ fn an_invented_device_is_emulated_tested_and_broken() {
         let saved = saved.filter(|path| path.extension().is_some_and(|kind| kind == "toml"));
         let saved: Vec<_> = saved.collect();
         assert_eq!(saved.len(), 1, "{saved:?}");
-        // Its head says how it is run.
+        // Its head states how to run it.
         let text = fs::read_to_string(&saved[0]).unwrap();
         let seed = text.lines().find_map(|line| line.split_once("--seed ")).unwrap().1;
         let plan = saved[0].to_str().unwrap();

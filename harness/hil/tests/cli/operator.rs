@@ -1,4 +1,4 @@
-//! What a plan asks a person: at a real terminal, from a file, and with nobody there.
+//! Questions of a plan to a person: at a real terminal, from a file, and with no one to answer.
 #![cfg(unix)]
 
 use crate::hil::{Hil, Ran};
@@ -40,7 +40,7 @@ fn hil() -> Hil {
     hil
 }
 
-/// The binary at a terminal of its own, and what it has shown so far.
+/// The binary at a pty, and its output so far.
 struct Conversation {
     child: Child,
     keyboard: File,
@@ -74,7 +74,7 @@ impl Conversation {
         Self { child, keyboard, shown: String::new(), screen }
     }
 
-    /// Waits until `text` is on the screen, and forgets what was before.
+    /// Waits until `text` is on the screen, and drops everything up to it.
     #[track_caller]
     fn sees(&mut self, text: &str) {
         loop {
@@ -146,7 +146,7 @@ fn a_terminal_that_is_closed_ends_the_run() {
     let hil = hil();
     let mut person = Conversation::begin(&hil, &LIVE);
     person.sees("> ");
-    // Ctrl-D on an empty line: the end of the input.
+    // Ctrl-D on an empty line ends the input.
     person.types("\u{4}");
     let ran = person.ends().exits(3);
     assert!(ran.out.contains("the terminal was closed before"), "{}", ran.out);
@@ -164,7 +164,7 @@ fn a_file_answers_where_nobody_is() {
         assert!(shown.out.contains("reply gap = 1.5 mm by Jane Doe in a file"), "{}", shown.out);
         assert!(shown.out.contains("reply done by Jane Doe in a file"), "{}", shown.out);
     }
-    // In virtual time, too, and the same bytes each time.
+    // Also in virtual time, with the same bytes each time.
     let record = || {
         hil.run(&["run", "gap.toml", "--answers", "read-off.toml", "--out", "virtual"]).exits(0);
         fs::read(hil.path("virtual/record.hilrec")).unwrap()

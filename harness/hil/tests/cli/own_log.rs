@@ -1,14 +1,14 @@
-//! Logs of a bus with custom devices: as runs that a plan judges, and in the place of a node.
+//! Bus logs with custom devices: imported as runs, and as the traffic of a node.
 
 use super::hil::{Hil, Ran};
 use std::fs;
 
-/// `hil` with these arguments, in the project.
+/// Runs `hil` with these arguments in the project.
 fn within(hil: &Hil, arguments: &[&str]) -> Ran {
     Ran::of(hil.command(arguments).current_dir(hil.path("oven")).output().unwrap())
 }
 
-/// The project of an oven, with a run of it and the log of its bus.
+/// Creates the project of an oven, with a run and the log of its bus.
 fn recorded() -> Hil {
     let hil = Hil::new();
     hil.run(&["new", "oven"]).exits(0);
@@ -39,7 +39,7 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
     assert!(!was.is_empty() && was.len() == is.len());
     for (was, is) in was.iter().zip(&is) {
         assert_eq!(was.0, is.0);
-        // A frame at the edge of a step may fall on its other side: it goes over a line once more.
+        // A frame at the edge of a step may fall on its other side, since the import sends it over a line again.
         assert!(was.2.abs_diff(is.2) <= 1, "{}: {} and {}", was.0, was.2, is.2);
         let (was, is) = (was.1.unwrap(), is.1.unwrap());
         assert!((was - is).abs() <= 0.02 * was.abs().max(1.0), "{was} {is}");
@@ -47,7 +47,7 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
     within(&hil, &["check", "again"]).exits(0);
     let shown = within(&hil, &["show", "again", "--device", "device", "--limit", "1"]).exits(0);
     assert!(shown.out.contains("frame"), "{}", shown.out);
-    // Half of the log is half of the plan.
+    // A part of the log covers only a part of the plan.
     let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
     let half: Vec<&str> = log.lines().take(log.lines().count() / 20).collect();
     fs::write(hil.path("oven/half.log"), half.join("\n")).unwrap();
@@ -76,7 +76,7 @@ fn a_log_plays_the_part_of_a_node() {
     fs::write(hil.path("oven/warm.toml"), plan).unwrap();
     rig("{ log = \"oven.log\" }");
     within(&hil, &["run", "warm.toml", "--out", "warm", "--record", "full"]).exits(0);
-    // What the tester of the log said is not the oven's.
+    // Frames of the log's tester are not the oven's.
     let shown = within(&hil, &["show", "warm"]).exits(0);
     assert!(!shown.out.lines().any(|line| line.contains(" tester ") && line.contains("frame")));
     rig("{ log = \"oven.log\", channel = \"can7\" }");

@@ -1,4 +1,4 @@
-//! A rate sensor of one's own that errs as a model says that was identified from measured data.
+//! A custom rate sensor whose errors follow a model identified from measured data.
 
 use super::hil::Hil;
 use std::fs;
@@ -63,7 +63,7 @@ steps = [
 ]
 "#;
 
-/// Bands of 0.1 mdeg/s, the resolution of the line, about what the model's formula gives: 0.01 deg/s at rest, and
+/// Bands of 0.1 mdeg/s, the resolution of the line, around the values of the model's formula: 0.01 deg/s at rest, and
 /// 30 deg/s times 1 + 0.0014444 x 16.98 or 1 - 0.0014444 x 3.02.
 const CHECKS: [(&str, f64); 3] = [("rest", 0.01), ("cold", 30.7458), ("warm", 29.8791)];
 
@@ -95,7 +95,7 @@ fn a_signal_errs_as_its_model_says() {
     let ran = hil.run(&["run", "./off.toml", "--out", "off"]).exits(1);
     assert!(ran.out.contains("cold"), "{}", ran.out);
 
-    // What a signal has no place for is refused by name, before anything runs.
+    // An effect for which the signal has no place is refused by name, before anything runs.
     let leak = "[[terms]]\nname = \"leak\"\nterm = \"axis\"\ndrivers = [\"rate_y\"]\nform = \"linear\"\n\
                 parameters = [{ name = \"slope\", value = 0.01, unit = \"1\" }]\n";
     fs::write(hil.path("devices/gyro.model.toml"), format!("{MODEL}{leak}")).unwrap();

@@ -1,5 +1,5 @@
-//! Somebody's program under test in virtual time, and what is no model of one: each is named, with its status, and no process
-//! of it is left.
+//! A user's program under test in virtual time, and programs that break the model: each has a named error and a status,
+//! and leaves no process.
 
 use super::hil::Hil;
 use std::fs;
@@ -34,7 +34,7 @@ check = { all_within = { at_least = 0 } }
 observations_min = 20
 "#;
 
-/// Beats ten times a second. `{}` is done before each beat.
+/// Beats ten times a second. `{}` runs before each beat.
 const BEAT: &str = r"
 import ctypes, os, socket, struct, sys, time
 
@@ -58,7 +58,7 @@ fn project(does: &str) -> Hil {
     hil
 }
 
-/// Processes that run in this folder.
+/// Lists the processes that run in this folder.
 fn processes_in(folder: &Path) -> Vec<String> {
     let folder = folder.canonicalize().unwrap();
     let numbers = fs::read_dir("/proc").unwrap().filter_map(|entry| {
@@ -106,7 +106,7 @@ fn a_program_that_breaks_the_contract_is_told_with_the_first_difference() {
         project(does).run(&["run", "./beats.toml", "--verify-determinism", "--out", "out"])
     };
     verify("pass").exits(0);
-    // All beats but the first are drawn by lot.
+    // All beats but the first have random counts.
     let ran = verify("if count > 1: count = int.from_bytes(os.urandom(8), 'big')").exits(3);
     let words = format!("{} {}", ran.out, ran.err);
     let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -160,7 +160,7 @@ fn limits_of_virtual_time_are_checked() {
     }
 }
 
-/// It asks for the time without end between its beats: a busy wait, whose steps are those of the rig file.
+/// The program asks for the time in a loop between its beats: a busy wait, whose steps the rig file sets.
 #[test]
 fn what_a_question_takes_is_a_setting() {
     let hil = project("due = time.monotonic() + 0.05\n    while time.monotonic() < due: pass");
@@ -170,7 +170,7 @@ fn what_a_question_takes_is_a_setting() {
         hil.run(&["run", "./beats.toml", "--record", "full", "--quiet", "--out", "out"]).exits(1);
         hil.run(&["show", "out"]).exits(0).out
     };
-    // A start asks much, and takes time by it. From then on one beat is like the other.
+    // The start asks often and takes time by that. From then on all beats are alike.
     let between_s = |shown: &str| {
         let at = |count: &str| {
             let line = shown.lines().find(|line| line.contains(count));
@@ -182,6 +182,6 @@ fn what_a_question_takes_is_a_setting() {
     let fine = run("spin_questions = 2_000, spin_step_s = 1e-5");
     assert!((between_s(&fine) - 0.15).abs() < 1e-3, "{fine}");
     let coarse = run("spin_questions = 2_000, spin_step_s = 0.04");
-    // Two steps reach 50 ms, and one more takes what `time.sleep` asks before it waits.
+    // Two steps reach 50 ms, and one more is due to the question of `time.sleep` before it waits.
     assert!((between_s(&coarse) - 0.22).abs() < 1e-3, "{coarse}");
 }

@@ -1,4 +1,4 @@
-//! The binary at a terminal of its own, and what stands on its screen.
+//! The binary at a pty, and the content of its screen.
 
 use crate::hil::{Hil, Ran};
 use rustix::fs::{Mode, OFlags};
@@ -18,11 +18,11 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub struct AtTerminal {
     child: Child,
     keyboard: File,
-    /// Kept open: what the terminal is set to can be asked for.
+    /// Kept open, so that the terminal's modes can be read.
     terminal: File,
     bytes: Receiver<Vec<u8>>,
     screen: vt100::Parser,
-    /// Everything that was written.
+    /// Everything that it wrote.
     pub written: Vec<u8>,
 }
 
@@ -31,7 +31,7 @@ fn winsize(columns: u16, rows: u16) -> Winsize {
 }
 
 impl AtTerminal {
-    /// Starts it with standard input and error at a terminal of that size.
+    /// Starts it with standard input and error at a terminal of this size.
     pub fn begin(hil: &Hil, arguments: &[&str], env: &[(&str, &str)], size: (u16, u16)) -> Self {
         let keyboard = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
         grantpt(&keyboard).unwrap();
@@ -59,12 +59,12 @@ impl AtTerminal {
         Self { child, keyboard, terminal, bytes, screen, written: Vec::new() }
     }
 
-    /// What stands on the screen.
+    /// Returns the content of the screen.
     pub fn shown(&self) -> String {
         self.screen.screen().contents()
     }
 
-    /// Waits until the screen is as it should be.
+    /// Waits until `is_so` holds for the screen.
     #[track_caller]
     pub fn sees(&mut self, what: &str, is_so: impl Fn(&vt100::Screen) -> bool) {
         while !is_so(self.screen.screen()) {
@@ -78,7 +78,7 @@ impl AtTerminal {
         }
     }
 
-    /// Waits until `text` stands on the screen.
+    /// Waits until `text` is on the screen.
     #[track_caller]
     pub fn reads(&mut self, text: &str) {
         self.sees(text, |screen| screen.contents().contains(text));
@@ -94,13 +94,13 @@ impl AtTerminal {
         tcsetwinsize(&self.keyboard, winsize(columns, rows)).unwrap();
     }
 
-    /// Waits for the end; gives what stands on the screen then, and asserts that the terminal is as it was.
+    /// Waits for the end, checks that the terminal is restored, and returns the final screen.
     #[track_caller]
     pub fn ends(mut self) -> (Ran, String) {
         let modes = tcgetattr(&self.terminal).unwrap();
         let ran = Ran::of(self.child.wait_with_output().unwrap());
         let after = tcgetattr(&self.terminal).unwrap();
-        // Whatever is still on its way to the screen.
+        // Reads the remaining output.
         drop(self.terminal);
         while let Ok(bytes) = self.bytes.recv_timeout(PATIENCE) {
             self.screen.process(&bytes);

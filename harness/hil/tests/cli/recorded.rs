@@ -1,4 +1,4 @@
-//! Runs, and what is done with them afterwards.
+//! Runs, and commands on their records.
 
 use crate::hil::{Hil, Ran, TURN};
 use record::header::Header;
@@ -24,7 +24,7 @@ fn a_run_is_kept_checked_drawn_and_shown() {
 
     let checked = hil.run(&["check", run]).exits(0);
     assert_eq!(checked.out, ran.out, "by the plan that the record holds");
-    // A record of before holds none, and none of this name ships.
+    // An older record contains no files, and no plan of this name ships.
     let record = hil.path(run).join("record.hilrec");
     let whole = fs::read(&record).unwrap();
     fs::write(&record, without_files(&whole)).unwrap();
@@ -81,7 +81,7 @@ fn what_stood_at_a_moment_is_shown() {
     assert!(refused.contains("-1 s is before the run began"), "{refused}");
 }
 
-/// What `hil debug` prints when it is asked this.
+/// Output of `hil debug` for these commands.
 fn debugged(hil: &Hil, arguments: &[&str], orders: &str) -> Ran {
     fs::write(hil.path("orders"), orders).unwrap();
     let orders = fs::File::open(hil.path("orders")).unwrap();
@@ -97,7 +97,7 @@ fn a_run_is_stopped_stepped_and_goes_on() {
         let shown = hil.run(&["show", "full", "--at", "3"]).exits(0).out;
         let begins = debugged(&hil, &[name, "--at", "3"], "quit\n").exits(0);
         assert_eq!(begins.out, shown, "what stands is what hil show says");
-        // On in pieces it is the run that was recorded, to the byte.
+        // Stopped and continued, the run equals the recorded one to the byte.
         let orders = "step 5\nto 3.5\nnext\nfind observation\nend\n";
         let whole = debugged(&hil, &[name, "--at", "3"], orders).exits(0).out;
         assert!(whole.contains("\nas recorded to the end\n"), "{whole}");
@@ -107,7 +107,7 @@ fn a_run_is_stopped_stepped_and_goes_on() {
         );
         let stepped = whole.strip_prefix(&shown).unwrap();
         let every = hil.run(&["show", "full"]).exits(0).out;
-        // Below a record are the messages that it completes.
+        // A record is followed by the messages that it completes.
         let records: Vec<&str> =
             lines(stepped).into_iter().filter(|line| every.contains(line)).take(5).collect();
         assert!(every.contains(&records.join("\n")), "record by record: {records:?}");
@@ -150,7 +150,7 @@ fn several_plans_share_a_parent() {
     assert!(bytes.out.contains(" gyro       bytes "), "{}", bytes.out);
 }
 
-/// A record whose header says nothing of the files that it was made from.
+/// Returns the record without the files in its header.
 fn without_files(record: &[u8]) -> Vec<u8> {
     let reader = RecordReader::new(record).unwrap();
     let header = Header { files: Arc::default(), ..reader.header().clone() };
@@ -177,7 +177,7 @@ fn seeds_give_shares() {
     assert!(!hil.path("runs").exists());
     let markdown = fs::read_to_string(hil.path("shares.md")).unwrap();
     assert!(markdown.contains("| turn | stop_error | 100.0 % (6 of 6) |"), "{markdown}");
-    // On however many cores: the same again.
+    // The result is the same on any number of cores.
     assert_eq!(hil.run(&arguments).exits(0).out, ran.out);
 }
 
@@ -195,7 +195,7 @@ fn what_is_left_of_a_record_never_passes() {
     let shown = hil.run(&["show", "run"]).exits(2);
     assert!(shown.out.contains("observation turn.stop_error"), "what is good is shown");
 
-    // Killed before there was a summary.
+    // As if killed before the summary was written.
     fs::remove_file(hil.path("run/summary.json")).unwrap();
     let ran = hil.run(&check).exits(3);
     assert!(ran.out.contains("no summary says how the run ended"), "{}", ran.out);
@@ -247,7 +247,7 @@ fn a_reader_that_has_had_enough_is_no_error() {
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
 
-/// A turn whose gyro is unplugged for a while before it, and what is judged throughout.
+/// A plan with a turn, before which the gyro is unplugged for a while, and with properties.
 fn watched() -> String {
     let steps = TURN.replace("steps = [", "steps = [\n    { wait = { duration_s = 8 } },");
     let property = |text: &str| format!("[[property]]\n{text}\n");
@@ -290,7 +290,7 @@ fn properties_are_judged_again_by_what_the_record_holds_of_them() {
             })
             .collect();
         assert_eq!(said, kept, "{}", checked.err);
-        // What is judged by less than the run saw differs in its margin at most.
+        // A property judged on less data than in the run may differ only in its margin.
         let same = |a: &serde_json::Value, b: &serde_json::Value| {
             let margin = |one: &serde_json::Value| one["margin"].as_f64().unwrap_or_default();
             assert_eq!((&a["name"], &a["held"]), (&b["name"], &b["held"]));
@@ -303,7 +303,7 @@ fn properties_are_judged_again_by_what_the_record_holds_of_them() {
             all(&before).iter().zip(&all(after)).for_each(|(a, b)| same(a, b));
         };
         compare(&summary());
-        // A verdict that somebody has written into the summary does not outlive what the record says.
+        // A forged verdict in the summary does not override the record.
         let mut forged = summary();
         forged["outcome"] = "failed".into();
         forged["reason"] = "broke recovers at 3.000 s: never".into();

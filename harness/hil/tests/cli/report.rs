@@ -3,10 +3,10 @@
 use crate::hil::{Hil, TURN};
 use std::fs;
 
-/// What a report may take.
+/// Maximum size of a report.
 const BYTES_MAX: usize = 5_000_000;
 
-/// A log at rest, of more readings than a plot has columns.
+/// A log at rest with more readings than a plot has columns.
 const LOG: &str = r#"
 name = "log"
 title = "Sixteen hours at rest"
@@ -73,11 +73,11 @@ fn a_record_of_another_version_is_refused_by_name() {
         (9_u16, ["record format 9 is newer than 3", "use the version of hil that wrote it"]),
         (0, ["record format 0 is older than 2", "hil run PLAN --seed N"]),
     ] {
-        // Behind the eight bytes by which it is known.
+        // After the eight bytes of the magic number.
         bytes[8..10].copy_from_slice(&format.to_le_bytes());
         fs::write(&record, &bytes).unwrap();
         let ran = hil.run(&["report", "run"]).exits(2);
-        // What is said is broken into lines and set in.
+        // The message is wrapped and indented.
         let said: String = ran.err.split_whitespace().collect::<Vec<_>>().join(" ");
         let said = said.replace(" │ ", " ");
         assert!(says.iter().all(|words| said.contains(words)), "{said}");
@@ -115,7 +115,7 @@ fn a_campaign_is_drawn_and_drawn_again_from_what_it_left() {
     assert_eq!(again.out, "found/report.html\n");
     assert_eq!(page(&hil, "found"), drawn);
 
-    // As one leaves it that is killed: no end, and a journal that goes on.
+    // As a killed campaign leaves it: no end, and an incomplete journal.
     account["asked"] = 1_000.into();
     account.as_object_mut().unwrap().remove("end");
     fs::write(hil.path("found/campaign.json"), account.to_string()).unwrap();

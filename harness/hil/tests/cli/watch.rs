@@ -1,11 +1,11 @@
-//! `hil run --watch`: a picture on a terminal, plain lines elsewhere, and the terminal as it was.
+//! `hil run --watch`: a picture on a terminal, plain lines elsewhere, and a restored terminal.
 #![cfg(unix)]
 
 use crate::hil::{Hil, TURN};
 use crate::pty::AtTerminal;
 use std::fs;
 
-/// Bench time of half a year: nothing gets to its end before it is stopped.
+/// Half a year of bench time: no run ends before it is stopped.
 const ENDLESS: &str = r#"
 name = "endless"
 title = "Laps without end"
@@ -98,7 +98,7 @@ fn without_colour_nothing_is_coloured() {
 #[test]
 fn an_error_and_an_end_give_the_terminal_back() {
     let hil = Hil::with_plan(TURN);
-    // The run folder cannot be made: somebody else's file is in the way.
+    // The run folder cannot be created: a file is in the way.
     fs::write(hil.path("taken"), "").unwrap();
     let at = AtTerminal::begin(&hil, &["run", "turn.toml", "--watch", "--out", "taken"], &[], SIZE);
     let (ran, shown) = at.ends();
@@ -157,7 +157,7 @@ fn plain_lines_where_there_is_no_terminal() {
     assert!(ran.err.contains("  end steps[1]"), "{}", ran.err);
     assert!(lines.last().unwrap().starts_with("turn: passed, bench "), "{}", ran.err);
     assert!(!ran.err.contains('\u{1b}') && !ran.out.contains('\u{1b}'));
-    // A terminal that can do nothing is none.
+    // A dumb terminal counts as none.
     let dumb = [("TERM", "dumb")];
     let mut at =
         AtTerminal::begin(&hil, &["run", "turn.toml", "--watch", "--out", "out"], &dumb, SIZE);

@@ -1,4 +1,4 @@
-//! One command on one input: the binary with limits, and what is wrong with how it went.
+//! Runs one command on one input, with limits, and detects defects.
 
 use crate::room::Room;
 use crate::scenes::{End, Scene};
@@ -8,22 +8,22 @@ use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// Processor time, so that a busy machine makes nobody hang.
+/// Limit of processor time, which does not depend on the load of the machine.
 const PROCESSOR_S_MAX: u64 = 10;
 
-/// Wall time of one that waits for something that never comes.
+/// Limit of wall time, for a command that waits for something that never happens.
 const WALL_MAX: Duration = Duration::from_secs(120);
 
-/// Work that a plan asks for may take for ever; whoever has waited so long asks it to end.
+/// The work of a plan may take for ever; after this time the command is asked to end.
 const PATIENCE_S: f64 = 1.0;
 
 const MEMORY_BYTES_MAX: u64 = 2 << 30;
 const FILE_BYTES_MAX: u64 = 256 << 20;
 
-/// What went wrong, in words that are the same for the same defect.
+/// A defect, with the same text for the same defect.
 pub type Defect = String;
 
-/// Carries out the scene in the room; what is wrong, if anything is.
+/// Runs the scene in the room; returns its defect, if any.
 pub fn defect(room: &Room, scene: &Scene, statuses: &[i32]) -> Option<Defect> {
     let (status, asked) = match ended(room, scene) {
         Ok(ended) => ended,
@@ -35,7 +35,7 @@ pub fn defect(room: &Room, scene: &Scene, statuses: &[i32]) -> Option<Defect> {
         return Some(format!("panicked at {place}"));
     }
     match (status.code(), status.signal()) {
-        // Whoever is asked before it has taken over the signal ends at once.
+        // A command that is asked before it has installed its handler ends at once.
         (None, Some(15)) if asked && matches!(scene.end, End::After(_)) => {}
         (None, Some(24)) => return Some(format!("ran for {PROCESSOR_S_MAX} s of processor time")),
         (None, Some(25)) => return Some(format!("wrote more than {FILE_BYTES_MAX} bytes")),
@@ -61,7 +61,7 @@ pub fn defect(room: &Room, scene: &Scene, statuses: &[i32]) -> Option<Defect> {
     room.trespass(scene)
 }
 
-/// A control character that is no end of a line, no tab and no colour.
+/// Returns a control character other than a line end, a tab or part of a colour.
 fn wild(said: &str) -> Option<char> {
     let mut rest = said;
     while let Some(at) = rest.find(|c: char| c.is_control() && !matches!(c, '\n' | '\t')) {
@@ -76,7 +76,7 @@ fn wild(said: &str) -> Option<char> {
     None
 }
 
-/// How it ended, and whether it was asked to.
+/// Returns how it ended, and whether it was asked to.
 fn ended(room: &Room, scene: &Scene) -> Result<(ExitStatus, bool), Defect> {
     let stdin = scene.stdin.as_ref().and_then(|name| File::open(room.work().join(name)).ok());
     let file = |name| File::create(room.path(name)).unwrap();
@@ -93,14 +93,14 @@ fn ended(room: &Room, scene: &Scene) -> Result<(ExitStatus, bool), Defect> {
     for (resource, most) in
         [(Resource::As, MEMORY_BYTES_MAX), (Resource::Fsize, FILE_BYTES_MAX), (Resource::Core, 0)]
     {
-        // It may be over already.
+        // The process may have ended.
         let _ = prlimit(Some(pid), resource, limit(most));
     }
-    // At the first limit it is told, at the second it is killed.
+    // The soft limit signals, the hard limit kills.
     let cpu = Rlimit { current: Some(PROCESSOR_S_MAX), maximum: Some(PROCESSOR_S_MAX + 2) };
     let _ = prlimit(Some(pid), Resource::Cpu, cpu);
     let ended = wait(&mut child, pid, &scene.end);
-    // A program that it started goes with it.
+    // Also ends the programs that it started.
     let _ = kill_process_group(pid, Signal::KILL);
     ended
 }
@@ -133,11 +133,11 @@ fn wait(child: &mut Child, pid: Pid, end: &End) -> Result<(ExitStatus, bool), De
     }
 }
 
-/// Processor time that the process has had.
+/// Returns the processor time used by the process.
 fn processor_s(pid: Pid) -> f64 {
     let path = format!("/proc/{}/stat", pid.as_raw_nonzero());
     let stat = fs::read_to_string(path).unwrap_or_default();
-    // Behind the name, which may hold anything, the 12th and 13th are ticks of 10 ms.
+    // After the name, which may contain anything, the 12th and 13th fields are ticks of 10 ms.
     let behind = stat.rsplit(')').next().unwrap_or_default();
     let ticks = behind.split_whitespace().skip(11).take(2);
     ticks.filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0

@@ -1,16 +1,16 @@
-//! Almost good input for every command that reads a file: no panic, no hang, no exit status that the help does not name,
-//! nothing written outside the folder, nothing that a terminal takes for an order.
+//! Almost valid input for every command that reads a file: no panic, no hang, only exit statuses that the help names,
+//! no files written outside the folder, no control sequences to the terminal.
 //!
-//! | variable | what |
+//! | variable | meaning |
 //! |---|---|
-//! | `HIL_FUZZ_CASES` | how many inputs; 500 without it |
-//! | `HIL_FUZZ_SECONDS` | for so long instead |
-//! | `HIL_FUZZ_SEED` | from which they follow; 1 without it |
-//! | `HIL_FUZZ_CASE` | this one alone |
-//! | `HIL_FUZZ_COMMAND` | of scenes whose command line holds this text alone |
-//! | `HIL_FUZZ_PROGRAM` | another build of `hil` than that of the test |
+//! | `HIL_FUZZ_CASES` | number of inputs; default 500 |
+//! | `HIL_FUZZ_SECONDS` | run for this long instead |
+//! | `HIL_FUZZ_SEED` | seed of the inputs; default 1 |
+//! | `HIL_FUZZ_CASE` | only this input |
+//! | `HIL_FUZZ_COMMAND` | only scenes whose command line contains this text |
+//! | `HIL_FUZZ_PROGRAM` | another build of `hil` than the test's |
 //!
-//! What breaks is made smaller and kept in a folder that the message names.
+//! A failing input is shrunk and kept in a folder that the message names.
 
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
@@ -38,10 +38,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Half a minute on two processors.
+/// Takes half a minute on two processors.
 const CASES: u64 = 500;
 
-/// What there is to be done, and what was found.
+/// The scenes, and the defects found.
 struct Hunt {
     seed: u64,
     scenes: Vec<Scene>,
@@ -49,7 +49,7 @@ struct Hunt {
     statuses: Statuses,
     next: AtomicU64,
     end: End,
-    /// What each defect is called, and what is told of its first case.
+    /// Defects by name, each with the message on its first case.
     found: Mutex<BTreeMap<String, String>>,
     /// Where failing input is kept.
     kept: PathBuf,
@@ -81,7 +81,7 @@ fn no_input_breaks_a_command() {
     let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("fuzz");
     let hunt = Hunt { seed, scenes, words, statuses, next, end, found: Mutex::default(), kept };
 
-    // Good input first: otherwise nothing would be learnt of what comes behind the door.
+    // Valid input first: if it were refused, its mutations would test nothing.
     let rooms = tempfile::tempdir().unwrap();
     let room = Room::new(rooms.path().join("good"));
     for scene in &hunt.scenes {
@@ -105,7 +105,7 @@ fn no_input_breaks_a_command() {
     assert!(told.is_empty(), "seed {seed}: {} defects\n{}", told.len(), told.join("\n"));
 }
 
-/// What is tested.
+/// Path of the tested binary.
 fn program() -> PathBuf {
     std::env::var_os("HIL_FUZZ_PROGRAM").map_or(env!("CARGO_BIN_EXE_hil").into(), PathBuf::from)
 }
@@ -131,7 +131,7 @@ impl Hunt {
         }
     }
 
-    /// A scene with mistakes in one of its files, and which one that is.
+    /// Returns a scene with a mutated file, and the file's name.
     fn case(&self, case: u64) -> (Scene, String) {
         let mut random = Random::of(self.seed, case);
         let mut place = random.below(self.scenes.iter().map(|scene| scene.weight).sum());
@@ -152,7 +152,7 @@ impl Hunt {
         defect(room, scene, self.statuses.of_command(scene.command()))
     }
 
-    /// Of each defect the first is made smaller and kept.
+    /// Shrinks and keeps the first case of each defect.
     fn keep(&self, room: &Room, case: u64, mut scene: Scene, input: &str, what: &str) {
         let line = scene.arguments.join(" ");
         let known =
@@ -161,7 +161,7 @@ impl Hunt {
             return;
         }
         self.found.lock().unwrap().insert(known.clone(), known.clone());
-        // One that takes its time would take it with each try.
+        // A slow case would be slow in each attempt.
         let is_slow = what.contains("processor time") || what.contains("within");
         let whole = scene.files[input].clone();
         if !is_slow {
@@ -180,7 +180,7 @@ impl Hunt {
             folder.work().display(),
             self.seed
         );
-        // By hand it goes on for hours: whoever watches need not wait for the end.
+        // Started by hand it runs for hours: prints at once what it found.
         eprintln!("{told}");
         self.found.lock().unwrap().insert(known, told);
     }

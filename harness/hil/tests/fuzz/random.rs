@@ -1,11 +1,11 @@
-//! Numbers that follow from a seed (SplitMix64): a case is the same again on every machine.
+//! Numbers derived from a seed (SplitMix64): a case is the same on every machine.
 
 /// A stream of numbers.
 #[derive(Debug, Clone)]
 pub struct Random(u64);
 
 impl Random {
-    /// The stream of one case.
+    /// Returns the stream of one case.
     pub fn of(seed: u64, case: u64) -> Self {
         let mut random = Self(seed);
         let salt = random.next();
@@ -19,7 +19,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// Less than `end`; zero where there is nothing less.
+    /// Returns a number less than `end`; zero if `end` is zero.
     pub fn below(&mut self, end: usize) -> usize {
         (self.next() % end.max(1) as u64) as usize
     }
@@ -28,17 +28,17 @@ impl Random {
         self.next().to_le_bytes()[0]
     }
 
-    /// True once in so many.
+    /// Returns `true` with probability 1 / `times`.
     pub fn once_in(&mut self, times: usize) -> bool {
         self.below(times) == 0
     }
 
-    /// One of these, which are not none.
+    /// Returns one of `all`, which must not be empty.
     pub fn of_these<'a, T: ?Sized>(&mut self, all: &[&'a T]) -> &'a T {
         all[self.below(all.len())]
     }
 
-    /// A place and an end behind it, seldom far.
+    /// Returns a range, mostly short.
     pub fn range(&mut self, length: usize) -> std::ops::Range<usize> {
         let from = self.below(length + 1);
         let left = length - from;

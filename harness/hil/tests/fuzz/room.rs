@@ -1,20 +1,20 @@
-//! A folder for one command at a time, with a fence around: what is written outside it is seen.
+//! A folder for one command at a time; files written outside it are detected.
 
 use crate::scenes::Scene;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Files by their paths.
+/// Files by path.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
-/// What is in the room besides the folder that a command works in, and stays empty.
+/// Folders beside the command's, which must stay empty.
 const EMPTY: [&str; 3] = ["home", "tmp", "elsewhere"];
 
-/// What lies there besides: the command's folder, what it said, and where its lines are named while it runs.
+/// Entries in use: the command's folder, its output, and the folder that names its lines while it runs.
 const USED: [&str; 4] = ["work", "out", "err", "runtime"];
 
-/// Where a mutation wants to lead.
+/// Placeholder for a path outside the command's folder.
 const ELSEWHERE: &[u8] = b"@ELSEWHERE@";
 
 #[derive(Debug)]
@@ -31,12 +31,12 @@ impl Room {
         self.root.join(name)
     }
 
-    /// Where the command works.
+    /// Returns the folder in which the command runs.
     pub fn work(&self) -> PathBuf {
         self.path("work")
     }
 
-    /// Empties the room, and puts these files into it.
+    /// Empties the room and writes these files into it.
     pub fn furnish(&self, files: &Files) {
         if self.root.exists() {
             fs::remove_dir_all(&self.root).unwrap();
@@ -51,7 +51,7 @@ impl Room {
         }
     }
 
-    /// The content with the room's own places in it.
+    /// Replaces the placeholders in the content by paths of the room.
     fn within(&self, content: &[u8]) -> Vec<u8> {
         let mut rest = content;
         let mut out = Vec::new();
@@ -64,12 +64,12 @@ impl Room {
         out
     }
 
-    /// What the command said.
+    /// Returns the command's output.
     pub fn said(&self, name: &str) -> String {
         String::from_utf8_lossy(&fs::read(self.path(name)).unwrap_or_default()).into_owned()
     }
 
-    /// What was written where nothing should be.
+    /// Returns a file that was written where none should be.
     pub fn trespass(&self, scene: &Scene) -> Option<String> {
         for place in EMPTY {
             if let Some(found) = first(&self.path(place)) {
@@ -88,7 +88,7 @@ impl Room {
     }
 }
 
-/// What commands are there to write anew.
+/// Whether commands may overwrite this file.
 fn is_written_anew(path: &Path) -> bool {
     const ANEW: [&str; 6] = [
         "summary.json",
@@ -110,7 +110,7 @@ fn first(folder: &Path) -> Option<String> {
     names(folder).into_iter().next()
 }
 
-/// A name without what chance put into it.
+/// Returns a name without its random parts.
 fn nameless(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_digit() { '0' } else { c }).take(40).collect()
 }

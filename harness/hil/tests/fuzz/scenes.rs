@@ -1,36 +1,36 @@
-//! Each command that reads a file, with files that it reads.
+//! Every command that reads a file, with such files.
 
 use crate::room::Files;
 use crate::seeds::Seeds;
 use std::time::Duration;
 
-/// How a command comes to its end.
+/// How a command ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// Soon, whatever it read.
     ByItself,
-    /// It does what it is told for as long as that takes, and ends at once when it is asked to.
+    /// It may run for long, and ends at once when asked to.
     Asked,
-    /// In real time: it is asked after so long.
+    /// In real time: it is asked to end after this time.
     After(Duration),
 }
 
-/// A command on its files.
+/// A command and its files.
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub arguments: Vec<String>,
     pub files: Files,
-    /// Which of the files come to harm.
+    /// Files that get mutated.
     pub inputs: Vec<String>,
-    /// The file that is its standard input.
+    /// File for the standard input.
     pub stdin: Option<String>,
     pub end: End,
-    /// How often it is drawn.
+    /// Relative frequency.
     pub weight: usize,
 }
 
 impl Scene {
-    /// The command, or `emulate device` and the like, whose help has the exit statuses.
+    /// Returns the command, or `emulate device` and the like, whose help names the exit statuses.
     pub fn command(&self) -> &str {
         &self.arguments[0]
     }
@@ -48,7 +48,7 @@ impl Scene {
     }
 }
 
-/// All of them.
+/// Returns all scenes.
 pub fn all(seeds: &Seeds) -> Vec<Scene> {
     use End::{After, Asked, ByItself};
     let soon = After(Duration::from_millis(300));
@@ -206,7 +206,7 @@ pub fn all(seeds: &Seeds) -> Vec<Scene> {
         "--bus x.asc",
         "--bus x.pcapng",
     ] {
-        // A package is made of what a gyro said.
+        // A package is made from a gyro's data.
         for of in ["record", "robot-record"].into_iter().skip(usize::from(export.contains("set"))) {
             add(
                 of,

@@ -1,4 +1,4 @@
-//! Good input to begin with: what ships, the examples, and what commands make of them.
+//! Valid input to begin with: shipped files, examples, and output of commands.
 
 use crate::room::Files;
 use std::collections::BTreeMap;
@@ -7,11 +7,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
-/// Files of projects, by the name of the project.
+/// Files of projects, by project name.
 #[derive(Debug)]
 pub struct Seeds(BTreeMap<&'static str, Files>);
 
-/// No longer than this: what a mutation hits should matter.
+/// Maximum length, so that most mutations hit something relevant.
 const BYTES_MAX: usize = 60_000;
 
 impl Seeds {
@@ -19,12 +19,12 @@ impl Seeds {
         self.0.get(name).unwrap_or_else(|| panic!("no project {name}"))
     }
 
-    /// Everything that there is.
+    /// Returns all files.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.0.values().flatten().map(|(path, file)| (path.as_str(), file.as_slice()))
     }
 
-    /// Makes them, which takes some seconds.
+    /// Creates the seeds, which takes some seconds.
     pub fn make() -> Self {
         let shop = Shop(tempfile::tempdir().unwrap());
         let mut seeds = BTreeMap::new();
@@ -120,7 +120,7 @@ impl Seeds {
     }
 }
 
-/// A folder in which seeds are made.
+/// A temporary folder for creating seeds.
 struct Shop(TempDir);
 
 impl Shop {
@@ -129,7 +129,7 @@ impl Shop {
         let mut command = Command::new(crate::program());
         command.args(line.split_whitespace()).current_dir(folder).stdin(Stdio::null());
         let output = command.output().unwrap();
-        // What breaks in a campaign is found, and a plan may fail.
+        // A campaign may find a failure, and a plan may fail.
         assert!(matches!(output.status.code(), Some(0 | 1)), "{line}: {output:?}");
     }
 
@@ -162,7 +162,7 @@ fn shipped(folder: &str) -> Files {
     found
 }
 
-/// The files that a command may read, without what only people do.
+/// Collects the files that a command may read, without those only for people.
 fn gather(folder: &Path, prefix: &str, found: &mut Files) {
     const READ: [&str; 14] = [
         "toml", "dbc", "hilrec", "json", "jsonl", "log", "asc", "pcapng", "csv", "gz", "py", "xml",

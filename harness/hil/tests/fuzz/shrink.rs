@@ -1,9 +1,9 @@
-//! A smaller input with the same defect: halves of it are left out, then quarters, and so on.
+//! Finds a smaller input with the same defect: removes halves, then quarters, and so on.
 
-/// Tries to leave something out.
+/// Maximum number of attempts.
 const TRIES_MAX: usize = 120;
 
-/// The smallest of those tried of which `is_bad` holds.
+/// Returns the smallest tried input for which `is_bad` holds.
 pub fn shrunk(file: &[u8], mut is_bad: impl FnMut(&[u8]) -> bool) -> Vec<u8> {
     let mut best = file.to_vec();
     let mut part = best.len() / 2;

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-/// By command.
+/// Exit statuses by command.
 #[derive(Debug, Default)]
 pub struct Statuses(BTreeMap<String, Vec<i32>>);
 
 impl Statuses {
-    /// Those of these commands; one that names none has those of `hil`.
+    /// Returns the statuses of these commands; a command that names none has those of `hil`.
     pub fn of<'a>(commands: impl Iterator<Item = &'a str>) -> Self {
         let general = named(&help(&[]));
         assert!(general.contains(&0) && general.contains(&5), "{general:?}");
@@ -29,7 +29,7 @@ fn help(command: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The numbers at the beginnings of lines behind the heading.
+/// Returns the numbers that begin lines after the heading.
 fn named(help: &str) -> Vec<i32> {
     let lines = help.lines().skip_while(|line| *line != "Exit status:").skip(1);
     lines.filter_map(|line| line.trim().split("  ").next()?.parse().ok()).collect()

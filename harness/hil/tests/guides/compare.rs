@@ -1,16 +1,16 @@
-//! Is what a command printed what the guide shows?
+//! Compares the output of a command with the guide.
 
 use regex::Regex;
 use std::sync::LazyLock;
 
-/// What differs from machine to machine, and from run to run on one.
+/// Parts that differ between machines, and between runs on one.
 pub const CHANGING: [(&str, &str); 4] = [
     // Wall time.
     (r"\bin (about )?\d+(\.\d+)? (s|min|h)( \d+ (s|min))?", "in TIME"),
     (r"\d+ times real time", "N times real time"),
-    // Which pty it is.
+    // Number of the pty.
     (r"/dev/pts/\d+", "/dev/pts/N"),
-    // The version of pytest, Python and so on, and its rulers.
+    // Versions of pytest, Python and so on, and pytest's rulers.
     (r"=+ (.*\S) =+", "== $1 =="),
 ];
 
@@ -25,7 +25,7 @@ fn settled(line: &str) -> String {
     })
 }
 
-/// The first line that is shown and was not printed there, and what was printed.
+/// Returns the first shown line that was not printed there, and what was printed instead.
 pub fn compare(shown: &[String], printed: &str) -> Result<(), String> {
     let shown: Vec<String> = shown.iter().map(|line| settled(line)).collect();
     let lines: Vec<String> = printed.lines().map(settled).collect();
@@ -47,7 +47,7 @@ fn is_shown(shown: &[String], lines: &[String]) -> bool {
     }
 }
 
-/// `...` in what is shown stands for anything.
+/// `...` in a shown line stands for anything.
 fn is_line(shown: &str, line: &str) -> bool {
     let parts: Vec<String> = shown.split("...").map(regex::escape).collect();
     Regex::new(&format!("^{}$", parts.join(".*"))).unwrap().is_match(line)

@@ -1,25 +1,25 @@
-//! Every command of the guides (`docs/guides`) is run as it stands, in the order of the page, by a real shell in a
-//! folder of its own, and what the page shows of its output is what it prints.
+//! Runs every command of the guides (`docs/guides`) as it stands, in the order of the page, in a real shell in a
+//! temporary folder, and compares its output with that on the page.
 //!
-//! What a page may hold, by the first line of a fenced block:
+//! Contents of a page, by the first line of a fenced block:
 //!
-//! | block | what is done |
+//! | block | action |
 //! |---|---|
-//! | `console` | each `$ command` is run; the lines below it are its output, standard error included. Where none are shown, any will do |
-//! | `console another-terminal` | a command that goes on: it has said what is shown before the page goes on, and ends with the page |
-//! | `console needs-can` | run where there is a `vcan0`, as under `tests/vcan-guest/run` |
-//! | `console needs-python` | run where there are the packages of `tests/interop/requirements.txt` |
-//! | `console not-run` | not run, for want of hardware or of minutes; `what_is_not_run_is_known` lists it |
+//! | `console` | runs each `$ command`; the lines below it are its output, with stderr; no lines accept any output |
+//! | `console another-terminal` | a command that runs until the page ends; it must first print the lines below it |
+//! | `console needs-can` | run if there is a `vcan0`, as under `tests/vcan-guest/run` |
+//! | `console needs-python` | run if the packages of `tests/interop/requirements.txt` are installed |
+//! | `console not-run` | not run, for lack of hardware or time; `what_is_not_run_is_known` lists it |
 //! | `toml FILE`, `python FILE` | the file is written as it stands; without a name it is a fragment |
-//! | `rust`, `text` | to be read |
+//! | `rust`, `text` | ignored |
 //!
-//! * `# exit status N` behind a command: it exits with that; else with 0.
+//! * `# exit status N` after a command: its expected exit status; default 0.
 //! * A line `...` stands for any number of lines, `...` within a line for anything.
-//! * `HIL_SOURCES` is where this repository is.
+//! * `HIL_SOURCES` is the path of this repository.
 //! * Figures that differ from machine to machine count as equal: `compare::CHANGING`.
-//! * Code within a sentence that begins with `hil ` is the beginning of a command that the page runs.
+//! * Code within a sentence that begins with `hil ` must be the beginning of a command that the page runs.
 //!
-//! Any other block fails the test: what nobody runs is soon wrong.
+//! Any other block fails the test: untested text soon becomes wrong.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -44,7 +44,7 @@ fn guide(name: &str) -> Guide {
     Guide::read(name, &text).unwrap_or_else(|wrong| panic!("{wrong}"))
 }
 
-/// Runs a guide from its top to its end; what is wrong with it, by its place.
+/// Runs a guide from top to end; an error names its location.
 fn followed(guide: &Guide) -> Result<(), String> {
     let mut session = Session::new();
     for block in &guide.blocks {
@@ -70,10 +70,10 @@ fn follow(name: &str) {
     }
 }
 
-/// One test a guide: they run side by side, and a failure says which.
+/// One test per guide: they run in parallel, and a failure names the guide.
 macro_rules! guides {
     ($($test:ident: $name:literal,)*) => {
-        /// The guides that are followed.
+        /// Guides that have a test.
         const FOLLOWED: &[&str] = &[$($name),*];
         $(#[test]
         fn $test() {

@@ -1,8 +1,8 @@
-//! What a guide holds: commands with what they print, files, and what it says of commands in its sentences.
+//! Contents of a guide: commands with their output, files, and commands within sentences.
 
 use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag, TagEnd};
 
-/// What must be there for commands to be run.
+/// What commands need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     Nothing,
@@ -12,7 +12,7 @@ pub enum Needs {
     NotRun,
 }
 
-/// A command and what the guide shows of its output.
+/// A command and its output in the guide.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Command {
     /// Line of the page.
@@ -35,7 +35,7 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// Reads a guide; what must not be in one, by its line.
+    /// Reads a guide; an error names the line of what a guide must not contain.
     pub fn read(name: &str, text: &str) -> Result<Self, String> {
         let mut guide = Self { name: name.to_owned(), blocks: Vec::new() };
         let mut fence: Option<(String, String)> = None;
@@ -56,7 +56,7 @@ impl Guide {
                 }
                 Event::End(TagEnd::CodeBlock) => {
                     let (info, held) = fence.take().unwrap();
-                    // The fence itself is on the line before the first of the text.
+                    // The fence itself is the line before the text.
                     let block = block(&info, &held, at + 1);
                     guide.blocks.extend(block.map_err(|wrong| format!("{name}:{at}: {wrong}"))?);
                 }

@@ -1,4 +1,4 @@
-//! A shell in a folder of its own, as somebody who follows a guide has one.
+//! A shell in a temporary folder, as a reader of a guide has one.
 
 use crate::compare::compare;
 use crate::markdown::{Command, Needs};
@@ -14,20 +14,20 @@ use std::thread;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Seconds that one command may take, on a machine that others use too.
+/// Time limit of a command in seconds, on a machine with other load.
 const COMMAND_S_MAX: &str = "300";
-/// How long a command in another terminal may take to say what is shown.
+/// Time limit for a command in another terminal to print the shown output.
 const SAID_WITHIN: Duration = Duration::from_secs(60);
 
 pub struct Session {
-    /// Where the guide's files are.
+    /// Folder of the guide's files.
     folder: TempDir,
-    /// What goes beside them: programs, what was printed.
+    /// Folder for programs and output.
     aside: TempDir,
     within: PathBuf,
     path: String,
     others: Vec<(String, Child)>,
-    /// Once a command has needed it.
+    /// Taken when a command first needs it.
     bus: Option<Vcan0>,
 }
 
@@ -36,7 +36,7 @@ impl Session {
         let (folder, aside) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let within = folder.path().to_owned();
         let mut places = Vec::new();
-        // A Python environment is known by where its programs are.
+        // The folder of the interpreter identifies a Python environment.
         if let Some(python) = std::env::var_os("HIL_TESTS_PYTHON") {
             places.push(Path::new(&python).parent().unwrap().to_owned());
         }
@@ -48,7 +48,7 @@ impl Session {
         Self { folder, aside, within, path, others: Vec::new(), bus: None }
     }
 
-    /// What the machine lacks for such commands; said aloud.
+    /// Whether the machine lacks something for such commands; prints what.
     pub fn lacks(&mut self, needs: Needs, guide: &str) -> bool {
         match needs {
             Needs::Nothing | Needs::AnotherTerminal => false,
@@ -73,14 +73,14 @@ impl Session {
         }
     }
 
-    /// Writes a file of the guide where the shell is.
+    /// Writes a file of the guide to the shell's folder.
     pub fn write(&self, path: &str, text: &str) {
         let path = self.within.join(path);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     }
 
-    /// Runs a command; what is not as the guide says.
+    /// Runs a command; returns the difference from the guide.
     pub fn run(&mut self, needs: Needs, command: &Command) -> Result<(), String> {
         if needs == Needs::AnotherTerminal {
             return self.run_beside(command);
@@ -101,14 +101,14 @@ impl Session {
         compare(&command.shown, &printed)
     }
 
-    /// Starts a command that goes on, and waits until it has said what is shown.
+    /// Starts a command that keeps running, and waits until it has printed the shown output.
     fn run_beside(&mut self, command: &Command) -> Result<(), String> {
         let mut shell = self.shell(&format!("exec {}", command.line));
         let mut child = shell.stdout(Stdio::piped()).spawn().unwrap();
         let output = child.stdout.take().unwrap();
         self.others.push((command.line.clone(), child));
         let (tell, told) = mpsc::channel();
-        // It reads until the command ends: who stops reading would stop the command.
+        // Reads until the command ends: a closed pipe would end the command.
         thread::spawn(move || {
             for line in BufReader::new(output).lines().map_while(Result::ok) {
                 let _ = tell.send(line);
@@ -127,7 +127,7 @@ impl Session {
         }
     }
 
-    /// Ends what goes on in other terminals, by a request to terminate; all of it ends well.
+    /// Ends the commands in other terminals with SIGTERM, and checks their exit.
     pub fn end(&mut self) -> Result<(), String> {
         for (line, mut child) in std::mem::take(&mut self.others) {
             kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
@@ -141,17 +141,17 @@ impl Session {
 
     fn shell(&self, script: &str) -> std::process::Command {
         let mut shell = std::process::Command::new("timeout");
-        // In a process group of its own, so that what a command started ends with it.
+        // In a separate process group, so that processes that a command started end with it.
         shell.args(["--kill-after=5", COMMAND_S_MAX, "bash", "-c", script]);
         shell.current_dir(&self.within).env("PATH", &self.path).stdin(Stdio::null());
         shell.env("HOME", self.folder.path()).env("PYTHONDONTWRITEBYTECODE", "1");
-        // Rigs of other tests are not to be found.
+        // Hides rigs of other tests.
         shell.env("XDG_RUNTIME_DIR", self.aside.path());
         // As if the wheel were installed.
         let python_path = python_path(&self.aside.path().join("site")).unwrap();
         shell.env("PYTHONPATH", python_path);
         shell.env("HIL_SOURCES", Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."));
-        // A guide shows what a terminal shows. pytest prints whole messages in its summary where one of these is set.
+        // A guide shows the output on a terminal. With one of these set, pytest prints whole messages in its summary.
         for name in ["CI", "BUILD_NUMBER", "RUST_LOG", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY"] {
             shell.env_remove(name);
         }
@@ -162,7 +162,7 @@ impl Session {
 impl Drop for Session {
     fn drop(&mut self) {
         for (_, child) in &mut self.others {
-            // Killed outright, it would leave behind what it started.
+            // A killed shell would leave behind the processes that it started.
             let _ = kill_process(Pid::from_child(child), Signal::TERM);
             let _ = child.wait();
         }

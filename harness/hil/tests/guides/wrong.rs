@@ -1,4 +1,4 @@
-//! Guides that are wrong are found to be.
+//! Wrong guides are detected.
 
 use crate::followed;
 use crate::markdown::Guide;

@@ -1,4 +1,4 @@
-//! The base through a square, driven by python-can and cantools from the DBC file.
+//! Drives the base around a square with python-can and cantools, using the DBC file.
 
 use super::rig::{Emulated, GUEST, file, number, python, told};
 use skips::{Vcan0, in_time};
@@ -18,7 +18,7 @@ fn square(python: PathBuf, folder: &Path, port: &str, interface: &str, channel: 
     );
     let truth = base.truth();
     let base_truth = &truth["base"];
-    // The base is an ideal one: what it tells is true, to half a count of the DBC's.
+    // The base is ideal: what it reports is true, to half a count of the DBC's.
     for (told, true_) in [("x_m", "x_m"), ("y_m", "y_m")] {
         let off = number(&driven[told]) - number(&base_truth[true_]);
         assert!(off.abs() < 1e-4, "{driven} {truth}");

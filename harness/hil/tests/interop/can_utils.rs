@@ -1,4 +1,4 @@
-//! The tools that every CAN engineer has: cansend, candump, cangen, canplayer.
+//! The standard CAN tools: cansend, candump, cangen, canplayer.
 
 use super::rig::{Emulated, GUEST, number, said};
 use serde_json::json;
@@ -11,11 +11,11 @@ const MOTION: &str = "181";
 const STATUS_AT: usize = 6;
 const MOVING: u8 = 1;
 const TIMED_OUT: u8 = 2;
-/// Commands of 0.2 m/s in a log, a period of the host loop apart.
+/// Commands of 0.2 m/s in a log, one period of the host loop apart.
 const COMMANDS: u32 = 60;
 const COMMAND_PERIOD_US: u32 = 27_000;
 
-/// The status bytes of the MOTION frames in what candump prints by `-L`.
+/// Returns the status bytes of the MOTION frames in candump's `-L` output.
 fn statuses(line: &str) -> Option<u8> {
     let (id, data) = line.split_whitespace().last()?.split_once('#')?;
     let byte = data.get(2 * STATUS_AT..2 * STATUS_AT + 2)?;
@@ -31,7 +31,7 @@ fn guest_can_utils_talk_to_the_base() {
         let (mut base, ready) = Emulated::start(folder.path(), &["base", "--can", interface]);
         assert_eq!(ready["port"], interface);
 
-        // One velocity: 0.1 m/s; nothing follows it, and the base stops by itself.
+        // One velocity, 0.1 m/s; no other follows, and the base stops by itself.
         let mut dump = Command::new("candump")
             .args(["-L", "-T", "20000", interface])
             .stdout(Stdio::piped())
@@ -53,7 +53,7 @@ fn guest_can_utils_talk_to_the_base() {
         let after_one = number(&base.truth()["base"]["x_m"]);
         assert!((0.01..0.2).contains(&after_one), "{after_one} m");
 
-        // A recording played back: 0.2 m/s for 1.6 s.
+        // Playback of a recording: 0.2 m/s for 1.6 s.
         let mut log = String::new();
         for number in 0..COMMANDS {
             let us = number * COMMAND_PERIOD_US;
@@ -67,7 +67,7 @@ fn guest_can_utils_talk_to_the_base() {
         let after_log = number(&base.truth()["base"]["x_m"]) - after_one;
         assert!((0.1..0.6).contains(&after_log), "{after_log} m");
 
-        // A storm of frames that mean nothing to it, or something else: it lives, and counts them.
+        // A storm of frames that mean nothing to the base, or something else: it survives and counts them.
         said(
             Command::new("cangen")
                 .args([interface, "-g", "0", "-n", "2000", "-I", "7A0", "-L", "8"]),

@@ -1,4 +1,4 @@
-//! Requests, the answers to them, and what the stream shows of them.
+//! Requests, their answers, and their effect on the stream.
 
 use super::rig::Emulated;
 use serde_json::{Value, json};
@@ -58,7 +58,7 @@ fn the_devices_of_a_rig_serve_whoever_is_on_its_lines() {
         let arguments = ["rig", rig.to_str().unwrap(), "--line", "can0=slcan-pty:can.pty"];
         let (mut pack, ready) = Emulated::start(folder.path(), &arguments);
         assert_eq!((&ready["ready"], &ready["link"]), (&json!("can0"), &json!("can.pty")));
-        // The manager is whoever is on the bus: it is not emulated.
+        // The manager is an external node: it is not emulated.
         let list = pack.ask(json!({ "list": true }))["ok"].take();
         let names: Vec<&String> = list.as_object().unwrap().keys().collect();
         assert_eq!(names, ["cells", "charger"]);

@@ -1,4 +1,4 @@
-//! A controller in Python as the device under test, right and with a sign that has slipped.
+//! A controller in Python as the device under test, correct and with a sign error.
 
 use super::rig::{file, python, shown};
 use serde_json::Value;
@@ -28,7 +28,7 @@ fn run(python: &Path, out: &Path, slip: &[&str]) -> (Output, Value) {
     (output, serde_json::from_slice(&summary).unwrap())
 }
 
-/// Names of the measurements with that verdict.
+/// Names of the measurements with this verdict.
 fn with_verdict<'a>(summary: &'a Value, verdict: &str) -> Vec<&'a str> {
     let measurements = summary["measurements"].as_array().unwrap();
     let of = measurements.iter().filter(|measurement| measurement["verdict"] == verdict);
@@ -46,7 +46,7 @@ fn somebody_elses_controller_drives_a_square() {
     });
 }
 
-/// The same program, started by somebody else, takes its missions over a socket.
+/// The same program, started outside the harness, takes its missions over a socket.
 #[test]
 fn somebody_elses_controller_is_attached_to() {
     let Some(python) = python() else { return };
@@ -59,7 +59,7 @@ fn somebody_elses_controller_is_attached_to() {
     });
 }
 
-/// A run on ptys whose controller is started once they are there.
+/// A run on ptys, whose controller starts once they exist.
 fn attached(python: &Path, folder: &Path) -> (Output, Value) {
     // A port that was free a moment ago.
     let port = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
@@ -83,7 +83,7 @@ fn attached(python: &Path, folder: &Path) -> (Output, Value) {
         .spawn()
         .unwrap();
     let mut start = Command::new("sh");
-    // It opens its ports at once, so that they have to be there.
+    // It opens its ports at once, so they must exist.
     let script = "while [ ! -e \"$2\" ] || [ ! -e \"$3\" ]; do sleep 0.05; done; exec \"$0\" \"$1\" \
                   --gyro \"$2\" --base \"$3\" --listen \"$4\"";
     start.args(["-c", script]).arg(python);
@@ -91,7 +91,7 @@ fn attached(python: &Path, folder: &Path) -> (Output, Value) {
     start.args([at("gyro"), at("base"), format!("tcp:127.0.0.1:{port}")]);
     let mut controller = start.spawn().unwrap();
     let output = run.wait_with_output().unwrap();
-    // It ends with its client; where there was none, here.
+    // It ends with its client; if there was none, it is killed here.
     let _ = controller.kill();
     let _ = controller.wait();
     let summary = std::fs::read(Path::new(&out).join("summary.json"))
@@ -99,7 +99,8 @@ fn attached(python: &Path, folder: &Path) -> (Output, Value) {
     (output, serde_json::from_slice(&summary).unwrap())
 }
 
-/// It believes in itself: only the absolute measurement sees that its square goes the other way round.
+/// The controller trusts its own estimate: only the absolute measurement shows that its square goes the other way
+/// round.
 #[test]
 fn a_sign_that_has_slipped_is_found() {
     let Some(python) = python() else { return };

@@ -1,12 +1,12 @@
-//! DBC files as they come: of those of your own folder (`HIL_TESTS_DBC_FILES`) a project of each node, and of all but
-//! each, runs green at once. `described/tests/dbc_files.rs` holds their frames against cantools.
+//! DBC files as they come: of those of your own folder (`HIL_TESTS_DBC_FILES`), a project for each node, and one for
+//! all but each, passes at once. `described/tests/dbc_files.rs` compares their frames with cantools.
 
 use described::{dbc_nodes, dbc_text};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// `hil` in a folder: nothing, or what it said where it did not end well.
+/// Runs `hil` in a folder; returns its output if it failed.
 fn hil(folder: &Path, arguments: &[&str]) -> Result<(), String> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));
     let output = command.args(arguments).current_dir(folder).output().unwrap();

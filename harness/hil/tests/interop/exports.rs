@@ -39,7 +39,7 @@ fn hil(folder: &Path, arguments: &[&str]) {
     assert!(output.status.success(), "{arguments:?}: {output:?}");
 }
 
-/// A run with every byte and frame, and its exports.
+/// Creates a run with every byte and frame, and its exports.
 fn exported(folder: &Path) -> RunFolder {
     std::fs::write(folder.join("two-laps.toml"), LAPS).unwrap();
     hil(folder, &["run", "two-laps.toml", "--out", "run", "--record", "full"]);
@@ -86,7 +86,7 @@ fn pandas_and_the_official_reader_find_what_was_recorded() {
 /// MOTION of `wire/dbc/k2a.dbc`.
 const MOTION: u16 = 0x181;
 
-/// As the scripts in `tests/interop` find it.
+/// Imports it as the scripts in `tests/interop` do.
 const ASAMMDF: &str =
     "import sys; sys.path.append(sys.prefix + '/apart'); import asammdf, canmatrix";
 
@@ -112,7 +112,7 @@ fn asammdf_decodes_the_frames_of_a_run_by_a_dbc() {
     assert_eq!(signals["DISPLACEMENT"]["unit"], "m");
 }
 
-/// What `read_channels.py` says of the run in `folder/run`, whose tables it is held against.
+/// Output of `read_channels.py` for the run in `folder/run`; the script also compares with the run's tables.
 fn channels(python: &Path, folder: &Path) -> serde_json::Value {
     hil(folder, &["export", "run", "--tables", "csv", "--format", "csv"]);
     hil(folder, &["export", "run", "--mf4", "run.mf4"]);
@@ -179,7 +179,7 @@ fn the_examples_say_what_the_run_came_to() {
     for record in run.records().unwrap() {
         let RecordKind::Observation(observation) = record.unwrap().kind else { continue };
         if is_error(&observation) {
-            // One lap each way: the median is its error.
+            // With one lap each way, the median is the lap's error.
             let way = if observation.tags["direction"] > 0.0 { "ccw" } else { "cw" };
             let line = parquet.lines().find(|line| line.split(' ').next() == Some(way)).unwrap();
             let median: f64 = line.split_whitespace().nth(1).unwrap().parse().unwrap();

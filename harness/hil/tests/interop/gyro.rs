@@ -1,11 +1,11 @@
-//! Each stream, read with pyserial and decoded by code that knows nothing of ours.
+//! Each stream, read with pyserial and decoded by independent code.
 
 use super::rig::{Emulated, file, number, python, told};
 use serde_json::json;
 use skips::in_time;
 use std::process::Command;
 
-/// How far the mean of a stream may be off: half a count of the coarsest.
+/// Maximum error of a stream's mean: half a count of the coarsest.
 const RATE_OFF_MAX_DEG_PER_S: f64 = 0.002;
 
 fn decoded(stream: &str, frames: u32, nominal_hz: f64) {

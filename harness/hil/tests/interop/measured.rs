@@ -1,15 +1,15 @@
-//! Data that asammdf wrote, identified as the same numbers in CSV are.
+//! Data written by asammdf give the same findings as the same numbers in CSV.
 
 use super::rig::{file, python_with};
 use identification::dataset::Dataset;
 use std::path::Path;
 use std::process::Command;
 
-/// As the scripts in `tests/interop` find it.
+/// Imports it as the scripts in `tests/interop` do.
 const ASAMMDF: &str =
     "import sys; sys.path.append(sys.prefix + '/apart'); import asammdf, canmatrix";
 
-/// How the script writes the channels.
+/// Ways in which the script writes the channels.
 const WAYS: [&str; 4] = ["plain", "deflated", "transposed", "unfinished"];
 
 fn identified(folder: &Path, package: &str) -> String {
@@ -21,7 +21,7 @@ fn identified(folder: &Path, package: &str) -> String {
     std::fs::read_to_string(folder.join(out).join("finding.json")).unwrap()
 }
 
-/// Equal but for what rounding leaves; texts are numbered in the order in which they come.
+/// Checks equality up to rounding; texts are numbered in order of appearance.
 fn assert_same(found: &Dataset, expected: &Dataset, way: &str) {
     assert_eq!(found.columns.len(), expected.columns.len());
     assert_eq!(found.run_of_row, expected.run_of_row);

@@ -1,4 +1,4 @@
-//! A device that is described in a file, and a client in Python that knows nothing but its DBC.
+//! A device described in a file, and a client in Python that knows only its DBC.
 
 use super::rig::{Emulated, GUEST, file, number, python, told};
 use hil::project::{Template, write};
@@ -8,7 +8,7 @@ use skips::{Vcan0, in_time};
 use std::path::Path;
 use std::process::Command;
 
-/// What the client heard on this channel.
+/// Returns what the client received on this channel.
 fn drive(interface: &str, channel: &str, folder: &Path) -> Option<Value> {
     let script = file("tests/interop/drive_device.py");
     let dbc = folder.join("devices/oven.dbc");
@@ -16,7 +16,7 @@ fn drive(interface: &str, channel: &str, folder: &Path) -> Option<Value> {
 }
 
 fn judge(heard: &Value) {
-    // Ten a second for two seconds, on a machine that others use too.
+    // Ten per second for two seconds, on a machine with other load.
     assert!((10.0..=25.0).contains(&number(&heard["heard"])), "{heard}");
     assert!((19.0..=21.0).contains(&number(&heard["first"])), "{heard}");
     assert!(number(&heard["last"]) <= 22.0 && heard["on"] == 1, "{heard}");
@@ -33,7 +33,7 @@ fn python_can_commands_it_through_an_adapter() {
         let link = folder.path().join("can.pty");
         let Some(heard) = drive("slcan", link.to_str().unwrap(), folder.path()) else { return };
         judge(&heard);
-        // Asked while it runs: what is true, and what can be set.
+        // Requests while it runs: true values and settings.
         let truth = device.ask(json!({ "get": ["temperature", "heater"] }))["ok"].take();
         assert!((19.9..22.0).contains(&number(&truth["temperature"])), "{truth}");
         assert_eq!(device.ask(json!({ "set": { "ambient": 30 } }))["ok"]["set"], 1);

@@ -1,4 +1,4 @@
-//! The plugin of pytest and the interface of python-can (`python/`), on `examples/pytest`, as somebody's pytest runs it.
+//! The pytest plugin and the python-can interface (`python/`), on `examples/pytest`, run as a user's pytest does.
 
 use super::python_package::python_path;
 use super::rig::{file, python_with, shown};
@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// A copy of the example, and where the installed package would be.
+/// A copy of the example, and the place of the installed package.
 struct Project {
     python: PathBuf,
     folder: TempDir,
 }
 
 impl Project {
-    /// None where Python lacks packages.
+    /// Returns `None` if Python lacks packages.
     fn new() -> Option<Self> {
         let imports = "import can, cantools, pytest, serial, xdist";
         let packages = "pytest, pytest-xdist, pyserial, python-can and cantools";
@@ -65,7 +65,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// How often `what` stands in `text`.
+/// Counts occurrences of `what` in `text`.
 fn count(text: &str, what: &str) -> usize {
     text.matches(what).count()
 }
@@ -138,7 +138,7 @@ fn a_mistake_in_a_plan_and_a_bench_that_breaks_are_errors_and_no_failures() {
     let broken = project.pytest(&["plans/broken.toml"]);
     assert_eq!(broken.status.code(), Some(2), "{}", shown(&broken));
 
-    // A program that ends is a verdict on the program.
+    // A program that ends early fails the test.
     project.replace("plans/thermostat.py", "import cantools", "import no_such_module");
     let ended = shown(&project.pytest(&["plans/thermostat.toml"]));
     assert!(ended.contains("FAILED plans/thermostat.toml::run"), "{ended}");

@@ -1,10 +1,10 @@
-//! The Python package of this repository, found by Python as if it were installed: its sources, and entry points as
-//! `python/pyproject.toml` has them. A wheel has them by `ci/package`, which tries it.
+//! The Python package of this repository, as if it were installed: its sources, and entry points as in
+//! `python/pyproject.toml`. `ci/package` builds and tests a wheel with them.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// Writes what an installation leaves beside the sources into `folder`; the `PYTHONPATH` by which Python finds both.
+/// Writes the files that an installation adds into `folder`; returns the `PYTHONPATH` for both.
 pub fn python_path(folder: &Path) -> io::Result<String> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../python");
     let project = fs::read_to_string(package.join("pyproject.toml"))?;

@@ -1,16 +1,16 @@
-//! A running `hil emulate`, and the programs that talk to it.
+//! A running `hil emulate`, and its client programs.
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Output, Stdio};
 
-/// Set where a missing Python package is a mistake.
+/// If set, a missing Python package is a failure.
 const PYTHON_REQUIRED: &str = "HIL_TESTS_NEED_PYTHON";
 /// Tests that need a bus of the kernel.
 pub const GUEST: &str = "--test interop -- guest_";
 
-/// A file below the root of the repository.
+/// Path of a file in the repository.
 pub fn file(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
 }
@@ -20,12 +20,12 @@ fn skip<T>(required: &str, why: &str, how: &str) -> Option<T> {
     None
 }
 
-/// A Python that talks to emulated devices.
+/// Returns a Python with the packages for emulated devices.
 pub fn python() -> Option<PathBuf> {
     python_with("import can, cantools, serial", "pyserial, python-can and cantools")
 }
 
-/// A Python that has these packages of `tests/interop/requirements.txt`.
+/// Returns a Python with these packages of `tests/interop/requirements.txt`.
 pub fn python_with(imports: &str, packages: &str) -> Option<PathBuf> {
     let python = std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into());
     match Command::new(&python).args(["-c", imports]).output() {
@@ -39,7 +39,7 @@ pub fn python_with(imports: &str, packages: &str) -> Option<PathBuf> {
     }
 }
 
-/// `hil emulate` in a process of its own.
+/// `hil emulate` as a process.
 pub struct Emulated {
     child: Child,
     stdin: Option<ChildStdin>,
@@ -48,7 +48,7 @@ pub struct Emulated {
 }
 
 impl Emulated {
-    /// Starts it in `folder`, and waits until its ports are open; gives what it says of the first.
+    /// Starts it in `folder` and waits until its ports are open; returns its message on the first.
     pub fn start(folder: &Path, arguments: &[&str]) -> (Self, Value) {
         let mut child = Command::new(env!("CARGO_BIN_EXE_hil"))
             .arg("emulate")
@@ -66,14 +66,14 @@ impl Emulated {
         (emulated, ready)
     }
 
-    /// The next line that it prints.
+    /// Reads the next line of its output.
     pub fn line(&mut self) -> Value {
         let mut line = String::new();
         self.stdout.read_line(&mut line).unwrap();
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{line:?}: {error}"))
     }
 
-    /// Sends a request, whose `id` is added, and gives the answer.
+    /// Sends a request with an added `id`, and returns the answer.
     pub fn ask(&mut self, mut request: Value) -> Value {
         self.asked += 1;
         request["id"] = self.asked.into();
@@ -83,12 +83,12 @@ impl Emulated {
         answer
     }
 
-    /// What is true now.
+    /// Returns the current truth.
     pub fn truth(&mut self) -> Value {
         self.ask(serde_json::json!({ "get": "truth" }))["ok"].take()
     }
 
-    /// Asks it to terminate, and gives the line of counters at its end.
+    /// Asks it to terminate, and returns the final line of counters.
     pub fn end(mut self) -> Value {
         let pid = rustix::process::Pid::from_child(&self.child);
         rustix::process::kill_process(pid, rustix::process::Signal::TERM).unwrap();
@@ -106,27 +106,27 @@ impl Drop for Emulated {
     }
 }
 
-/// Runs a program to its end and gives its standard output.
+/// Runs a program to its end and returns its standard output.
 pub fn said(command: &mut Command) -> String {
     let output = command.output().unwrap();
     assert!(output.status.success(), "{command:?}: {}", shown(&output));
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The last line that a program printed, which is JSON.
+/// Parses the last line of a program's output as JSON.
 pub fn told(command: &mut Command) -> Value {
     let said = said(command);
     serde_json::from_str(said.lines().last().unwrap_or_default())
         .unwrap_or_else(|error| panic!("{said:?}: {error}"))
 }
 
-/// All that a program printed.
+/// Returns all output of a program.
 pub fn shown(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     format!("{}{}", text(&output.stdout), text(&output.stderr))
 }
 
-/// A number in JSON.
+/// Returns a JSON number.
 pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }

@@ -1,4 +1,4 @@
-//! Controllers that run already, or are started by somebody else than the harness.
+//! Controllers that already run, or that the harness does not start.
 
 use crate::can::plan;
 use crate::{hil, out, record, shown, summary};
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Everything that is waited for happens within this, on a machine that others use too.
+/// Time limit of every wait, on a machine with other load.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// A bias test on the table: it needs a controller, and no motion.
@@ -27,7 +27,7 @@ check = { all_within = [0, 100] }
 paper = "none"
 "#;
 
-/// `hil run` of [`AT_REST`] with a gyro on a pty and a controller that is attached to.
+/// `hil run` of [`AT_REST`] with a gyro on a pty and an attached controller.
 struct Run {
     folder: tempfile::TempDir,
     child: Child,
@@ -56,7 +56,7 @@ impl Run {
         self.folder.path().join(name)
     }
 
-    /// Our controller on the gyro's pty, once that is there.
+    /// Returns our controller on the gyro's pty, once that exists.
     fn controller(&self) -> Command {
         appears(&self.path("gyro.pty"));
         let mut controller =
@@ -70,18 +70,18 @@ impl Run {
     }
 }
 
-/// A program that ends with the test.
+/// A program that is killed when the test ends.
 pub struct Kept(pub Child);
 
 impl Drop for Kept {
     fn drop(&mut self) {
-        // It has ended already, or is not needed any more.
+        // It has ended, or is no longer needed.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// Waits until there is such a file.
+/// Waits until the file exists.
 #[expect(clippy::disallowed_methods, reason = "another process needs real time to get going")]
 pub fn appears(path: &Path) {
     let deadline = Instant::now() + LIMIT;
@@ -125,7 +125,7 @@ fn a_controller_with_its_stdin_and_stdout_on_a_pty() {
     });
 }
 
-/// It is an error of the bench, by the name of the place.
+/// Checks that it is an error of the bench that names the address.
 fn breaks(run: Run, said: &[&str]) {
     let (output, out, _folder) = run.end();
     assert_eq!(output.status.code(), Some(3), "{}", shown(&output));

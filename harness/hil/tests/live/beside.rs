@@ -1,11 +1,10 @@
-//! Other nodes beside the paper's robot: a device that a file describes on the base's bus, and somebody's program on a line
-//! of its own.
+//! Other nodes beside the paper's robot: a described device on the base's bus, and a user's program on a separate line.
 
 use crate::{out, record, run, shown, summary};
 use skips::in_time;
 use std::path::Path;
 
-/// It blinks, and counts what it hears of the base's motion.
+/// A lamp that blinks, and counts the base's motion messages.
 const LAMP: &str = r#"
 name = "lamp"
 title = "A lamp on the bus of the base"

@@ -1,7 +1,7 @@
-//! A bench of real devices, on which a person carries the robot and measures where it stands.
+//! A bench of real devices, where a person carries the robot and measures its position.
 //!
-//! The real devices are `hil emulate` on ptys, and the controller is one that runs already: the harness has
-//! none of them, and serves one run after the other.
+//! The real devices are `hil emulate` on ptys, and the controller already runs: the harness started neither, and runs
+//! follow one another.
 
 use crate::attach::{Kept, appears};
 use crate::{hil, out, record, shown, summary};
@@ -9,7 +9,7 @@ use skips::in_time;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// A side of the square, judged by what the person measures.
+/// A side of the square, judged by the person's measurements.
 const SIDE: &str = r#"
 name = "side-by-hand"
 title = "One side of the square, measured by hand"
@@ -123,7 +123,7 @@ fn a_side_is_judged_by_what_a_person_measures() {
         }
         assert!(!record.contains("truth"), "nobody knows the truth of a real bench");
 
-        // The same robot and controller, another person: the plan's check fails.
+        // The same robot and controller, with other answers: the plan's check fails.
         let (output, out) = bench.run("bad", &answers("1.2 m"));
         assert_eq!(output.status.code(), Some(1), "{}", shown(&output));
         assert_eq!(summary(&out)["measurements"][0]["verdict"], "fail");
@@ -145,7 +145,7 @@ fn what_cannot_be_measured_so_is_bad_input_before_anything_moves() {
     }
     let (output, _) = bench.run("nobody", "");
     assert_eq!(output.status.code(), Some(2), "{}", shown(&output));
-    // Without the breaks of its lines.
+    // Without line breaks.
     let told: Vec<String> =
         shown(&output).split_whitespace().filter(|word| *word != "|").map(str::to_owned).collect();
     for said in [

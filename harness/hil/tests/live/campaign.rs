@@ -1,5 +1,4 @@
-//! A campaign in real time, on emulated devices on ptys: what breaks is repeated, made smaller by the same rule, and
-//! saved.
+//! A campaign in real time, on emulated devices on ptys: failures are repeated, shrunk by the same rule, and saved.
 
 use crate::can::plan;
 use crate::{hil, run, shown};
@@ -8,7 +7,7 @@ use skips::in_time;
 
 const PLAN: &str = include_str!("../short.toml");
 
-/// Wheels that slip break `done_is_done` whenever they slip enough: always the same, as far as a machine keeps time.
+/// Enough wheel slip always breaks `done_is_done`, as far as a machine keeps real time.
 #[test]
 fn what_breaks_on_a_bench_is_repeated_made_smaller_and_saved() {
     in_time(|| {
@@ -37,7 +36,7 @@ fn what_breaks_on_a_bench_is_repeated_made_smaller_and_saved() {
         let repeated = &found["repeated"];
         assert_eq!(repeated["of"], 2, "{end}");
         let at_least = repeated["at_least"].as_f64().unwrap();
-        // The exact bounds at 70 %: what is nearly broken may hold in one of two.
+        // The exact bounds at 70 %: a case near the limit may hold in one of two runs.
         let shown = match repeated["broke"].as_u64() {
             Some(2) => 0.3f64.sqrt(),
             Some(1) => 1.0 - 0.7f64.sqrt(),

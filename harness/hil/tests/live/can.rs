@@ -1,11 +1,11 @@
-//! A base on CAN: behind an adapter that is a pty, and on a virtual interface.
+//! A base on CAN: behind an adapter on a pty, and on a virtual interface.
 
 use crate::{hil, out, record, run, shown, summary};
 use skips::{Vcan0, in_time};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A side of a metre and a corner: some 20 s of real time.
+/// A side of one metre and a corner: some 20 s of real time.
 pub const SIDE: &str = r#"
 name = "short-side"
 title = "A metre and a corner, the base on CAN"
@@ -33,7 +33,7 @@ check = { all_within = [-0.5, 0.5] }
 paper = "none"
 "#;
 
-/// Those that need a bus of the kernel.
+/// Tests that need a bus of the kernel.
 const TESTS: &str = "--test live -- can::";
 
 pub fn plan(folder: &Path, text: &str) -> PathBuf {
@@ -127,7 +127,7 @@ fn a_machine_without_that_interface_is_told_what_to_do() {
     assert!(shown(&output).contains("the CAN interface hilnone"), "{}", shown(&output));
 }
 
-/// While the plan runs on vcan0, `disturb` happens once the bus is in use.
+/// Runs the plan on vcan0; `disturb` runs once the bus is in use.
 fn disturbed(controller: &str, disturb: &str) -> (serde_json::Value, String) {
     let (folder, out) = out("disturbed");
     let plan = plan(folder.path(), SIDE);
@@ -135,7 +135,7 @@ fn disturbed(controller: &str, disturb: &str) -> (serde_json::Value, String) {
     run.args(["run", plan.to_str().unwrap(), "--clock", "real", "--bus", "vcan", "--quiet"]);
     run.args(["--controller", controller, "--out"]).arg(&out);
     let mut child = run.spawn().unwrap();
-    // The first frame that crosses says that the run is under way.
+    // The first frame shows that the run is under way.
     let first = Command::new("candump").args(["-n", "1", "-T", "60000", "vcan0"]).status().unwrap();
     assert!(first.success());
     let disturbed = Command::new("bash").args(["-c", disturb]).status().unwrap();
@@ -161,7 +161,7 @@ fn a_second_base_on_the_bus_is_told_from_ours() {
     });
 }
 
-/// Frames that concern nobody, as fast as they go: whatever comes of it has a name, and is recorded.
+/// Unrelated frames at full speed: any outcome has a name and is recorded.
 #[test]
 fn a_flooded_bus_has_a_named_outcome() {
     in_time(|| {
@@ -171,7 +171,7 @@ fn a_flooded_bus_has_a_named_outcome() {
         let base = summary["ports"].as_array().unwrap().iter().find(|port| port["role"] == "base");
         let frames = base.unwrap()["counters"]["frames_in"].as_u64().unwrap();
         assert!(frames > 100, "{summary}");
-        // A controller that bears it passes; one that does not is not to blame.
+        // A controller that withstands it passes; one that does not is not to blame.
         let reason = summary["reason"].as_str().unwrap_or_default();
         let named =
             reason.contains("can:vcan0 was flooded") || reason.contains("did not keep real time");

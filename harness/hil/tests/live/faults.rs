@@ -1,11 +1,11 @@
-//! Faults and properties in real time: the same schedule, and what this bench can judge of it.
+//! Faults and properties in real time: the same schedule, and what this bench can judge.
 
 use crate::can::plan;
 use crate::{hil, out, record, run, shown, summary};
 use serde_json::Value;
 use skips::in_time;
 
-/// Short, and every property that can be declared without a limit.
+/// Short, with every property that can be declared without a limit.
 const PLAN: &str = r#"
 name = "struck"
 title = "A metre and a quarter turn, and what goes wrong on the way"
@@ -120,7 +120,7 @@ when = { step = "turn", number = 1, after_s = 100 }
     });
 }
 
-/// The gyro's plug is out while the robot drives. A controller that is a process of its own says so, and stops in time.
+/// The gyro is unplugged while the robot drives. A controller in a separate process reports it, and stops in time.
 #[test]
 fn a_plug_that_is_out_is_noticed_by_a_process_and_the_properties_say_so() {
     in_time(|| {
@@ -136,7 +136,7 @@ fn a_plug_that_is_out_is_noticed_by_a_process_and_the_properties_say_so() {
         let stops = property(&summary, "stops_on_loss");
         assert_eq!(stops["held"], true, "{stops}");
         assert!(stops["margin"].as_f64().unwrap() < 0.9, "{stops}");
-        // What a process says as lines of JSON cannot be judged, which is said wherever verdicts are.
+        // JSON lines of a process cannot be judged; every place that shows verdicts states that.
         let finite = property(&summary, "finite_outputs");
         assert!(finite.get("held").is_none(), "{finite}");
         assert!(shown(&output).contains("finite_outputs not judged: "), "{}", shown(&output));
@@ -189,7 +189,7 @@ fn a_bus_behind_an_adapter_is_struck() {
     });
 }
 
-/// A base on CAN: bits that are read wrongly until a node leaves the bus, and other nodes that talk.
+/// A base on CAN: bit errors until a node leaves the bus, and other nodes that send.
 pub fn bus_is_struck(bus: &str) {
     let (folder, out) = out("bus");
     let plan = plan(folder.path(), BUS);
@@ -206,7 +206,7 @@ pub fn bus_is_struck(bus: &str) {
     assert_eq!(property(&summary, "stops_on_loss")["held"], true, "{summary}");
     let record = record(&out);
     assert!(record.contains("base is bus-off"), "no node left the bus");
-    // Frames that nobody of the bench sent.
+    // Frames of a sender outside the bench.
     assert!(record.lines().any(|line| line.contains(" plan       frame ")), "no stranger's frame");
 }
 

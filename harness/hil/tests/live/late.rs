@@ -1,4 +1,4 @@
-//! Devices that answer, and answer late: a real robot whose line has got a buffer in the middle of a side.
+//! Devices that answer late: a real robot whose line gets a buffer in the middle of a side.
 
 use crate::attach::appears;
 use crate::can::plan;
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Everything that is waited for happens within this, on a machine that others use too.
+/// Time limit of every wait, on a machine with other load.
 const LIMIT: Duration = Duration::from_secs(60);
 
 const SIDE: &str = r#"
@@ -30,7 +30,7 @@ unit = "m"
 check = { all_within = [-0.02, 0.02] }
 "#;
 
-/// `hil emulate bench` on ptys, which can be told what goes wrong.
+/// `hil emulate bench` on ptys, with commands that switch faults on.
 struct Robot {
     child: Child,
     stdin: ChildStdin,
@@ -45,7 +45,7 @@ impl Robot {
         let mut child = robot.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (stdin, stdout) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
         let mut robot = Self { child, stdin, stdout: BufReader::new(stdout) };
-        // One line a port says that it is open.
+        // One line per port reports that it is open.
         for _ in 0..2 {
             assert!(robot.line()["ready"].is_string());
         }
@@ -65,7 +65,7 @@ impl Robot {
         answer["ok"].take()
     }
 
-    /// Waits until it is on its way.
+    /// Waits until it moves.
     #[expect(clippy::disallowed_methods, reason = "a robot drives in real time")]
     fn drives(&mut self) {
         let deadline = Instant::now() + LIMIT;
@@ -79,14 +79,14 @@ impl Robot {
 
 impl Drop for Robot {
     fn drop(&mut self) {
-        // It is not needed any more.
+        // It is no longer needed.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// A run in which what `device` sends is held back on the way, and then comes all at once; what is left of it, its summary
-/// and its record.
+/// Runs with the output of `device` held back on the way and then delivered all at once; returns its output, summary
+/// and record.
 fn late(device: &str) -> (Output, Value, String) {
     let (folder, out) = out("late");
     let mut robot = Robot::start(folder.path());
@@ -112,8 +112,8 @@ fn late(device: &str) -> (Output, Value, String) {
     (output, summary(&out), record(&out))
 }
 
-/// The reason is in the record, and behind it what came too late for the controller. The reason may have a second
-/// clause: a controller that hears of the base late may not see in time that it stands.
+/// Checks that the record contains the reason, followed by the input that came too late for the controller. The reason
+/// may have a second clause: a controller that hears late from the base may not see in time that it stands.
 fn kept_to_the_end(record: &str, reason: &str, device: &str) {
     let (broke_off, then) = reason.split_once("; ").unwrap_or((reason, ""));
     let Some((_, after)) = record.split_once(broke_off) else {
@@ -124,7 +124,7 @@ fn kept_to_the_end(record: &str, reason: &str, device: &str) {
     assert!(after.contains(then), "{reason}:\n{after}");
 }
 
-/// Its answers come after the controller has given them up: it must break off, and does.
+/// Its answers arrive after the controller's time-out: the controller must break off, and does.
 #[test]
 fn a_base_that_answers_late_is_named_and_every_answer_kept() {
     in_time(|| {
@@ -136,7 +136,7 @@ fn a_base_that_answers_late_is_named_and_every_answer_kept() {
     });
 }
 
-/// A buffer on the gyro's line: for a moment nothing comes, then all of it, later.
+/// A buffer on the gyro's line: for a moment nothing arrives, then everything, late.
 #[test]
 fn a_gyro_that_is_held_up_is_named_and_every_sample_kept() {
     in_time(|| {

@@ -1,16 +1,15 @@
-//! The live world from outside: real time, real ports, our controller in the process and as a process of its
-//! own.
+//! The live world from outside: real time, real ports, our controller in this process and as a separate process.
 //!
-//! * [`attach`]: controllers that somebody else has started.
+//! * [`attach`]: controllers that already run.
 //! * [`beside`]: other nodes beside the robot.
-//! * [`by_hand`]: what a person does where devices are real.
+//! * [`by_hand`]: actions of a person on real devices.
 //! * [`campaign`]: cases on a bench.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
-//! * [`faults`]: what goes wrong on purpose, and properties.
+//! * [`faults`]: injected faults, and properties.
 //! * [`late`]: devices that answer late.
-//! * [`ports`]: ports that come and go.
+//! * [`ports`]: ports that appear and disappear.
 //! * [`table`]: an emulated table on a port.
-//! * [`wrong`]: what is wired or set wrong.
+//! * [`wrong`]: wrong wiring and settings.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -31,7 +30,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-/// `hil`, with the controller's program beside it: a test of the whole workspace has built it already.
+/// Returns `hil`, with the controller's program beside it: a test of the whole workspace has built it already.
 fn hil() -> Command {
     static CONTROLLER: OnceLock<()> = OnceLock::new();
     let hil = Path::new(env!("CARGO_BIN_EXE_hil"));
@@ -56,7 +55,7 @@ fn summary(out: &Path) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
 }
 
-/// Everything that the record says, for a person.
+/// Returns the whole record as text.
 fn record(out: &Path) -> String {
     let shown = hil().arg("show").arg(out).output().unwrap();
     assert!(shown.status.success(), "{}", self::shown(&shown));
@@ -108,7 +107,7 @@ fn a_side_and_a_corner_with_the_controller_in_the_process() {
         assert_eq!(summary["measurements"].as_array().unwrap().len(), 3);
         assert!(summary["timing"]["bus_to_command"]["count"].as_u64().unwrap() > 10);
         assert_eq!(summary["timing"]["misses_judged"], 0);
-        // Both sides of both lines.
+        // Both ends of both lines.
         assert_eq!(summary["ports"].as_array().unwrap().len(), 4);
     });
 }
@@ -158,7 +157,7 @@ fn a_device_under_test_that_ends_or_never_speaks_breaks_the_bench() {
     });
 }
 
-/// Ctrl-C in a live run: the base is told to stop, and what was recorded is kept.
+/// Ctrl-C in a live run: the base is commanded to stop, and the record is kept.
 #[test]
 fn an_interrupted_run_keeps_its_record() {
     in_time(|| {
@@ -169,7 +168,7 @@ fn an_interrupted_run_keeps_its_record() {
             .stdout(std::process::Stdio::null())
             .spawn()
             .unwrap();
-        // The wait is for a process in real time; nothing depends on its exact length.
+        // The wait gives a process in real time a chance to run; nothing depends on its exact length.
         #[expect(
             clippy::disallowed_methods,
             reason = "another process needs real time to get going"

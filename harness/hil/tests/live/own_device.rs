@@ -1,4 +1,4 @@
-//! A device of one's own in real time: emulated, with its port between it and the plan, and given up where that is gone.
+//! A custom device in real time: emulated, with its port between it and the plan, and given up when the port is gone.
 
 use crate::{hil, out, run, shown, summary};
 use hil::project::{Template, write};

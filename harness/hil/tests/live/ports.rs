@@ -1,4 +1,4 @@
-//! Ports that come and go in the middle of a run.
+//! Ports that appear and disappear in the middle of a run.
 
 use crate::can::plan;
 use crate::{hil, out, record, summary};
@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::process::Child;
 use std::time::Duration;
 
-/// Another process is given this long, and has been heard by then. The machine may be busy with others.
+/// Time limit for another process to respond. The machine may be busy with other work.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// Time passes, and nothing is judged.
+/// A plan that waits and judges nothing.
 fn waiting(devices: &str, seconds: u32) -> String {
     format!(
         r#"
@@ -47,7 +47,7 @@ fn block_on<T>(test: impl Future<Output = T>) -> T {
     runtime.block_on(async { tokio::time::timeout(LIMIT, test).await.expect("it happens") })
 }
 
-/// A real gyro's adapter that is pulled out, and put back if `again` says so.
+/// Unplugs the adapter of a real gyro, and plugs it in again if `again` is set.
 fn unplugged(again: bool) -> (Option<i32>, serde_json::Value, String) {
     let (folder, out) = out("unplugged");
     let link = folder.path().join("ttyUSB0");
@@ -55,7 +55,7 @@ fn unplugged(again: bool) -> (Option<i32>, serde_json::Value, String) {
     let bench = format!("[gyro]\nport = \"serial:{}\"\n", link.display());
     let mut child = start(folder.path(), &out, &waiting("paper-table", 8), &bench);
     let back = block_on(async {
-        // Opened by the run: the record is begun before.
+        // The run has opened the port: it begins the record before.
         while !out.join("record.hilrec").is_file() {
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
@@ -111,7 +111,7 @@ fn an_adapter_that_vanishes_ends_the_run_by_its_name() {
             let mut child = start(folder.path(), &out, &waiting("paper", 6), &bench);
             // The controller opens the bus.
             while adapter.receive().await != Ok(FrameEvent::Up) {}
-            // Attended to for a while, as an adapter is.
+            // Served for a while, as a real adapter would be.
             let _ = tokio::time::timeout(Duration::from_secs(2), async {
                 while adapter.receive().await.is_ok() {}
             })

@@ -1,4 +1,4 @@
-//! An emulated table on a port: what the plan commands crosses the kernel, and so do the answers.
+//! An emulated table on a port: commands of the plan and their answers cross the kernel.
 
 use crate::can::plan;
 use crate::{hil, out, run, shown, summary};

@@ -1,11 +1,11 @@
-//! What is wired or set wrong: each has a name and an exit status, and the record stays whole.
+//! Wrong wiring and settings: each has a named error and an exit status, and the record stays complete.
 
 use crate::can::{SIDE, plan};
 use crate::{hil, out, record, run, shown, summary};
 use skips::in_time;
 use std::path::Path;
 
-/// Runs `plan` with this bench; what came of it, and what was said.
+/// Runs `plan` with this bench; returns the exit status and the output.
 fn on_bench(plan: &str, bench: &str, out: &Path) -> (Option<i32>, String) {
     let file = out.with_file_name("bench.toml");
     std::fs::write(&file, bench).unwrap();
@@ -14,9 +14,9 @@ fn on_bench(plan: &str, bench: &str, out: &Path) -> (Option<i32>, String) {
     (output.status.code(), shown(&output))
 }
 
-/// Our controller with these arguments.
+/// Returns our controller with these arguments.
 fn controller(arguments: &[&str]) -> String {
-    // The same folder as that of `hil`, where the first test has built it.
+    // In the same folder as `hil`, where the first test has built it.
     let program = Path::new(hil().get_program()).with_file_name("k2a-controller");
     let words: Vec<&str> =
         std::iter::once(program.to_str().unwrap()).chain(arguments.iter().copied()).collect();
@@ -37,7 +37,7 @@ fn a_wrong_rate_is_named() {
     });
 }
 
-/// The gyro's line at the base's socket and the base's at the gyro's, at rates that fit the sockets.
+/// The gyro's line at the base's port and the base's at the gyro's, at rates that fit the ports.
 #[test]
 fn crossed_lines_are_no_verdict_on_the_controller() {
     in_time(|| {
@@ -78,7 +78,7 @@ fn a_base_on_the_other_kind_of_line_is_bad_input() {
     assert!(said.contains("has it on CAN"), "{said}");
 }
 
-/// A program that plays the base on the bus where the harness plays it.
+/// A program that sends as the base on a bus where the harness emulates it.
 #[test]
 fn frames_of_the_base_that_the_harness_did_not_send_are_an_error() {
     in_time(|| {
@@ -93,7 +93,7 @@ fn frames_of_the_base_that_the_harness_did_not_send_are_an_error() {
     });
 }
 
-/// Frames as fast as a pty takes them: the bus within the harness drops and counts them.
+/// Frames as fast as a pty takes them: the harness's bus drops and counts them.
 #[test]
 fn a_flood_is_counted_and_the_run_ends_in_order() {
     in_time(|| {
@@ -111,8 +111,8 @@ fn a_flood_is_counted_and_the_run_ends_in_order() {
     });
 }
 
-/// A run of `live-table-run` with this shell script in the controller's place: its status, its reason and its folder. HEALTH
-/// in the script is a file with that line: braces in a command are ports.
+/// Runs `live-table-run` with this shell script as the controller; returns its status, its reason and its folder.
+/// HEALTH in the script is a file with that line: braces in a command are ports.
 fn run_with(name: &str, script: &str) -> (Option<i32>, String, tempfile::TempDir) {
     let (folder, out) = out(name);
     let health = folder.path().join("health");
@@ -126,7 +126,7 @@ fn run_with(name: &str, script: &str) -> (Option<i32>, String, tempfile::TempDir
     (status, reason, folder)
 }
 
-/// Health, and never a state.
+/// A health report without any state.
 const HEALTH: &str = r#"{"at_ns":1,"report":{"health":{"level":"ok","causes":{}}}}
 "#;
 

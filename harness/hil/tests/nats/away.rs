@@ -1,4 +1,4 @@
-//! Servers, coordinators and workers that go away, seen from inside: how often a case is carried out.
+//! Servers, coordinators and workers that disappear, seen from inside: how often a case is carried out.
 
 use crate::hil::{Hil, cases, wait_for};
 use crate::server::{Server, say};
@@ -16,10 +16,10 @@ use std::sync::{Arc, Mutex};
 use std::thread::scope;
 use std::time::Duration;
 
-/// Says of each case that it reached its seed.
+/// Executor whose result of each case contains the seed of that case.
 struct Echo {
     begun: AtomicU64,
-    /// No case ends before it is open.
+    /// No case ends before this is set.
     gate: AtomicBool,
 }
 
@@ -46,7 +46,7 @@ pub fn server(url: &str) -> campaign_nats::Server {
     campaign_nats::Server::new(&[url.to_owned()], Credentials::default()).unwrap()
 }
 
-/// What was told, as text.
+/// News as text.
 #[derive(Default)]
 pub struct Told(Mutex<Vec<String>>);
 
@@ -61,7 +61,7 @@ impl Told {
     }
 }
 
-/// The coordinator's machine carries nothing out.
+/// The coordinator's own executor, which is never used.
 pub struct Nobody;
 
 impl Executor for Nobody {
@@ -116,7 +116,7 @@ fn a_worker_goes_on_without_the_server_and_reports_when_it_is_back() {
         server.stop();
         by_worker.wait_for("the server is away");
         by_coordinator.wait_for("the server is away");
-        // It ends while nobody can hear of it.
+        // The case ends while the server is away.
         echo.gate.store(true, Ordering::Relaxed);
         server.start_again();
         by_worker.wait_for("the server is back");
@@ -128,7 +128,7 @@ fn a_worker_goes_on_without_the_server_and_reports_when_it_is_back() {
     assert_eq!(echo.begun.load(Ordering::Relaxed), 1, "nobody carried it out again");
 }
 
-/// Longer than a case belongs to a worker that says nothing.
+/// Longer than a silent worker may keep a case.
 const LONG: Duration = Duration::from_secs(8);
 
 #[test]
@@ -182,7 +182,7 @@ fn a_case_that_nobody_survives_is_given_up_by_name() {
             let poison = remote.execute(&Case { seed: 13, ..Case::default() });
             (poison, remote.execute(&Case { seed: 14, ..Case::default() }))
         });
-        // Takes the case, and is never heard of again, eight times over.
+        // Takes the case and disappears, eight times.
         say(async {
             let jetstream = async_nats::jetstream::new(async_nats::connect(&url).await.unwrap());
             let queue = format!("virtual-{}", VERSION.replace(['.', '+'], "-"));
@@ -190,7 +190,7 @@ fn a_case_that_nobody_survives_is_given_up_by_name() {
             while taken < 8 {
                 let found = jetstream.get_consumer_from_stream(&queue, "HIL_CASES").await;
                 let Ok::<async_nats::jetstream::consumer::PullConsumer, _>(consumer) = found else {
-                    // The coordinator makes it.
+                    // The coordinator creates it.
                     tokio::time::sleep(Duration::from_millis(20)).await;
                     continue;
                 };
@@ -232,7 +232,7 @@ fn a_coordinator_that_was_killed_goes_on_where_it_stopped() {
     let (second, alone) = (hil.start("second", &over).ends(), alone.ends());
     assert_eq!(second.status, alone.status, "{}", second.err);
     let resumed: serde_json::Value = serde_json::from_str(&second.out).unwrap();
-    // A line that was being written when it was killed is done again.
+    // A line that was incomplete when the coordinator was killed is done again.
     assert!(resumed["resumed"].as_u64().unwrap() >= done as u64, "{resumed}");
     let journal = hil.journal("over");
     assert_eq!(cases(&journal).len(), 250);

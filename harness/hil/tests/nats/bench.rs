@@ -14,14 +14,14 @@ use std::sync::Arc;
 use std::thread::scope;
 use std::time::Duration;
 
-/// Some seconds of real time, and a property that wheels break which slip enough.
+/// Some seconds of real time, and a property that enough wheel slip breaks.
 const PLAN: &str = include_str!("../short.toml");
 
-/// Our controller, in the worker's process. How late a busy machine is decides nothing here.
+/// Our controller, in the worker's process. The lateness of a busy machine has no influence here.
 const BENCH: &str = "title = \"The bench by the window\"\n[controller]\nin_process = true\n\
                      [timing]\nlate_ms_max = 10000\n";
 
-/// The plan, and the bench file of everybody here.
+/// Creates a folder with the plan and the bench file that all processes share.
 fn there(bench: &str) -> Hil {
     let hil = Hil::new();
     std::fs::write(hil.path("short.toml"), PLAN).unwrap();
@@ -29,7 +29,7 @@ fn there(bench: &str) -> Hil {
     hil
 }
 
-/// A campaign that breaks `done_is_done` with the second case.
+/// Arguments of a campaign whose second case breaks `done_is_done`.
 fn slips<'a>(out: &'a str, rest: &[&'a str]) -> Vec<&'a str> {
     let mut arguments = vec!["campaign", "./short.toml", "--clock", "real", "--json", "--out", out];
     arguments.extend(["--bench", "window.toml", "--faults", "wheel_slip", "--faults-max", "1"]);
@@ -43,7 +43,7 @@ fn worker<'a>(url: &'a str, bench: &'a str) -> [&'a str; 7] {
     ["worker", "--nats", url, "--bench", bench, "--wait", "30"]
 }
 
-/// Names of all that is said, however deep: what does not depend on how long anything took.
+/// Collects the names of all fields at any depth, which do not depend on durations.
 fn form(value: &Value, at: &str, names: &mut BTreeSet<String>) {
     match value {
         Value::Object(members) => {
@@ -56,13 +56,13 @@ fn form(value: &Value, at: &str, names: &mut BTreeSet<String>) {
     }
 }
 
-/// What a campaign of [`slips`] says: of what it found, that it was repeated afresh.
+/// Checks the document of a campaign of [`slips`]: its failures were repeated afresh.
 #[track_caller]
 fn said(ran: &Ran) -> (BTreeSet<String>, Value) {
     let end = ran.campaign();
     let mut names = BTreeSet::new();
     form(&end, "", &mut names);
-    // How runs ended, and at which severity, is the machine's.
+    // The outcomes of the runs and the smallest severity depend on the machine.
     names.retain(|name| !name.starts_with(".outcomes") && !name.contains(".smallest"));
     let found = &end["found"][0];
     assert_eq!(found["property"], "done_is_done", "{end}");
@@ -80,7 +80,7 @@ fn what_breaks_on_a_workers_bench_is_what_breaks_on_ones_own() {
         first.wait_until_it_says("holds the bench window");
         let over = hil.start("over", &slips("over", &["--nats", &url]));
 
-        // One that is asked to end breaks off what it had begun, and the next begins it anew.
+        // A worker that is asked to end breaks off its case, and the next worker begins it anew.
         first.wait_until_it_says(": short");
         first.interrupt();
         let first = first.ends().exits(0);
@@ -128,7 +128,7 @@ fn a_coordinator_that_was_killed_goes_on_with_the_same_cases() {
         let second = hil.start("second", &arguments).ends();
         assert!(matches!(second.status, Some(0 | 1)), "{second:#?}");
         let end: Value = serde_json::from_str(&second.out).unwrap();
-        // A run without faults takes another time each time: the cases are those of the first all the same.
+        // A run without faults never takes the same time: the cases are those of the first run nevertheless.
         assert!(end["resumed"].as_u64().unwrap() >= done as u64, "{end}");
         assert_eq!(cases(&hil.journal("over")).len(), 3);
     });
@@ -141,14 +141,14 @@ fn a_bench_that_does_not_come_up_ends_its_worker_and_no_case() {
     let url = server.url();
     let over = hil.start("over", &slips("over", &["--nats", &url]));
     over.wait_until_it_says("waits for workers");
-    // More often than a case is handed out that ends its workers.
+    // More attempts than a case that ends its workers gets.
     for attempt in 0..10 {
         let name = format!("worker{attempt}");
         let ran = hil.start(&name, &worker(&url, "window.toml")).ends().exits(3);
         assert!(ran.err.contains("there-is-no-such-program"), "{}", ran.err);
     }
     assert_eq!(cases_waiting(&url), 1);
-    // A campaign that is stopped leaves no bench anything to do.
+    // A stopped campaign leaves no case for a bench.
     over.interrupt();
     over.ends().exits(5);
     assert_eq!(cases_waiting(&url), 0);
@@ -167,7 +167,7 @@ fn another_bench_file_of_that_name_is_refused_by_name() {
     assert!(ran.says().contains(why), "{}", ran.err);
     other.wait_until_it_says("the worker's bench file window is another than the campaign's");
 
-    // The right one carries on.
+    // The right worker carries on.
     other.interrupt();
     other.ends().exits(0);
     let right = hil.start("right", &worker(&url, "window.toml"));
@@ -175,7 +175,7 @@ fn another_bench_file_of_that_name_is_refused_by_name() {
     right.wait_until_it_says(": short");
 }
 
-/// A run that goes on until it is broken off.
+/// A run that continues until it is broken off.
 struct Endless(Stopping);
 
 impl Executor for Endless {
@@ -216,7 +216,7 @@ fn a_run_is_broken_off_where_the_bench_is_anothers() {
         let lost = worker.join().unwrap().unwrap_err();
         let by = "the lease on the bench window is lost to somebody else";
         assert_eq!(lost.to_string(), by);
-        // Whoever has the bench now has the case to carry out, or to refuse.
+        // The next holder of the bench has to carry out the case, or to refuse it.
         assert_eq!(cases_waiting(&url), 1);
         let maker = Arc::new(move |_: &Package, _: &Place, _: Stopping| Err("no plan".to_owned()));
         let answered = || asking.is_finished();
@@ -226,7 +226,7 @@ fn a_run_is_broken_off_where_the_bench_is_anothers() {
     });
 }
 
-/// Everything that would make a worker do something else than what its bench file says.
+/// Arguments and settings that would contradict the worker's bench file.
 #[test]
 fn the_bench_file_says_all_of_a_bench_elsewhere() {
     let hil = there(BENCH);

@@ -30,7 +30,7 @@ fn it_is_the_same_though_a_worker_is_killed_and_the_server_restarted() {
     server.start_again();
     over.wait_until_it_says("the server is back");
 
-    // Where a property breaks, shrinking goes over the server too.
+    // If a property breaks, shrinking uses the server too.
     let (over, alone) = (over.ends(), alone.ends());
     assert!(matches!(alone.status, Some(0 | 1)), "{alone:#?}");
     assert_eq!(over.status, alone.status, "{}", over.err);
@@ -49,8 +49,8 @@ fn it_is_the_same_though_a_worker_is_killed_and_the_server_restarted() {
     assert_eq!(left(&url, found), ["campaigns/result.json", "cases 0", "packages", "results 0"]);
 }
 
-/// What a campaign leaves on the server: streams that are empty, and objects without the names of the campaign and its
-/// package and without the plans of failing cases, of which there are `found`.
+/// Lists what a campaign leaves on the server: empty streams, and objects, without the names of the campaign and its
+/// package and without the plans of the `found` failing cases.
 fn left(url: &str, found: usize) -> Vec<String> {
     use futures_util::StreamExt as _;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();

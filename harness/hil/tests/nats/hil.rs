@@ -1,4 +1,4 @@
-//! The binary as processes of their own, each with its standard error in a file that can be watched.
+//! Runs the binary as separate processes, each with its standard error in a file that can be watched.
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -23,19 +23,19 @@ pub fn wait_for(what: &str, mut done: impl FnMut() -> bool) {
     }
 }
 
-/// A folder in which processes are started.
+/// A folder in which processes run.
 pub struct Hil {
     folder: TempDir,
 }
 
-/// One that runs.
+/// A running process.
 pub struct Running {
     child: Child,
     out: PathBuf,
     err: PathBuf,
 }
 
-/// What one did.
+/// Result of a process.
 #[derive(Debug)]
 pub struct Ran {
     pub status: Option<i32>,
@@ -48,7 +48,7 @@ impl Hil {
         Self { folder: tempfile::tempdir().unwrap() }
     }
 
-    /// Files of an example of this repository, and what is to be another in them.
+    /// Creates a folder with files of an example, with these replacements.
     pub fn with_example(name: &str, files: &[(&str, &str, &str)]) -> Self {
         let hil = Self::new();
         let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples").join(name);
@@ -66,7 +66,7 @@ impl Hil {
         self.folder.path().join(name)
     }
 
-    /// Starts `hil` with these arguments; `name` is that of its files.
+    /// Starts `hil` with these arguments; `name` is the name of its output files.
     pub fn start(&self, name: &str, arguments: &[&str]) -> Running {
         let (out, err) = (self.path(format!("{name}.out")), self.path(format!("{name}.err")));
         let file = |path: &Path| Stdio::from(std::fs::File::create(path).unwrap());
@@ -81,7 +81,7 @@ impl Hil {
         self.start(name, &["worker", "--nats", url, "--threads", "1"])
     }
 
-    /// Lines of a campaign's journal so far: its head and a case each.
+    /// Returns the lines of a campaign's journal so far: its head and one per case.
     pub fn journal(&self, campaign: &str) -> Vec<Value> {
         let text = std::fs::read_to_string(self.path(campaign).join("cases.jsonl"));
         let text = text.unwrap_or_default();
@@ -133,7 +133,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // One that ended already needs no end.
+        // It may have ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -146,12 +146,12 @@ impl Ran {
         self
     }
 
-    /// What it said to people, without where lines end.
+    /// Returns its messages, without line breaks.
     pub fn says(&self) -> String {
         self.err.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
     }
 
-    /// The campaign that it printed as JSON, without what is of this folder and this attempt alone.
+    /// Returns the campaign that it printed as JSON, without parts specific to this folder and attempt.
     pub fn campaign(&self) -> Value {
         let mut value: Value = serde_json::from_str(&self.out).unwrap();
         for found in value["found"].as_array_mut().unwrap() {
@@ -162,7 +162,7 @@ impl Ran {
     }
 }
 
-/// Results by number. Each case is there once.
+/// Returns results by number, and checks that each case appears once.
 #[track_caller]
 pub fn cases(journal: &[Value]) -> BTreeMap<u64, &Value> {
     let mut cases = BTreeMap::new();

@@ -1,5 +1,5 @@
-//! What `nsc` makes: an operator that vouches for an account, that for a user (NATS by example, "Decentralized JWT
-//! authentication"; claims of github.com/nats-io/jwt, version 2).
+//! Credentials as `nsc` creates them: an operator vouches for an account, which vouches for a user (NATS by example,
+//! "Decentralized JWT authentication"; claims of github.com/nats-io/jwt, version 2).
 
 use data_encoding::BASE64URL_NOPAD;
 use nkeys::KeyPair;
@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 
 /// Configuration of a server that trusts one operator, and credentials of one user.
 pub struct Trust {
-    /// For the server.
+    /// Configuration of the server.
     pub config: String,
-    /// File of the user, as `nsc generate creds` writes it.
+    /// The user's file, as `nsc generate creds` writes it.
     pub creds: String,
-    /// The same of a user of an account that nobody vouches for.
+    /// The file of a user whose account no operator vouches for.
     pub stranger: String,
 }
 
@@ -25,7 +25,7 @@ impl Trust {
         });
         let itself = claims(&operator, &operator, "operator", &json!({}));
         let of_account = claims(&operator, &account, "account", &json!({ "limits": unlimited }));
-        // Streams need an account of the server's own.
+        // With streams, the server needs an account of its own.
         let system = KeyPair::new_account();
         let of_system = claims(&operator, &system, "account", &json!({}));
         let (account_name, system_name) = (account.public_key(), system.public_key());
@@ -38,7 +38,7 @@ impl Trust {
     }
 }
 
-/// What `issuer` says of `subject`, signed.
+/// Returns the claims of `issuer` about `subject`, signed.
 fn claims(issuer: &KeyPair, subject: &KeyPair, kind: &str, of_kind: &Value) -> String {
     let mut nats = of_kind.clone();
     nats["type"] = kind.into();
@@ -55,7 +55,7 @@ fn claims(issuer: &KeyPair, subject: &KeyPair, kind: &str, of_kind: &Value) -> S
     format!("{said}.{}", BASE64URL_NOPAD.encode(&signature))
 }
 
-/// A file of credentials: what `account` says of `user`, and the user's key.
+/// Returns a credentials file: the claims of `account` about `user`, and the user's key.
 fn creds(account: &KeyPair, user: &KeyPair) -> String {
     let limits = json!({ "pub": {}, "sub": {}, "subs": -1, "data": -1, "payload": -1 });
     let (jwt, seed) = (claims(account, user, "user", &limits), user.seed().unwrap());

@@ -1,9 +1,9 @@
-//! A program under test in virtual time: workers start it with the command of the rig file, in the folder in which they run.
+//! A program under test in virtual time: workers start it with the command of the rig file, in their working directory.
 
 use crate::hil::{Hil, cases};
 use crate::server::Server;
 
-/// The pump that asks its valve, for two seconds.
+/// The pump that queries its valve, for two seconds.
 fn pump() -> Hil {
     let files = [
         ("asks.toml", "", ""),

@@ -1,4 +1,4 @@
-//! What is refused, and by what name.
+//! Refusals and their messages.
 
 use crate::hil::Hil;
 use crate::server::{Server, cases_waiting, say};
@@ -8,7 +8,7 @@ use campaign_nats::VERSION;
 #[test]
 fn without_a_server_it_ends_and_says_what_to_do() {
     let hil = Hil::new();
-    // Nobody listens there: the port is for discarding (RFC 863), and not in use any more.
+    // No server listens there: the port is for discarding (RFC 863), and no longer in use.
     let url = "nats://127.0.0.1:9";
     for arguments in [vec!["worker", "--nats", url], vec!["campaign", "live-side", "--nats", url]] {
         let ran = hil.start("none", &arguments).ends().exits(2);
@@ -19,7 +19,7 @@ fn without_a_server_it_ends_and_says_what_to_do() {
     assert!(ran.err.contains("such as nats://localhost:4222"), "{}", ran.err);
 }
 
-/// Puts a case there that says that it is of version 9.9.9, when a worker has made the stream.
+/// Puts a case of version 9.9.9 there, once a worker has created the stream.
 fn put_foreign(url: &str, subject: &str) {
     say(async {
         let jetstream = jetstream::new(async_nats::connect(url).await.unwrap());
@@ -108,7 +108,7 @@ fn a_bench_is_one_workers_until_it_lets_go_or_dies() {
     assert!(second.err.contains("the bench window is held by hil "), "{}", second.err);
     assert!(second.err.contains(&holder), "{}", second.err);
 
-    // One that dies lets go by the lease's expiry.
+    // A killed worker holds its lease until it expires.
     first.kill();
     let mut patient = arguments.to_vec();
     patient.extend(["--wait", "60"]);
@@ -116,7 +116,7 @@ fn a_bench_is_one_workers_until_it_lets_go_or_dies() {
     third.wait_until_it_says("waiting for it");
     third.wait_until_it_says("holds the bench window");
 
-    // One that is asked to end lets go at once.
+    // A worker that is asked to end releases its lease at once.
     third.interrupt();
     third.ends().exits(0);
     let fourth = hil.start("fourth", &arguments);
@@ -135,7 +135,7 @@ fn a_campaign_is_carried_on_by_one_at_a_time() {
     let second = hil.start("second", &arguments("second"));
     second.wait_until_it_says("this campaign is held by hil ");
     second.ends().exits(2);
-    // Nobody carries anything out: it says who is waited for, and can be stopped.
+    // Without a worker, the campaign reports what it waits for, and can be stopped.
     first.wait_until_it_says("5 cases wait for a worker (virtual time), 0 are being carried out");
     first.interrupt();
     first.ends().exits(5);

@@ -1,4 +1,4 @@
-//! Servers that want to know who comes, and that show who they are.
+//! Servers with authentication, of clients and of themselves.
 
 use crate::hil::Hil;
 use crate::jwt::Trust;
@@ -39,7 +39,7 @@ fn a_user_and_a_password() {
     goes(&hil, &format!("nats://hil:top%20secret@{}", server.address()), &[]);
 }
 
-/// A pair of the server's own manual (Developing With NATS, NKeys): it opens nothing anywhere.
+/// A key pair from the server's manual (Developing With NATS, NKeys): it gives access to nothing.
 const SEED: &str = "SUACSSL3UAHUDXKFSNVUZRF5UHPMWZ6BFDTJ7M6USDXIEDNPPQYYYCU3VY";
 const PUBLIC: &str = "UDXU4RCSJNZOIQHZNWXHXORDPRTGNJAHAHFRGZNEEJCPQTT2M7NLCNF4";
 
@@ -69,7 +69,7 @@ fn credentials_of_an_operators_account() {
     goes(&hil, &server.url(), &["--creds", "user.creds"]);
 }
 
-/// Writes a certificate that `issuer` vouches for, and its key.
+/// Writes a certificate signed by `issuer`, and its key.
 fn certificate(folder: &Path, name: &str, issuer: &CertifiedIssuer<'_, KeyPair>) {
     let key = KeyPair::generate().unwrap();
     let parameters = CertificateParams::new(vec!["127.0.0.1".to_owned()]).unwrap();

@@ -1,4 +1,4 @@
-//! A NATS server of one test: on a port of its own, with a store of its own.
+//! A NATS server for one test, with its own port and store.
 
 use super::hil::wait_for;
 use rustix::process::{Pid, Signal, kill_process};
@@ -8,7 +8,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Set where a missing server is a failure.
+/// If set, a missing server is a failure.
 const REQUIRED: &str = "HIL_TESTS_NEED_NATS";
 
 /// A server that is stopped with the test.
@@ -20,12 +20,12 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts one, or says that there is none on this machine.
+    /// Starts a server, or skips the test if this machine has none.
     pub fn start() -> Option<Self> {
         Self::start_with(&[])
     }
 
-    /// The same with more arguments.
+    /// Starts a server with more arguments.
     pub fn start_with(arguments: &[&str]) -> Option<Self> {
         if Command::new(program()).arg("--version").stdout(Stdio::null()).status().is_err() {
             skips::skip_unless(
@@ -45,7 +45,7 @@ impl Server {
         Some(server)
     }
 
-    /// Starts it again, on what it kept.
+    /// Starts it again with its store.
     pub fn start_again(&mut self) {
         let child = Command::new(program())
             .args(["--jetstream", "--addr", "127.0.0.1", "--port", &self.port.to_string()])
@@ -67,7 +67,7 @@ impl Server {
         BufReader::new(stream).read_line(&mut line).is_ok() && line.starts_with("INFO ")
     }
 
-    /// Ends it at once: it has no time to put anything in order.
+    /// Kills it: it cannot clean up.
     pub fn kill(&mut self) {
         if let Some(mut child) = self.child.take() {
             child.kill().unwrap();
@@ -75,7 +75,7 @@ impl Server {
         }
     }
 
-    /// Ends it in good order.
+    /// Stops it in order.
     pub fn stop(&mut self) {
         if let Some(mut child) = self.child.take() {
             kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
@@ -83,7 +83,7 @@ impl Server {
         }
     }
 
-    /// Host and port.
+    /// Returns host and port.
     pub fn address(&self) -> String {
         format!("127.0.0.1:{}", self.port)
     }
@@ -99,13 +99,13 @@ impl Drop for Server {
     }
 }
 
-/// A runtime for what is said to the server without `hil`.
+/// Runs requests to the server without `hil`.
 pub fn say<T>(said: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     runtime.unwrap().block_on(said)
 }
 
-/// Cases on the stream: those that wait, and those that somebody has.
+/// Returns the number of cases on the stream, waiting or taken.
 pub fn cases_waiting(url: &str) -> u64 {
     say(async {
         let jetstream = async_nats::jetstream::new(async_nats::connect(url).await.unwrap());
@@ -116,6 +116,6 @@ pub fn cases_waiting(url: &str) -> u64 {
 
 fn program() -> std::ffi::OsString {
     let debian = "/usr/sbin/nats-server";
-    // The folder of servers is not in everybody's path.
+    // The folder of servers is not in every user's path.
     if std::path::Path::new(debian).is_file() { debian.into() } else { "nats-server".into() }
 }

@@ -1,4 +1,4 @@
-//! The process under test, with a deadline on everything it is waited for.
+//! The process under test, with a deadline for every wait.
 
 use controller::mission::{Report, ReportLine};
 use std::io::{BufRead, BufReader, Read as _, Write as _};
@@ -72,7 +72,7 @@ impl Process {
         rustix::process::kill_process(pid, signal).unwrap();
     }
 
-    /// Waits for the first report of which `pick` makes something.
+    /// Waits for the first report for which `pick` returns a value.
     pub fn wait_for<T>(&mut self, mut pick: impl FnMut(&Report) -> Option<T>) -> T {
         let reports = self.reports.as_ref().unwrap();
         let deadline = now() + PATIENCE;
@@ -86,13 +86,13 @@ impl Process {
         }
     }
 
-    /// Leaves it alone for a while.
+    /// Waits for a while.
     pub fn rest(&self, time: Duration) {
         let (_keep, pace) = channel::<()>();
         let _ = pace.recv_timeout(time);
     }
 
-    /// Waits for its end; gives the exit status, the reports not yet seen, and the log.
+    /// Waits for its end; returns the exit status, the reports not yet seen, and the log.
     pub fn wait(mut self) -> (Option<i32>, Vec<Report>, String) {
         let deadline = now() + PATIENCE;
         let status = loop {
@@ -117,7 +117,7 @@ impl Drop for Process {
     }
 }
 
-/// The time by which everything is waited for.
+/// The clock of all deadlines.
 #[expect(clippy::disallowed_methods, reason = "a process runs on the real clock")]
 pub fn now() -> Instant {
     Instant::now()

@@ -8,17 +8,17 @@ use std::path::Path;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-/// Between two tries to connect.
+/// Interval between two attempts to connect.
 const POLL: Duration = Duration::from_millis(5);
 
-/// A connection, with a deadline on everything that it is waited for.
+/// A connection, with a deadline for every wait.
 pub struct Client {
     stream: UnixStream,
     reports: BufReader<UnixStream>,
 }
 
 impl Client {
-    /// Connects once somebody listens.
+    /// Connects once the controller listens.
     pub fn connect(socket: &Path) -> Self {
         let deadline = now() + PATIENCE;
         let (_keep, pace) = channel::<()>();
@@ -40,7 +40,7 @@ impl Client {
         self.stream.write_all(text.as_bytes()).unwrap();
     }
 
-    /// Waits for the first report of which `pick` makes something.
+    /// Waits for the first report for which `pick` returns a value.
     pub fn wait_for<T>(&mut self, mut pick: impl FnMut(&Report) -> Option<T>) -> T {
         let deadline = now() + PATIENCE;
         loop {

@@ -1,4 +1,4 @@
-//! The smallest gyro and the smallest base that the process takes for real.
+//! The simplest gyro and the simplest base that the process accepts as real.
 
 use crate::pty::Device;
 use std::sync::{Arc, Mutex};
@@ -11,7 +11,7 @@ use wire::gyro::{
 };
 use wire::units::{AngularRate, Length, Temperature};
 
-/// Bias of the gyro, as the bias test is to find it.
+/// Bias of the gyro, which the bias test has to find.
 pub const BIAS_DEG_PER_S: f64 = 0.0061;
 
 const STREAM: GyroStream =
@@ -29,7 +29,7 @@ fn frame(number: u64) -> Vec<u8> {
     GyroEncoder::new(STREAM).encode(&sample).as_slice().to_vec()
 }
 
-/// A Navigator at rest, a hundred times a second. `noise` precedes every frame.
+/// A Navigator at rest, a hundred frames a second. `noise` precedes every frame.
 pub fn gyro(noise: &'static [u8]) -> Device {
     Device::spawn(move |line, tick| {
         line.read();
@@ -40,16 +40,16 @@ pub fn gyro(noise: &'static [u8]) -> Device {
     })
 }
 
-/// What the base was asked, in order.
+/// Requests to the base, in order.
 pub type Requests = Arc<Mutex<Vec<Request>>>;
 
 /// Ticks from a stop to rest.
 const TICKS_TO_REST: u64 = 150;
-/// Ticks from one motion message to the next on CAN.
+/// Ticks between motion messages on CAN.
 #[cfg(target_os = "linux")]
 const TICKS_PER_MOTION: u64 = 27;
 
-/// Drives as commanded, takes a while to stop, and keeps a list.
+/// Drives as commanded, takes a while to stop, and logs requests.
 #[derive(Default)]
 struct Base {
     speed_m_per_s: f64,
@@ -88,7 +88,7 @@ impl Base {
     }
 }
 
-/// A base on a serial line. `noise` comes from it twenty times a second.
+/// A base on a serial line. It sends `noise` twenty times a second.
 pub fn base(noise: &'static [u8]) -> (Device, Requests) {
     let mut base = Base::default();
     let requests = Arc::clone(&base.requests);
@@ -113,7 +113,7 @@ pub fn base(noise: &'static [u8]) -> (Device, Requests) {
     (device, requests)
 }
 
-/// A base on the CAN interface of that name.
+/// A base on this CAN interface.
 #[cfg(target_os = "linux")]
 pub fn can_base(interface: &str) -> (Device, Requests) {
     use socketcan::{EmbeddedFrame as _, Frame as _, Socket as _};
@@ -122,7 +122,7 @@ pub fn can_base(interface: &str) -> (Device, Requests) {
     socket.set_nonblocking(true).unwrap();
     let mut base = Base::default();
     let requests = Arc::clone(&base.requests);
-    // A device with a line of its own that nobody opens: only its thread is wanted.
+    // A device with an unused line: only its thread is needed.
     let device = Device::spawn(move |_, tick| {
         base.pass(tick);
         while let Ok(frame) = socket.read_frame() {

@@ -20,7 +20,7 @@ const BIAS_TEST: &str = "{\"id\":1,\"command\":{\"bias_test\":{\"duration_s\":0.
 const LONG_STRAIGHT: &str =
     "{\"id\":2,\"command\":{\"straight\":{\"distance_m\":50.0,\"speed_m_per_s\":0.2}}}\n";
 
-/// What answers mission `id`.
+/// Matches the answer to mission `id`.
 fn answer(id: u32) -> impl FnMut(&Report) -> Option<Report> {
     move |report| match report {
         Report::Done { id: of, .. }
@@ -38,10 +38,10 @@ fn serial(base: &pty::Device) -> String {
     format!("serial:{}", base.port)
 }
 
-/// A process whose base is on its way.
+/// A process whose base is moving.
 fn driving(gyro_port: &str, base: &str) -> Process {
     let mut process = Process::start(&["--gyro", gyro_port, "--base", base]);
-    // The first messages of both devices.
+    // The first messages of both devices have arrived.
     process.wait_for(|report| {
         matches!(report, Report::Health(health) if health.level == Level::Degraded).then_some(())
     });
@@ -104,8 +104,7 @@ fn stdin_closed_brings_the_base_to_rest() {
     });
 }
 
-/// One client after the other over a socket: each gets a controller as new, and one that leaves has the base
-/// stopped.
+/// Clients one after the other over a socket: each gets a new controller, and the base stops when one leaves.
 #[test]
 fn missions_come_from_one_client_after_the_other() {
     in_time(|| {
@@ -138,7 +137,7 @@ fn missions_come_from_one_client_after_the_other() {
         });
         assert!(!state.moving, "{state:?}");
         assert_eq!(requests.lock().unwrap().last(), Some(&Request::Stop));
-        // As new: without the bias that the first has found.
+        // New: without the bias that the first has found.
         assert_eq!(state.bias.rad_per_s(), 0.0, "{state:?}");
         second.say(BIAS_TEST);
         assert!(matches!(second.wait_for(answer(1)), Report::Done { .. }));

@@ -1,4 +1,4 @@
-//! A pty whose far end the process opens as its serial port, and a thread that plays the device.
+//! A pty whose far end the process opens as its serial port, and a thread that emulates the device.
 
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -8,14 +8,14 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often a device looks at its line.
+/// Polling interval of a device.
 const TICK: Duration = Duration::from_millis(1);
 
 /// The device's end of the line.
 pub struct Line(OwnedFd);
 
 impl Line {
-    /// What has arrived since the last call.
+    /// Reads the bytes that have arrived since the last call.
     pub fn read(&mut self) -> Vec<u8> {
         let (mut all, mut buffer) = (Vec::new(), [0; 1024]);
         while let Ok(count @ 1..) = rustix::io::read(&self.0, &mut buffer) {
@@ -24,7 +24,7 @@ impl Line {
         all
     }
 
-    /// Puts bytes on the line; what finds no room is lost, as on a real line.
+    /// Writes bytes to the line; bytes that find no room are lost, as on a real line.
     pub fn write(&mut self, bytes: &[u8]) {
         let _ = rustix::io::write(&self.0, bytes);
     }
@@ -32,18 +32,18 @@ impl Line {
 
 /// A device on a pty. Dropping it hangs the line up.
 pub struct Device {
-    /// The port that the process is to open.
+    /// Port for the process to open.
     pub port: String,
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
-    // Kept open, so that the line stays raw while nobody else has it open.
+    // Kept open, so that the line stays raw while no other process has it open.
     _slave: OwnedFd,
 }
 
 impl Device {
     /// Calls `step` once a millisecond with the line and the number of the call.
     pub fn spawn(mut step: impl FnMut(&mut Line, u64) + Send + 'static) -> Self {
-        // Closed on exec: a master that the process inherited would never hang up.
+        // Close-on-exec: a master that the process inherited would never hang up.
         let master =
             openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         grantpt(&master).unwrap();

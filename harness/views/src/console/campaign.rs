@@ -1,4 +1,4 @@
-//! What a campaign came to, and how much of a fault is tolerated.
+//! Results of a campaign, and the tolerated severity of faults.
 
 use super::{Style, in_cell, lines, printable};
 use campaign::Measured;
@@ -11,15 +11,15 @@ use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-/// What a campaign on a bench has to say beyond one in virtual time.
+/// Additional results of a campaign on a bench, compared with one in virtual time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Again<'a> {
-    /// Fresh repetitions of the smallest case of each property that broke; none where the bench broke, or somebody
-    /// stopped it.
+    /// Fresh repetitions of the smallest case of each property that broke; `None` if the bench broke or the user
+    /// stopped the campaign.
     pub confirmed: Vec<Option<Repeated>>,
     /// Properties that this bench cannot judge.
     pub unjudged: &'a [Unjudged],
-    /// How sure the shares are.
+    /// Confidence level of the shares.
     pub confidence: f64,
 }
 
@@ -31,7 +31,7 @@ impl Again<'_> {
             Some(Repeated { broke, of, at_least }) => format!(
                 "broke in {broke} of {of} repetitions; the property breaks in at least {:.0} % of runs at \
                  {percent} % confidence",
-                // A bound from below is rounded down.
+                // A lower bound is rounded down.
                 (100.0 * at_least).floor()
             ),
             None => "not repeated once it was small".to_owned(),
@@ -39,8 +39,8 @@ impl Again<'_> {
     }
 }
 
-/// Tables for a terminal: what broke, how near the others came, and what was reached. `saved` are the plans of the
-/// smallest cases, one for each property that broke.
+/// Formats tables for a terminal: broken properties, margins of the others, and reached states. `saved` are the plans
+/// of the smallest cases, one for each property that broke.
 pub fn campaign_table(
     done: &Campaign,
     saved: &[PathBuf],
@@ -121,7 +121,7 @@ pub fn campaign_table(
     text
 }
 
-/// The same for a program.
+/// Formats the same results as JSON.
 pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_>>) -> String {
     let tally = &done.tally;
     let found: Vec<Value> = done
@@ -162,7 +162,7 @@ pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_
     value.to_string()
 }
 
-/// One severity, as it is measured.
+/// Formats the measurement of one severity.
 pub fn level_line(level: &Level, fault: &Fault) -> String {
     let unit = fault.what.info().parameters.first().map_or("", |first| first.unit);
     format!(
@@ -176,10 +176,10 @@ pub fn level_line(level: &Level, fault: &Fault) -> String {
     )
 }
 
-/// The envelope for a terminal.
+/// Formats the envelope as a table for a terminal.
 pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
     let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
-    // Where nobody takes missions, nobody says anything.
+    // Without a receiver of missions, no run announces a failure.
     let tells = found.levels.iter().any(|level| level.announced + level.silent > 0);
     let columns = [severity.as_str(), "runs that pass", "95 % interval", "", "say so", "silent"];
     let columns = &columns[..if tells { 6 } else { 4 }];
@@ -222,17 +222,17 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
     format!("{}\n{tolerated}\n{silent}", lines(&table))
 }
 
-/// A number of runs; nothing for zero.
+/// Formats a number of runs; empty for zero.
 fn some(runs: u64) -> String {
     if runs > 0 { runs.to_string() } else { String::new() }
 }
 
-/// The same for a program.
+/// Formats the envelopes as JSON.
 pub fn envelopes_json(all: &[Measured]) -> String {
     serde_json::to_string_pretty(all).unwrap_or_default()
 }
 
-/// A severity that was measured: three digits.
+/// Formats a measured severity with three digits.
 fn figure(severity: f64) -> String {
     figures::exact(severity, 3)
 }
@@ -255,7 +255,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// One property broke, one held, and one state was never reached.
+    /// Example: one property broke, one held, and one state was never reached.
     pub(crate) fn example() -> (Campaign, Vec<PathBuf>) {
         let fault = Fault::new(Target::Gyro, FaultKind::typical("drop").unwrap());
         let case = Case { seed: 7, schedule: Schedule { faults: vec![fault] } };

@@ -1,11 +1,11 @@
-//! Two runs beside each other: which verdicts are others, and how far the figures moved.
+//! Comparison of two runs: differing verdicts, and differences of values.
 
 use super::{Style, in_cell, judged, keep_whole, lines, measured, seen};
 use comfy_table::{Cell, Row};
 use record::figures;
 use record::outcome::{Measurement, PropertySummary, Summary, Verdict};
 
-/// Columns that are ugly when broken.
+/// Columns that should not wrap.
 const WHOLE_COLUMNS: [usize; 3] = [0, 3, 4];
 
 /// A measurement or a property of one of the runs.
@@ -41,7 +41,7 @@ impl Judged<'_> {
         }
     }
 
-    /// How far the figure is from that of `other`, where both have one in one unit.
+    /// Difference of the value to that of `other`, if both have one in the same unit.
     fn moved(&self, other: &Self) -> Option<String> {
         let (Self::Measurement(one), Self::Measurement(other)) = (self, other) else { return None };
         let by = other.value? - one.value?;
@@ -55,7 +55,7 @@ impl Judged<'_> {
     }
 }
 
-/// Two runs beside each other, and how many of their verdicts differ: one that a run lacks counts.
+/// Compares two runs; also returns how many verdicts differ, including those that one run lacks.
 pub fn comparison(one: &Summary, other: &Summary, style: Style) -> (String, usize) {
     let mut table = style.table(&["what", "first", "second", "verdict", "then", "moved by"]);
     let mut differing = 0;

@@ -1,4 +1,4 @@
-//! What came of runs and campaigns as Markdown, for the summary of a build.
+//! Results of runs and campaigns as Markdown, for the summary of a build.
 
 use campaign::Campaign;
 use campaign::Measured;
@@ -7,7 +7,7 @@ use record::outcome::{Counts, Measurement, Summary};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-/// Runs as one table, a row a measurement, those that failed first.
+/// Formats runs as one table, one row per measurement, failed ones first.
 pub fn runs_markdown(summaries: &[Summary]) -> String {
     let mut text = String::new();
     for summary in summaries {
@@ -61,8 +61,8 @@ fn measurement_row(measurement: &Measurement) -> String {
     format!("| {} |\n", cells.join(" | "))
 }
 
-/// A campaign: what broke with the command that shows it again, and how near the rest came. `saved` are the plans of the
-/// smallest cases, one for each property that broke.
+/// Formats a campaign: broken properties with the command that reproduces each, and margins of the others. `saved` are
+/// the plans of the smallest cases, one for each property that broke.
 pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> String {
     let tally = &done.tally;
     let found = done.found.len();
@@ -97,7 +97,7 @@ pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> Stri
     text
 }
 
-/// How much of each fault is tolerated, and how much is wanted.
+/// Formats the tolerated and the required severity of each fault.
 pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
     const DIGITS: i32 = 3;
     let mut text = format!("### Envelopes {}\n\n", escaped(plan));
@@ -125,7 +125,7 @@ pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
     text
 }
 
-/// Text that means itself in Markdown and in a cell of a table.
+/// Escapes text for Markdown, also within a table cell.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

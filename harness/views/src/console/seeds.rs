@@ -1,4 +1,4 @@
-//! How many seeds pass: what one run cannot tell.
+//! How many seeds pass, which a single run cannot show.
 
 use super::{Style, in_cell, lines};
 use campaign::seeds::SeedShare;
@@ -29,7 +29,7 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
     ]
 }
 
-/// The shares for a terminal.
+/// Formats the shares for a terminal.
 pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
     let mut table = style.table(&HEADER);
     for share in shares {
@@ -38,7 +38,7 @@ pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
     lines(&table)
 }
 
-/// The shares as a Markdown table.
+/// Formats the shares as a Markdown table.
 pub fn seeds_markdown(shares: &[SeedShare]) -> String {
     let mut text = markdown_row(HEADER.map(str::to_owned));
     text += &markdown_row(HEADER.map(|_| "---".to_owned()));

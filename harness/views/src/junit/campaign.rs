@@ -1,4 +1,4 @@
-//! A campaign as a suite: one case a property, with the smallest case that breaks it.
+//! A campaign as a suite: one case per property, with the smallest case that breaks it.
 
 use super::attachment;
 use campaign::{Account, Campaign};
@@ -9,15 +9,15 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Name of the case that stands for the campaign itself.
+/// Name of the case for the campaign itself.
 const CAMPAIGN_CASE: &str = "the campaign itself";
 
-/// The document for a campaign, whose `account` says of which plan and how long. `saved` are the plans of the smallest
-/// cases, one for each property that broke; `unjudged` is what the bench does not show; `folder` is the campaign's. States
-/// that no case came to are skipped: they fail nothing.
+/// Returns the document for a campaign; `account` states its plan and duration. `saved` are the plans of the smallest
+/// cases, one for each property that broke; `unjudged` are the properties that the bench cannot judge; `folder` is the
+/// campaign's. States that no case reached are skipped, not failed.
 ///
 /// # Errors
-/// When the XML cannot be written, which memory running out would do.
+/// When the XML cannot be written, which happens only if memory runs out.
 pub fn campaign(
     account: &Account,
     done: &Campaign,

@@ -1,13 +1,13 @@
-//! Envelopes as a suite: one case a fault, failing where less is tolerated than the plan wants.
+//! Envelopes as a suite: one case per fault, which fails if the plan tolerates less than it requires.
 
 use campaign::Measured;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use record::figures;
 
-/// The document for the envelopes of `plan`.
+/// Returns the document for the envelopes of `plan`.
 ///
 /// # Errors
-/// When the XML cannot be written, which memory running out would do.
+/// When the XML cannot be written, which happens only if memory runs out.
 pub fn envelopes(plan: &str, all: &[Measured]) -> Result<String, quick_junit::SerializeError> {
     let mut suite = TestSuite::new(format!("envelopes {plan}"));
     for measured in all {
@@ -29,7 +29,7 @@ pub fn envelopes(plan: &str, all: &[Measured]) -> Result<String, quick_junit::Se
     report.to_string()
 }
 
-/// What is tolerated and what was wanted, in a line.
+/// Describes the tolerated and the required severity in one line.
 fn said(Measured { envelope, at_least, .. }: &Measured) -> String {
     const DIGITS: i32 = 3;
     let figure = |severity| format!("{} {}", figures::exact(severity, DIGITS), envelope.unit);

@@ -1,4 +1,4 @@
-//! No schema of JUnit is the standard: what its readers share is tested here.
+//! JUnit has no standard schema: these tests cover what its readers share.
 
 use super::{campaign, document};
 use crate::console::example;

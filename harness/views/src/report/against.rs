@@ -1,15 +1,15 @@
-//! What the observations of a quantity are drawn over: their natural axis.
+//! The natural axis for the observations of a quantity.
 
 use super::observed::Sample;
 
-/// A temperature axis needs this span, in kelvin, to show anything. Assumption: twice the 0.5 K of
-/// which the paper's scale error makes 0.26 deg in a turn.
+/// Minimum span of a temperature axis in kelvin. Assumption: twice the 0.5 K for which the paper's scale error is 0.26
+/// deg in a turn.
 const TEMPERATURE_SPAN_MIN: f64 = 1.0;
 
 const SECONDS_PER_MINUTE: f64 = 60.0;
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 
-/// What a quantity is drawn over.
+/// An axis for observations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Against {
     Temperature,
@@ -18,7 +18,7 @@ pub(super) enum Against {
 }
 
 impl Against {
-    /// The axis that says most about `samples`.
+    /// Chooses the most informative axis for `samples`.
     pub(super) fn of(samples: &[Sample]) -> Self {
         let span = |read: fn(&Sample) -> Option<f64>| {
             let axis = samples.iter().map(read).collect::<Option<Vec<_>>>()?;
@@ -31,7 +31,7 @@ impl Against {
         Self::run_or_time(samples)
     }
 
-    /// Runs, where each has a number and there are several; else the time.
+    /// The runs, if there are several and each has a number; else the time.
     pub(super) fn run_or_time(samples: &[Sample]) -> Self {
         let runs = samples.iter().map(|sample| sample.run).collect::<Option<Vec<_>>>();
         let first = runs.as_ref().and_then(|runs| runs.first().copied());
@@ -41,7 +41,7 @@ impl Against {
         Self::time(samples)
     }
 
-    /// The time, in the unit that suits its end.
+    /// The time, in a unit that suits the last sample.
     pub(super) fn time(samples: &[Sample]) -> Self {
         let (unit, unit_s) = match samples.iter().map(|s| s.at_s).fold(0.0, f64::max) {
             end if end > 2.0 * SECONDS_PER_HOUR => ("h", SECONDS_PER_HOUR),
@@ -51,7 +51,7 @@ impl Against {
         Self::Time { unit, unit_s }
     }
 
-    /// What stands beside the axis.
+    /// Label of the axis.
     pub(super) fn label(self) -> String {
         match self {
             Self::Temperature => "temperature in degC".to_owned(),
@@ -60,7 +60,7 @@ impl Against {
         }
     }
 
-    /// Where an instant lies on an axis of time.
+    /// Position of an instant on an axis of time.
     pub(super) fn place(self, at_s: f64) -> f64 {
         match self {
             Self::Time { unit_s, .. } => at_s / unit_s,
@@ -68,7 +68,7 @@ impl Against {
         }
     }
 
-    /// Where a sample lies on the axis.
+    /// Position of a sample on the axis.
     pub(super) fn x(self, sample: &Sample) -> f64 {
         match self {
             Self::Temperature => sample.temperature.unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! How busy the bus and the serial lines were, second by second.
+//! Load of the bus and the serial lines in each second.
 
 use super::download::{ROWS_MAX, Table, number, place};
 use super::frame::{Axis, Frame, SCALE};
@@ -12,31 +12,31 @@ use record::{Device, Record, RecordKind};
 use std::collections::BTreeMap;
 use wire::can::BitRates;
 
-/// The most seconds that are kept: two days.
+/// Maximum number of seconds: two days.
 const SECONDS_MAX: usize = 172_800;
 
-/// Columns of a plot; two points of each are drawn.
+/// Columns of a plot; two points per column are drawn.
 const COLUMNS: usize = 600;
 
-/// More seconds than this are shown in hours.
+/// Longer runs are plotted in hours.
 const SHORT_MAX: usize = 7_200;
 
-/// What crossed a line in each second, from the first.
+/// Amount on a line in each second, from the first.
 type Seconds = Vec<u32>;
 
-/// What crossed each line.
+/// Amount on each line.
 #[derive(Debug, Default)]
 pub(super) struct BusLoad {
-    /// By the place of the bus: nanoseconds in which frames were on it.
+    /// Nanoseconds with frames on the bus, by index of the bus.
     busy_ns: BTreeMap<usize, Seconds>,
-    /// Bytes by whoever sent them.
+    /// Bytes by sender.
     bytes: BTreeMap<Device, Seconds>,
-    /// Frames and bytes later than [`SECONDS_MAX`].
+    /// Number of frames and packets later than [`SECONDS_MAX`].
     overflowed: u64,
 }
 
 impl BusLoad {
-    /// Counts what crossed.
+    /// Counts a frame or bytes.
     pub(super) fn add(&mut self, header: &Header, record: &Record) {
         let (seconds, amount) = match &record.kind {
             RecordKind::Frame(frame) => {
@@ -62,7 +62,7 @@ impl BusLoad {
         seconds[second] = seconds[second].saturating_add(amount);
     }
 
-    /// A plot for each line; words where the record holds neither frames nor bytes.
+    /// Plots each line; a sentence if the record contains neither frames nor bytes.
     pub(super) fn plots(&self, header: &Header) -> Markup {
         if self.busy_ns.is_empty() && self.bytes.is_empty() {
             return html! {
@@ -108,7 +108,7 @@ fn bus(header: &Header, place: usize, busy_ns: &[u32]) -> Markup {
     plot(&title, "share of bit time in %", &points(busy_ns, 1e-7), &note)
 }
 
-/// As a share of what the line can carry, where that is known.
+/// Plots the share of the line's capacity, if that is known.
 fn serial(device: Device, seconds: &[u32], line: Option<&Line>) -> Markup {
     let title = format!("Serial line, sent by the {}", device.name());
     let most = seconds.iter().max().copied().unwrap_or_default();

@@ -1,6 +1,6 @@
-//! `report.html` of a campaign: what broke, how near the rest came, and what was tried.
+//! `report.html` of a campaign: broken properties, margins of the others, and the faults tried.
 //!
-//! Drawn from the [`Account`] of the campaign and the cases of its journal, as far as they go.
+//! Drawn from the [`Account`] of the campaign and the cases of its journal, as far as they exist.
 
 mod coverage;
 mod found;
@@ -17,7 +17,7 @@ use super::page::{document, section};
 use campaign::Account;
 use maud::html;
 
-/// The page. The same arguments give the same bytes.
+/// Renders the page. The same arguments give the same bytes.
 pub fn page(account: &Account, gathered: &Gathered) -> String {
     let body = html! {
         (heading::heading(account, gathered))

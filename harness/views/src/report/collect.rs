@@ -1,4 +1,4 @@
-//! What the page needs of a record, gathered in one pass.
+//! Data of a record for the page, collected in one pass.
 
 use super::bus_load::BusLoad;
 use super::fault_spans::FaultSpans;
@@ -12,24 +12,24 @@ use record::reader::RecordError;
 use record::{Observation, Record, RecordKind};
 use std::collections::BTreeMap;
 
-/// The most observations of one quantity that are kept: a 16-hour log at 17 Hz.
+/// Maximum observations of one quantity: a 16-hour log at 17 Hz.
 const SAMPLES_MAX: usize = 1_000_000;
 
-/// The most quantities that are kept.
+/// Maximum number of quantities.
 const QUANTITIES_MAX: usize = 256;
 
-/// Values further from zero are taken for damage: no quantity of a bench comes near.
+/// Larger magnitudes count as damage: no quantity of a bench comes near.
 const VALUE_MAX: f64 = 1e12;
 
-/// Everything that is drawn.
+/// Everything that the page draws.
 #[derive(Debug, Default)]
 pub(super) struct Collected {
     pub series: BTreeMap<String, Series>,
-    /// Observations of quantities beyond [`QUANTITIES_MAX`].
+    /// Number of observations of quantities beyond [`QUANTITIES_MAX`].
     pub series_overflowed: u64,
-    /// Where the controller believed to be.
+    /// Path estimated by the controller.
     pub believed: Path,
-    /// Where the base was.
+    /// True path of the base.
     pub truth: Path,
     pub steps: Steps,
     pub troubles: Troubles,
@@ -78,7 +78,7 @@ impl Collected {
         }
     }
 
-    /// The observations of that quantity; none where it was not observed.
+    /// Returns the observations of this quantity; none if it was not observed.
     pub(super) fn samples(&self, quantity: &str) -> &[Sample] {
         self.series.get(quantity).map_or(&[], |series| &series.samples)
     }
@@ -120,7 +120,7 @@ impl Collected {
     }
 }
 
-/// Whether it is a number that a bench can come to.
+/// Whether a bench can produce this number.
 pub(super) fn is_drawable(value: f64) -> bool {
     value.abs() <= VALUE_MAX
 }

@@ -1,4 +1,4 @@
-//! When each verdict was decided: the marks on the time line.
+//! Marks on the time line at which verdicts were decided.
 
 use super::collect::Collected;
 use super::marks::is_outside;
@@ -6,7 +6,6 @@ use record::header::Header;
 use record::outcome::{Measurement, Summary, Verdict};
 use std::slice;
 
-/// One mark.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Mark {
     pub at_s: f64,
@@ -15,9 +14,9 @@ pub(super) struct Mark {
     pub text: String,
 }
 
-/// Where properties broke and measurements were decided, in the order of time: at the first observation outside the
-/// band where that decides it, else with the last observation that counts. Older records do not say which
-/// observations a measurement rests on; of such there is no mark.
+/// Marks where properties broke and measurements were decided, in order of time: at the first observation outside the
+/// band if that decides it, else at the last observation that counts. Older records do not state which observations a
+/// measurement uses; it then gets no mark.
 pub(super) fn marks(summary: &Summary, header: &Header, collected: &Collected) -> Vec<Mark> {
     let measured = summary.measurements.iter().filter_map(|measurement| {
         let at_s = decided_s(measurement, header, collected)?;

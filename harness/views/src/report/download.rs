@@ -1,4 +1,4 @@
-//! The numbers behind a figure, as a file that the page itself holds.
+//! The numbers behind a figure, as a file embedded in the page.
 
 use super::observed::{Direction, Sample};
 use super::panel::Group;
@@ -6,16 +6,16 @@ use super::thin::{Point, extreme_indices};
 use maud::{Markup, html};
 use std::fmt::Write;
 
-/// Digits of a number that count: a plot shows four.
+/// Significant digits of a number: a plot shows four.
 const DIGITS: usize = 6;
 
-/// Digits of a place on an axis, which may be seconds since 1970.
+/// Significant digits of a position on an axis, which may be seconds since 1970.
 const PLACE_DIGITS: usize = 12;
 
-/// The most rows of a table of observations: with all plots of a page it stays small enough to be sent around.
+/// Maximum rows of a table of observations: the page with all its plots stays small enough to send.
 pub(super) const ROWS_MAX: usize = 800;
 
-/// A table: what its columns are, and its rows.
+/// A table with its header and rows.
 #[derive(Debug)]
 pub(super) struct Table {
     writer: csv::Writer<Vec<u8>>,
@@ -29,7 +29,7 @@ impl Table {
         table
     }
 
-    /// Points of a line.
+    /// Creates a table of a curve's points.
     pub(super) fn of_points(x: &str, y: &str, points: &[Point]) -> Self {
         let mut table = Self::new([x, y]);
         for (x, y) in points {
@@ -39,18 +39,18 @@ impl Table {
     }
 
     pub(super) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        // Into memory, and every row is as long as the header: nothing can fail.
+        // Cannot fail: it writes into memory, and every row is as long as the header.
         let _ = self.writer.write_record(cells);
     }
 
-    /// So many rows are not in it, and the record has them.
+    /// States how many rows are missing; the record has them.
     #[must_use]
     pub(super) const fn without(mut self, left_out: usize) -> Self {
         self.left_out = left_out;
         self
     }
 
-    /// A link that saves the table as `name`.csv, and what is not in it.
+    /// Returns a link that saves the table as `name`.csv, and a note on missing rows.
     pub(super) fn link(self, name: &str) -> Markup {
         let bytes = self.writer.into_inner().unwrap_or_default();
         html! {
@@ -64,7 +64,7 @@ impl Table {
     }
 }
 
-/// Observations, with the group of each where there are several.
+/// Creates a table of observations, with the group of each if there are several.
 pub(super) fn samples(groups: &[Group], unit: &str) -> Table {
     let value =
         if unit.is_empty() || unit == "1" { "value".to_owned() } else { format!("value_{unit}") };
@@ -96,7 +96,7 @@ fn cells(group: &str, sample: &Sample) -> [String; 7] {
     ]
 }
 
-/// Words as a cell, which no spreadsheet takes for a formula.
+/// Formats text as a cell that no spreadsheet interprets as a formula.
 pub(super) fn text(words: &str) -> String {
     match words.starts_with(['=', '+', '-', '@']) {
         true => format!("'{words}"),
@@ -104,12 +104,12 @@ pub(super) fn text(words: &str) -> String {
     }
 }
 
-/// A number as a cell; empty where there is none.
+/// Formats a number as a cell; empty if it is not finite.
 pub(super) fn number(value: f64) -> String {
     rounded(value, DIGITS)
 }
 
-/// A place on an axis as a cell.
+/// Formats a position on an axis as a cell.
 pub(super) fn place(value: f64) -> String {
     rounded(value, PLACE_DIGITS)
 }
@@ -131,7 +131,7 @@ fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '-' }).collect()
 }
 
-/// As RFC 3986 wants it: what is neither unreserved nor a comma becomes its number.
+/// Encodes bytes as in RFC 3986: all except unreserved characters and commas.
 fn percent_encoded(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len() * 5 / 4);
     for &byte in bytes {

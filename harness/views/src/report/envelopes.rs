@@ -10,7 +10,7 @@ use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
 use record::figures;
 
-/// The page of the envelopes of a plan. The same arguments give the same bytes.
+/// Renders the page of a plan's envelopes. The same arguments give the same bytes.
 pub fn page(plan: &str, all: &[Measured]) -> String {
     let body = html! {
         header {
@@ -76,7 +76,7 @@ fn table(all: &[Measured]) -> Markup {
     }
 }
 
-/// No colour where nothing was asked for.
+/// No colour without a requirement.
 fn class(one: &Measured) -> &'static str {
     match (one.at_least, one.holds()) {
         (None, _) => "",
@@ -85,7 +85,7 @@ fn class(one: &Measured) -> &'static str {
     }
 }
 
-/// What was found, in a sentence.
+/// States the result in a sentence.
 fn answer(one: &Measured) -> String {
     let Envelope { kind, target, unit, share, .. } = &one.envelope;
     let share = figures::exact(100.0 * share, 3);
@@ -108,7 +108,7 @@ fn answer(one: &Measured) -> String {
     }
 }
 
-/// The largest share of runs that were silently wrong.
+/// The largest share of silently wrong runs.
 fn silent(one: &Measured) -> String {
     one.envelope.most_silent().map_or_else(
         || "none".to_owned(),
@@ -124,7 +124,7 @@ fn verdict(one: &Measured) -> Markup {
     html! { @if one.at_least.is_some() { span.verdict { (word) } } }
 }
 
-/// Shares of runs that pass, with the interval of each, and that are silently wrong, over the logarithm of the severity.
+/// Plots the share of passing runs with its interval, and of silently wrong runs, over the logarithm of the severity.
 fn figure(one: &Measured) -> Markup {
     let envelope = &one.envelope;
     let levels: Vec<&Level> = envelope.levels.iter().filter(|level| level.severity > 0.0).collect();

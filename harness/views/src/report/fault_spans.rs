@@ -1,30 +1,30 @@
-//! When each fault of the schedule was at work.
+//! The times at which each fault of the schedule was active.
 
 use super::download::{Table, number, place, text};
 use maud::{Markup, html};
 use record::{FaultEvent, FaultRecord};
 
-/// The most spans that are kept.
+/// Maximum number of spans.
 const SPANS_MAX: usize = 1_000;
 
-/// The most that are listed in words.
+/// Maximum number of spans in the list.
 const LISTED_MAX: usize = 20;
 
-/// The most rows in which spans that overlap are drawn.
+/// Maximum rows for overlapping spans.
 const LANES_MAX: usize = 8;
 
-/// One time that a fault was at work.
+/// One period in which a fault was active.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Span {
     pub index: u32,
     pub name: String,
     pub begin_s: f64,
-    /// Absent where the record ends before.
+    /// `None` if the record ends before.
     pub end_s: Option<f64>,
     acted: u64,
 }
 
-/// Those of a run, in the order in which they began.
+/// Spans of a run, in order of their begin.
 #[derive(Debug, Default)]
 pub(super) struct FaultSpans {
     all: Vec<Span>,
@@ -33,7 +33,7 @@ pub(super) struct FaultSpans {
 }
 
 impl FaultSpans {
-    /// Takes what a fault did.
+    /// Adds an event of a fault.
     pub(super) fn add(&mut self, at_s: f64, fault: &FaultRecord) {
         let FaultRecord { index, name, event } = fault;
         match event {
@@ -55,7 +55,7 @@ impl FaultSpans {
         }
     }
 
-    /// Rows of spans that do not overlap, and how many found no row.
+    /// Arranges spans in rows without overlaps; also returns how many found no row.
     pub(super) fn lanes(&self) -> (Vec<Vec<&Span>>, usize) {
         let mut lanes: Vec<Vec<&Span>> = Vec::new();
         let mut left_out = 0;
@@ -73,7 +73,7 @@ impl FaultSpans {
         (lanes, left_out)
     }
 
-    /// The same in words, with their data; nothing where the run had no fault.
+    /// Lists the spans with their data; `None` if the run had no fault.
     pub(super) fn words(&self) -> Option<Markup> {
         if self.all.is_empty() && self.never.is_empty() {
             return None;

@@ -1,7 +1,7 @@
-//! Axes: what every plot of the page has in common.
+//! Axes, shared by all plots of the page.
 //!
-//! plotters was chosen over kuva because each mark can be given its own form and colour, and its SVG
-//! is plain elements with the colour as an attribute, which one style sheet can turn light or dark.
+//! plotters was chosen over kuva because each mark can have its own form and colour, and its SVG consists of plain
+//! elements with the colour as an attribute, so that one style sheet can make it light or dark.
 
 use super::palette::{GRID, INK};
 use maud::{Markup, PreEscaped, html};
@@ -14,49 +14,49 @@ use record::figures;
 use std::io;
 use std::ops::Range;
 
-/// Drawn this much larger than shown: the library draws at whole pixels only.
+/// The drawing is this factor larger than displayed, since the library draws at whole pixels only.
 pub(super) const SCALE: u32 = 2;
 
-/// Shown size of a plot over an axis, in CSS pixels.
+/// Displayed size of a plot over an axis, in CSS pixels.
 const WIDTH: u32 = 620;
 const HEIGHT: u32 = 290;
 
-/// Shown size of one of several plots beside each other, in CSS pixels.
+/// Displayed size of one of several plots side by side, in CSS pixels.
 const SMALL_WIDTH: u32 = 300;
 const SMALL_HEIGHT: u32 = 220;
 
-/// Shown side of the data area of a square plot.
+/// Displayed side of the data area of a square plot.
 const SQUARE_SIDE: u32 = 440;
 
-/// Room for the labels, in CSS pixels.
+/// Space for the labels, in CSS pixels.
 const LEFT: u32 = 88;
 const BOTTOM: u32 = 46;
 const MARGIN: u32 = 12;
 
 const FONT_SIZE: u32 = 13;
 
-/// Labelled ticks on an axis, about.
+/// Approximate number of labelled ticks on an axis.
 const TICKS: usize = 8;
 const SMALL_TICKS: usize = 5;
 
-/// Share of the range that is left free at either end.
+/// Free share of the range at either end.
 const FREE_SHARE: f64 = 0.06;
 
-/// Share of a value that is shown on either side of it where it is the only one.
+/// Share of a single value that is shown on either side of it.
 const ALONE_SHARE: f64 = 0.1;
 
 /// The chart of a frame, in the units of its axes.
 pub(super) type Chart<'a> =
     ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// What can go wrong while drawing into memory: nothing that is known.
+/// Errors of drawing into memory; none are known.
 pub(super) type DrawError = DrawingAreaErrorKind<io::Error>;
 
-/// What drawing comes to.
+/// Result of drawing.
 pub(super) type Drawn = Result<(), DrawError>;
 
-/// What is beyond lies outside of the drawing, as the range of a 64-bit float does: near the greatest doubles the library
-/// looks for ticks without end.
+/// Larger values lie outside the drawing: near the greatest doubles, where the range of a 64-bit float ends, the
+/// library searches for ticks without end.
 const DRAWN_MAX: f64 = 1e30;
 
 /// One axis.
@@ -65,12 +65,12 @@ pub(super) struct Axis {
     /// Quantity and unit.
     pub label: String,
     pub range: Range<f64>,
-    /// Whether places on the axis are powers of ten.
+    /// Whether values on the axis are powers of ten.
     is_decades: bool,
 }
 
 impl Axis {
-    /// An axis on which all of `values` lie, with some room at the ends.
+    /// Creates an axis that contains all `values`, with some space at the ends.
     pub(super) fn around(label: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let (low, high) = values
             .into_iter()
@@ -79,10 +79,10 @@ impl Axis {
         let range = if low > high {
             -1.0..1.0
         } else {
-            // A range of no width cannot be drawn; neither can one below the resolution of its ends.
+            // A range of zero width cannot be drawn, nor one below the resolution of its ends.
             let floor = (low.abs().max(high.abs()) * 1e-6).max(1e-9);
             let free = match high - low {
-                // One place: its neighbourhood, with ticks that one can read.
+                // A single value: its neighbourhood, with readable ticks.
                 0.0 if low == 0.0 => 1.0,
                 0.0 => low.abs() * ALONE_SHARE,
                 span => (span * FREE_SHARE).max(floor),
@@ -92,7 +92,7 @@ impl Axis {
         Self { label: label.into(), range, is_decades: false }
     }
 
-    /// An axis of powers of ten on which all of `exponents` lie.
+    /// Creates an axis of powers of ten that contains all `exponents`.
     pub(super) fn decades(
         label: impl Into<String>,
         exponents: impl IntoIterator<Item = f64>,
@@ -100,13 +100,13 @@ impl Axis {
         Self { is_decades: true, ..Self::around(label, exponents) }
     }
 
-    /// How many labelled ticks fit: decades are told apart by whole ones where there are enough.
+    /// Number of labelled ticks that fit; decades have whole ones if there are enough.
     fn ticks(&self, most: usize) -> usize {
         let span = (self.range.end - self.range.start).clamp(0.0, most as f64);
         if self.is_decades { (span as usize + 1).clamp(3, most) } else { most }
     }
 
-    /// A tick with as many decimals as neighbouring ticks need to differ.
+    /// Formats a tick with the decimals that neighbouring ticks need to differ.
     fn tick(&self, value: f64) -> String {
         const DECIMALS_MAX: f64 = 9.0;
         if self.is_decades {
@@ -132,17 +132,17 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// A plot over an axis.
+    /// Creates a plot over an axis.
     pub(super) const fn wide(x: Axis, y: Axis) -> Self {
         Self { x, y, size: (WIDTH, HEIGHT), ticks: TICKS }
     }
 
-    /// One of several plots beside each other.
+    /// Creates one of several plots side by side.
     pub(super) const fn small(x: Axis, y: Axis) -> Self {
         Self { x, y, size: (SMALL_WIDTH, SMALL_HEIGHT), ticks: SMALL_TICKS }
     }
 
-    /// A plot in which both axes have the same scale: the shorter range is widened.
+    /// Creates a plot with the same scale on both axes: the shorter range is widened.
     pub(super) fn square(mut x: Axis, mut y: Axis) -> Self {
         let side = (x.range.end - x.range.start).max(y.range.end - y.range.start);
         for axis in [&mut x, &mut y] {
@@ -153,22 +153,22 @@ impl Frame {
         Self { x, y, size, ticks: TICKS }
     }
 
-    /// What one pixel of the drawing is in the unit of the x axis.
+    /// Returns the size of one pixel of the drawing in the unit of the x axis.
     pub(super) fn unit_per_pixel(&self) -> f64 {
         let pixels = SCALE * (self.size.0 - LEFT - 2 * MARGIN);
         (self.x.range.end - self.x.range.start) / f64::from(pixels)
     }
 
-    /// The axes and what `draw` adds to them, as an `svg` element. `name` is read to who cannot see.
+    /// Draws the axes and what `draw` adds, as an `svg` element. Screen readers read `name`.
     pub(super) fn plot(&self, name: &str, draw: impl FnOnce(&mut Chart<'_>) -> Drawn) -> Markup {
         let mut svg = String::new();
         if let Err(error) = self.plot_into(&mut svg, draw) {
             return html! { p.missing { "This plot could not be drawn: " (error) } };
         }
-        // The library's own first tag fixes a size and names a schema by its address.
+        // The library's own opening tag fixes a size and names a schema by its address.
         let body = svg.split_once('>').map_or("", |(_, body)| body);
         let body = body.trim_end().strip_suffix("</svg>").unwrap_or(body);
-        // Most marks are opaque: an eighth of the page would say so.
+        // Most marks are opaque: this attribute would take an eighth of the page.
         let body = body.replace(" opacity=\"1\"", "");
         let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
         html! {

@@ -1,4 +1,4 @@
-//! What run it is and how it ended.
+//! Identity and outcome of the run.
 
 use super::collect::Collected;
 use maud::{Markup, html};
@@ -56,7 +56,7 @@ fn fact(name: &str, value: &str) -> Markup {
     html! { div { dt { (name) } dd { (value) } } }
 }
 
-/// A count with thin gaps between its thousands.
+/// Formats a count with thin spaces between thousands.
 fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();

@@ -1,8 +1,7 @@
-//! `report.html` of an identification: what was found, what remains, and every figure that says so.
+//! `report.html` of an identification: findings, what remains, and all figures that support them.
 //!
-//! It is written for who knows the robot but not the statistics: each figure has a sentence that says
-//! what to look for. The data of each figure, as drawn, are in the page. Judgement is absent here too:
-//! the verdict is that of the finding.
+//! It addresses readers who know the robot but not the statistics: each figure has a sentence that says what to look
+//! for. The page contains the drawn data of each figure. It judges nothing: the verdict is that of the finding.
 
 mod by_run;
 mod cloud;
@@ -29,13 +28,13 @@ use identification::model::Model;
 use identification::outcome::{BlockDiagnostics, Diagnostics};
 use maud::{Markup, html};
 
-/// The most observed quantities with figures, the most figures of effects, and of residuals, on a
-/// page: with the points of each bounded, so is the page.
+/// Maximum observed quantities with figures, figures of effects, and figures of residuals on a page: with the points of
+/// each bounded, so is the page.
 const BLOCKS_MAX: usize = 12;
 const CURVES_MAX: usize = 20;
 const RESIDUALS_MAX: usize = 30;
 
-/// The page of what was found in a data set. The same arguments give the same bytes.
+/// Renders the page of a data set's findings. The same arguments give the same bytes.
 pub fn page(finding: &Finding, model: &Model, diagnostics: &Diagnostics) -> String {
     let body = html! {
         (heading::heading(finding))
@@ -51,7 +50,7 @@ pub fn page(finding: &Finding, model: &Model, diagnostics: &Diagnostics) -> Stri
     document(&format!("{}: identification", finding.dataset), &body).into_string()
 }
 
-/// The figures of each observed quantity, those it has room for.
+/// Draws the figures of each observed quantity, as many as fit.
 fn figures(diagnostics: &Diagnostics) -> Markup {
     let blocks = &diagnostics.blocks;
     let share = |most: usize| most / blocks.len().clamp(1, BLOCKS_MAX);

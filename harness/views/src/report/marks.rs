@@ -1,4 +1,4 @@
-//! Bands, bars and marks: what stands in a plot, and which mark is outside.
+//! Bands, bars and marks of a plot, and which marks are outside.
 
 use super::against::Against;
 use super::frame::{Chart, Drawn, Frame, SCALE};
@@ -13,7 +13,7 @@ use record::header::Band;
 /// Radius of a mark, in CSS pixels times [`SCALE`].
 const MARK_RADIUS: i32 = 3 * SCALE as i32;
 
-/// What each band is, once.
+/// Describes each band once.
 pub(super) fn band_texts(bands: &[Band], unit: &str) -> Vec<String> {
     let mut texts = Vec::new();
     for band in bands {
@@ -29,7 +29,7 @@ pub(super) fn band_texts(bands: &[Band], unit: &str) -> Vec<String> {
     texts
 }
 
-/// Outside a band that means it. Bands with tags that are not drawn here mark nothing.
+/// Whether the sample is outside a band that applies to it. Bands with tags that the plot does not show never apply.
 pub(super) fn is_outside(sample: &Sample, bands: &[Band]) -> bool {
     bands.iter().any(|band| {
         let meant = band.tags.iter().all(|(tag, value)| match (tag.as_str(), sample.direction) {
@@ -43,7 +43,7 @@ pub(super) fn is_outside(sample: &Sample, bands: &[Band]) -> bool {
     })
 }
 
-/// Each band once, and zero where it is in sight.
+/// Draws each band once, and zero if it is in range.
 pub(super) fn draw_bands(chart: &mut Chart<'_>, frame: &Frame, bands: &[Band]) -> Drawn {
     let (x, y) = (&frame.x.range, &frame.y.range);
     let across = |at: f64, style: ShapeStyle| PathElement::new([(x.start, at), (x.end, at)], style);
@@ -59,7 +59,7 @@ pub(super) fn draw_bands(chart: &mut Chart<'_>, frame: &Frame, bands: &[Band]) -
             (x.end, ends.1.unwrap_or(y.end).min(y.end)),
         ];
         chart.draw_series([Rectangle::new(corners, BAND.mix(0.12).filled())])?;
-        // Those of a signal of 64 bits are far outside.
+        // Band limits of a 64-bit signal may be far outside.
         let is_in_sight = |at: &f64| (y.start..=y.end).contains(at);
         let edges = [ends.0, ends.1].into_iter().flatten().filter(is_in_sight);
         chart.draw_series(edges.map(|at| across(at, BAND.stroke_width(SCALE))))?;

@@ -1,28 +1,28 @@
-//! What was measured, against the paper where there is one, with a picture of each figure in its band.
+//! Measured values, against the paper if it gives any, with a gauge of each value in its band.
 
 use maud::{Markup, html};
 use plan::Proves;
 use record::figures;
 use record::outcome::{Measurement, Verdict};
 
-/// The picture, in CSS pixels: the band takes the middle half.
+/// Size of the gauge in CSS pixels: the band takes the middle half.
 const GAUGE_WIDTH: f64 = 140.0;
 const GAUGE_HEIGHT: f64 = 18.0;
 
 /// Expanded uncertainty: about 95 % of a normal distribution.
 const COVERAGE_FACTOR: f64 = 2.0;
 
-/// What stands above the table.
+/// Title of the table.
 pub(super) fn heading(measurements: &[Measurement]) -> &'static str {
     if has_paper(measurements) { "Paper against measured" } else { "Measured" }
 }
 
-/// Does the paper give anything for one of them?
+/// Whether the paper gives a value for any of them.
 fn has_paper(measurements: &[Measurement]) -> bool {
     measurements.iter().any(|measurement| measurement.paper.is_some())
 }
 
-/// The table of all measurements.
+/// Renders the table of all measurements.
 pub(super) fn table(measurements: &[Measurement]) -> Markup {
     let paper = has_paper(measurements);
     html! {
@@ -78,7 +78,7 @@ fn sentence(proves: Proves) -> &'static str {
     }
 }
 
-/// How far inside, in the unit, as a share of the band and in standard uncertainties; negative outside.
+/// Distance to the limit, in the unit, as a share of the band and in standard uncertainties; negative outside.
 fn margin_cell(margin: f64, measurement: &Measurement) -> Markup {
     let Measurement { lower, upper, unit, uncertainty, .. } = measurement;
     let share = match (lower, upper) {
@@ -122,7 +122,7 @@ fn reason(measurement: &Measurement) -> Option<String> {
     }
 }
 
-/// The figure with its expanded uncertainty in the band; a one-sided band ends at an edge.
+/// Draws the value with its expanded uncertainty in the band; a one-sided band ends at an edge.
 fn gauge(measurement: &Measurement) -> Option<Markup> {
     let value = measurement.value.filter(|value| value.is_finite())?;
     let (begin, end) = match (measurement.lower, measurement.upper) {

@@ -4,22 +4,20 @@ use super::observed::Sample;
 use super::thin::Point;
 use statrs::statistics::{Data, OrderStatistics};
 
-/// Columns of a running median, and how many observations it needs.
+/// Columns of a running median, and minimum observations per column.
 const MEDIAN_COLUMNS: usize = 24;
 const MEDIAN_OF_MIN: usize = 3;
 
-/// The median of the values.
 pub(super) fn median(samples: &[Sample]) -> Option<f64> {
     median_of(samples.iter().map(|sample| sample.value))
 }
 
-/// The median of numbers.
 pub(super) fn median_of(values: impl Iterator<Item = f64>) -> Option<f64> {
     let values: Vec<f64> = values.collect();
     (!values.is_empty()).then(|| Data::new(values).median())
 }
 
-/// The median of each column that has enough points, over the middle of these.
+/// Returns the median of each column with enough points, at the middle of these points.
 pub(super) fn running(points: &[Point]) -> Vec<Point> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));

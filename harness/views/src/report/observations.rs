@@ -1,4 +1,4 @@
-//! A plot for each quantity: its observations over their natural axis, and where they should lie.
+//! A plot for each quantity: its observations over their natural axis, and its bands.
 
 use super::against::Against;
 use super::collect::Collected;
@@ -18,23 +18,23 @@ use plotters::style::Color;
 use record::figures;
 use record::header::{Band, Header, Quantity};
 
-/// The most plots on a page: with the marks of each bounded, so is the page.
+/// Maximum number of plots on a page: with the marks of each bounded, so is the page.
 const PLOTS_MAX: usize = 40;
 
-/// Columns of a plot of marks, and of a line; two points of each column are drawn.
+/// Columns of a plot of marks, and of a line; two points per column are drawn.
 const MARK_COLUMNS: usize = 280;
 const LINE_COLUMNS: usize = 600;
 
-/// More samples than this over time are a log, drawn as a line.
+/// More samples over time are a log, drawn as a line.
 const MARKS_OVER_TIME_MAX: usize = 150;
 
-/// More samples than this are drawn without bars.
+/// More samples are drawn without bars.
 const BARS_MAX: usize = 120;
 
-/// What the square is, in a plot that is none of the paper's.
+/// Explains the square in a plot that is not one of the paper's.
 const SQUARE_TEXT: &str = "the paper's square of 10 x 10 cm (Fig. 8)";
 
-/// All plots of observations that no figure of the paper shows.
+/// Plots all observations that no figure of the paper shows.
 pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> Option<Markup> {
     let declared = |name: &str| {
         let found = header.quantities.iter().find(|quantity| quantity.name == name).cloned();
@@ -82,7 +82,7 @@ pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> 
     })
 }
 
-/// A quantity that the plan does not judge, as the harness knows it.
+/// Describes a quantity that the plan does not judge.
 fn known(name: &str) -> Option<Quantity> {
     let found = quantities::find(name)?;
     let (unit, title) = (found.unit.to_owned(), found.doc.to_owned());

@@ -1,9 +1,9 @@
-//! Observations, as much of them as is drawn.
+//! Observations, reduced to what is drawn.
 
 use controller::calibration::Factor;
 use controller::mission::{Command, HeadingSource};
 
-/// Which way round.
+/// Direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Direction {
     /// Clockwise: the tag is negative.
@@ -13,7 +13,7 @@ pub(super) enum Direction {
 }
 
 impl Direction {
-    /// As everybody abbreviates it.
+    /// Returns the usual abbreviation.
     pub(super) const fn name(self) -> &'static str {
         match self {
             Self::Cw => "cw",
@@ -22,12 +22,12 @@ impl Direction {
     }
 }
 
-/// What the plan had told the controller when something was observed.
+/// Settings of the controller by the plan at the time of an observation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Conditions {
-    /// The scale is corrected for the temperature (Eq. 6).
+    /// The scale is corrected for temperature (Eq. 6).
     pub is_corrected: bool,
-    /// Which heading closes the loops.
+    /// Heading that closes the loops.
     pub source: HeadingSource,
 }
 
@@ -46,7 +46,7 @@ impl Conditions {
     }
 }
 
-/// One observation, as much of it as is drawn.
+/// One observation, reduced to what is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Sample {
     pub at_s: f64,
@@ -55,7 +55,7 @@ pub(super) struct Sample {
     pub direction: Option<Direction>,
     pub run: Option<f64>,
     pub temperature: Option<f64>,
-    /// Angle that the table was told to turn by, deg.
+    /// Commanded angle of the table, deg.
     pub angle: Option<f64>,
     pub under: Conditions,
 }
@@ -64,8 +64,8 @@ pub(super) struct Sample {
 #[derive(Debug, Default)]
 pub(super) struct Series {
     pub samples: Vec<Sample>,
-    /// Not finite, or too far from zero to be a value.
+    /// Number of values that are not finite, or too large.
     pub not_numbers: u64,
-    /// Beyond the most that are kept of one.
+    /// Number of observations beyond the maximum per quantity.
     pub overflowed: u64,
 }

@@ -1,4 +1,4 @@
-//! The page: what comes where.
+//! Layout of the page.
 
 use super::collect::Collected;
 use super::paper::Figures;
@@ -9,12 +9,12 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use record::header::Header;
 use record::outcome::{Outcome, Summary};
 
-/// Part of the page, so that it needs nothing beside it.
+/// Embedded, so that the page is self-contained.
 const STYLE: &str = include_str!("style.css");
 
-/// The whole document of a run.
+/// Renders the whole document of a run.
 pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) -> Markup {
-    // What a run that was killed declares is not known.
+    // The declared measurements of a killed run are not known.
     let is_judged = !summary.measurements.is_empty() || summary.outcome != Outcome::Error;
     let marks = decided::marks(summary, header, collected);
     let paper = Figures::of(header, collected);
@@ -36,11 +36,11 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
     document(&format!("{}: {}", summary.plan, summary.outcome.name()), &body)
 }
 
-/// What a browser may load for the page: nothing but what is in it.
+/// Content policy: a browser may load only what the page contains.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                       form-action 'none'";
 
-/// A page that needs nothing beside it, light or dark as the reader's system is.
+/// Renders a self-contained page, light or dark like the reader's system.
 pub(super) fn document(title: &str, body: &Markup) -> Markup {
     let page = html! {
         (DOCTYPE)
@@ -59,7 +59,7 @@ pub(super) fn document(title: &str, body: &Markup) -> Markup {
     PreEscaped(plain::text(page.into_string()))
 }
 
-/// A section that has something to show.
+/// Renders a section if it has content.
 pub(super) fn section(title: &str, content: Option<Markup>) -> Markup {
     html! {
         @if let Some(content) = content {

@@ -1,7 +1,7 @@
 //! Colours of the plots.
 //!
-//! The drawing library writes a colour into every mark. These are the light ones; the style sheet
-//! finds each by its value and replaces it where the reader's system is dark.
+//! The drawing library writes a colour into every mark. These are the light ones; on a dark system the style sheet
+//! finds each by its value and replaces it.
 
 use plotters::style::RGBColor;
 
@@ -9,15 +9,15 @@ use plotters::style::RGBColor;
 pub(super) const INK: RGBColor = RGBColor(0x5b, 0x60, 0x6b);
 /// Grid lines.
 pub(super) const GRID: RGBColor = RGBColor(0xe4, 0xe7, 0xec);
-/// Zero, and what else is a reference.
+/// Zero and other references.
 pub(super) const REFERENCE: RGBColor = RGBColor(0xa3, 0xa9, 0xb5);
-/// Where values are meant to lie.
+/// Target range of values.
 pub(super) const BAND: RGBColor = RGBColor(0x1a, 0x8f, 0x5a);
-/// Counter-clockwise, and what has no direction.
+/// Counter-clockwise, and anything without a direction.
 pub(super) const CCW: RGBColor = RGBColor(0x1f, 0x66, 0xd1);
 /// Clockwise.
 pub(super) const CW: RGBColor = RGBColor(0xd9, 0x6c, 0x06);
-/// What the paper gives.
+/// Values of the paper.
 pub(super) const PAPER: RGBColor = RGBColor(0x8a, 0x4f, 0xc9);
 /// Outside the band.
 pub(super) const OUTSIDE: RGBColor = RGBColor(0xd0, 0x2c, 0x3f);

@@ -1,4 +1,4 @@
-//! Observations over an axis with all that they are compared with: the plan's band, what the paper gives, their median.
+//! Observations over an axis, with the plan's bands, the paper's values, and their median.
 
 use super::against::Against;
 use super::download;
@@ -14,29 +14,29 @@ use plotters::style::{Color, RGBColor};
 use record::figures;
 use record::header::Band;
 
-/// Columns of a plot; two marks of each are drawn.
+/// Columns of a plot; two marks per column are drawn.
 const MARK_COLUMNS: usize = 280;
 
-/// More samples than this are drawn without bars.
+/// More samples are drawn without bars.
 const BARS_MAX: usize = 120;
 
-/// Dashes and dots, in pixels of the drawing.
+/// Lengths of dashes and dots, in pixels of the drawing.
 pub(super) const DASH: (u32, u32) = (7 * SCALE, 4 * SCALE);
 const DOTS: (u32, u32) = (2 * SCALE, 3 * SCALE);
 
-/// What marks of one group look like.
+/// Look of the marks of one group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Look {
-    /// Counter-clockwise, or what stands first.
+    /// Counter-clockwise, or the first group.
     Disc,
-    /// Clockwise, or what stands against it.
+    /// Clockwise, or the group compared with it.
     Triangle,
-    /// A third.
+    /// A third group.
     Plain,
 }
 
 impl Look {
-    /// Of its marks.
+    /// Returns the colour of the marks.
     pub(super) const fn colour(self) -> RGBColor {
         match self {
             Self::Disc => CCW,
@@ -53,7 +53,7 @@ impl Look {
         }
     }
 
-    /// The mark of a direction, in a legend.
+    /// Returns the mark of a direction, for a legend.
     pub(super) fn mark(self) -> Markup {
         self.labelled(match self {
             Self::Disc => Direction::Ccw.name(),
@@ -74,7 +74,7 @@ impl Look {
     }
 }
 
-/// Observations that are drawn alike.
+/// Observations with the same look.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
     pub label: &'static str,
@@ -82,7 +82,7 @@ pub(super) struct Group {
     pub samples: Vec<Sample>,
 }
 
-/// Observations by direction; those without one stand for themselves.
+/// Groups observations by direction; those without one form a group.
 pub(super) fn by_direction(samples: &[Sample]) -> Vec<Group> {
     let of = |label, look, direction| Group {
         label,
@@ -98,45 +98,45 @@ pub(super) fn by_direction(samples: &[Sample]) -> Vec<Group> {
     groups
 }
 
-/// What the paper gives, as it is drawn.
+/// A value of the paper in a plot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Given {
-    /// A value.
+    /// A constant.
     Level(f64),
-    /// A straight line: its slope, and its value where the axis is zero.
+    /// A straight line: its slope, and its value at zero on the axis.
     Line(f64, f64),
-    /// A place on the axis.
+    /// A position on the axis.
     Place(f64),
 }
 
-/// How medians are taken.
+/// How medians are calculated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Medians {
-    /// One of each group.
+    /// One per group.
     Whole,
-    /// One of each column of the plot.
+    /// One per column of the plot.
     Running,
 }
 
-/// One plot with its words.
+/// One plot with its texts.
 #[derive(Debug)]
 pub(super) struct Panel<'a> {
     pub title: &'a str,
-    /// What the values are; it stands at their axis.
+    /// What the values are; label of their axis.
     pub value: &'a str,
     pub unit: &'a str,
     pub against: Against,
     pub groups: Vec<Group>,
     pub bands: &'a [Band],
-    /// What the paper gives, each with its words; equal words are said once.
+    /// Values of the paper with their texts; equal texts appear once.
     pub paper: &'a [(Given, &'a str)],
     pub medians: Medians,
-    /// Name of the file of its data.
+    /// File name of its data.
     pub file: &'a str,
 }
 
 impl Panel<'_> {
-    /// The figure; nothing where there is no observation.
+    /// Renders the figure; `None` without observations.
     pub(super) fn figure(&self) -> Option<Markup> {
         let samples: Vec<Sample> =
             self.groups.iter().flat_map(|group| &group.samples).copied().collect();
@@ -228,7 +228,7 @@ impl Panel<'_> {
         Ok(())
     }
 
-    /// How many marks it took.
+    /// Draws a group; returns the number of marks.
     fn draw_group(
         &self,
         chart: &mut Chart<'_>,
@@ -281,12 +281,12 @@ impl Panel<'_> {
     }
 }
 
-/// To the digits that a reader of a plot can use.
+/// Rounds to the digits that a plot can show.
 fn rounded(value: f64) -> f64 {
     figures::exact(value, 3).parse().unwrap_or(value)
 }
 
-/// A broken line; nothing where it has fewer than two points.
+/// Draws a dashed line, if it has at least two points.
 pub(super) fn dashed(
     chart: &mut Chart<'_>,
     line: &[Point],

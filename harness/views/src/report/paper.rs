@@ -1,7 +1,7 @@
-//! The paper's figures, drawn again from what was observed here.
+//! The paper's figures, drawn again from the observations of this run.
 //!
-//! A figure is chosen by what was observed, and under which conditions: any plan that observes the same gets it. What
-//! the paper gives is drawn broken and in a colour of its own, the plan's band is drawn as everywhere.
+//! The observations and their conditions select the figures: any plan with the same observations gets them. Values of
+//! the paper are dashed and in a colour of their own; the plan's bands are drawn as everywhere.
 
 mod drift;
 mod lap_error;
@@ -18,14 +18,14 @@ use maud::{Markup, html};
 use record::header::{Band, Header};
 use std::collections::BTreeSet;
 
-/// Figures, and whose observations they show as a whole.
+/// Figures, and the quantities that they show completely.
 #[derive(Debug, Default)]
 pub(super) struct Figures {
     all: Vec<Markup>,
     shown: BTreeSet<String>,
 }
 
-/// What figures are drawn from.
+/// Data for the figures.
 #[derive(Debug, Clone, Copy)]
 struct Source<'a> {
     header: &'a Header,
@@ -42,14 +42,14 @@ impl<'a> Source<'a> {
         found.map_or(&[], |quantity| &quantity.bands)
     }
 
-    /// The observations that were made under such conditions.
+    /// Returns the observations that `keep` accepts.
     fn only(self, quantity: &str, keep: impl Fn(&Sample) -> bool) -> Vec<Sample> {
         self.samples(quantity).iter().filter(|sample| keep(sample)).copied().collect()
     }
 }
 
 impl Figures {
-    /// All that can be drawn.
+    /// Draws all figures for which there are observations.
     pub(super) fn of(header: &Header, collected: &Collected) -> Self {
         let source = Source { header, collected };
         let mut figures = Self::default();
@@ -62,27 +62,26 @@ impl Figures {
         figures
     }
 
-    /// One more.
     fn add(&mut self, figure: Option<Markup>) {
         self.all.extend(figure);
     }
 
-    /// These are shown as a whole.
+    /// Marks these quantities as shown completely.
     fn shows(&mut self, quantities: &[&str]) {
         self.shown.extend(quantities.iter().map(|&name| name.to_owned()));
     }
 
-    /// Need it not be drawn once more?
+    /// Whether the quantity is already shown.
     pub(super) fn show(&self, quantity: &str) -> bool {
         self.shown.contains(quantity)
     }
 
-    /// Nothing was observed that the paper draws.
+    /// Whether there were no observations for the paper's figures.
     pub(super) fn is_empty(&self) -> bool {
         self.all.is_empty()
     }
 
-    /// Those that there are.
+    /// Renders the figures.
     pub(super) fn plots(&self) -> Option<Markup> {
         (!self.is_empty()).then(|| html! { div.plots { @for figure in &self.all { (figure) } } })
     }

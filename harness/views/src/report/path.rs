@@ -1,4 +1,4 @@
-//! Where the base was, and where the controller believed it to be.
+//! The true path of the base, and the path estimated by the controller.
 
 use super::collect::is_drawable;
 use super::download::{Table, number};
@@ -10,38 +10,37 @@ use plotters::element::{Circle, PathElement};
 use plotters::style::{Color, RGBColor};
 use wire::units::Pose;
 
-/// Points nearer to the last than this are the same place: half of what the absolute measurement
-/// tells apart.
+/// Points nearer to the last than this are dropped: half the resolution of the absolute measurement.
 const SAME_PLACE_M: f64 = 0.001;
 
-/// A longer step was not driven: a new pose was set, or the base was carried. At the base's limit of
-/// 0.78 m/s, two truths kept at the level of events are 0.39 m apart.
+/// A longer step was not driven: a new pose was set, or the base was carried. At the base's limit of 0.78 m/s, two
+/// truths recorded at the level of events are 0.39 m apart.
 const JUMP_M: f64 = 0.5;
 
-/// The most points of a path that are kept.
+/// Maximum points of a path.
 const POINTS_MAX: usize = 1_000_000;
 
-/// The most corners that are drawn; the tolerance is doubled until it suffices.
+/// Maximum corners drawn; the tolerance is doubled until they suffice.
 const CORNERS_MAX: usize = 40_000;
 
-/// The most corners in the file of the paths.
+/// Maximum corners in the file of the paths.
 const TABLE_CORNERS_MAX: usize = 4_000;
 
-/// A path that stays within this is no path: a base that only turned.
+/// A path of smaller extent counts as none: the base only turned.
 const EXTENT_MIN_M: f64 = 0.05;
 
-/// Places in the order in which they were visited.
+/// Positions in the order in which they were visited.
 #[derive(Debug, Default)]
 pub(super) struct Path {
     pieces: Vec<Vec<Point>>,
     points: usize,
     overflowed: u64,
-    /// Places that are no place of a bench.
+    /// Number of positions that are outside any bench.
     nowhere: u64,
 }
 
 impl Path {
-    /// Adds the next place, and begins a new piece where it cannot have been driven to.
+    /// Adds the next position; begins a new piece if it cannot have been driven to.
     pub(super) fn add(&mut self, pose: Pose) {
         let point = (pose.x.m(), pose.y.m());
         if !(is_drawable(point.0) && is_drawable(point.1)) {
@@ -64,7 +63,7 @@ impl Path {
         }
     }
 
-    /// No way was covered.
+    /// Whether the base did not travel.
     pub(super) fn is_empty(&self) -> bool {
         let extent = |axis: Axis| axis.range.end - axis.range.start;
         let x = extent(Axis::around("", self.all().map(|point| point.0)));
@@ -72,7 +71,7 @@ impl Path {
         self.points < 2 || x.max(y) < EXTENT_MIN_M
     }
 
-    /// Where it began and ended.
+    /// Returns where the path began and ended.
     fn ends(&self) -> Option<[Point; 2]> {
         Some([*self.pieces.first()?.first()?, *self.pieces.last()?.last()?])
     }
@@ -81,14 +80,14 @@ impl Path {
         self.pieces.iter().flatten().copied()
     }
 
-    /// Pieces with few enough corners, and how far they may be from the true ones.
+    /// Returns the pieces with few enough corners, and their maximum deviation from the true ones.
     fn thinned(&self, finest: f64, corners_max: usize) -> (Vec<Vec<Point>>, f64) {
         let mut tolerance = finest;
         loop {
             let pieces: Vec<_> =
                 self.pieces.iter().map(|piece| simplified(piece, tolerance)).collect();
             let corners: usize = pieces.iter().map(Vec::len).sum();
-            // Each piece keeps its ends whatever the tolerance.
+            // Each piece keeps its ends at any tolerance.
             if corners <= corners_max.max(2 * pieces.len()) {
                 return (pieces, tolerance);
             }
@@ -97,10 +96,10 @@ impl Path {
     }
 }
 
-/// A path, its colour and width, what it is, and its class in the style sheet.
+/// A path, its colour and width, its name, and its class in the style sheet.
 type Shown<'a> = (&'a Path, RGBColor, u32, &'static str, &'static str);
 
-/// The two paths in one plot; nothing where nobody moved.
+/// Draws the two paths in one plot; `None` if the base did not move.
 pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
     let shown: Vec<Shown<'_>> = [
         (truth, REFERENCE, 5, "true", "truth"),
@@ -164,7 +163,7 @@ pub(super) fn figure(believed: &Path, truth: &Path) -> Option<Markup> {
     })
 }
 
-/// The paths as a file, with as many corners as may be, and what it lacks.
+/// Writes the paths to a file with a limited number of corners, and a note on the deviation.
 fn table(shown: &[Shown<'_>]) -> Markup {
     let mut table = Table::new(["path", "piece", "x_m", "y_m"]);
     let mut tolerance_m: f64 = 0.0;

@@ -1,9 +1,9 @@
-//! Characters that a reader cannot see, or that turn the text around them, made visible.
+//! Makes characters visible that a reader cannot see, or that reverse the text around them.
 //!
-//! Titles, notes and what a device writes come from outside. Markup in them is escaped where it is
-//! put in; this is done once for the whole page, which has no such character of its own.
+//! Titles, notes and the output of a device are foreign text. Markup in them is escaped where it is inserted; this is
+//! done once for the whole page, which contains no such character of its own.
 
-/// The page with a sign in the place of each of them.
+/// Replaces each such character in the page by a sign.
 pub(super) fn text(page: String) -> String {
     if !page.chars().any(is_hidden) {
         return page;
@@ -11,7 +11,7 @@ pub(super) fn text(page: String) -> String {
     let mut plain = String::with_capacity(page.len());
     for c in page.chars() {
         match c {
-            // Control pictures stand in the order of the characters that they show.
+            // Control pictures are in the order of the characters that they represent.
             '\u{0}'..='\u{1f}' if is_hidden(c) => {
                 plain.extend(char::from_u32(0x2400 + u32::from(c)));
             }
@@ -23,8 +23,8 @@ pub(super) fn text(page: String) -> String {
     plain
 }
 
-/// Controls other than ends of lines and tabs, what overrides the direction of text, what has no width, and what is no
-/// character.
+/// Whether it is a control character other than line ends and tabs, overrides the direction of text, has no width, or
+/// is not a character.
 const fn is_hidden(c: char) -> bool {
     match c {
         '\t' | '\n' => false,

@@ -1,9 +1,9 @@
-//! What became of the plan's properties, and which of them this bench could not judge.
+//! Results of the plan's properties, and those that this bench could not judge.
 
 use maud::{Markup, html};
 use record::outcome::PropertySummary;
 
-/// The table; nothing where the plan declares none.
+/// Renders the table; `None` if the plan declares no properties.
 pub(super) fn table(properties: &[PropertySummary]) -> Option<Markup> {
     if properties.is_empty() {
         return None;
@@ -42,7 +42,7 @@ fn row(property: &PropertySummary) -> Markup {
     }
 }
 
-/// In words.
+/// Describes the result.
 fn came_to(property: &PropertySummary) -> String {
     let what = property.what.as_deref().unwrap_or("-");
     match (property.held, property.always) {

@@ -35,7 +35,7 @@ pub(super) fn header() -> Header {
     }
 }
 
-/// A number between -1 and 1 that looks like chance and is not.
+/// Returns a deterministic number between -1 and 1 that looks random.
 pub(super) fn noise(index: u32) -> f64 {
     let mixed = (index ^ 0x9e37_79b9).wrapping_mul(0x85eb_ca6b);
     let mixed = (mixed ^ (mixed >> 13)).wrapping_mul(0xc2b2_ae35);

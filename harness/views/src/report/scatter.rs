@@ -1,4 +1,4 @@
-//! Return positions: two quantities that belong together, as a plan of the floor.
+//! Return positions: pairs of quantities, as a plan of the floor.
 
 use super::download::{ROWS_MAX, Table, number, place};
 use super::frame::{Axis, Frame, SCALE};
@@ -13,32 +13,32 @@ use plotters::element::{Circle, Cross, PathElement};
 use plotters::style::Color;
 use std::collections::BTreeMap;
 
-/// The most positions that are drawn.
+/// Maximum number of positions.
 const POSITIONS_MAX: usize = 2_000;
 
-/// Radius of the ring about a position outside the square, in pixels of the drawing.
+/// Radius of the ring around a position outside the square, in pixels of the drawing.
 const RING_RADIUS: i32 = 6 * SCALE as i32;
 
 /// Half the size of the cross of a median, in pixels of the drawing.
 const MEDIAN_RADIUS: i32 = 7 * SCALE as i32;
 
-/// Side of the paper's square: all but one return position of the corrected laps lie in it (Fig. 8).
+/// Side of the paper's square, which contains all return positions of corrected laps but one (Fig. 8).
 const PAPER_SQUARE_SIDE_CM: f64 = 10.0;
 
 const CM_PER_M: f64 = 100.0;
 
-/// What a quantity is by its name.
+/// Role of a quantity, from its name.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Partner {
-    /// An x; its y has this name.
+    /// An x coordinate; its y has this name.
     X(String),
-    /// A y; its x has this name.
+    /// A y coordinate; its x has this name.
     Y(String),
     /// Neither.
     None,
 }
 
-/// `lap.return_x` belongs to `lap.return_y`.
+/// Pairs `lap.return_x` with `lap.return_y`.
 pub(super) fn partner(name: &str) -> Partner {
     match (name.strip_suffix("return_x"), name.strip_suffix("return_y")) {
         (Some(stem), _) => Partner::X(format!("{stem}return_y")),
@@ -60,7 +60,7 @@ impl Position {
     }
 }
 
-/// Two quantities that belong together.
+/// Two paired quantities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Positions<'a> {
     pub x: &'a [Sample],
@@ -68,7 +68,7 @@ pub(super) struct Positions<'a> {
 }
 
 impl Positions<'_> {
-    /// Positions from x and y of the same run and direction; without a run, of the same instant.
+    /// Pairs x and y of the same run and direction; without a run, of the same instant.
     fn paired(self) -> Vec<Position> {
         let key = |sample: &Sample| {
             let number = sample.run.unwrap_or(sample.at_s);
@@ -86,8 +86,8 @@ impl Positions<'_> {
             .collect()
     }
 
-    /// The positions, in metres by definition of their quantities, and the paper's square, of which `square` says what it
-    /// is; nothing where there are none.
+    /// Draws the positions, in metres by definition of their quantities, and the paper's square, which `square`
+    /// explains; `None` if there are no positions.
     pub(super) fn figure(self, title: &str, square: &str, file: &str) -> Option<Markup> {
         if self.x.is_empty() {
             return None;
@@ -96,7 +96,7 @@ impl Positions<'_> {
         let medians = medians(&all);
         let outside = all.iter().filter(|position| position.is_outside()).count();
         let paired = all.len();
-        // Those outside matter most when not all can be drawn.
+        // If not all can be drawn, those outside matter most.
         all.sort_by_key(|position| !position.is_outside());
         all.truncate(POSITIONS_MAX);
         let plot = plot(&all, &medians, title);

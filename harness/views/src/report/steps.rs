@@ -1,12 +1,12 @@
-//! The steps of a run, as they began and ended.
+//! The steps of a run.
 
-/// The most steps that are kept.
+/// Maximum number of steps.
 pub(super) const STEPS_MAX: usize = 50_000;
 
-/// The deepest nesting that has a row of its own.
+/// Maximum nesting depth with a row of its own.
 const DEPTH_MAX: usize = 8;
 
-/// Steps narrower than this share of the line that begin as near to the last drawn are left out.
+/// Steps narrower than this share of the line are omitted if they begin this close to the last one drawn.
 const SHARE_MIN: f64 = 0.002;
 
 #[derive(Debug)]
@@ -18,11 +18,11 @@ pub(super) struct Step {
     pub(super) end_s: Option<f64>,
 }
 
-/// The steps of a run, in the order in which they began.
+/// The steps of a run, in order of their begin.
 #[derive(Debug, Default)]
 pub(super) struct Steps {
     pub(super) all: Vec<Step>,
-    /// Indices of those that run, outermost first.
+    /// Indices of running steps, outermost first.
     open: Vec<usize>,
     pub(super) overflowed: u64,
 }
@@ -43,7 +43,7 @@ impl Steps {
         });
     }
 
-    /// Ends the last step of this path that runs, and with it what ran inside.
+    /// Ends the last running step of this path, and those within it.
     pub(super) fn end(&mut self, at_s: f64, path: &str) {
         let found = self.open.iter().rposition(|&index| self.all[index].path == path);
         if let Some(position) = found {
@@ -53,7 +53,7 @@ impl Steps {
         }
     }
 
-    /// The title of the innermost step that had not ended.
+    /// Title of the innermost step that did not end.
     pub(super) fn unfinished(&self) -> Option<&str> {
         self.open.last().map(|&index| self.all[index].title.as_str())
     }

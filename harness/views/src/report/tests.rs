@@ -11,14 +11,14 @@ use record::samples::{observation, one_of_each, record, state};
 use record::{Device, Record, RecordKind};
 use scraper::{Html, Selector};
 
-/// What a report may take.
+/// Maximum size of a report.
 const BYTES_MAX: usize = 5_000_000;
 
 fn page(summary: &Summary, records: impl IntoIterator<Item = Record>) -> String {
     render(summary, &header(), records.into_iter().map(Ok))
 }
 
-/// Parses without complaint, and asks nobody for anything.
+/// Checks that the page parses without errors and requests nothing.
 fn assert_stands_alone(page: &str) -> Html {
     let document = Html::parse_document(page);
     assert!(document.errors.is_empty(), "{:?}", document.errors);
@@ -33,7 +33,7 @@ fn count(document: &Html, selector: &str) -> usize {
     document.select(&Selector::parse(selector).unwrap()).count()
 }
 
-/// The page without its style and without the inside of its drawings.
+/// Returns the page without its style and the contents of its drawings.
 fn skeleton(page: &str) -> String {
     let mut text = String::new();
     for part in page.split_inclusive('>') {
@@ -107,7 +107,7 @@ fn a_record_cut_short_is_drawn_as_far_as_it_goes() {
     assert_eq!(count(&document, "g.step.unfinished"), 1);
 }
 
-/// As one flipped bit of a record makes them, or a controller that divides by nothing.
+/// Such values result from a flipped bit in a record, or from a division by zero in a controller.
 #[test]
 fn places_at_the_end_of_the_numbers_are_counted_and_not_drawn() {
     let places =
@@ -202,7 +202,7 @@ fn a_verdict_has_its_colour_in_the_sheet() {
     }
 }
 
-/// Writes the page of the long run where `HIL_SAMPLE_REPORT` says, to be looked at.
+/// Writes the page of the long run to the file in `HIL_SAMPLE_REPORT`, for inspection.
 #[test]
 #[ignore = "for whoever changes the page"]
 fn sample_report() {

@@ -1,18 +1,18 @@
-//! Fewer points that look the same: what sticks out is kept.
+//! Reduces points to fewer that look the same: extremes are kept.
 
 /// A point of a plot.
 pub(super) type Point = (f64, f64);
 
-/// Points that are simplified at a time: bounds the work, which grows with their square at worst.
+/// Points simplified at a time: bounds the work, which in the worst case grows with their square.
 const CHUNK: usize = 1_024;
 
-/// The lowest and the highest point of each of `columns` columns of equal width, in the order in
-/// which they came. As many points as that would be or fewer come back unchanged.
+/// Returns the lowest and the highest point of each of `columns` columns of equal width, in their original order. If
+/// there are no more points than that, all are returned.
 pub(super) fn extremes(points: &[Point], columns: usize) -> Vec<Point> {
     extreme_indices(points, columns).into_iter().map(|index| points[index]).collect()
 }
 
-/// Where those points stand among all, rising.
+/// Returns the indices of those points, ascending.
 pub(super) fn extreme_indices(points: &[Point], columns: usize) -> Vec<usize> {
     if points.len() <= 2 * columns {
         return (0..points.len()).collect();
@@ -41,7 +41,7 @@ pub(super) fn extreme_indices(points: &[Point], columns: usize) -> Vec<usize> {
     kept
 }
 
-/// A line from which no dropped point is further than `tolerance` (Ramer-Douglas-Peucker).
+/// Returns a line from which no dropped point is further than `tolerance` (Ramer-Douglas-Peucker).
 pub(super) fn simplified(line: &[Point], tolerance: f64) -> Vec<Point> {
     let Some(last) = line.len().checked_sub(1) else {
         return Vec::new();
@@ -56,7 +56,7 @@ pub(super) fn simplified(line: &[Point], tolerance: f64) -> Vec<Point> {
     kept.into_iter().map(|index| line[index]).collect()
 }
 
-/// Appends what is kept of `start..=end`, without `start`.
+/// Appends the indices kept of `start..=end`, without `start`.
 fn simplify_chunk(line: &[Point], start: usize, end: usize, tolerance: f64, kept: &mut Vec<usize>) {
     let mut open = vec![(start, end)];
     while let Some((a, b)) = open.pop() {
@@ -65,7 +65,7 @@ fn simplify_chunk(line: &[Point], start: usize, end: usize, tolerance: f64, kept
             .max_by(|one, other| one.1.total_cmp(&other.1));
         match furthest {
             Some((index, far)) if far > tolerance => {
-                // The first half is on top: what is kept comes out in order.
+                // The first half is on top of the stack, so that indices come in order.
                 open.push((index, b));
                 open.push((a, index));
             }
@@ -74,7 +74,7 @@ fn simplify_chunk(line: &[Point], start: usize, end: usize, tolerance: f64, kept
     }
 }
 
-/// From `point` to the nearest point between `a` and `b`.
+/// Distance from `point` to the segment from `a` to `b`.
 fn distance(point: Point, a: Point, b: Point) -> f64 {
     let (along_x, along_y) = (b.0 - a.0, b.1 - a.1);
     let (to_x, to_y) = (point.0 - a.0, point.1 - a.1);

@@ -1,7 +1,7 @@
-//! When each step of the plan ran, what struck it, and when verdicts were decided.
+//! Time line: when each step of the plan ran, when faults were active, and when verdicts were decided.
 //!
-//! Boxes on a line need no drawing library: they are placed in percent of the page, so that their
-//! text keeps its size, and each carries its title for the pointer.
+//! Boxes on a line need no drawing library: they are positioned in percent of the page, so that their text keeps its
+//! size, and each carries its title as a tooltip.
 
 use super::collect::Collected;
 use super::decided::Mark;
@@ -11,14 +11,14 @@ use super::steps::{Step, Steps};
 use maud::{Markup, html};
 use record::figures;
 
-/// A character needs this share of the line.
+/// Width of a character as a share of the line.
 const CHARACTER_SHARE: f64 = 0.0062;
 
-/// Blank between boxes, and the narrowest box, in percent of the line.
+/// Gap between boxes, and minimum width of a box, in percent of the line.
 const GAP_PERCENT: f64 = 0.12;
 const WIDTH_PERCENT_MIN: f64 = 0.12;
 
-/// The most verdicts that are listed in words.
+/// Maximum number of verdicts in the list.
 const MARKS_LISTED_MAX: usize = 30;
 
 /// Height of the row of verdicts.
@@ -27,10 +27,10 @@ const MARKS_PX: usize = 16;
 const ROW_PX: usize = 24;
 const AXIS_PX: usize = 26;
 
-/// Ticks on the time axis, at most.
+/// Maximum ticks on the time axis.
 const TICKS_MAX: f64 = 7.0;
 
-/// The time line.
+/// Renders the time line.
 pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
     let Collected { steps, troubles, faults, end_s, .. } = collected;
     let end_s = *end_s;
@@ -99,7 +99,7 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
     })
 }
 
-/// The steps, in the order in which they began.
+/// Returns the steps as a table, in order of their begin.
 fn table(steps: &Steps) -> Table {
     let mut table = Table::new(["step", "title", "begin_s", "end_s"]);
     for step in steps.all.iter().take(ROWS_MAX) {
@@ -153,7 +153,7 @@ fn step_box(step: &Step, top: usize, end_s: f64) -> Markup {
     }
 }
 
-/// Round instants with their labels.
+/// Returns round instants with their labels.
 fn ticks(end_s: f64) -> Vec<(f64, String)> {
     const STEPS_S: [f64; 15] = [
         1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1_800.0, 3_600.0, 7_200.0, 10_800.0,
@@ -170,7 +170,7 @@ fn ticks(end_s: f64) -> Vec<(f64, String)> {
     let count = (end_s / step_s).floor() as u32;
     (0..=count)
         .map(|index| f64::from(index) * step_s)
-        // A label at the very end would be cut.
+        // A label at the very end would be cut off.
         .filter(|at_s| *at_s <= 0.97 * end_s)
         .map(|at_s| (at_s, format!("{} {unit}", figures::value(at_s / unit_s, 0.0))))
         .collect()

@@ -1,4 +1,4 @@
-//! What was noted, refused, broken off or doubted: where to look first when a run failed.
+//! Notes, refusals, aborted missions and degraded health: where to look first when a run failed.
 
 use controller::health::Level;
 use controller::mission::Report;
@@ -6,10 +6,10 @@ use maud::{Markup, html};
 use record::text::{cause_names, name_of};
 use record::{Device, Record, RecordKind};
 
-/// The most that are listed.
+/// Maximum number of entries.
 const TROUBLES_MAX: usize = 200;
 
-/// The longest text of one, in characters.
+/// Maximum length of a text, in characters.
 const TEXT_MAX: usize = 500;
 
 #[derive(Debug)]
@@ -19,7 +19,7 @@ struct Trouble {
     text: String,
 }
 
-/// The first of them, and how many there were more.
+/// The first entries, and the number of further ones.
 #[derive(Debug, Default)]
 pub(super) struct Troubles {
     listed: Vec<Trouble>,
@@ -27,7 +27,7 @@ pub(super) struct Troubles {
 }
 
 impl Troubles {
-    /// Adds the record if it is one of those.
+    /// Adds the record if it is an entry.
     pub(super) fn add(&mut self, record: &Record) {
         let Some(text) = text(&record.kind) else {
             return;
@@ -40,7 +40,7 @@ impl Troubles {
         self.listed.push(Trouble { at_s: record.at.as_secs_f64(), device: record.device, text });
     }
 
-    /// When they happened.
+    /// Returns the times of the entries.
     pub(super) fn instants(&self) -> impl Iterator<Item = f64> + '_ {
         self.listed.iter().map(|trouble| trouble.at_s)
     }
@@ -64,7 +64,7 @@ fn text(kind: &RecordKind) -> Option<String> {
     }
 }
 
-/// The list; nothing where all was well.
+/// Renders the list; `None` if it is empty.
 pub(super) fn list(troubles: &Troubles) -> Option<Markup> {
     if troubles.listed.is_empty() {
         return None;

@@ -1,18 +1,18 @@
-//! How much of a plan is left, in bench time.
+//! Estimate of a plan's remaining bench time.
 //!
-//! Each step has a nominal duration: what it states, or what its motion takes as prescribed. What the steps so
-//! far have taken against it says how fast this run goes, and the rest is scaled by that.
+//! Each step has a nominal duration: what it states, or what its motion takes as prescribed. The ratio of actual to
+//! nominal time of the steps so far gives the pace of this run, which scales the rest.
 
 use plan::{Action, Plan, Step};
 use std::collections::BTreeMap;
 use wire::time::{Span, Timestamp};
 
-/// Pace is believed once this much of nominal time is done. Assumption: a bias test.
+/// The pace is used once this much nominal time is done. Assumption: a bias test.
 const PACE_AFTER_S: f64 = 5.0;
-/// Nominal time of what is over at once or takes as long as somebody likes. Assumption.
+/// Nominal time of a step that ends at once or takes an unknown time. Assumption.
 const UNKNOWN_S: f64 = 0.0;
 
-/// What a plan takes, and how much of it is done.
+/// Duration of a plan, and how much of it is done.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Estimate {
     /// Nominal seconds of each step, by its place without the round.
@@ -21,7 +21,7 @@ pub struct Estimate {
     done_s: f64,
     /// Bench time when the last step ended.
     ended_s: f64,
-    /// Of the step under way.
+    /// Nominal seconds of the current step.
     current_s: f64,
 }
 
@@ -73,12 +73,12 @@ impl Estimate {
         self.current_s = 0.0;
     }
 
-    /// Bench time of the whole plan as it is prescribed.
+    /// Returns the nominal bench time of the whole plan.
     pub const fn nominal_s(&self) -> f64 {
         self.total_s
     }
 
-    /// Bench time that is left, in seconds; none where nothing is known of it.
+    /// Returns the remaining bench time in seconds; `None` if it is unknown.
     pub fn left_s(&self, now: Timestamp) -> Option<f64> {
         if self.total_s <= 0.0 {
             return None;
@@ -89,7 +89,7 @@ impl Estimate {
         Some(left_s * pace)
     }
 
-    /// Share of the plan that is done, 0 to 1.
+    /// Returns the share of the plan that is done, 0 to 1.
     pub fn share(&self, now: Timestamp) -> Option<f64> {
         let left_s = self.left_s(now)?;
         let now_s = now.as_secs_f64();

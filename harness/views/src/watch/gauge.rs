@@ -1,4 +1,4 @@
-//! A quantity that the plan measures: what was seen of it, and where it is meant to lie.
+//! A quantity that the plan measures: its observations and bands.
 
 use super::series::Series;
 use plan::quantities::during_tag;
@@ -12,16 +12,16 @@ use wire::time::Timestamp;
 pub struct Gauge {
     /// Name, unit, meaning and bands, as in the header of the record.
     pub quantity: Quantity,
-    /// Its values.
+    /// Observed values.
     pub series: Series,
-    /// Values outside a band in which each of them has to be.
+    /// Number of values outside a band that must contain every value.
     pub outside: u64,
-    /// Least and greatest value.
+    /// Minimum and maximum value.
     pub range: Option<(f64, f64)>,
     strict: Vec<Strict>,
 }
 
-/// A band in which every value has to be: of a check that allows none outside.
+/// Band of a check that allows no value outside.
 #[derive(Debug, Clone, PartialEq)]
 struct Strict {
     filter: Filter,
@@ -61,12 +61,12 @@ impl Gauge {
         }
     }
 
-    /// The last value.
+    /// Returns the last value.
     pub fn last(&self) -> Option<f64> {
         self.series.last().map(|(_, value)| value)
     }
 
-    /// The band that is meant for all values: the first that asks for no tag, else the first.
+    /// Returns the band for all values: the first without tags, else the first.
     pub fn band(&self) -> Option<&Band> {
         let bands = &self.quantity.bands;
         bands.iter().find(|band| band.tags.is_empty()).or_else(|| bands.first())

@@ -1,12 +1,12 @@
-//! What is shown of a run while it goes on: a plain model, fed by what the run records.
+//! Live view of a run in progress: a plain model, fed by the records of the run.
 //!
 //! * [`Model`]: everything that can be shown, as numbers and words. No terminal, no clock.
-//! * [`Feed`]: the one model of a run, shared by the run that writes it and whoever draws it.
-//! * [`Watched`]: a record sink that shows what goes through it to a feed; the record stays what it is.
+//! * [`Feed`]: the one model of a run, shared by the run that writes it and its viewers.
+//! * [`Watched`]: a record sink that shows its records to a feed and does not change them.
 //!
-//! The run never waits for a terminal. It changes the model under a lock that a drawer holds only while it
-//! copies the model: the latest state is what counts, and a channel would have to be bounded and lose some
-//! of what happened, or would let a slow terminal hold the run up.
+//! The run never waits for a terminal. It changes the model under a lock that a viewer holds only while it copies the
+//! model: only the latest state matters. A channel would have to be bounded and lose events, or a slow terminal would
+//! delay the run.
 
 mod estimate;
 mod gauge;
@@ -32,27 +32,27 @@ use record::Record;
 use record::header::Header;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The model of a run that goes on. A clone is the same model.
+/// The model of a run in progress. A clone is the same model.
 #[derive(Debug, Clone)]
 pub struct Feed(Arc<Mutex<Model>>);
 
 impl Feed {
-    /// Of a run of `plan` that has not begun; `header` is that of its record.
+    /// Creates the model of a run of `plan` that has not begun; `header` is that of its record.
     pub fn new(plan: &Plan, header: &Header) -> Self {
         Self(Arc::new(Mutex::new(Model::new(plan, header))))
     }
 
-    /// What is so now.
+    /// Returns a copy of the current model.
     pub fn snapshot(&self) -> Model {
         self.model().clone()
     }
 
-    /// Takes how far the run is.
+    /// Updates the progress of the run.
     pub fn progress(&self, progress: Progress) {
         self.model().progress(progress);
     }
 
-    /// News after the piece with this number, and how many of them were lost for want of room.
+    /// Returns the news after the piece with this number, and how many of them were lost for lack of room.
     pub fn news_after(&self, number: u64) -> (Vec<Piece>, u64) {
         self.model().news.after(number)
     }
@@ -61,7 +61,7 @@ impl Feed {
         self.model().take(record);
     }
 
-    /// A model that somebody panicked over is as good as it was: nothing rests on it.
+    /// A panic while locked leaves the model usable: nothing depends on it.
     fn model(&self) -> MutexGuard<'_, Model> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,4 +1,4 @@
-//! What is shown of a run.
+//! The model of a run in progress.
 
 use super::estimate::Estimate;
 use super::gauge::Gauge;
@@ -16,23 +16,23 @@ use record::{FaultEvent, FaultRecord, Record, RecordKind, Violation};
 use serde::Serialize;
 use wire::time::Timestamp;
 
-/// Faults in force that are named; the others are counted.
+/// Maximum number of active faults that are named; the others are counted.
 pub const FAULTS_MAX: usize = 16;
-/// Broken properties that are named: there are fewer kinds of them.
+/// Maximum number of broken properties that are named: there are fewer kinds of them.
 pub const BROKEN_MAX: usize = 32;
 
-/// The step under way.
+/// The current step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnderWay {
-    /// Where it stands in the plan.
+    /// Its place in the plan.
     pub path: String,
-    /// What it is, in words.
+    /// Its description.
     pub title: String,
-    /// Since when.
+    /// Bench time at its begin.
     pub since: Timestamp,
 }
 
-/// Everything that can be shown of a run, as it is now.
+/// Everything that can be shown of a run, in its current state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     /// Name of the plan.
@@ -41,46 +41,46 @@ pub struct Model {
     pub title: String,
     /// The seed.
     pub seed: u64,
-    /// The plan is of a device of the user's own, not of the robot or the table.
+    /// Whether the plan is for a custom device, not for the robot or the table.
     pub is_of_device: bool,
-    /// Bench time.
+    /// Current bench time.
     pub now: Timestamp,
-    /// Steps done, and in all as far as they were told.
+    /// Number of finished steps.
     pub steps_done: u64,
-    /// See [`Self::steps_done`].
+    /// Total number of steps so far known.
     pub steps: u64,
-    /// The step under way.
+    /// The current step.
     pub under_way: Option<UnderWay>,
-    /// How much is left.
+    /// Estimate of the remaining time.
     pub estimate: Estimate,
     /// The robot.
     pub robot: Robot,
-    /// What the plan measures, in the order in which it declares it.
+    /// Quantities that the plan measures, in its order.
     pub gauges: Vec<Gauge>,
-    /// What crosses the lines.
+    /// Traffic on the lines.
     pub traffic: Traffic,
-    /// What the device under test thinks of itself.
+    /// Health that the device under test reports.
     pub health: Option<Health>,
-    /// Place in the schedule and name of the faults in force.
+    /// Active faults: index in the schedule, and name.
     pub faults: Vec<(u32, String)>,
-    /// Faults in force for which there was no room.
+    /// Number of active faults beyond [`FAULTS_MAX`].
     pub faults_unnamed: u64,
-    /// Properties that do not hold, and what was seen.
+    /// Broken properties with their violations.
     pub broken: Vec<(String, Violation)>,
-    /// What happened last.
+    /// Latest events.
     pub news: News,
-    /// Records taken.
+    /// Number of records.
     pub records: u64,
 }
 
 impl Model {
-    /// Of a run of `plan` that has not begun.
+    /// Creates the model of a run of `plan` that has not begun.
     pub fn new(plan: &Plan, header: &Header) -> Self {
         Self {
             plan: header.plan.clone(),
             title: plan.title.clone(),
             seed: header.seed,
-            // A rig may have the robot.
+            // A rig may contain the robot.
             is_of_device: plan.devices.is_none()
                 && header.lines.iter().all(|line| line.device != Device::Gyro),
             now: Timestamp::ZERO,
@@ -190,7 +190,7 @@ impl Model {
     }
 }
 
-/// `fault: gyro silent`.
+/// Formats health as `fault: gyro silent`.
 pub fn in_words(health: &Health) -> String {
     let (level, causes) = (name_of(&health.level), cause_names(&health.causes));
     if causes.is_empty() { level } else { format!("{level}: {}", causes.join(", ")) }

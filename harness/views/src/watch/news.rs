@@ -1,46 +1,46 @@
-//! What happened last, in words.
+//! Latest events of a run, as text.
 
 use std::collections::VecDeque;
 use wire::time::Timestamp;
 
-/// Pieces of news that are kept for whoever has not read them yet.
+/// Maximum number of pieces kept for slow readers.
 pub const NEWS_MAX: usize = 512;
-/// The longest text of a piece that is kept.
+/// Maximum length of a piece.
 const TEXT_CHARS_MAX: usize = 200;
 
-/// What kind of news.
+/// Kind of news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewsKind {
     /// A step of the plan began.
     StepBegan,
     /// A step of the plan ended.
     StepEnded,
-    /// The device under test changed its mind about itself.
+    /// The device under test changed its health.
     Health,
     /// The device under test refused a mission or broke it off.
     Refusal,
     /// A fault of the plan began, ended, or did something.
     Fault,
-    /// A property does not hold.
+    /// A property is violated.
     Broken,
-    /// Something went wrong, was dropped or was mended; or a person replied.
+    /// A failure, a loss or a repair; or a reply of a person.
     Note,
 }
 
 /// A piece of news.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Piece {
-    /// Counted from 1.
+    /// Number, counted from 1.
     pub number: u64,
-    /// When, in bench time.
+    /// Bench time.
     pub at: Timestamp,
-    /// What kind.
+    /// Kind of news.
     pub kind: NewsKind,
-    /// In words, on one line.
+    /// Text on one line.
     pub text: String,
 }
 
-/// The latest news.
+/// The latest pieces of news.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct News {
     pieces: VecDeque<Piece>,
@@ -57,19 +57,19 @@ impl News {
         self.pieces.push_back(Piece { number: self.count, at, kind, text });
     }
 
-    /// The pieces after the one with this number, and how many of those are forgotten already.
+    /// Returns the pieces after the one with this number, and how many of those are no longer kept.
     pub fn after(&self, number: u64) -> (Vec<Piece>, u64) {
         let first = self.pieces.front().map_or(self.count + 1, |piece| piece.number);
         let new = self.pieces.iter().filter(|piece| piece.number > number).cloned().collect();
         (new, first.saturating_sub(number + 1))
     }
 
-    /// The latest first.
+    /// Returns the pieces, latest first.
     pub fn latest(&self) -> impl Iterator<Item = &Piece> {
         self.pieces.iter().rev()
     }
 
-    /// How many there were.
+    /// Returns how many pieces there were.
     pub const fn count(&self) -> u64 {
         self.count
     }
@@ -91,7 +91,7 @@ mod tests {
         let (pieces, lost) = news.after(2);
         assert_eq!((pieces.len(), lost), (NEWS_MAX, 5));
         assert_eq!(news.after(total), (Vec::new(), 0));
-        // No text of a device moves the cursor of a terminal.
+        // Text of a device cannot move the cursor of a terminal.
         assert_eq!(pieces[0].text, "a\\u{1b}[2J\\nb");
     }
 }

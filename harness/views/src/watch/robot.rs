@@ -1,41 +1,42 @@
-//! The robot on its square: where it was told to go, where it believes it is, where it is; and its gyro.
+//! The robot on its square: its commanded, estimated and true path; and its gyro.
 
 use super::series::{POINTS_MAX, Series};
 use controller::mission::{Activity, Command, State};
 use wire::time::Timestamp;
 use wire::units::Pose;
 
-/// Who has gone so far drives. Assumption: beyond the noise of whatever stands or turns on the spot.
+/// A base that has travelled this far is driving. Assumption: above the noise of a base that stands or turns on the
+/// spot.
 const GONE_MIN_M: f64 = 0.05;
-/// Corners of the way that was ordered.
+/// Maximum corners of the commanded path.
 const CORNERS_MAX: usize = 128;
 
-/// The robot, as far as anything is known of it.
+/// The robot, as far as it is known.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Robot {
-    /// The last state that it told.
+    /// The last reported state.
     pub state: Option<State>,
-    /// Where it believes to have been, m; at most [`POINTS_MAX`].
+    /// Estimated path, m; at most [`POINTS_MAX`] points.
     pub path: Vec<(f64, f64)>,
-    /// Where it was, m; empty where nobody knows. At most [`POINTS_MAX`].
+    /// True path, m; empty if unknown. At most [`POINTS_MAX`] points.
     pub truth: Vec<(f64, f64)>,
-    /// Where it was told to go, m.
+    /// Commanded path, m.
     pub commanded: Vec<(f64, f64)>,
-    /// Pose and heading as they are, where somebody knows.
+    /// True pose and heading, if known.
     pub true_pose: Option<Pose>,
-    /// Reference heading minus heading while a line is driven, deg.
+    /// Reference heading minus heading while driving a straight line, deg.
     pub heading_error: Series,
-    /// Heading that it believes minus the true one, deg.
+    /// Estimated minus true heading, deg.
     pub true_error: Series,
-    /// Rate of the gyro less its bias, deg/s.
+    /// Rate of the gyro minus its bias, deg/s.
     pub rate: Series,
-    /// Its temperature, degC.
+    /// Temperature of the gyro, degC.
     pub temperature: Series,
     target: Option<Pose>,
 }
 
 impl Robot {
-    /// There is a base that drives, so that there is a path.
+    /// Whether a base drives, so that there is a path.
     pub fn drives(&self) -> bool {
         let goes = |(x, y): (f64, f64)| x.hypot(y);
         let away = |from: &(f64, f64), to: &(f64, f64)| goes((to.0 - from.0, to.1 - from.1));
@@ -46,7 +47,7 @@ impl Robot {
     pub(super) fn command(&mut self, command: &Command) {
         match command {
             Command::SetPose(pose) => {
-                // A new lap, or somewhere else: what was driven before is another story.
+                // A new lap, or another place: the path begins anew.
                 self.path.clear();
                 self.truth.clear();
                 self.commanded.clear();
@@ -112,7 +113,7 @@ impl Robot {
     }
 }
 
-/// Adds where something is; of a long path every other point goes.
+/// Adds a position; a long path is thinned to every other point.
 fn add(path: &mut Vec<(f64, f64)>, pose: Pose) {
     if path.len() == POINTS_MAX {
         let mut index = 0;

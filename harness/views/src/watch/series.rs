@@ -1,15 +1,15 @@
-//! Values over time, in bounded room: the latest as they came, the whole run thinned.
+//! Values over time in bounded memory: the latest in full, the whole run thinned.
 
 use std::collections::VecDeque;
 
-/// Points that are kept of the latest, and of the whole.
+/// Maximum points of the latest values, and of the whole run.
 pub const POINTS_MAX: usize = 1_200;
 
 /// Values over bench time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     latest: VecDeque<(f64, f64)>,
-    /// The whole run. Once full, every other point goes and from then on twice as many are left out.
+    /// The whole run. When full, every other point is dropped, and from then on the stride is doubled.
     whole: Vec<(f64, f64)>,
     stride: u64,
     count: u64,
@@ -22,7 +22,7 @@ impl Default for Series {
 }
 
 impl Series {
-    /// Takes a value of `at_s`. What is no number is left out.
+    /// Adds a value at `at_s`, unless it is not finite.
     pub fn push(&mut self, at_s: f64, value: f64) {
         if !value.is_finite() {
             return;
@@ -45,17 +45,17 @@ impl Series {
         self.count += 1;
     }
 
-    /// The last one, with its time in seconds.
+    /// Returns the last value, with its time in seconds.
     pub fn last(&self) -> Option<(f64, f64)> {
         self.latest.back().copied()
     }
 
-    /// How many there were.
+    /// Returns the number of values.
     pub const fn count(&self) -> u64 {
         self.count
     }
 
-    /// The points from `from_s` on, as finely as they are kept.
+    /// Returns the points from `from_s` on, in the finest resolution kept.
     pub fn since(&self, from_s: f64) -> Vec<(f64, f64)> {
         let covered = self.count as usize <= POINTS_MAX
             || self.latest.front().is_some_and(|(at_s, _)| *at_s <= from_s);

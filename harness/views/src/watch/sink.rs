@@ -1,4 +1,4 @@
-//! A record sink that shows what goes through it.
+//! A record sink that shows its records to a feed.
 
 use super::{Feed, Traffic};
 use record::sink::{Level, RecordSink};
@@ -7,8 +7,8 @@ use std::io;
 use wire::can::CanFrame;
 use wire::time::Timestamp;
 
-/// Hands everything on as it is, and shows it to a feed, where there is one. What crosses the lines is counted
-/// here and shown once a second of bench time: frames come by the million, and each would need the lock.
+/// Passes every record on unchanged, and shows it to a feed, if there is one. Traffic is counted here and shown once
+/// per second of bench time: there are millions of frames, and each would need the lock.
 #[derive(Debug)]
 pub struct Watched<S> {
     inner: S,
@@ -17,13 +17,13 @@ pub struct Watched<S> {
 }
 
 impl<S> Watched<S> {
-    /// Shows to `feed` what `inner` is given.
+    /// Creates a sink that shows to `feed` what `inner` receives.
     pub fn new(inner: S, feed: Option<&Feed>) -> Self {
         let traffic = feed.map(|feed| feed.model().traffic.clone()).unwrap_or_default();
         Self { inner, feed: feed.cloned(), traffic }
     }
 
-    /// What it hands everything on to.
+    /// Returns the inner sink.
     pub fn into_inner(self) -> S {
         self.inner
     }

@@ -1,4 +1,4 @@
-//! What crosses the bus and the lines, by who sent it.
+//! Traffic on the bus and the lines, by sender.
 
 use record::Device;
 use record::header::Line;
@@ -6,35 +6,35 @@ use wire::can::BIT_RATE;
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 
-/// Over so long is counted what counts as "a second" here.
+/// Interval of all rates per second.
 const WINDOW: Span = Span::from_secs(1);
 
-/// What one device has sent.
+/// Traffic sent by one device.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Way {
-    /// Frames in all.
+    /// Total number of frames.
     pub frames: u64,
-    /// Bytes on serial lines in all.
+    /// Total bytes on serial lines.
     pub bytes: u64,
     /// Frames in the last whole second.
     pub frames_per_s: f64,
     /// Bytes in the last whole second.
     pub bytes_per_s: f64,
-    /// What they take of the line or the bus, 0 to 1, where its rate is known.
+    /// Load of the line or the bus, 0 to 1, if its rate is known.
     pub load: Option<f64>,
     frames_now: u64,
     bytes_now: u64,
     bits_now: u64,
-    /// Bits that a byte takes, and bits per second of the line that it sends on.
+    /// Bits per byte, and bits per second of the device's line.
     line: Option<(u32, u32)>,
 }
 
-/// What crosses the bus and the lines.
+/// Traffic on the bus and the lines.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Traffic {
     ways: [Way; Device::ALL.len()],
     since: Timestamp,
-    /// Of the CAN bus, 0 to 1, in the last whole second.
+    /// Load of the CAN bus, 0 to 1, in the last whole second.
     pub bus_load: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ impl Traffic {
         traffic
     }
 
-    /// Counts bytes; says whether a second is over.
+    /// Counts bytes; returns whether a second is over.
     pub(super) fn bytes(&mut self, at: Timestamp, from: Device, count: usize) -> bool {
         let over = self.roll(at);
         let Some(way) = self.way(from) else { return over };
@@ -58,7 +58,7 @@ impl Traffic {
         over
     }
 
-    /// Counts a frame; says whether a second is over.
+    /// Counts a frame; returns whether a second is over.
     pub(super) fn frame(&mut self, at: Timestamp, from: Device, frame: &CanFrame) -> bool {
         let over = self.roll(at);
         let Some(way) = self.way(from) else { return over };
@@ -68,7 +68,7 @@ impl Traffic {
         over
     }
 
-    /// What a device has sent; nodes of rigs have no place of their own here.
+    /// Traffic of a device; nodes of rigs have no entry.
     fn way(&mut self, from: Device) -> Option<&mut Way> {
         let place = Device::ALL.iter().position(|known| *known == from)?;
         self.ways.get_mut(place)
@@ -97,7 +97,7 @@ impl Traffic {
         true
     }
 
-    /// Everybody who has sent anything.
+    /// Returns all devices that have sent anything.
     pub fn senders(&self) -> impl Iterator<Item = (Device, &Way)> {
         let all = Device::ALL.into_iter().zip(&self.ways);
         all.filter(|(_, way)| way.frames + way.bytes > 0)

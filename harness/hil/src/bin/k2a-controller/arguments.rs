@@ -13,7 +13,7 @@ use wire::base::serial_link;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 use wire::serial::SerialSettings;
 
-/// Rates that serial hardware is built for.
+/// Baud rates that serial hardware supports.
 const BAUD: RangeInclusive<u32> = 300..=4_000_000;
 
 const AFTER_HELP: &str = "\
@@ -68,7 +68,7 @@ enum IntegrateBy {
     HostTime,
 }
 
-/// A serial port as it is named on the command line.
+/// A serial port as given on the command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct SerialPort {
     path: String,
@@ -79,7 +79,7 @@ impl FromStr for SerialPort {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        // Paths may hold colons themselves (/dev/serial/by-path/...): only a number is a baud rate.
+        // Paths may contain colons (/dev/serial/by-path/...): only a number is a baud rate.
         let digits =
             |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
         let (path, baud) = match text.rsplit_once(':') {
@@ -129,7 +129,7 @@ impl FromStr for Base {
     }
 }
 
-/// A serial port as it is to be opened.
+/// A serial port and its settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SerialPlace {
     pub(crate) path: String,
@@ -143,7 +143,7 @@ impl SerialPlace {
     }
 }
 
-/// Where the base is.
+/// How the base is connected.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum BasePlace {
     None,
@@ -153,18 +153,18 @@ pub(crate) enum BasePlace {
     Slcan(SerialPlace),
 }
 
-/// What the command line asks for.
+/// The parsed command line.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Setup {
     pub(crate) config: Config,
     pub(crate) gyro: SerialPlace,
     pub(crate) base: BasePlace,
-    /// Where missions come from, where not from stdin.
+    /// Source of missions, if not stdin.
     pub(crate) listen: Option<ListenPlace>,
 }
 
 impl Arguments {
-    /// The setup; an error is one sentence.
+    /// Returns the setup; an error is one sentence.
     pub(crate) fn setup(self) -> Result<Setup, String> {
         let (format, mode) = (self.stream, OutputMode::from(self.mode));
         if !format.carries(mode) {

@@ -1,4 +1,4 @@
-//! The real clock, read in one place.
+//! The real clock. The process reads it here only.
 
 #[cfg(target_os = "linux")]
 use rustix::time::{
@@ -11,50 +11,50 @@ use std::time::{Duration, Instant};
 use tokio::io::{Interest, unix::AsyncFd};
 use wire::time::Timestamp;
 
-/// The loop looks at its inputs at least this often, whatever the controller is waiting for.
+/// The loop checks its inputs at least this often, whatever the controller waits for.
 const WAIT_MAX: Duration = Duration::from_secs(3_600);
 
-/// Bench time of this process: nanoseconds since it began, on the monotonic clock.
+/// Bench time of this process: nanoseconds since its start, on the monotonic clock.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clock {
     start: Instant,
 }
 
 impl Clock {
-    /// A clock that stands at [`Timestamp::ZERO`].
+    /// Starts a clock at [`Timestamp::ZERO`].
     pub(crate) fn start() -> Self {
         Self { start: monotonic() }
     }
 
-    /// What time it is.
+    /// Returns the current time.
     pub(crate) fn now(&self) -> Timestamp {
         let now = monotonic();
         let nanos = |span: Duration| i64::try_from(span.as_nanos()).unwrap_or(i64::MAX);
-        // Before its start it is where a fault has set it back.
+        // Before the start: a fault has set the clock back.
         Timestamp::from_nanos(match now.checked_duration_since(self.start) {
             Some(since) => nanos(since),
             None => -nanos(self.start.saturating_duration_since(now)),
         })
     }
 
-    /// How long it is until `at`; none where that has come.
+    /// Returns the time until `at`; `None` if `at` has passed.
     fn until(&self, at: Timestamp) -> Option<Duration> {
         let nanos = u64::try_from((at - self.now()).as_nanos()).ok().filter(|nanos| *nanos > 0)?;
         Some(Duration::from_nanos(nanos).min(WAIT_MAX))
     }
 }
 
-/// Wakes the loop at the nanosecond that it asked for. The runtime's own timer counts milliseconds, and a controller that
-/// is woken up to one later than it wanted does something else than one in a process that keeps its time.
+/// Wakes the loop at the nanosecond that it asked for. The runtime's own timer counts milliseconds: a controller that
+/// wakes up to one millisecond late would behave differently from one in a process with exact time.
 #[derive(Debug)]
 pub(crate) struct Alarm(#[cfg(target_os = "linux")] AsyncFd<std::os::fd::OwnedFd>);
 
 #[cfg(target_os = "linux")]
 impl Alarm {
-    /// Called within the runtime.
+    /// Must be called within the runtime.
     ///
     /// # Errors
-    /// When the system gives no timer.
+    /// When the system provides no timer.
     #[expect(
         deprecated,
         reason = "its successor is unsafe, which is forbidden here; the timer is owned and kept"
@@ -65,7 +65,7 @@ impl Alarm {
         Ok(Self(AsyncFd::with_interest(timer, Interest::READABLE)?))
     }
 
-    /// Waits until `at`, an hour at the most. May be called off.
+    /// Waits until `at`, one hour at most. Cancel-safe.
     pub(crate) async fn at(&self, clock: Clock, at: Timestamp) {
         let Some(span) = clock.until(at) else { return };
         let zero = Timespec { tv_sec: 0, tv_nsec: 0 };
@@ -74,7 +74,7 @@ impl Alarm {
             tv_nsec: i64::from(span.subsec_nanos()),
         };
         let value = Itimerspec { it_interval: zero, it_value: value };
-        // To set it takes back that it may have fired before.
+        // Setting the timer clears an earlier expiry.
         let is_set = timerfd_settime(self.0.get_ref(), TimerfdTimerFlags::empty(), &value).is_ok();
         loop {
             let Ok(mut ready) = self.0.readable().await else { break };
@@ -83,7 +83,7 @@ impl Alarm {
                 return;
             }
         }
-        // A timer that cannot be had must not stop the controller.
+        // A missing timer must not stop the controller.
         tokio::time::sleep(span).await;
     }
 }
@@ -91,12 +91,12 @@ impl Alarm {
 #[cfg(not(target_os = "linux"))]
 impl Alarm {
     /// # Errors
-    /// None.
+    /// Never.
     pub(crate) fn new() -> io::Result<Self> {
         Ok(Self())
     }
 
-    /// Waits until `at`, an hour at the most. May be called off.
+    /// Waits until `at`, one hour at most. Cancel-safe.
     pub(crate) async fn at(&self, clock: Clock, at: Timestamp) {
         if let Some(span) = clock.until(at) {
             tokio::time::sleep(span).await;

@@ -1,7 +1,7 @@
-//! Missions and reports over a socket, in place of stdin and stdout: for a controller that is started once,
-//! under a debugger or on another machine, and attached to by one test after the other.
+//! Missions and reports over a socket, in place of stdin and stdout: for a controller that is started once, under a
+//! debugger or on another machine, and that one test after the other attaches to.
 //!
-//! There is one client at a time; others wait until it has left.
+//! It serves one client at a time; others wait until that client has left.
 
 use crate::orders::{self, Orders};
 use crate::outlet::Outlet;
@@ -18,12 +18,12 @@ use tokio::net::TcpListener;
 use tokio::net::UnixListener;
 use tracing::warn;
 
-/// After a client that could not be let in. Assumption: descriptors that others hold are free again soon.
+/// Delay after a client could not be accepted. Assumption: other processes soon free their descriptors.
 const RETRY: Duration = Duration::from_millis(100);
-/// How long a client that leaves may take for what is left.
+/// Time limit for a leaving client to take the remaining reports.
 const FLUSH_MAX: Duration = Duration::from_millis(500);
 
-/// Where clients are waited for.
+/// Address to listen on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ListenPlace {
     /// `unix:PATH`.
@@ -54,10 +54,10 @@ pub(crate) enum Listener {
 }
 
 impl Listener {
-    /// Listens there. Called within the runtime.
+    /// Listens at `place`. Must be called within the runtime.
     ///
     /// # Errors
-    /// When the system does not let us.
+    /// When the system refuses.
     pub(crate) async fn bind(place: ListenPlace) -> io::Result<Self> {
         Ok(match place {
             #[cfg(unix)]
@@ -66,7 +66,7 @@ impl Listener {
         })
     }
 
-    /// The next client. May be called off.
+    /// Waits for the next client. Cancel-safe.
     pub(crate) async fn client(&self) -> Client {
         loop {
             match self.try_client().await {
@@ -104,19 +104,19 @@ impl Drop for Listener {
     }
 }
 
-/// Who gives missions, until it leaves.
+/// A connected client.
 pub(crate) struct Client {
     pub(crate) orders: Orders,
     pub(crate) connection: Connection,
 }
 
-/// The way back to a client.
+/// The connection back to a client.
 pub(crate) struct Connection {
     pub(crate) reports: Outlet,
     stream: Stream,
 }
 
-/// Held to be shut down: the threads that read and write it may be blocked.
+/// Kept for shutdown: the threads that read and write it may be blocked.
 enum Stream {
     #[cfg(unix)]
     Unix(StdUnixStream),
@@ -136,10 +136,10 @@ impl Client {
 }
 
 impl Connection {
-    /// Lets what was told leave, and closes the connection.
+    /// Sends the queued reports and closes the connection.
     pub(crate) fn close(self) {
         self.reports.finish(FLUSH_MAX);
-        // Who has left already is not connected any more.
+        // A client that has left is no longer connected.
         let _ = match self.stream {
             #[cfg(unix)]
             Stream::Unix(stream) => stream.shutdown(Shutdown::Both),

@@ -1,4 +1,4 @@
-//! The log: one line an event on stderr, stamped with the time since start, filtered by `RUST_LOG`.
+//! The log: one line per event on stderr, with the time since start, filtered by `RUST_LOG`.
 
 use crate::outlet::{LineSender, Outlet};
 use std::io::{self, IsTerminal as _, Write};
@@ -7,10 +7,10 @@ use tracing_subscriber::filter::LevelFilter;
 use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::fmt::time::uptime;
 
-/// Sends every event of this process to stderr from now on, without ever waiting for its reader.
+/// Sends every event of this process to stderr from now on, and never waits for its reader.
 ///
 /// # Errors
-/// When the system gives no thread.
+/// When the system provides no thread.
 pub(crate) fn start() -> io::Result<Outlet> {
     let outlet = Outlet::spawn("log", io::stderr())?;
     let filter =
@@ -20,16 +20,16 @@ pub(crate) fn start() -> io::Result<Outlet> {
         .with_timer(uptime())
         .with_ansi(io::stderr().is_terminal())
         .with_target(false)
-        // It would print to stderr, and panic where stderr is closed.
+        // Internal errors would go to stderr, with a panic if stderr is closed.
         .log_internal_errors(false)
         .with_writer(LogWriter(outlet.sender()));
     if subscriber.try_init().is_err() {
-        // Only where a log was already set up, which then goes on.
+        // Fails only if a log is already set up, which then stays in use.
     }
     Ok(outlet)
 }
 
-/// Makes a queued line of each event.
+/// Turns each event into a queued line.
 struct LogWriter(LineSender);
 
 impl<'a> MakeWriter<'a> for LogWriter {
@@ -41,7 +41,7 @@ impl<'a> MakeWriter<'a> for LogWriter {
 }
 
 impl Write for &LogWriter {
-    /// The subscriber writes each event as a whole.
+    /// The subscriber writes each event in one call.
     fn write(&mut self, event: &[u8]) -> io::Result<usize> {
         self.0.send(event.to_vec());
         Ok(event.len())

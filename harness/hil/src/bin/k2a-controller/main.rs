@@ -1,9 +1,8 @@
 //! `k2a-controller`: the [`controller`] library on real ports and the real clock.
 //!
-//! Missions come as JSON lines on stdin or a socket, reports leave as JSON lines on stdout or the same socket
-//! ([`controller::mission`] documents both), the log goes to stderr. The process ends when stdin or
-//! stdout closes, on a signal, or when a port is lost for good; before it ends it brings the base to
-//! rest.
+//! Missions arrive as JSON lines on stdin or a socket; reports leave as JSON lines on stdout or the same socket
+//! ([`controller::mission`] documents both). The log goes to stderr. The process ends when stdin or stdout closes, on a
+//! signal, or when a port is lost for good. Before it ends, it brings the base to rest.
 
 mod arguments;
 mod clock;
@@ -33,14 +32,14 @@ use tokio::sync::mpsc;
 use tracing::info;
 use wire::gyro::dsp3000_command;
 
-/// The base was told to stop and did not say that it is at rest.
+/// The base was commanded to stop and did not report that it is at rest.
 const EXIT_NOT_AT_REST: u8 = 1;
-/// A port could not be opened, or vanished and did not come back. (2 is clap's: bad arguments.)
+/// A port could not be opened, or vanished and did not come back. (clap uses 2 for bad arguments.)
 const EXIT_PORT: u8 = 3;
-/// The system gives no threads, timers or signals.
+/// The system provides no threads, timers or signals.
 const EXIT_SYSTEM: u8 = 4;
 
-/// How long the readers of stdout and stderr may take for what is left at the end.
+/// Time limit for the readers of stdout and stderr to take the remaining lines at the end.
 const FLUSH_MAX: Duration = Duration::from_millis(500);
 
 fn main() -> ExitCode {
@@ -57,7 +56,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the process; gives its exit status, or why the system does not let it run.
+/// Runs the process and returns its exit status, or the reason why the system does not let it run.
 fn run(setup: Setup) -> io::Result<u8> {
     let clock = Clock::start();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
@@ -66,7 +65,7 @@ fn run(setup: Setup) -> io::Result<u8> {
     let status = runtime.block_on(serve(setup, clock, &reports));
     reports.finish(FLUSH_MAX);
     log.finish(FLUSH_MAX);
-    // A driver that hangs while a port is opened again must not hold up the end.
+    // A driver that hangs while it reopens a port must not delay the end.
     runtime.shutdown_background();
     status
 }
@@ -75,7 +74,7 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
     let mut signals = Signals::install()?;
     let (sender, heard) = mpsc::channel(HEARD_MAX);
     let gyro_stream = setup.config.gyro.stream;
-    // A DSP-3000 that lost its power has forgotten what it was told at the start.
+    // A DSP-3000 that lost power has lost the settings that it received at the start.
     let greeting = gyro_stream
         .format
         .facts()
@@ -93,7 +92,7 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
     let (gyro, base) = match (gyro, base) {
         (Ok(gyro), Ok(base)) => (gyro, base),
         (gyro, base) => {
-            // Both are told at once, so that one try is enough to mend both.
+            // Both errors are reported at once, so that the user can fix both in one go.
             for cause in [gyro.err(), base.err()].into_iter().flatten() {
                 say(&cause);
             }
@@ -105,7 +104,7 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
         clock,
         alarm: Alarm::new()?,
         heard,
-        // Whoever is served takes its place.
+        // Replaced by those of each client.
         missions: mpsc::channel(1).1,
         gyro,
         base,
@@ -138,14 +137,14 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
     }
 }
 
-/// Carries out missions until something ends them; gives what did, and the exit status that it would be.
+/// Carries out missions until something ends them; returns the cause and its exit status.
 async fn attend(shell: &mut Shell, orders: Orders, signals: &mut Signals) -> (End, u8) {
     shell.missions = orders.missions;
     let end = shell.run(signals).await;
     (end, conclude(shell, end, orders.refused.load(Ordering::Relaxed)).await)
 }
 
-/// Brings the base to rest, and gives the exit status.
+/// Brings the base to rest and returns the exit status.
 async fn conclude(shell: &mut Shell, end: End, lines_refused: u64) -> u8 {
     let at_rest = shell.bring_to_rest().await;
     shell.log_end(end, at_rest, lines_refused);
@@ -156,8 +155,8 @@ async fn conclude(shell: &mut Shell, end: End, lines_refused: u64) -> u8 {
     }
 }
 
-/// One line on stderr, whatever the log's level is.
+/// Writes one line to stderr, whatever the log level.
 fn say(cause: &impl std::fmt::Display) {
-    // Where stderr is closed there is nobody to tell.
+    // If stderr is closed, the message is lost.
     let _ = writeln!(io::stderr(), "k2a-controller: {cause}");
 }

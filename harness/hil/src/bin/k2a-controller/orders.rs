@@ -1,7 +1,7 @@
-//! Missions from stdin: one JSON line each.
+//! Missions from stdin, one JSON line each.
 //!
-//! A line that is no mission has no `id` to answer to: it is counted and said on stderr, and the next
-//! line is read.
+//! A line that is not a mission has no `id` to answer to: it is counted and reported on stderr, and the next line is
+//! read.
 
 use crate::outlet::is_worth_telling;
 use controller::mission::Mission;
@@ -12,29 +12,29 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::mpsc;
 use tracing::{error, warn};
 
-/// The longest line: more than a `set_calibration` with every factor, the whole bias table and a full
-/// table in every correction, each number with all its digits.
+/// Maximum length of a line. Enough for a `set_calibration` with every factor, the whole bias table and a full table in
+/// every correction, each number with all its digits.
 pub(crate) const LINE_BYTES_MAX: usize = 64 * 1_024;
-/// Missions read ahead; beyond them the sender waits.
+/// Missions read ahead; then the sender waits.
 const MISSIONS_MAX: usize = 16;
 
-/// What arrives on stdin. The channel closes when stdin does.
+/// Missions from stdin. The channel closes when stdin does.
 pub(crate) struct Orders {
-    /// Missions in their order.
+    /// Missions in order.
     pub(crate) missions: mpsc::Receiver<Mission>,
-    /// Lines that were no mission.
+    /// Number of lines that were not missions.
     pub(crate) refused: Arc<AtomicU64>,
 }
 
 /// Starts a thread that reads `source` to its end.
 ///
 /// # Errors
-/// When the system gives no thread.
+/// When the system provides no thread.
 pub(crate) fn read(source: impl BufRead + Send + 'static) -> io::Result<Orders> {
     let (sender, missions) = mpsc::channel(MISSIONS_MAX);
     let refused = Arc::<AtomicU64>::default();
     let counter = Arc::clone(&refused);
-    // A thread of its own, since a blocked read of stdin cannot be called off: it ends with the process.
+    // Uses a separate thread, since a blocked read of stdin cannot be cancelled: it ends with the process.
     std::thread::Builder::new()
         .name("stdin".to_owned())
         .spawn(move || pass_on(source, &sender, &counter))?;
@@ -74,11 +74,11 @@ fn pass_on(mut source: impl BufRead, missions: &mpsc::Sender<Mission>, refused: 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LineEnd {
     Whole,
-    /// Longer than [`LINE_BYTES_MAX`]; what is beyond has been passed over.
+    /// Longer than [`LINE_BYTES_MAX`]; the rest has been skipped.
     Overlong,
 }
 
-/// Reads the next line, of which the end of the input is an end too; `None` at the end.
+/// Reads the next line; the end of the input also ends a line. Returns `None` at the end.
 fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
     line.clear();
     let limit = LINE_BYTES_MAX as u64 + 1;
@@ -92,7 +92,7 @@ fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option
     Ok(Some(LineEnd::Overlong))
 }
 
-/// Why a line is no mission.
+/// Why a line is not a mission.
 #[derive(Debug)]
 pub(crate) enum BadLine {
     /// Longer than [`LINE_BYTES_MAX`].
@@ -110,7 +110,7 @@ impl fmt::Display for BadLine {
     }
 }
 
-/// The mission of a line; `None` for a blank one.
+/// Parses the mission of a line; `None` for a blank line.
 fn parse(line: &[u8]) -> Result<Option<Mission>, BadLine> {
     let line = line.trim_ascii();
     if line.is_empty() {
@@ -127,7 +127,7 @@ mod tests {
     use std::io::BufReader;
     use std::sync::atomic::Ordering;
 
-    /// The lines of `bytes`, which come in parts of `part` bytes; `None` for an overlong one.
+    /// Lines of `bytes`, which arrive in parts of `part` bytes; `None` for an overlong line.
     fn lines(bytes: &[u8], part: usize) -> Vec<Option<Vec<u8>>> {
         let mut source = BufReader::with_capacity(part, bytes);
         let (mut line, mut all) = (Vec::new(), Vec::new());

@@ -1,7 +1,7 @@
-//! A bounded queue of lines with a thread behind it that may block where the loop must not.
+//! A bounded queue of lines, written by a thread that may block where the loop must not.
 //!
-//! Reports go to stdout through one of these and the log to stderr through another: a reader that
-//! does not keep up costs lines, which are counted, and never holds up the control loops.
+//! Reports go to stdout through one outlet and the log to stderr through another: a reader that does not keep up loses
+//! lines, which are counted, and never delays the control loops.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -10,9 +10,9 @@ use std::sync::mpsc as blocking;
 use std::time::Duration;
 use tokio::sync::mpsc;
 
-/// Lines that can wait for the reader; at 40 states a second and 700 bytes each, half a minute.
+/// Lines that can wait for the reader: half a minute at 40 states a second and 700 bytes each.
 pub(crate) const LINES_MAX: usize = 1_024;
-/// Of those, kept free of lines that are sent by [`LineSender::send_minor`].
+/// Of these, slots reserved for lines not sent by [`LineSender::send_minor`].
 const RESERVED_FOR_MAJOR: usize = LINES_MAX / 4;
 
 enum Item {
@@ -28,14 +28,14 @@ pub(crate) struct LineSender {
 }
 
 impl LineSender {
-    /// Queues `line`, its line feed included. A line that finds no room is lost and counted.
+    /// Queues `line`, line feed included. A line that finds no room is lost and counted.
     pub(crate) fn send(&self, line: Vec<u8>) {
         if self.queue.try_send(Item::Line(line)).is_err() {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// The same for a line that must not take the place of one that matters more.
+    /// Queues a line that must not take the place of a more important one.
     pub(crate) fn send_minor(&self, line: Vec<u8>) {
         if self.queue.capacity() > RESERVED_FOR_MAJOR {
             self.send(line);
@@ -44,12 +44,12 @@ impl LineSender {
         }
     }
 
-    /// Lines that found no room.
+    /// Number of lines that found no room.
     pub(crate) fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Returns once nothing can be written any more.
+    /// Returns once the writer has closed.
     pub(crate) async fn closed(&self) {
         self.queue.closed().await;
     }
@@ -66,29 +66,29 @@ impl Outlet {
     /// Starts a thread that writes lines to `writer` until the first error.
     ///
     /// # Errors
-    /// When the system gives no thread.
+    /// When the system provides no thread.
     pub(crate) fn spawn(name: &str, writer: impl Write + Send + 'static) -> std::io::Result<Self> {
         let (queue, lines) = mpsc::channel(LINES_MAX + 1);
         let end = queue.clone().try_reserve_owned().map_err(std::io::Error::other)?;
         let (ended_sender, ended) = blocking::sync_channel(1);
         std::thread::Builder::new().name(name.to_owned()).spawn(move || {
             write_lines(lines, writer);
-            // Nobody waits for it when the process ends by itself.
+            // If the process ends without `finish`, no receiver waits.
             let _ = ended_sender.try_send(());
         })?;
         let sender = LineSender { queue, lost: Arc::default() };
         Ok(Self { sender, end, ended })
     }
 
-    /// The way in.
+    /// Returns a sender to the queue.
     pub(crate) fn sender(&self) -> LineSender {
         self.sender.clone()
     }
 
-    /// Waits until all that was queued is written, or `limit` has passed.
+    /// Waits until every queued line is written, or `limit` has passed.
     pub(crate) fn finish(self, limit: Duration) {
         self.end.send(Item::End);
-        // Either way the process ends; a reader that takes nothing loses what waits for it.
+        // The process ends in either case; a reader that takes nothing loses the remaining lines.
         let _ = self.ended.recv_timeout(limit);
     }
 }
@@ -101,7 +101,7 @@ fn write_lines(mut lines: mpsc::Receiver<Item>, mut writer: impl Write) {
     }
 }
 
-/// A count that is worth a line in the log: the first few, then ever fewer.
+/// Whether a count is worth a log line: the first few are, then fewer and fewer.
 pub(crate) const fn is_worth_telling(count: u64) -> bool {
     const ALL_UP_TO: u64 = 8;
     count <= ALL_UP_TO || count.is_power_of_two()

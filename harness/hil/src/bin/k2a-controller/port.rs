@@ -1,8 +1,8 @@
-//! Ports: opened once at start, read and written without blocking, opened again when they vanish.
+//! Ports: opened once at start, read and written without blocking, reopened when they vanish.
 //!
-//! Each port is a task. What it hears goes into one bounded queue for all ports, stamped on arrival;
-//! when that is full the task waits, and what overflows does so in the operating system. What it is to
-//! say waits in a bounded queue of its own; what finds no room is dropped and counted.
+//! Each port is a task. What it receives goes into one bounded queue for all ports, stamped on arrival; when the queue
+//! is full the task waits, and any overflow happens in the operating system. What it sends waits in a bounded queue of
+//! its own; what finds no room is dropped and counted.
 
 use crate::arguments::SerialPlace;
 use crate::clock::Clock;
@@ -21,16 +21,16 @@ use wire::packet::Packet;
 use wire::serial::SerialSettings;
 use wire::time::Timestamp;
 
-/// Things heard that wait for the loop.
+/// Received items that wait for the loop.
 pub(crate) const HEARD_MAX: usize = 256;
-/// Units that wait for a port: more than the controller ever has under way, and few enough that a
-/// velocity which waited here is not old.
+/// Units that wait for a port: more than the controller ever has pending, and few enough that a velocity which waited
+/// here is not old.
 const OUTGOING_MAX: usize = 16;
-/// What an adapter's port is set to where nothing is said. Assumption: a USB adapter takes any rate, and
-/// those with a UART are often set to this one.
+/// Default settings of an adapter's port. Assumption: a USB adapter accepts any rate, and an adapter with a UART is
+/// often set to this one.
 pub(crate) const SLCAN_SETTINGS: SerialSettings = SerialSettings::new_8n1(115_200);
 
-/// What a port tells the loop.
+/// An event from a port to the loop.
 #[derive(Debug)]
 pub(crate) enum Heard {
     /// Serial bytes.
@@ -41,7 +41,7 @@ pub(crate) enum Heard {
     GivenUp(Port),
 }
 
-/// Where all ports put what they hear.
+/// Common queue of received items of all ports.
 pub(crate) type HeardSender = mpsc::Sender<(Timestamp, Heard)>;
 
 /// The loop's end of a port's outgoing queue.
@@ -60,12 +60,12 @@ impl<Unit> Outgoing<Unit> {
         }
     }
 
-    /// All has been handed to the port.
+    /// Whether everything has been handed to the port.
     pub(crate) fn is_empty(&self) -> bool {
         self.queue.capacity() == self.queue.max_capacity()
     }
 
-    /// Units that were not sent.
+    /// Number of units that were not sent.
     pub(crate) fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
@@ -78,21 +78,21 @@ fn count_dropped(dropped: &AtomicU64, port: Port, cause: &str) {
     }
 }
 
-/// What crosses a port, bytes or frames.
+/// What a port carries: bytes or frames.
 trait Medium: Send + 'static {
-    /// What is sent at once.
+    /// What is sent in one operation.
     type Unit: Send + fmt::Debug + 'static;
 
-    /// Waits for what comes next; none where it is no news for the controller. May be called off.
+    /// Waits for the next item; `None` if it is irrelevant to the controller. Cancel-safe.
     fn receive(
         &mut self,
         port: Port,
     ) -> impl Future<Output = Result<Option<Heard>, PortLost>> + Send;
 
-    /// Hands `unit` to the port at once; false where it found no room.
+    /// Hands `unit` to the port without waiting; `false` if there was no room.
     fn send(&mut self, now: Timestamp, unit: &Self::Unit) -> bool;
 
-    /// Waits until a port that was lost is back.
+    /// Waits until a lost port is back.
     fn reopen(&mut self) -> impl Future<Output = Result<(), PortError>> + Send;
 }
 
@@ -144,11 +144,11 @@ impl Medium for FramePort {
     }
 }
 
-/// Opens the serial port of a device and keeps it open from then on; the device is sent `greeting` whenever it has come
-/// back, since it may have lost power. Called within the runtime.
+/// Opens the serial port of a device and keeps it open. The device receives `greeting` whenever it comes back, since it
+/// may have lost power. Must be called within the runtime.
 ///
 /// # Errors
-/// When it cannot be opened now.
+/// When the port cannot be opened now.
 pub(crate) fn serial(
     port: Port,
     place: SerialPlace,
@@ -164,10 +164,10 @@ pub(crate) fn serial(
     }
 }
 
-/// Opens the base's CAN interface, and keeps it open.
+/// Opens the base's CAN interface and keeps it open.
 ///
 /// # Errors
-/// When it cannot be opened now.
+/// When the interface cannot be opened now.
 pub(crate) async fn can(
     interface: String,
     heard: HeardSender,
@@ -177,10 +177,10 @@ pub(crate) async fn can(
     frames(interface, spec, heard, clock).await
 }
 
-/// Opens the base's CAN adapter on a serial port, and keeps it open.
+/// Opens the base's CAN adapter on a serial port and keeps it open.
 ///
 /// # Errors
-/// When it cannot be opened now.
+/// When the adapter cannot be opened now.
 pub(crate) async fn slcan(
     place: SerialPlace,
     heard: HeardSender,
@@ -208,7 +208,7 @@ fn at(path: &str, options: SerialOptions) -> SerialSpec {
     SerialSpec { device: SerialDevice::Path(path.to_owned()), options }
 }
 
-/// What keeps a port open.
+/// Task that keeps a port open.
 struct Task<Unit> {
     port: Port,
     name: String,
@@ -233,7 +233,7 @@ async fn keep_open<M: Medium>(
 ) {
     let Task { port, name, greeting, heard, clock } = task;
     let role = role(port);
-    // The loop has ended where nobody takes what was heard; so will this task.
+    // If the receiver is gone, the loop has ended; this task will end too.
     let tell = async |what| {
         let _ = heard.send((clock.now(), what)).await;
     };
@@ -259,7 +259,7 @@ async fn keep_open<M: Medium>(
             error!("{role} port {name} did not come back: {error}");
             return tell(Heard::GivenUp(port)).await;
         }
-        // What waited for the port is older than its absence.
+        // Units that waited for the port are older than its absence.
         while outgoing.try_recv().is_ok() {
             count_dropped(&dropped, port, "the port was gone");
         }
@@ -270,7 +270,7 @@ async fn keep_open<M: Medium>(
     }
 }
 
-/// What a port is called in messages.
+/// Returns the name of a port in messages.
 pub(crate) const fn role(port: Port) -> &'static str {
     match port {
         Port::Gyro => "gyro",
@@ -278,7 +278,7 @@ pub(crate) const fn role(port: Port) -> &'static str {
     }
 }
 
-/// A port that could not be opened: which, why, and what to look at.
+/// A port that could not be opened: which one, why, and what to check.
 #[derive(Debug)]
 pub(crate) struct OpenError {
     port: Port,

@@ -13,18 +13,18 @@ use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 
-/// How long the base may take to come to rest at the end; then the process ends all the same. The
-/// base goes on stopping by itself.
+/// Time limit for the base to come to rest at the end; then the process ends anyway. The base continues to stop by
+/// itself.
 const STOP_MAX: Span = Span::from_secs(2);
-/// At the end the state is asked for this often. Assumption: twice the control period of 27 ms.
+/// Polling interval of the state at the end. Assumption: twice the control period of 27 ms.
 const STOP_LOOK: Span = Span::from_millis(54);
-/// At the end the base must say that it is at rest for this long: a message that was under way when the
-/// stop was sent may still speak of the time before a motion began. As `MotionConfig::settle`.
+/// At the end the base must report rest for this long: a message already in flight when the stop was sent may describe
+/// the time before a motion began. As `MotionConfig::settle`.
 const REST_MIN: Span = Span::from_millis(300);
-/// Id of the missions that the shell gives at the end; their answers are not passed on.
+/// Id of the missions that the shell itself gives at the end; their answers are not forwarded.
 const SHELL_MISSION: u32 = 0;
 
-/// Where the base is reached.
+/// Link to the base.
 #[derive(Debug)]
 pub(crate) enum BaseLink {
     None,
@@ -53,11 +53,11 @@ impl BaseLink {
 /// Why the loop ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
-    /// No mission can come any more.
+    /// No further mission can arrive.
     MissionsClosed,
-    /// No report can be read any more.
+    /// No further report can be read.
     ReportsClosed,
-    /// The system asked for it.
+    /// The system asked for the end.
     Signal(&'static str),
     /// A port vanished and did not come back.
     PortLost(Port),
@@ -76,7 +76,7 @@ impl fmt::Display for End {
     }
 }
 
-/// The controller and all that it is connected to.
+/// The controller and everything that it is connected to.
 pub(crate) struct Shell {
     pub(crate) controller: Controller,
     pub(crate) clock: Clock,
@@ -91,15 +91,15 @@ pub(crate) struct Shell {
 impl Shell {
     /// Runs until something ends it.
     ///
-    /// At each moment the controller hears all that is there, is woken if it had asked for that, and is asked what it has
-    /// to say: as on the harness's rigs, so that it does the same in both.
+    /// At each moment the controller receives all pending input, is woken if it asked for that, and is asked for its
+    /// output: as on the harness's rigs, so that it behaves the same in both.
     pub(crate) async fn run(&mut self, signals: &mut Signals) -> End {
         loop {
             self.pass_out(|_| true);
             let due = self.controller.next_wakeup();
             let mut lost = None;
             tokio::select! {
-                // In one order, the same in every run.
+                // Polled in a fixed order, the same in every run.
                 biased;
                 name = signals.next() => return End::Signal(name),
                 () = self.reports.closed() => return End::ReportsClosed,
@@ -121,7 +121,7 @@ impl Shell {
         }
     }
 
-    /// Listens to the devices, and tells nobody of them, until `next` is there.
+    /// Waits for `next` and meanwhile serves the devices, without any reports.
     pub(crate) async fn wait_for<T>(
         &mut self,
         signals: &mut Signals,
@@ -146,10 +146,10 @@ impl Shell {
         }
     }
 
-    /// Takes all that has arrived before time is let pass: after a moment without the processor, input and
-    /// time-outs are due together, and a device that has spoken is not silent.
+    /// Takes all input that has arrived before time advances: after a moment without the processor, input and time-outs
+    /// are due together, and a device that has sent something is not silent.
     async fn catch_up(&mut self) -> Option<Port> {
-        // One turn for the system to tell of new bytes, one for the ports to read them.
+        // One turn for the system to signal new bytes, one for the ports to read them.
         for _ in 0..2 {
             tokio::task::yield_now().await;
         }
@@ -163,10 +163,9 @@ impl Shell {
         lost
     }
 
-    /// Tells the base to stop until it has said for a while that it is at rest. `false` when it did not
-    /// say so in time.
+    /// Commands the base to stop until it has reported rest for a while. Returns `false` if it did not in time.
     pub(crate) async fn bring_to_rest(&mut self) -> bool {
-        // What is still unsaid belongs to missions of others.
+        // Pending reports belong to the clients' missions.
         self.pass_out(|_| true);
         let begin = self.clock.now();
         self.controller.command(begin, shell_mission(Command::Stop));
@@ -178,7 +177,7 @@ impl Shell {
                 if let Report::State(state) = report {
                     moving = Some(state.moving);
                 }
-                // What the shell asks for at the end is nobody else's.
+                // Only the shell's own missions are kept back.
                 !matches!(report, Report::Done { id: SHELL_MISSION, .. })
             });
             if matches!(self.base, BaseLink::None) {
@@ -206,7 +205,7 @@ impl Shell {
             tokio::select! {
                 biased;
                 Some((at, heard)) = self.heard.recv() => {
-                    // A port that is lost now is one that stays silent.
+                    // A port that is lost now is treated as silent.
                     let _ = self.take(at, heard);
                 }
                 () = self.alarm.at(self.clock, wake) => {
@@ -217,7 +216,7 @@ impl Shell {
         }
     }
 
-    /// Says how it ended and what was lost on the way.
+    /// Logs how the run ended and what was lost.
     pub(crate) fn log_end(&self, end: End, at_rest: bool, lines_refused: u64) {
         let (gyro_dropped, base_dropped) = (self.gyro.dropped(), self.base.dropped());
         let reports_lost = self.reports.lost();
@@ -230,7 +229,7 @@ impl Shell {
         }
     }
 
-    /// Hands what was heard to the controller; gives the port that is lost for good, if that is the news.
+    /// Hands received input to the controller; returns the port if it is lost for good.
     fn take(&mut self, at: Timestamp, heard: Heard) -> Option<Port> {
         match heard {
             Heard::Bytes(port, bytes) => {
@@ -242,7 +241,7 @@ impl Shell {
         None
     }
 
-    /// Wakes the controller, which had asked for it, if it is time.
+    /// Wakes the controller if its wake-up time has come.
     fn wake_if(&mut self, due: Timestamp) {
         let now = self.clock.now();
         if now >= due {
@@ -250,7 +249,7 @@ impl Shell {
         }
     }
 
-    /// Sends all that goes out, and those reports that `wanted` lets pass.
+    /// Sends all outputs, and those reports that `wanted` accepts.
     fn pass_out(&mut self, mut wanted: impl FnMut(&Report) -> bool) {
         let now = self.clock.now();
         while let Some(output) = self.controller.transmit(now) {
@@ -258,7 +257,7 @@ impl Shell {
                 (Output::Bytes(Port::Gyro, packet), _) => self.gyro.send(packet),
                 (Output::Bytes(Port::Base, packet), BaseLink::Serial(link)) => link.send(packet),
                 (Output::Frame(frame), BaseLink::Can(link)) => link.send(frame),
-                // The controller's transport is chosen with the link.
+                // The controller's transport matches the link.
                 (Output::Bytes(Port::Base, _) | Output::Frame(_), _) => {}
             }
         }
@@ -274,7 +273,7 @@ impl Shell {
         match serde_json::to_vec(&line) {
             Ok(mut text) => {
                 text.push(b'\n');
-                // States come again; answers and changes of health do not.
+                // States are repeated; answers and changes of health are not.
                 if matches!(line.report, Report::State(_)) {
                     self.reports.send_minor(text);
                 } else {

@@ -1,14 +1,14 @@
-//! The system's wish that the process end.
+//! Signals by which the system asks the process to end.
 
 use std::io;
 
-/// Waits for the first of the signals that ask for an orderly end, and gives its name.
+/// Waits for the first signal that asks for an orderly end, and returns its name.
 #[cfg(unix)]
 pub(crate) struct Signals([(&'static str, tokio::signal::unix::Signal); 3]);
 
 #[cfg(unix)]
 impl Signals {
-    /// From now on the signals no longer kill the process. Called within the runtime.
+    /// From now on the signals no longer kill the process. Must be called within the runtime.
     ///
     /// # Errors
     /// When the system refuses the handlers.
@@ -21,7 +21,7 @@ impl Signals {
         ]))
     }
 
-    /// The next signal.
+    /// Waits for the next signal.
     pub(crate) async fn next(&mut self) -> &'static str {
         let [(first, one), (second, two), (third, three)] = &mut self.0;
         tokio::select! {
@@ -38,15 +38,15 @@ pub(crate) struct Signals;
 
 #[cfg(not(unix))]
 impl Signals {
-    /// Nothing to do before the first wait.
+    /// Does nothing until the first wait.
     ///
     /// # Errors
-    /// None.
+    /// Never.
     pub(crate) fn install() -> io::Result<Self> {
         Ok(Self)
     }
 
-    /// The next Ctrl-C.
+    /// Waits for the next Ctrl-C.
     pub(crate) async fn next(&mut self) -> &'static str {
         if tokio::signal::ctrl_c().await.is_err() {
             std::future::pending::<()>().await;

@@ -1,4 +1,4 @@
-//! `campaign.json`, `junit.xml` and `report.html` of a campaign's folder.
+//! `campaign.json`, `junit.xml` and `report.html` of a campaign folder.
 
 use super::super::failure::Failure;
 use super::{CampaignArguments, JOURNAL, Task};
@@ -12,13 +12,13 @@ use views::console::Again;
 use views::junit;
 use views::report::campaign::{Gathered, page};
 
-/// Who carries the cases out, and what a person adds to `hil run` to do the same.
+/// Who carries out the cases, and the options with which `hil run` repeats one.
 pub(super) struct Place<'a> {
     pub(super) carried_out_by: String,
     pub(super) replay: &'a str,
 }
 
-/// An account that is being kept.
+/// An account under construction.
 pub(super) struct Kept {
     folder: PathBuf,
     account: Account,
@@ -66,7 +66,7 @@ impl Kept {
         &self.account.plan
     }
 
-    /// Writes what it came to, and the page.
+    /// Writes the result and the page.
     pub(super) fn end(
         mut self,
         done: &Campaign,
@@ -111,12 +111,12 @@ impl Kept {
     }
 }
 
-/// Is there a campaign in that folder?
+/// Whether the folder contains a campaign.
 pub(in crate::cli) fn is_campaign(folder: &Path) -> bool {
     folder.join(JOURNAL).is_file()
 }
 
-/// Draws the page of the campaign in that folder, from its account and its journal; where it is.
+/// Draws the page of the campaign in this folder from its account and its journal; returns its path.
 pub(in crate::cli) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
     let account = Account::read(folder)?;
     let mut gathered = Gathered::default();

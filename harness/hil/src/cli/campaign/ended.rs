@@ -1,9 +1,9 @@
-//! What a campaign came to, as an exit status says it.
+//! The outcome of a campaign, for the exit status.
 
 use campaign::Campaign;
 use record::outcome::Outcome;
 
-/// A campaign without a verdict in any of its cases has shown nothing.
+/// A campaign in which no case has a verdict has shown nothing.
 pub(super) fn outcome(done: &Campaign) -> Outcome {
     let tally = &done.tally;
     let unjudged = ["error", "worker_lost"].map(|name| tally.outcomes.get(name).unwrap_or(&0));

@@ -1,4 +1,4 @@
-//! `hil campaign --clock real`: cases on a bench of this machine, or of a worker's.
+//! `hil campaign --clock real`: cases on a bench of this machine or of a worker.
 
 use super::account::{Kept, Place};
 #[cfg(feature = "nats")]
@@ -18,16 +18,16 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use views::console::Again;
 
-/// Tries to make one case smaller, where nobody says: each takes as long as the plan, and longer where it breaks.
+/// Default attempts to shrink one case: each takes as long as the plan, and longer if it fails.
 const SHRINK_MAX: u64 = 20;
 
-/// Who carries cases out, as the page of a campaign says it.
+/// Who carries out cases, as shown on the page of a campaign.
 const HERE: &str = "a bench in real time, one case at a time";
 /// See [`HERE`].
 #[cfg(feature = "nats")]
 const A_WORKER: &str = "a bench of a worker in real time, one case at a time";
 
-/// A campaign on a bench that is over.
+/// A finished campaign on a bench.
 struct Over<'a> {
     kept: Kept,
     done: campaign::Campaign,
@@ -35,19 +35,19 @@ struct Over<'a> {
     again: Again<'a>,
 }
 
-/// Whoever carries the cases of a bench out.
+/// What carries out the cases of a bench.
 struct Hands<'a, E> {
     executor: &'a E,
-    /// What the bench shows and lets be struck.
+    /// What the bench offers for observation and faults.
     bench: &'a OnBench,
-    /// Who they are, in words.
+    /// Its description.
     name: &'a str,
-    /// Why nothing more is carried out, if so.
+    /// Error that prevents further cases.
     broken: &'a dyn Fn() -> Result<(), Failure>,
 }
 
 impl CampaignArguments {
-    /// The campaign in real time.
+    /// Runs the campaign in real time.
     pub(super) fn on_bench(
         &self,
         task: &Task<'_>,
@@ -64,7 +64,7 @@ impl CampaignArguments {
         let setting = live::setting(prepared, live)?;
         setting.reaches(&prepared.plan.faults)?;
         let folder = self.opened(prepared)?;
-        // Where the journal is from: a case on another bench, or by another rule, comes to something else.
+        // Origin of the journal: on another bench, or by another rule, a case has another result.
         let bench = format!(", in real time: {setting}, {rule}");
         #[cfg(feature = "nats")]
         let bench = match &elsewhere {
@@ -111,7 +111,8 @@ impl CampaignArguments {
         self.tell(screen, kept, (&done, &saved), Some(&again))
     }
 
-    /// From the run without faults to the repetitions of the smallest cases. None where it was stopped before it began.
+    /// Runs everything from the run without faults to the repetitions of the smallest cases. `None` if stopped before
+    /// the start.
     fn carry_on<'a, E: Executor>(
         &self,
         task: &Task<'_>,

@@ -1,4 +1,4 @@
-//! A campaign over a NATS server: `hil campaign --nats`.
+//! `hil campaign --nats`: a campaign over a NATS server.
 
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
@@ -12,7 +12,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use views::console::{self, Again};
 
-/// All that are drawn are out at a time.
+/// All drawn cases are in progress at the same time.
 pub(super) const AT_A_TIME: NonZeroUsize = NonZeroUsize::new(WINDOW as usize).unwrap();
 
 /// Who carries the cases out, where this process does not.
@@ -29,7 +29,7 @@ pub(super) struct OverArguments {
 }
 
 impl OverArguments {
-    /// The server, where the campaign goes over one.
+    /// The server, if the campaign uses one.
     pub(super) fn server(&self) -> Result<Option<Server>, Failure> {
         if self.nats.is_empty() {
             return Ok(None);
@@ -38,18 +38,18 @@ impl OverArguments {
     }
 }
 
-/// What is asked of the workers.
+/// What the workers have to do.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Order<'a> {
     /// Name or path of the plan.
     pub(super) plan: &'a str,
-    /// What decides the cases, as the journal says it.
+    /// What determines the cases, as stated in the journal.
     pub(super) what: &'a str,
     pub(super) answers: &'a Answers,
 }
 
 impl Order<'_> {
-    /// In virtual time.
+    /// Cases in virtual time.
     pub(super) fn virtually(&self) -> Result<(Package, RemoteSettings), Failure> {
         Ok((Package::of(self.plan, self.answers)?, self.settings(Place::Virtual)))
     }
@@ -60,7 +60,7 @@ impl Order<'_> {
 }
 
 impl Order<'_> {
-    /// On the bench of this file, by this rule.
+    /// Cases on the bench of this file, by this rule.
     pub(super) fn on_bench(
         &self,
         bench: &str,
@@ -74,7 +74,7 @@ impl Order<'_> {
     }
 }
 
-/// Opens the campaign; `local` says what can be carried out.
+/// Opens the campaign; `local` decides which cases can be carried out.
 pub(super) fn open<E: Executor>(
     server: &Server,
     (package, settings): (Package, RemoteSettings),
@@ -92,7 +92,7 @@ pub(super) fn open<E: Executor>(
     Ok(remote)
 }
 
-/// Leaves what was found on the server.
+/// Stores the findings on the server.
 pub(super) fn finish<E: Executor>(
     remote: &Remote<E>,
     done: &Campaign,

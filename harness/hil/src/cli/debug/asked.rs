@@ -1,15 +1,15 @@
-//! What one can ask for while a run stands still.
+//! Commands for a stopped run.
 
 use described::hint;
 use wire::time::Timestamp;
 
-/// What a moment is.
+/// Explains a moment.
 pub(super) const MOMENT: &str = "a moment is in seconds from the begin of the run, which is 0";
 
-/// The orders by their first words.
+/// First words of the commands.
 const WORDS: [&str; 8] = ["step", "next", "to", "find", "show", "end", "quit", "help"];
 
-/// What is said to somebody who asks.
+/// Answer to `help`.
 pub(super) const HELP: &str = "\
 step [N]     on by N records, which are printed (an empty line: by one)
 next         on to the next begin or end of a step of the plan
@@ -19,14 +19,14 @@ show         what stands now
 end          on to the end
 quit         leave";
 
-/// An order.
+/// A command.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Asked {
-    /// Go on.
+    /// Continue.
     Go(Until),
-    /// Say what stands.
+    /// Print the current state.
     Show,
-    /// Say what can be asked.
+    /// Print the available commands.
     Help,
     /// Leave.
     Quit,
@@ -35,19 +35,19 @@ pub(super) enum Asked {
 /// Where to stop again.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Until {
-    /// Behind so many records, which are printed.
+    /// After this many records, which are printed.
     Records(u64),
-    /// At the begin or the end of a step of the plan.
+    /// At the begin or end of a plan step.
     Step,
-    /// Before what is later.
+    /// Before the first record after this moment.
     Moment(Timestamp),
-    /// At a record whose line holds this.
+    /// At a record whose line contains this text.
     Line(String),
     /// Nowhere.
     End,
 }
 
-/// The order in a line; else why there is none in it.
+/// Parses the command in a line, or explains why there is none.
 pub(super) fn asked(line: &str) -> Result<Asked, String> {
     let line = line.trim();
     let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -78,7 +78,7 @@ pub(super) fn asked(line: &str) -> Result<Asked, String> {
     }
 }
 
-/// The moment so many seconds behind the begin.
+/// Converts seconds since the begin to a moment.
 pub(super) fn moment(at_s: f64) -> Result<Timestamp, String> {
     if at_s.is_nan() || at_s < 0.0 {
         return Err(format!("{at_s} s is before the run began"));

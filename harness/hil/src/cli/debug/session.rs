@@ -1,4 +1,5 @@
-//! A run that stands still where one asks: it is the sink of the run's record, and does not return before it may go on.
+//! A run that stops where the user asks: the sink of the run's record, which does not return before the run may
+//! continue.
 
 use super::super::tame::tamed;
 use super::asked::{Asked, HELP, Until, asked};
@@ -13,29 +14,30 @@ use std::cell::Cell;
 use std::io::{self, BufRead, Write};
 use wire::time::Timestamp;
 
-/// A run in virtual time and who looks at it.
+/// A run in virtual time and its user.
 pub(super) struct Session<'a, R, W, I> {
     input: R,
     output: W,
-    /// Somebody sits there who is to be asked.
+    /// A user sits at the terminal.
     is_asked: bool,
-    /// The next of the records of the run before, and those behind it.
+    /// The next record of the previous run, and those after it.
     then: Option<Record>,
     recorded: I,
-    /// It holds bytes, frames, and every state and truth.
+    /// The previous record holds bytes, frames, and every state and truth.
     is_full: bool,
-    /// Where the run is not the recorded one any more, that has been said.
+    /// A difference from the recorded run has been reported.
     differs: bool,
     header: &'a Header,
     moment: Moment,
     until: Until,
-    /// Nobody looks any more.
+    /// The user has left.
     has_left: &'a Cell<bool>,
     failed: Option<io::Error>,
 }
 
 impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> {
-    /// That reads orders and prints what it shows; with the records of the run before, which may be of all or of events alone.
+    /// Creates a session that reads commands and prints its output, with the records of the previous run, which may be
+    /// complete or hold only events.
     pub(super) fn new(
         (input, output): (R, W),
         is_asked: bool,
@@ -59,12 +61,12 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
         }
     }
 
-    /// Where it stops next.
+    /// Sets where it stops next.
     pub(super) fn go_to(&mut self, at: Timestamp) {
         self.until = Until::Moment(at);
     }
 
-    /// The run has ended at `at`.
+    /// Reports the end of the run at `at`.
     pub(super) fn close(mut self, at: Timestamp) -> io::Result<()> {
         if !self.has_left.get() {
             match self.then.take() {
@@ -90,7 +92,7 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
         Line(record, self.header.name_of(record.device)).to_string()
     }
 
-    /// The record, and below it the messages that it completes.
+    /// Returns the record's line, followed by the messages that it completes.
     fn lines(&self, record: &Record) -> Vec<String> {
         std::iter::once(self.line(record)).chain(self.moment.heard()).collect()
     }
@@ -105,7 +107,7 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
         }
     }
 
-    /// A reader that has had enough is no error.
+    /// A reader that closes early is no error.
     fn broken(&mut self, error: io::Error) {
         self.has_left.set(true);
         if error.kind() != io::ErrorKind::BrokenPipe {
@@ -119,7 +121,7 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
         }
     }
 
-    /// Stands still until it may go on, in front of what comes at `at`.
+    /// Stops until the run may continue, before the record at `at`.
     fn stop(&mut self, at: Timestamp) {
         while !self.has_left.get() {
             if self.is_asked {
@@ -146,12 +148,12 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
         }
     }
 
-    /// Says once where the run is not the recorded one any more.
+    /// Reports once that the run differs from the recorded one.
     fn compare(&mut self, record: &Record) {
         if self.differs {
             return;
         }
-        // What is not a number is the same where it is written alike.
+        // NaN compares equal if its text is equal.
         let is_same = |then: &Record| then == record || self.line(then) == self.line(record);
         if self.then.as_ref().is_some_and(is_same) {
             self.then = self.recorded.next();
@@ -241,7 +243,7 @@ mod tests {
         Record { kind: RecordKind::Bytes(vec![1]), ..note(at_s, "") }
     }
 
-    /// What is said where this was recorded, this comes now, and that is asked.
+    /// Output of a session with these recorded records, new records and commands.
     fn said(recorded: &[Record], now: &[Record], orders: &str) -> String {
         let header = Header::default();
         let has_left = Cell::new(false);
@@ -277,7 +279,7 @@ mod tests {
         as recorded to the end
         the run ended at 9.000000 s
         ");
-        // Who asks no more has left.
+        // The end of the input leaves the session.
         assert_eq!(said(&records, &records, "step 2\n").lines().count(), 2);
     }
 
@@ -301,7 +303,7 @@ mod tests {
             first(&a[..1], &a),
             "not as recorded: recorded the end, now `2.000000000 plan note b`"
         );
-        // What a record of events leaves out is no difference; in one of all it is.
+        // What a record of events leaves out is no difference; in a complete record it is.
         let with_bytes = [a[0].clone(), frame(1.5), a[1].clone()];
         assert!(said(&a, &with_bytes, "end\n").contains("as recorded to the end"));
         assert!(said(&with_bytes, &a, "end\n").contains("not as recorded"));

@@ -1,4 +1,4 @@
-//! What is emulated, from the arguments.
+//! The devices to emulate, from the arguments.
 
 use super::{CommonArguments, EmulateArguments, PortArguments, What};
 use crate::cli::failure::Failure;
@@ -68,7 +68,7 @@ impl EmulateArguments {
     }
 }
 
-/// The device of that description, and where it is.
+/// The device of this description, and its port.
 fn device(
     description: &str,
     can: Option<&str>,
@@ -79,7 +79,7 @@ fn device(
     let medium = description.layout().medium();
     let port = match (can, medium) {
         (Some(interface), _) => parse(&format!("can:{interface}"))?,
-        // Frames do not cross a pty as they are: an adapter is played there.
+        // A pty cannot carry frames as they are: an adapter is emulated there.
         (None, Medium::Can) if port.port.is_none() => {
             PortSpec::SlcanPty { link: port.pty.clone().flatten().map(Into::into) }
         }
@@ -89,7 +89,7 @@ fn device(
     Ok((Rig::of_device(Arc::new(description)), port))
 }
 
-/// A port carries what its line does.
+/// Checks that the port carries what its line does.
 fn fits(name: &str, port: &PortSpec, medium: Medium) -> Result<(), Failure> {
     if port.carries_frames() == (medium == Medium::Can) {
         return Ok(());
@@ -103,7 +103,7 @@ fn fits(name: &str, port: &PortSpec, medium: Medium) -> Result<(), Failure> {
     ))
 }
 
-/// The rig of that name or path, and the ports of its lines.
+/// The rig of this name or path, and the ports of its lines.
 fn of_rig(name: &str, lines: &[String]) -> Result<(Rig, Vec<(String, PortSpec)>), Failure> {
     let rig = load_rig_named(&Library::beside_rig(name), name).map_err(PrepareError::from)?;
     if rig.robot.is_some() || rig.described_names().is_empty() {
@@ -151,7 +151,7 @@ fn bench(
     let port = |role| ports.iter().find(|(known, _)| *known == role).map(|(_, spec)| spec);
     let mut base = devices.base;
     match (port(BASE), &mut base) {
-        // The transport is what the port carries: the same devices serve any.
+        // The port determines the transport: the same devices serve any.
         (Some(spec), Some((by, _))) => *by = transport(spec),
         (Some(_), None) => return Err(missing(BASE)),
         (None, _) => {}

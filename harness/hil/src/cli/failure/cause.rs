@@ -27,39 +27,39 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub(super) enum Cause {
-    /// A plan, or what it names, cannot be used.
+    /// A plan, or a file that it names, cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Prepare(#[from] PrepareError),
-    /// Something about a run folder.
+    /// A run folder cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
     /// The arguments do not fit together, or do not fit the plans.
     #[error("{message}")]
     Arguments {
-        /// What is wrong.
+        /// The error message.
         message: String,
-        /// What to do.
+        /// How to fix it.
         #[help]
         help: String,
     },
-    /// The table cannot be shown.
+    /// The standard output cannot be written.
     #[error("failed to write to the standard output")]
     Output(#[source] io::Error),
     /// A file beside the run folders cannot be written.
     #[error("failed to write {}", path.display())]
     File {
-        /// Which.
+        /// Its path.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: io::Error,
     },
     /// A data package cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Data(#[from] DatasetError),
-    /// A run cannot be made a data set.
+    /// A run cannot be converted to a data set.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Export(ExportError),
@@ -75,7 +75,7 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Log(#[from] LogError),
-    /// A bus log makes no run.
+    /// A bus log cannot be imported as a run.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Import(ImportError),
@@ -87,7 +87,7 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Account(#[from] AccountError),
-    /// A campaign cannot go over a server, or no longer.
+    /// A campaign cannot use its server, or the connection was lost.
     #[error(transparent)]
     #[diagnostic(transparent)]
     #[cfg(feature = "nats")]
@@ -100,20 +100,20 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Model(LibraryError),
-    /// The data and the model are what they should be, but not for each other.
+    /// The data and the model are valid, but do not fit each other.
     #[error("failed to identify {dataset}{}", by(model.as_deref()))]
     Identify {
         /// Name of the data set.
         dataset: String,
-        /// The file of the model, where one is given.
+        /// The file of the model, if given.
         model: Option<PathBuf>,
-        /// Why.
+        /// The cause.
         source: IdentifyError,
     },
-    /// Findings cannot be put into words.
+    /// Findings cannot be written.
     #[error("failed to write down what was found")]
     Findings(#[source] Box<dyn std::error::Error + Send + Sync>),
-    /// Answers to what a person would be asked cannot be used, or are missing.
+    /// Answers to the operator's questions cannot be used, or are missing.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Answers(#[from] AnswersError),
@@ -133,23 +133,23 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     OutOfReach(#[from] OutOfReach),
-    /// What repetitions are asked for can show nothing.
+    /// The requested repetitions can show nothing.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Repetition(#[from] RepetitionError),
-    /// The kernel lacks what the lines are to cross.
+    /// The kernel lacks the buses that the lines are to cross.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Kernel(#[from] KernelError),
-    /// Devices cannot be emulated, or no longer.
+    /// Devices cannot be emulated, or the emulation broke off.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Emulation(#[from] EmulationError),
-    /// A log cannot be played onto a port, or no longer.
+    /// A log cannot be played to a port, or the replay broke off.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Replay(#[from] ReplayError),
-    /// A run cannot be carried out again on its record.
+    /// A run cannot be repeated from its record.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Rerun(#[from] RerunError),
@@ -157,7 +157,7 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Devices(#[from] DevicesError),
-    /// Ctrl-C cannot be taken over, and without it no run could be stopped in good order.
+    /// The handler of Ctrl-C cannot be installed; without it no run could be stopped in order.
     #[error("failed to take over Ctrl-C")]
     Signals(#[source] ctrlc::Error),
 }
@@ -167,8 +167,8 @@ fn by(model: Option<&Path>) -> String {
 }
 
 impl Cause {
-    /// Bad input is what the caller can mend by calling differently: a folder that is not ours and one
-    /// without a run are, a full disk is not.
+    /// Bad input is what the caller can fix by calling differently: a folder that is not ours or holds no run, but not
+    /// a full disk.
     pub(super) const fn exit_status(&self) -> u8 {
         match self {
             Self::Log(error) if !error.is_bad_input() => Outcome::Error.exit_status(),
@@ -191,7 +191,7 @@ impl Cause {
             Self::Devices(_) | Self::Placement(_) | Self::OutOfReach(_) | Self::Repetition(_) => {
                 EXIT_BAD_INPUT
             }
-            // Where frames were to cross a serial port, or the reverse, nothing is broken.
+            // Frames on a serial port, or bytes on a CAN port: nothing is broken.
             Self::Live(LiveError::Port(PortError::WrongKind { .. })) => EXIT_BAD_INPUT,
             Self::Replay(ReplayError::Port(PortError::WrongKind { .. })) => EXIT_BAD_INPUT,
             Self::Kernel(KernelError::NoFrames { .. }) => EXIT_BAD_INPUT,

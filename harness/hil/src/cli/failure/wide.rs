@@ -1,13 +1,13 @@
-//! Mistakes in lines that are too long to be shown.
+//! Errors in lines that are too long to display.
 
 use miette::Diagnostic;
 use std::error::Error;
 use std::fmt;
 
-/// A longer line is not shown: nobody reads it, and beyond column 65,535 nothing can be put below it.
+/// Longer lines are not shown: they are unreadable, and nothing can be placed below them beyond column 65,535.
 const LINE_BYTES_MAX: usize = 1_000;
 
-/// Lines of a file that are shown on either side of a mistake.
+/// Lines of a file that are shown before and after an error.
 const AROUND: usize = 1;
 
 /// Whether a line that would be shown is too long.
@@ -23,11 +23,11 @@ pub(super) fn is_too_wide(mistake: &dyn Diagnostic) -> bool {
     here || mistake.diagnostic_source().is_some_and(is_too_wide)
 }
 
-/// A mistake without the text of its file; the place is said instead.
+/// An error without the text of its file; its location is given instead.
 #[derive(Debug)]
 pub(super) struct Bare<'a> {
     pub shown: &'a dyn Diagnostic,
-    /// The file, and the line from 1.
+    /// File and line, counted from 1.
     pub place: Option<(String, usize)>,
 }
 

@@ -1,15 +1,15 @@
-//! A run in plain lines, where nobody can draw: what happened and when, at most so many lines at once.
+//! A run as plain lines, where no picture can be drawn: what happened and when, with a limited number of lines at once.
 
 use super::super::progress::Screen;
 use harness::stopwatch::Stopwatch;
 use views::watch::{Feed, Piece};
 
-/// Between two looks at the run, in seconds.
+/// Interval between two updates, in seconds.
 const PERIOD_S: f64 = 1.0;
-/// Lines at one look.
+/// Maximum lines per update.
 const LINES_AT_ONCE: usize = 10;
 
-/// Tells what happens in a run.
+/// Prints the events of a run.
 #[derive(Debug)]
 pub(super) struct Lines {
     screen: Screen,
@@ -25,7 +25,7 @@ impl Lines {
         Self { screen, feed, stopwatch, looked_s: f64::NEG_INFINITY, told: 0 }
     }
 
-    /// Tells what is new, unless something was told just now.
+    /// Prints new events, unless the last update was just now.
     pub(super) fn look(&mut self) {
         let now_s = self.stopwatch.elapsed_s();
         if now_s - self.looked_s >= PERIOD_S {
@@ -34,7 +34,7 @@ impl Lines {
         }
     }
 
-    /// Tells what is new.
+    /// Prints new events.
     pub(super) fn tell(&mut self) {
         let (pieces, forgotten) = self.feed.news_after(self.told);
         let Some(last) = pieces.last() else { return };
@@ -45,7 +45,7 @@ impl Lines {
     }
 }
 
-/// The latest of the pieces as lines, and before them how many there is no room for.
+/// Formats the latest pieces as lines, preceded by the number of omitted ones.
 fn chosen(pieces: &[Piece], forgotten: u64) -> Vec<String> {
     let skipped = pieces.len().saturating_sub(LINES_AT_ONCE);
     let untold = forgotten + skipped as u64;

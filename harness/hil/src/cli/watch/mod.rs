@@ -1,4 +1,4 @@
-//! `hil run --watch`: the run as it goes. On a terminal a picture, elsewhere plain lines.
+//! `hil run --watch`: shows the run while it proceeds: a picture on a terminal, plain lines elsewhere.
 
 mod draw;
 mod lines;
@@ -21,15 +21,13 @@ use views::watch::Feed;
 /// How the plans of a series are shown.
 #[derive(Debug)]
 pub(super) enum Watch {
-    /// As ever: a bar.
+    /// As without `--watch`: a bar.
     Unwatched,
-    /// In plain lines.
     Lines(Screen),
-    /// As a picture.
     Drawn(view::View),
 }
 
-/// One plan that is shown.
+/// One plan on display.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
     feed: Option<Feed>,
@@ -37,7 +35,7 @@ pub(super) struct Shown {
 }
 
 impl Watch {
-    /// Begins to show `plans`: as a picture, or in plain lines with a word why.
+    /// Starts the display of `plans`: as a picture, or as plain lines with the reason.
     pub(super) fn begin(
         plans: &[&str],
         is_real_time: bool,
@@ -60,12 +58,12 @@ impl Watch {
         Self::Lines(screen.clone())
     }
 
-    /// Nothing is shown but a bar.
+    /// Whether only a bar is shown.
     pub(super) const fn is_unwatched(&self) -> bool {
         matches!(self, Self::Unwatched)
     }
 
-    /// The plan at `index` begins; `feed` makes what is shown of it.
+    /// Begins the plan at `index`; `feed` creates what is shown of it.
     pub(super) fn plan(&self, index: usize, feed: impl FnOnce() -> Feed) -> Shown {
         match self {
             Self::Unwatched => Shown::default(),
@@ -81,14 +79,14 @@ impl Watch {
         }
     }
 
-    /// The plan at `index` is over.
+    /// Ends the plan at `index`.
     pub(super) fn over(&self, index: usize, outcome: Outcome) {
         if let Self::Drawn(view) = self {
             view.over(index, outcome);
         }
     }
 
-    /// The person at the terminal, asked where they look.
+    /// Returns the person at the terminal, who is asked in the view if there is one.
     pub(super) fn person(&self, terminal: &Terminal) -> Box<dyn Person> {
         match self {
             Self::Drawn(view) => Box::new(view.person(terminal)),
@@ -98,12 +96,12 @@ impl Watch {
 }
 
 impl Shown {
-    /// What the run is to be shown to.
+    /// Returns the feed that the run writes to.
     pub(super) const fn feed(&self) -> Option<&Feed> {
         self.feed.as_ref()
     }
 
-    /// How far the run is.
+    /// Updates the progress of the run.
     pub(super) fn progress(&mut self, progress: Progress) {
         if let Some(feed) = &self.feed {
             feed.progress(progress);
@@ -113,7 +111,7 @@ impl Shown {
         }
     }
 
-    /// It is over.
+    /// Ends the display.
     pub(super) fn finish(mut self) {
         if let Some(lines) = &mut self.lines {
             lines.tell();
@@ -121,7 +119,7 @@ impl Shown {
     }
 }
 
-/// Why nothing can be drawn here.
+/// Returns the reason why this terminal cannot show a picture.
 fn why_not() -> Option<&'static str> {
     use std::io::{self, IsTerminal};
     let is_dumb = || std::env::var_os("TERM").is_some_and(|term| term == "dumb");

@@ -1,4 +1,4 @@
-//! The model against real runs in virtual time.
+//! Tests the model on real runs in virtual time.
 
 use harness::operator::Answers;
 use harness::run::{Prepared, Simulated, simulate};
@@ -10,7 +10,7 @@ use record::sink::{Level, MemorySink, NullSink, RecordSink as _};
 use views::watch::{Feed, Model, NewsKind, Watched};
 use wire::time::Timestamp;
 
-/// A lap on a square, and a fault on its way.
+/// A lap on a square, with a fault on the way.
 pub(crate) const LAP: &str = r#"
 name = "lap"
 title = "One lap and losses on the gyro's line"
@@ -38,7 +38,7 @@ unit = "deg"
 check = { all_within = [-1, 1] }
 "#;
 
-/// The plan, with what it names.
+/// Prepares the plan and the files that it names.
 pub(crate) fn prepared(text: &str) -> Prepared {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("plan.toml");
@@ -46,7 +46,7 @@ pub(crate) fn prepared(text: &str) -> Prepared {
     Prepared::load(path.to_str().unwrap(), &Made::default()).unwrap()
 }
 
-/// Runs a plan to its end; what is shown then, and what it came to.
+/// Runs a plan to its end; returns the final model and the results.
 pub(crate) fn watched(prepared: &Prepared) -> (Model, Simulated, MemorySink) {
     let feed = Feed::new(&prepared.plan, &prepared.header(1));
     let mut sink = Watched::new(MemorySink::new(Level::Events), Some(&feed));
@@ -58,7 +58,7 @@ pub(crate) fn watched(prepared: &Prepared) -> (Model, Simulated, MemorySink) {
     (feed.snapshot(), run, sink.into_inner())
 }
 
-/// What is shown of a run at the instant `until_s`; `steps` are the steps done by then, and all.
+/// The model of a run at the instant `until_s`; `steps` are the steps done by then, and the total.
 pub(crate) fn midway(prepared: &Prepared, until_s: f64, steps: (u64, u64)) -> Model {
     let mut sink = MemorySink::new(Level::Full);
     simulate(prepared, 1, &Answers::default(), &mut sink, &mut |_| true);
@@ -105,7 +105,7 @@ fn a_run_is_the_same_whether_anybody_watches_or_not() {
     let (model, _, seen) = watched(&prepared);
     let mut alone = MemorySink::new(Level::Events);
     simulate(&prepared, 1, &Answers::default(), &mut alone, &mut |_| true);
-    // What a level leaves out is offered all the same.
+    // Records below the level of the sink also reach the model.
     assert!(model.records >= alone.records().len() as u64);
     assert_eq!(seen.records(), alone.records());
 }

@@ -1,10 +1,10 @@
-//! The person at the terminal, asked in the view.
+//! The person at the terminal, who is asked in the view.
 
 use super::super::terminal::Terminal;
 use super::stand::SharedStand;
 use harness::operator::{Line, Person};
 
-/// Whoever sits at the terminal on which the view is drawn.
+/// The person at the terminal on which the view is drawn.
 #[derive(Debug)]
 pub(super) struct Viewer {
     pub(super) at: Terminal,
@@ -28,7 +28,7 @@ impl Person for Viewer {
         let mut stand = self.stand.lock();
         match stand.answer() {
             Some(line) => Line::Text(line),
-            // The view broke down, and with it whoever reads the keys.
+            // The view broke down, and no keys are read any more.
             None if stand.is_over => Line::Gone,
             None => Line::NotYet,
         }

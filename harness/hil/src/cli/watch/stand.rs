@@ -1,4 +1,4 @@
-//! What the view shows beside the model of the run: the plans, what was noted, what is asked.
+//! What the view shows beside the model of the run: plans, notes and questions.
 
 use harness::stopwatch::Stopwatch;
 use record::outcome::Outcome;
@@ -6,21 +6,20 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use views::watch::Feed;
 
-/// Lines said about a question that are kept.
+/// Remarks on a question that are kept.
 const SAID_MAX: usize = 6;
-/// Lines that were typed and not yet heard.
+/// Typed lines that have not been read.
 const LINES_MAX: usize = 16;
-/// The longest answer.
+/// Maximum length of an answer.
 const TYPED_CHARS_MAX: usize = 200;
 
-/// A plan of the series.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct PlanLine {
     pub(super) name: String,
     pub(super) stage: Stage,
 }
 
-/// How far a plan is.
+/// Progress of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
     Waiting,
@@ -28,7 +27,7 @@ pub(super) enum Stage {
     Over(Outcome),
 }
 
-/// A question to the person at the terminal, and what is typed so far.
+/// A question to the person at the terminal, and the answer typed so far.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Asking {
     pub(super) text: String,
@@ -40,7 +39,7 @@ pub(super) struct Asking {
 #[derive(Debug, Clone)]
 pub(super) struct Stand {
     pub(super) plans: Vec<PlanLine>,
-    /// The clock is real: what is left of bench time is left of the day.
+    /// The clock is real: the remaining bench time is remaining wall time.
     pub(super) is_real_time: bool,
     pub(super) run: Option<(Feed, Stopwatch)>,
     pub(super) asking: Option<Asking>,
@@ -49,7 +48,7 @@ pub(super) struct Stand {
     pub(super) is_over: bool,
 }
 
-/// The stand of a view, shared by the run and the thread that draws.
+/// The state of a view, shared by the run and the thread that draws.
 #[derive(Debug, Clone)]
 pub(super) struct SharedStand(Arc<Mutex<Stand>>);
 
@@ -73,13 +72,13 @@ impl SharedStand {
 }
 
 impl Stand {
-    /// A new question. What was typed before is no answer to it.
+    /// Asks a new question and drops what was typed before.
     pub(super) fn ask(&mut self, text: &str) {
         self.answers.clear();
         self.asking = Some(Asking { text: text.to_owned(), ..Asking::default() });
     }
 
-    /// Something more about it.
+    /// Adds a remark to the question.
     pub(super) fn say(&mut self, text: &str) {
         if let Some(asking) = &mut self.asking {
             if asking.said.len() == SAID_MAX {
@@ -89,7 +88,7 @@ impl Stand {
         }
     }
 
-    /// A character of the answer.
+    /// Appends a character to the answer.
     pub(super) fn type_in(&mut self, character: char) {
         if let Some(asking) = &mut self.asking
             && asking.typed.chars().count() < TYPED_CHARS_MAX
@@ -98,14 +97,14 @@ impl Stand {
         }
     }
 
-    /// Takes back a character.
+    /// Deletes the last character.
     pub(super) fn erase(&mut self) {
         if let Some(asking) = &mut self.asking {
             asking.typed.pop();
         }
     }
 
-    /// The answer is complete.
+    /// Completes the answer.
     pub(super) fn enter(&mut self) {
         if let Some(asking) = &mut self.asking
             && self.answers.len() < LINES_MAX
@@ -114,7 +113,7 @@ impl Stand {
         }
     }
 
-    /// The next answer.
+    /// Returns the next answer.
     pub(super) fn answer(&mut self) -> Option<String> {
         self.answers.pop_front()
     }

@@ -1,6 +1,6 @@
-//! The terminal while a view is drawn on it: raw, on its other screen, and given back whatever happens.
+//! The terminal while a view is drawn on it: in raw mode, on the alternate screen, and always restored.
 //!
-//! Drawn is on the standard error, as all progress is; tables on the standard output can go elsewhere.
+//! The view is drawn on the standard error, as all progress is; tables on the standard output can be redirected.
 
 use ratatui::backend::{Backend, CrosstermBackend};
 use ratatui::buffer::Buffer;
@@ -13,19 +13,18 @@ use ratatui::layout::Rect;
 use std::io::{self, BufWriter, Stderr, Write};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
-/// Whether the terminal is ours. Held while anything is written, so that nothing is drawn on a screen that was
-/// given back.
+/// Whether the view owns the terminal. Locked during every write, so that nothing is drawn on a restored screen.
 static OURS: Mutex<bool> = Mutex::new(false);
 
 fn ours() -> MutexGuard<'static, bool> {
     OURS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Takes the terminal. From now on a panic of any thread gives it back before it is told.
+/// Takes the terminal. From now on, a panic in any thread restores the terminal before its message is printed.
 ///
 /// # Errors
 ///
-/// When it cannot be made raw.
+/// When raw mode cannot be set.
 pub(super) fn take() -> io::Result<()> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -41,42 +40,42 @@ pub(super) fn take() -> io::Result<()> {
     execute!(io::stderr(), EnterAlternateScreen, Hide)
 }
 
-/// Gives the terminal back as it was, unless that is done.
+/// Restores the terminal, unless that has been done.
 pub(super) fn give_back() {
     reset(&mut ours());
 }
 
-/// The same for who cannot wait for a terminal that takes nothing.
+/// Restores the terminal, for a caller that cannot wait for a blocked terminal.
 pub(in crate::cli) fn give_back_at_once() {
     match OURS.try_lock() {
         Ok(mut ours) => reset(&mut ours),
-        // Whoever writes just now is in the midst of a picture: the terminal is reset behind it.
+        // Another thread is writing a picture: resets the terminal without the lock.
         Err(_) => reset(&mut true),
     }
 }
 
 fn reset(ours: &mut bool) {
     if std::mem::take(ours) {
-        // With the terminal gone there is nothing to be restored.
+        // If the terminal is gone, there is nothing to restore.
         let _ = disable_raw_mode();
         let _ = execute!(io::stderr(), LeaveAlternateScreen, Show);
     }
 }
 
-/// The most columns and rows that are drawn on: a terminal may claim 65,535 of each, whose cells no memory holds.
+/// Maximum columns and rows that are drawn: a terminal may claim 65,535 of each, and their cells fit in no memory.
 const SIDE_MAX: u16 = 1_000;
 
-/// Columns and rows.
+/// Returns the terminal's size in columns and rows.
 ///
 /// # Errors
 ///
-/// When the standard error is no terminal any more.
+/// When the standard error is no longer a terminal.
 pub(super) fn size() -> io::Result<Rect> {
     let size = rustix::termios::tcgetwinsize(io::stderr())?;
     Ok(Rect::new(0, 0, size.ws_col.min(SIDE_MAX), size.ws_row.min(SIDE_MAX)))
 }
 
-/// Puts pictures on the terminal, and of each only what has changed.
+/// Draws pictures on the terminal; of each, only the changes.
 #[derive(Debug)]
 pub(super) struct Painter {
     backend: CrosstermBackend<BufWriter<Stderr>>,
@@ -89,11 +88,11 @@ impl Painter {
         Self { backend, shown: Buffer::empty(Rect::ZERO) }
     }
 
-    /// Shows a picture; says whether the terminal is still ours.
+    /// Shows a picture; returns whether the view still owns the terminal.
     ///
     /// # Errors
     ///
-    /// When the terminal takes nothing any more.
+    /// When the terminal cannot be written.
     pub(super) fn show(&mut self, picture: Buffer) -> io::Result<bool> {
         let ours = ours();
         if !*ours {
@@ -121,7 +120,7 @@ mod tests {
     use std::process::{Command, Stdio};
     use std::thread;
 
-    /// Leaves the other screen, in the words of xterm.
+    /// Leaves the alternate screen, as xterm encodes it.
     const LEAVE: &str = "\u{1b}[?1049l";
 
     #[test]
@@ -152,7 +151,7 @@ mod tests {
         let mut output = File::from(keyboard);
         let shown = thread::spawn(move || {
             let mut shown = Vec::new();
-            // The terminal hangs up with an error once nobody holds it.
+            // The terminal hangs up with an error when its last handle is closed.
             let _ = output.read_to_end(&mut shown);
             (shown, output)
         });

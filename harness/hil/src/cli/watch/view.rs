@@ -16,12 +16,12 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use views::watch::{Feed, Model};
 
-/// Between two pictures: some 15 a second.
+/// Interval between two pictures: some 15 a second.
 const PERIOD: Duration = Duration::from_millis(66);
-/// Keys that are taken between two pictures: more is something that holds a key down.
+/// Maximum keys between two pictures: more come only from a key that is held down.
 const KEYS_AT_ONCE: usize = 64;
 
-/// A view that is drawn by a thread of its own, until it is dropped.
+/// A view, drawn by a thread until it is dropped.
 #[derive(Debug)]
 pub(in crate::cli) struct View {
     stand: SharedStand,
@@ -30,11 +30,11 @@ pub(in crate::cli) struct View {
 }
 
 impl View {
-    /// Takes the terminal and begins to draw.
+    /// Takes the terminal and starts to draw.
     ///
     /// # Errors
     ///
-    /// When the terminal cannot be taken, or a thread cannot be started.
+    /// When the terminal cannot be taken, or the thread cannot be started.
     pub(super) fn start(
         stand: SharedStand,
         look: Look,
@@ -51,14 +51,14 @@ impl View {
             screen: screen.clone(),
             last: None,
         };
-        // Made first: should there be no thread, it gives the terminal back.
+        // Created first: if the thread cannot start, dropping it restores the terminal.
         let mut view = Self { stand, thread: None, screen: screen.clone() };
         let thread = thread::Builder::new().name("view".to_owned());
         view.thread = Some(thread.spawn(move || drawer.run())?);
         Ok(view)
     }
 
-    /// The plan at `index` begins.
+    /// Begins the plan at `index`.
     pub(super) fn plan(&self, index: usize, feed: Feed) {
         let mut stand = self.stand.lock();
         stand.run = Some((feed, Stopwatch::start()));
@@ -67,14 +67,14 @@ impl View {
         }
     }
 
-    /// The plan at `index` is over.
+    /// Ends the plan at `index`.
     pub(super) fn over(&self, index: usize, outcome: Outcome) {
         if let Some(plan) = self.stand.lock().plans.get_mut(index) {
             plan.stage = Stage::Over(outcome);
         }
     }
 
-    /// Whoever sits at `terminal`, asked in the view.
+    /// Returns the person at `terminal`, who is asked in the view.
     pub(super) fn person(&self, terminal: &Terminal) -> Viewer {
         Viewer { at: terminal.clone(), stand: self.stand.clone() }
     }
@@ -84,7 +84,7 @@ impl Drop for View {
     fn drop(&mut self) {
         self.stand.lock().is_over = true;
         if let Some(thread) = self.thread.take() {
-            // A view that panicked has told so.
+            // A panic of the view has already been reported.
             let _ = thread.join();
         }
         terminal::give_back();
@@ -92,14 +92,14 @@ impl Drop for View {
     }
 }
 
-/// What the thread has.
+/// State of the drawing thread.
 #[derive(Debug)]
 struct Drawer {
     stand: SharedStand,
     look: Look,
     interrupt: Interrupt,
     screen: Screen,
-    /// What was shown last; it stays while the view is paused.
+    /// The model shown last; it stays while the view is paused.
     last: Option<Model>,
 }
 
@@ -109,7 +109,7 @@ impl Drawer {
         while !self.stand.lock().is_over {
             let shown = self.picture().and_then(|picture| painter.show(picture));
             if !matches!(shown, Ok(true)) || self.hear_keys().is_err() {
-                // Nobody sees anything any more; the run goes on.
+                // The display has failed; the run continues.
                 self.stand.lock().is_over = true;
                 return;
             }
@@ -136,7 +136,7 @@ impl Drawer {
         Ok(picture)
     }
 
-    /// Takes the keys that come until the next picture is due.
+    /// Handles the keys that arrive before the next picture is due.
     fn hear_keys(&mut self) -> io::Result<()> {
         let mut wait = PERIOD;
         for _ in 0..KEYS_AT_ONCE {

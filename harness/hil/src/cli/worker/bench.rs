@@ -20,14 +20,14 @@ mod on_bench {
     pub(in crate::cli::worker) struct BenchHand {
         place: Place,
         setup: LiveSetup,
-        /// The text of its file.
+        /// Text of its bench file.
         text: String,
         bench: Bench,
         log: PathBuf,
     }
 
     impl BenchHand {
-        /// That of this bench file; what the device under test writes to stderr goes to the folder `out`.
+        /// Opens the bench of this file; the stderr of the device under test goes to the folder `out`.
         pub(in crate::cli::worker) fn new(name: &str, out: Option<&Path>) -> Result<Self, Failure> {
             let (setup, text) = (LiveSetup::of(BenchFile::load(name)?), BenchFile::text(name)?);
             let place = bench_place(name)?;
@@ -41,7 +41,7 @@ mod on_bench {
             &self.place
         }
 
-        /// Who carries out the cases of a package on it.
+        /// Returns the maker of executors for the cases of a package.
         pub(in crate::cli::worker) fn maker(&self) -> Maker {
             let hand = self.clone();
             Arc::new(move |package: &Package, _: &Place, stopping: Stopping| {
@@ -50,7 +50,7 @@ mod on_bench {
             })
         }
 
-        /// Did it come up each time?
+        /// Returns the error if the bench ever failed to come up.
         pub(in crate::cli::worker) fn came_up(&self) -> Result<(), Failure> {
             self.bench.take_broken().map_or(Ok(()), |error| Err(error.into()))
         }
@@ -69,7 +69,7 @@ mod on_bench {
             let site = Site {
                 bench: self.bench.clone(),
                 answers,
-                // Who is asked is beside the coordinator, if anybody is.
+                // A person to be asked would sit at the coordinator.
                 person: None,
                 stop: Box::new(move || stopping.is_so()),
                 log: self.log.clone(),

@@ -1,9 +1,9 @@
-//! Mistakes in bytes, whatever they mean.
+//! Mutations of bytes, regardless of their meaning.
 
 use super::Words;
 use crate::random::Random;
 
-/// Numbers at an end of a type, as bytes.
+/// Limits of integer types, as bytes.
 const ENDS: [u64; 10] = [
     0,
     1,
@@ -38,7 +38,7 @@ pub fn mutated(random: &mut Random, file: &[u8], words: &Words) -> Vec<u8> {
             let garbage: Vec<u8> = (0..times).map(|_| random.byte()).collect();
             file.splice(at..at, garbage);
         }
-        // No UTF-8: alone, too long, a surrogate.
+        // Invalid UTF-8: a lone byte, an overlong form, a surrogate.
         9 => {
             let bad: &[u8] =
                 random.of_these(&[&[0xff][..], &[0xc0, 0x80], &[0xed, 0xa0, 0x80], &[0xf4, 0x90]]);
@@ -63,7 +63,7 @@ fn flip(random: &mut Random, file: &mut [u8]) {
     }
 }
 
-/// Puts a number there that is the least or the greatest of its kind.
+/// Writes a number there that is the minimum or maximum of its type.
 pub fn end_of_a_type(random: &mut Random, file: &mut [u8], at: usize) {
     let number = match random.once_in(2) {
         true => ENDS[random.below(ENDS.len())].to_le_bytes(),

@@ -1,4 +1,4 @@
-//! Input that is almost good.
+//! Almost valid input.
 
 mod bytes;
 mod sealed;
@@ -7,26 +7,26 @@ mod text;
 use crate::random::Random;
 use std::collections::BTreeMap;
 
-/// Longer files are read for longer than a run is waited for.
+/// Longer files take longer to read than a run's time limit.
 const BYTES_MAX: usize = 2_000_000;
 
-/// What files say: where a mutation takes something from elsewhere.
+/// Content of the files, as material for mutations.
 #[derive(Debug, Default)]
 pub struct Words {
     /// Words, numbers and quoted texts.
     pub tokens: Vec<String>,
-    /// What stands behind each key.
+    /// Values of each key.
     pub values: BTreeMap<String, Vec<String>>,
-    /// Whole files that are text.
+    /// Whole text files.
     pub texts: Vec<String>,
 }
 
 impl Words {
-    /// Those of these files.
+    /// Collects the content of these files.
     pub fn of<'a>(files: impl Iterator<Item = &'a [u8]>) -> Self {
         let mut words = Self::default();
         for text in files.filter_map(|file| std::str::from_utf8(file).ok()) {
-            // Data repeat themselves; a program's text is no input.
+            // The head suffices: data repeat, and the source text of a program is no input.
             let head: String = text.chars().take(6_000).collect();
             let tokens = text::tokens(&head);
             for (key, value) in text::values(&head, &tokens) {
@@ -42,7 +42,7 @@ impl Words {
     }
 }
 
-/// The file with one to eight mistakes in it, mostly one.
+/// Returns the file with one or more mutations, mostly one.
 pub fn mutated(random: &mut Random, path: &str, file: &[u8], words: &Words) -> Vec<u8> {
     let mut file = file.to_vec();
     loop {
@@ -58,7 +58,7 @@ pub fn mutated(random: &mut Random, path: &str, file: &[u8], words: &Words) -> V
 
 fn once(random: &mut Random, path: &str, file: &[u8], words: &Words) -> Vec<u8> {
     if path.ends_with(".hilrec") && !random.once_in(4) {
-        // A check would stop every other mistake at the door.
+        // Otherwise a checksum would reject every mutation.
         if let Some(file) = sealed::mutated(random, file, words) {
             return file;
         }

@@ -1,4 +1,4 @@
-//! Mistakes in records behind their checks: a file whose checks hold, and whose content is wrong.
+//! Mutations of records with valid checksums: only the content is wrong.
 
 use super::{Words, bytes, text};
 use crate::random::Random;
@@ -6,19 +6,19 @@ use crate::random::Random;
 /// Magic and version.
 const HEAD: usize = 10;
 
-/// A block ends with the record that makes it so long.
+/// A block ends with the record that reaches this length.
 const BLOCK: usize = 16 * 1024;
 
 const TRAILER: &[u8] = b"\x89hilend\n";
 
-/// What is in a record.
+/// Content of a record file.
 struct Content {
     head: Vec<u8>,
     header: Vec<u8>,
     records: Vec<Vec<u8>>,
 }
 
-/// The same with a mistake in its header or in some records; none where it cannot be read.
+/// Returns the file with a mutation in its header or in some records; `None` if it cannot be read.
 pub fn mutated(random: &mut Random, file: &[u8], words: &Words) -> Option<Vec<u8>> {
     let mut content = opened(file)?;
     if random.once_in(4) {
@@ -46,7 +46,7 @@ fn damage(random: &mut Random, records: &mut Vec<Vec<u8>>, words: &Words) {
             let place = random.below(records[at].len());
             bytes::end_of_a_type(random, &mut records[at], place);
         }
-        // Time goes by leaps: the span stands first, as a varint.
+        // Time jumps: the span comes first, as a varint.
         7 => {
             let record = &mut records[at];
             let end = record.iter().position(|byte| byte & 0x80 == 0).unwrap_or(0);
@@ -133,7 +133,7 @@ fn varint(mut number: u64) -> Vec<u8> {
     bytes
 }
 
-/// CRC-32C of the check before and of these bytes.
+/// CRC-32C of the previous checksum and these bytes.
 fn crc32c(before: [u8; 4], bytes: &[u8]) -> u32 {
     let all = before.iter().chain(bytes);
     !all.fold(u32::MAX, |crc, byte| {

@@ -1,4 +1,4 @@
-//! Mistakes in lines, words and numbers, and shapes that no person writes.
+//! Mutations of lines, words and numbers, and shapes that no person writes.
 
 use super::Words;
 use super::bytes::mutated as mutated_bytes;
@@ -38,7 +38,7 @@ const NUMBERS: [&str; 30] = [
     "10000000000000000000000000000000000000000",
 ];
 
-/// Texts that lead out of a folder, or that a terminal takes for an order.
+/// Texts that lead out of a folder, or that a terminal interprets as commands.
 const TEXTS: [&str; 20] = [
     "../elsewhere/x",
     "@ELSEWHERE@/x",
@@ -62,7 +62,7 @@ const TEXTS: [&str; 20] = [
     "/dev/null",
 ];
 
-/// How deep, how long and how many.
+/// Depths, lengths and counts.
 const COUNTS: [usize; 6] = [10, 100, 1_000, 3_000, 10_000, 100_000];
 
 const BRACKETS: [(&str, &str); 8] = [
@@ -116,7 +116,7 @@ fn lines(random: &mut Random, text: &str, words: &Words) -> String {
 
 fn tokens_changed(random: &mut Random, text: &str, words: &Words) -> String {
     let tokens = tokens(text);
-    // Numbers are few among words, and most of what is judged.
+    // Few tokens are numbers, but most judged ones are.
     let numbers: Vec<_> =
         tokens.iter().filter(|token| is_number(&text[(*token).clone()])).collect();
     let is_of_numbers = !numbers.is_empty() && !random.once_in(3);
@@ -142,7 +142,7 @@ fn tokens_changed(random: &mut Random, text: &str, words: &Words) -> String {
     out
 }
 
-/// A value that the same key has elsewhere, or one near it: much of that passes.
+/// A value that the same key has elsewhere, or a nearby one: many of these are accepted.
 fn other_value(random: &mut Random, text: &str, words: &Words) -> String {
     let tokens = tokens(text);
     let values = values(text, &tokens);
@@ -161,7 +161,7 @@ fn other_value(random: &mut Random, text: &str, words: &Words) -> String {
     out
 }
 
-/// Keys, and the tokens that stand behind them: after `=` in TOML, after `:` in JSON.
+/// Returns keys and their values: the tokens after `=` in TOML, after `:` in JSON.
 pub fn values<'a>(text: &'a str, tokens: &[Range<usize>]) -> Vec<(&'a str, Range<usize>)> {
     let of = |token: &Range<usize>| &text[token.clone()];
     let is_value = |parts: &&[Range<usize>]| matches!(of(&parts[1]), "=" | ":");
@@ -169,7 +169,7 @@ pub fn values<'a>(text: &'a str, tokens: &[Range<usize>]) -> Vec<(&'a str, Range
     found.map(|parts| (of(&parts[0]).trim_matches('"'), parts[2].clone())).collect()
 }
 
-/// A number that may pass: most others are refused at once.
+/// A number that may be accepted: most others are refused at once.
 fn nearby(random: &mut Random, old: &str) -> String {
     let Ok(number) = old.parse::<f64>() else { return old.to_owned() };
     let scaled = match random.below(8) {
@@ -185,7 +185,7 @@ fn nearby(random: &mut Random, old: &str) -> String {
     scaled.to_string()
 }
 
-/// Quoted where the old one was.
+/// Quotes the new value if the old one was quoted.
 fn within(old: &str, new: &str) -> String {
     if old.starts_with('"') { format!("\"{new}\"") } else { new.to_owned() }
 }
@@ -202,7 +202,7 @@ fn deep(random: &mut Random, text: &str) -> String {
         return open.repeat(times);
     };
     let old = &text[chosen.clone()];
-    // An expression is deep within its quotes.
+    // An expression nests within its quotes.
     let (quote, inner) = match old.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
         Some(inner) if random.once_in(2) => ("\"", inner),
         _ => ("", old),
@@ -214,7 +214,7 @@ fn deep(random: &mut Random, text: &str) -> String {
     out
 }
 
-/// One table of the file so often, mostly each with a name of its own.
+/// Repeats one table of the file, mostly with different names.
 fn many_tables(random: &mut Random, text: &str) -> String {
     let starts: Vec<usize> = text.match_indices("\n[").map(|(at, _)| at + 1).collect();
     let Some(&start) = starts.get(random.below(starts.len())) else { return text.to_owned() };
@@ -235,7 +235,7 @@ fn many_tables(random: &mut Random, text: &str) -> String {
     out
 }
 
-/// The head of one text, and the tail of another.
+/// Joins the head of one text and the tail of another.
 fn spliced(random: &mut Random, text: &str, other: &str) -> String {
     let cut = |random: &mut Random, text: &str| {
         let ends: Vec<usize> = text.match_indices('\n').map(|(at, _)| at + 1).collect();

@@ -1,4 +1,4 @@
-//! Which kinds of faults were tried in which phases of the plan, and how often something broke then.
+//! Which kinds of faults were tried in which phases of the plan, and how often a property broke then.
 
 use super::super::download::{Table, text};
 use super::Gathered;
@@ -7,10 +7,10 @@ use campaign::{Account, Struck};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
-/// Shades of a cell: by the share of cases in which something broke.
+/// Shades of a cell, by the share of cases in which a property broke.
 const SHADES: u64 = 5;
 
-/// The table, with what was never tried.
+/// Renders the table, with the combinations that were never tried.
 pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
     let seen = gathered.tried.keys();
     let kinds: BTreeSet<&Struck> =
@@ -68,7 +68,7 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
     }
 }
 
-/// Of one kind, whenever it began. A case that holds it twice counts twice.
+/// Totals of one kind over all phases. A case that contains it twice counts twice.
 fn whole(gathered: &Gathered, kind: &Struck) -> Tried {
     let of_kind = gathered.tried.iter().filter(|((struck, _), _)| struck == kind);
     of_kind.fold(Tried::default(), |sum, (_, tried)| Tried {

@@ -1,9 +1,9 @@
-//! The smallest case of each property that broke: what was seen, the schedule, and how to see it again.
+//! The smallest case of each property that broke: violation, schedule, and how to reproduce it.
 
 use campaign::{Account, FoundCase};
 use maud::{Markup, html};
 
-/// One card each; nothing where nothing was made small.
+/// Renders one card per case; `None` if no case was shrunk.
 pub(super) fn cards(account: &Account) -> Option<Markup> {
     let found = &account.end.as_ref()?.found;
     (!found.is_empty()).then(|| html! { div.cards { @for one in found { (card(account, one)) } } })
@@ -42,7 +42,7 @@ fn command(account: &Account, found: &FoundCase) -> String {
     command.trim_end().to_owned()
 }
 
-/// A file beside the page and nothing else: a link may lead nowhere outside.
+/// Whether it is the plain name of a file beside the page: a link must not lead outside.
 fn is_plain(name: &str) -> bool {
     !name.starts_with('.') && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c))
 }

@@ -1,21 +1,21 @@
-//! What the page needs of a journal, gathered in one pass.
+//! Data of a journal for the page, collected in one pass.
 
 use super::super::thin::Point;
 use campaign::{Line, Struck, Tally};
 use plan::faults::{Fault, When};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The most cases whose margins are kept.
+/// Maximum number of cases with margins.
 const MARGINS_MAX: usize = 1_000_000;
 
-/// When a fault began, as a column of a table.
+/// Column of a table: when a fault began.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Column {
-    /// With the run.
+    /// From the begin of the run.
     Always,
-    /// At a time, whatever the plan was about.
+    /// At a time, regardless of the plan's phase.
     At,
-    /// With or within a phase of the plan.
+    /// At or within a phase of the plan.
     Phase(String),
 }
 
@@ -39,7 +39,7 @@ impl Column {
     }
 }
 
-/// How many cases tried something, and in how many of these something broke.
+/// How many cases tried a combination, and in how many of them a property broke.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Tried {
     pub cases: u64,
@@ -53,13 +53,13 @@ impl Tried {
     }
 }
 
-/// Everything of a journal that is drawn.
+/// Everything of a journal that the page draws.
 #[derive(Debug, Clone, Default)]
 pub struct Gathered {
     pub(super) tally: Tally,
     pub(super) margins: BTreeMap<String, Vec<Point>>,
     pub(super) tried: BTreeMap<(Struck, Column), Tried>,
-    /// Cases whose margins are beyond [`MARGINS_MAX`].
+    /// Number of cases with margins beyond [`MARGINS_MAX`].
     pub(super) margins_not_kept: u64,
 }
 

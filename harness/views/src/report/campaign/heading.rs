@@ -1,11 +1,11 @@
-//! What campaign it is, how far it went and what it came to.
+//! Identity, progress and result of the campaign.
 
 use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
 use record::figures;
 
-/// What it came to, in a word.
+/// The result in a word.
 pub(super) fn word(account: &Account, gathered: &Gathered) -> &'static str {
     match (gathered.tally.broken.is_empty(), goes_to_its_end(account)) {
         (false, _) => "broken",

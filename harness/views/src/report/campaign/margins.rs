@@ -1,4 +1,4 @@
-//! How near each property came to breaking, case by case.
+//! The margin of each property, case by case.
 
 use super::super::download::{ROWS_MAX, Table, number, place};
 use super::super::frame::{Axis, Frame, SCALE};
@@ -10,13 +10,13 @@ use maud::{Markup, html};
 use plotters::element::PathElement;
 use plotters::style::Color;
 
-/// Columns of a plot; two marks of each are drawn.
+/// Columns of a plot; two marks per column are drawn.
 const COLUMNS: usize = 280;
 
-/// The most plots of one page.
+/// Maximum number of plots on a page.
 const PLOTS_MAX: usize = 40;
 
-/// One plot a property; nothing where none had a margin.
+/// Renders one plot per property; `None` if no property had a margin.
 pub(super) fn plots(gathered: &Gathered) -> Option<Markup> {
     if gathered.margins.is_empty() {
         return None;

@@ -1,11 +1,11 @@
-//! How often each property broke and how near it came, and how often each state came about.
+//! How often each property broke, its smallest margin, and how often each state was reached.
 
 use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
-/// Properties that must hold at every moment; nothing where none was judged.
+/// Properties that must hold at every moment; `None` if none was judged.
 pub(super) fn always(account: &Account, gathered: &Gathered) -> Option<Markup> {
     let tally = &gathered.tally;
     let not_judged = account.end.as_ref().map(|end| &end.not_judged);
@@ -60,7 +60,7 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
     }
 }
 
-/// States that should come about in some case; nothing where the plan names none.
+/// States that should be reached in some case; `None` if the plan names none.
 pub(super) fn sometimes(account: &Account, gathered: &Gathered) -> Option<Markup> {
     let tally = &gathered.tally;
     let names: BTreeSet<&String> = account.states.iter().chain(tally.reached.keys()).collect();

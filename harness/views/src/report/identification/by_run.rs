@@ -1,4 +1,4 @@
-//! The error of each run that was left out of the fit, before and after.
+//! The error of each run when left out of the fit, before and after.
 
 use super::super::download::{Table, number};
 use super::super::frame::{Axis, Frame, SCALE};
@@ -13,19 +13,19 @@ use plotters::element::Rectangle;
 use plotters::style::Color;
 use record::figures;
 
-/// Up to so many runs are drawn as bars; more as points.
+/// Maximum number of runs drawn as bars; more are points.
 const BARS_MAX: usize = 60;
 
-/// Columns in which the best and the worst of yet more runs are drawn.
+/// Columns for the best and worst of still more runs.
 const COLUMNS: usize = 200;
 
-/// Up to so many runs are called by their names.
+/// Maximum number of runs labelled by name.
 const NAMED_MAX: usize = 12;
 
-/// Half of what two bars take of the room of a run.
+/// Half the width of two bars, as a share of a run's space.
 const HALF_WIDTH: f64 = 0.38;
 
-/// The errors and their change; nothing where a run is alone.
+/// Plots the errors and their change; empty for a single run.
 pub(super) fn figure(block: &BlockDiagnostics, labels: &[String]) -> Markup {
     let finite = |run: &&RunError| run.before.is_finite() && run.after.is_finite();
     let runs: Vec<&RunError> = block.by_run.iter().filter(finite).collect();
@@ -93,7 +93,7 @@ fn errors(runs: &[&RunError], unit: &str) -> Markup {
     })
 }
 
-/// The change of each run in percent of before.
+/// Plots the change of each run in percent of the error before.
 fn changes(runs: &[&RunError]) -> Markup {
     let points: Vec<_> = runs
         .iter()

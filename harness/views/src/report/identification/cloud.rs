@@ -1,39 +1,39 @@
-//! Many points as few that look the same: each point where there are few, else the spread of each
-//! column. No column hides its lowest or highest point.
+//! Reduces many points to few that look the same: each point if there are few, else the spread of each column. Each
+//! column keeps its lowest and highest point.
 
 use super::super::download::{Table, number, place};
 use super::super::thin::Point;
 use super::ruler::{Ruler, ends, placed};
 
-/// So many points are drawn each.
+/// Maximum number of points drawn individually.
 const MARKS_MAX: usize = 400;
 
-/// Points that a column should hold, and columns at least and at most.
+/// Points per column, and minimum and maximum number of columns.
 const POINTS_PER_COLUMN: usize = 25;
 const COLUMNS_MIN: usize = 16;
 const COLUMNS_MAX: usize = 120;
 
-/// A median of fewer points says nothing that the points do not.
+/// A median of fewer points shows no more than the points.
 const MEDIAN_OF_MIN: usize = 3;
 const MEDIANS_MIN: usize = 4;
 const MEDIANS_MAX: usize = 30;
 
-/// Share of the way from one value to the next that the column of a value takes.
+/// Width of a level's column as a share of the distance to the next level.
 const LEVEL_SHARE: f64 = 0.7;
 
-/// Points whose x lies in the same part of the axis.
+/// Points with x in the same part of the axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
-    /// Which part, counted from the left.
+    /// Index of the part, from the left.
     pub index: usize,
-    /// Where it begins and ends.
+    /// Its begin and end.
     pub x: (f64, f64),
     pub count: usize,
     pub lowest: f64,
-    /// A twentieth of the points lies below.
+    /// 5th percentile of the points.
     pub low: f64,
     pub median: f64,
-    /// A twentieth of the points lies above.
+    /// 95th percentile of the points.
     pub high: f64,
     pub highest: f64,
 }
@@ -47,7 +47,7 @@ impl Column {
 /// Points over an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Cloud {
-    /// Each of them.
+    /// Individual points.
     Marks(Vec<Point>),
     /// The spread of each column.
     Columns(Vec<Column>),
@@ -62,7 +62,7 @@ impl Cloud {
         Self::Columns(columns(points, count))
     }
 
-    /// The same by rulers, which keep what is lower lower.
+    /// Converts the cloud with rulers, which preserve the order of values.
     pub(super) fn placed(&self, x: &Ruler, y: &Ruler) -> Self {
         match self {
             Self::Marks(points) => Self::Marks(placed(points, x, y)),
@@ -83,7 +83,7 @@ impl Cloud {
         }
     }
 
-    /// What is drawn.
+    /// Returns the drawn data as a table.
     pub(super) fn table(&self, x: &str, y: &str) -> Table {
         match self {
             Self::Marks(points) => Table::of_points(x, y, points),
@@ -112,12 +112,12 @@ impl Cloud {
     }
 }
 
-/// Whether so many points are more than are drawn each.
+/// Whether this many points are drawn as columns.
 pub(super) const fn is_thinned(count: usize) -> bool {
     count > MARKS_MAX
 }
 
-/// Medians of columns wide enough that the noise in them averages out.
+/// Returns medians of columns wide enough for the noise in them to average out.
 pub(super) fn medians(points: &[Point]) -> Vec<Point> {
     let count = (0.7 * (points.len() as f64).sqrt()) as usize;
     columns(points, count.clamp(MEDIANS_MIN, MEDIANS_MAX))
@@ -127,8 +127,8 @@ pub(super) fn medians(points: &[Point]) -> Vec<Point> {
         .collect()
 }
 
-/// Columns of equal width; those without a point are absent. A channel that takes few values has a
-/// column for each, apart from its neighbours.
+/// Divides the points into columns of equal width, without empty ones. A channel with few distinct values has a
+/// separate column for each.
 pub(super) fn columns(points: &[Point], count: usize) -> Vec<Column> {
     if let Some(levels) = levels(points, count) {
         return of_levels(points, &levels);
@@ -159,7 +159,7 @@ fn column(index: usize, x: (f64, f64), mut values: Vec<f64>) -> Option<Column> {
     })
 }
 
-/// The values that x takes, rising, where they are at most so many and each comes often.
+/// Returns the distinct values of x, ascending, if they are at most `most` and each is frequent.
 fn levels(points: &[Point], most: usize) -> Option<Vec<f64>> {
     let mut levels: Vec<f64> = Vec::new();
     for (x, _) in points.iter().filter(|(x, y)| x.is_finite() && y.is_finite()) {
@@ -173,7 +173,7 @@ fn levels(points: &[Point], most: usize) -> Option<Vec<f64>> {
     (levels.len() > 1).then_some(levels)
 }
 
-/// The two zeros as one value.
+/// Converts minus zero to zero.
 fn unsigned_zero(x: f64) -> f64 {
     x + 0.0
 }
@@ -187,13 +187,13 @@ fn of_levels(points: &[Point], levels: &[f64]) -> Vec<Column> {
             held[at].push(*y);
         }
     }
-    // Every other index: neighbours are not one band.
+    // Every other index, so that neighbours are not joined.
     let all = levels.iter().zip(held).enumerate();
     all.filter_map(|(i, (level, values))| column(2 * i, (level - half, level + half), values))
         .collect()
 }
 
-/// The value below which that share of `sorted` lies, between neighbours in proportion.
+/// Returns the quantile of `sorted` at this share, interpolated linearly.
 pub(super) fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let place = share * sorted.len().checked_sub(1)? as f64;
     let (below, above) = (*sorted.get(place as usize)?, *sorted.get(place.ceil() as usize)?);

@@ -1,4 +1,4 @@
-//! What a firmware does with readings so that they err less, to be taken over as it stands.
+//! The compensation that a firmware applies to readings to reduce their errors, ready to copy.
 
 use identification::finding::{Compensation, Finding};
 use maud::{Markup, html};

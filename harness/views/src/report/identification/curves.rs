@@ -1,4 +1,4 @@
-//! Each effect over what drives it, with the observations that it was found in.
+//! Each effect over its driver, with the observations in which it was found.
 
 use super::super::download::Table;
 use super::super::frame::{Frame, SCALE};
@@ -10,13 +10,13 @@ use super::ruler::{Ruler, ends, placed};
 use identification::outcome::{BlockDiagnostics, EffectCurve};
 use maud::{Markup, html};
 
-/// The plot is this much higher than the curve and the medians where the noise is much larger.
+/// Height of the plot relative to curve and medians if the noise is much larger.
 const ZOOM: f64 = 2.5;
 
-/// A curve that turns back more often than this between its points is no line over its driver alone.
+/// A curve with more reversals than this between its points is no function of its driver alone.
 const TURNS_MAX: usize = 20;
 
-/// The effects of a block, at most so many.
+/// Draws the effects of a block, at most `most`.
 pub(super) fn figures(block: &BlockDiagnostics, most: usize) -> Markup {
     let left_out = block.effects.len().saturating_sub(most);
     html! {
@@ -110,7 +110,7 @@ fn explanation(curve: &EffectCurve, is_line: bool) -> &'static str {
     }
 }
 
-/// A sentence on what is not drawn one by one.
+/// States in a sentence what is not drawn individually.
 pub(super) fn thinned(count: usize, beyond: usize) -> Markup {
     let is_thinned = is_thinned(count);
     html! {
@@ -126,7 +126,7 @@ pub(super) fn thinned(count: usize, beyond: usize) -> Markup {
     }
 }
 
-/// Unit of the driver: that of the channel where it is one, for it tells Celsius from kelvin.
+/// Unit of the driver: that of the channel if it is one, which distinguishes Celsius from kelvin.
 fn driver_unit<'a>(curve: &'a EffectCurve, block: &'a BlockDiagnostics) -> &'a str {
     let channel = block.channels.iter().find(|channel| channel.name == curve.driver);
     channel.map_or(&curve.driver_unit, |channel| &channel.unit)
@@ -136,7 +136,7 @@ fn beyond_of(points: &[(f64, f64)], frame: &Frame) -> usize {
     points.iter().filter(|point| !frame.y.range.contains(&point.1)).count()
 }
 
-/// All observations where the effect can be seen among them, else as much as it takes to see it.
+/// Range of all observations if the effect is visible among them, else a range that makes it visible.
 fn zoomed(effect: (f64, f64), observed: (f64, f64), is_observed: bool) -> (f64, f64) {
     let height = effect.1 - effect.0;
     if !is_observed || height <= 0.0 || !height.is_finite() {

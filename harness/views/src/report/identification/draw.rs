@@ -1,4 +1,4 @@
-//! Marks and lines that the figures of an identification share.
+//! Marks and lines shared by the figures of an identification.
 
 use super::super::frame::{Axis, Chart, Drawn, Frame, SCALE};
 use super::super::palette::{CCW, CW, INK, OUTSIDE, REFERENCE};
@@ -7,27 +7,27 @@ use super::cloud::{Cloud, Column, quantile};
 use plotters::element::{Circle, PathElement, Polygon, TriangleMarker};
 use plotters::style::{Color, RGBColor};
 
-/// The model given.
+/// The given model.
 pub(super) const BEFORE: RGBColor = CW;
-/// The model with what was found.
+/// The model with the effects found.
 pub(super) const AFTER: RGBColor = CCW;
 
 /// Radius of a point, in pixels of the drawing.
 const POINT_RADIUS: i32 = 2 * SCALE as i32;
-/// Radius of a mark that is to be seen.
+/// Radius of an emphasized mark.
 const MARK_RADIUS: i32 = 3 * SCALE as i32;
 
 const POINT_OPACITY: f64 = 0.55;
 const SPREAD_OPACITY: f64 = 0.18;
 const BULK_OPACITY: f64 = 0.42;
 
-/// At most so many marks of one kind stand out of a plot.
+/// Maximum number of marks of one kind at an edge of a plot.
 const MARK_COLUMNS: usize = 60;
 
-/// Of a plot's height, what is shown beyond the middle 98 % of the values, at either end.
+/// Share of the range of the middle 98 % of values that is shown beyond it at either end.
 const ROOM_SHARE: f64 = 1.5;
 
-/// The range in which `values` are drawn: all of them where the few furthest let the others be seen.
+/// Range in which `values` are drawn: all of them, unless a few distant ones would hide the others.
 pub(super) fn shown_range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let mut sorted: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -36,11 +36,11 @@ pub(super) fn shown_range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     };
     let room = ROOM_SHARE * (high - low);
     let (lowest, highest) = (sorted[0], sorted[sorted.len() - 1]);
-    // Where most values are one and the same, the others are what there is to see.
+    // If most values are equal, the others are of interest.
     if room > 0.0 { (lowest.max(low - room), highest.min(high + room)) } else { (lowest, highest) }
 }
 
-/// Points, each or as the spread of columns: all of a column pale, all but its outer twentieths bold.
+/// Draws points, or the spread of columns: the whole column pale, without its outer twentieths bold.
 pub(super) fn draw_cloud(
     chart: &mut Chart<'_>,
     cloud: &Cloud,
@@ -66,7 +66,7 @@ pub(super) fn draw_cloud(
     Ok(())
 }
 
-/// Steps around neighbouring columns; where a column is empty, the next outline begins.
+/// Step outlines of adjacent columns; an empty column begins a new outline.
 fn outlines(
     columns: &[Column],
     extent: impl Fn(&Column) -> (f64, f64),
@@ -87,7 +87,7 @@ fn outlines(
     columns.chunk_by(neighbours).map(outline).collect()
 }
 
-/// A triangle at the edge for what lies beyond it; how many do.
+/// Draws a triangle at the edge for points beyond it; returns their number.
 pub(super) fn draw_beyond(
     chart: &mut Chart<'_>,
     points: &[Point],
@@ -108,7 +108,7 @@ pub(super) fn draw_beyond(
     Ok(above.len() + below.len())
 }
 
-/// Rings around what counts as an outlier.
+/// Draws rings around outliers.
 pub(super) fn draw_rings(chart: &mut Chart<'_>, points: &[Point], y: &Axis) -> Drawn {
     let inside: Vec<Point> =
         points.iter().filter(|point| y.range.contains(&point.1)).copied().collect();
@@ -118,7 +118,7 @@ pub(super) fn draw_rings(chart: &mut Chart<'_>, points: &[Point], y: &Axis) -> D
     Ok(())
 }
 
-/// Dots, joined where `joined`.
+/// Draws dots, connected if `joined`.
 pub(super) fn draw_dots(
     chart: &mut Chart<'_>,
     points: &[Point],
@@ -133,7 +133,7 @@ pub(super) fn draw_dots(
     Ok(())
 }
 
-/// A line through points.
+/// Draws a line through points.
 pub(super) fn draw_line(
     chart: &mut Chart<'_>,
     points: Vec<Point>,
@@ -146,7 +146,7 @@ pub(super) fn draw_line(
     Ok(())
 }
 
-/// Zero, where it is in sight.
+/// Draws zero, if it is in range.
 pub(super) fn draw_zero(chart: &mut Chart<'_>, frame: &Frame) -> Drawn {
     if frame.y.range.contains(&0.0) {
         let line = vec![(frame.x.range.start, 0.0), (frame.x.range.end, 0.0)];
@@ -155,7 +155,7 @@ pub(super) fn draw_zero(chart: &mut Chart<'_>, frame: &Frame) -> Drawn {
     Ok(())
 }
 
-/// Medians of columns.
+/// Draws medians of columns.
 pub(super) fn draw_medians(chart: &mut Chart<'_>, medians: &[Point], y: &Axis) -> Drawn {
     let inside: Vec<Point> =
         medians.iter().filter(|point| y.range.contains(&point.1)).copied().collect();

@@ -1,4 +1,4 @@
-//! What was added to the model, in words, with what else it could be.
+//! Effects added to the model, in words, with their alternatives.
 
 use super::meaning::{cause, meaning, title};
 use super::ruler::ends;
@@ -9,16 +9,16 @@ use identification::outcome::{Diagnostics, EffectCurve};
 use maud::{Markup, html};
 use record::figures;
 
-/// Parameters that a sentence can hold.
+/// Maximum number of parameters in a sentence.
 const PARAMETERS_MAX: usize = 4;
 
-/// Where an effect counts as zero, and the unit of knots, are no size of it.
+/// Parameters that are positions, not sizes: the zero of an effect, and the unit of knots.
 const PLACES: [&str; 4] = ["origin", "origin_2", KNOT[0], KNOT[1]];
 
-/// Probabilities below this are not told apart.
+/// Smaller probabilities are not distinguished.
 const PROBABILITY_MIN: f64 = 0.01;
 
-/// One card an effect, the strongest first.
+/// Renders one card per effect, the strongest first.
 pub(super) fn cards(finding: &Finding, diagnostics: &Diagnostics) -> Markup {
     html! {
         @if finding.effects.is_empty() { p.missing { "No effect was added to the model." } }
@@ -58,7 +58,7 @@ fn card(effect: &Effect, finding: &Finding, diagnostics: &Diagnostics) -> Markup
     }
 }
 
-/// How large it is: its numbers, and what it adds over these data.
+/// Describes its size: its parameters, and its contribution over these data.
 fn size(effect: &Effect, curve: Option<&EffectCurve>) -> String {
     let sizes: Vec<&Parameter> =
         effect.parameters.iter().filter(|p| !PLACES.contains(&p.name.as_str())).collect();
@@ -93,7 +93,7 @@ fn parameter(parameter: &Parameter) -> String {
     format!("{} {}", name.replace('_', " "), figures::quantity(*value, error, unit))
 }
 
-/// The curve of an effect, where exactly one bears its name; of several axes, the one so called.
+/// Returns the curve of an effect if exactly one has its name; with several axes, the curve of its axis.
 fn curve<'a>(effect: &Effect, diagnostics: &'a Diagnostics) -> Option<&'a EffectCurve> {
     let driver = effect.drivers.first()?;
     let named = |label: Option<char>| {
@@ -120,7 +120,7 @@ const fn axis_name(axis: Axis) -> char {
     }
 }
 
-/// Unit of an effect's held-out error: that of the finding whose figure is the same.
+/// Unit of an effect's held-out error: that of the finding with the same value.
 fn error_unit<'a>(effect: &Effect, finding: &'a Finding) -> &'a str {
     let mut all = std::iter::once(&finding.held_out).chain(&finding.held_out_also);
     all.find(|held_out| held_out.after == effect.held_out_after)
@@ -128,11 +128,11 @@ fn error_unit<'a>(effect: &Effect, finding: &'a Finding) -> &'a str {
 }
 
 fn probability(value: f64) -> String {
-    // Smaller ones are not told apart by a double.
+    // A double cannot represent smaller ones precisely.
     if value < f64::MIN_POSITIVE { "below 1e-300".to_owned() } else { format!("of {value:.0e}") }
 }
 
-/// The effect and its rivals with their probabilities.
+/// Renders the effect and its rivals with their probabilities.
 fn rivals(effect: &Effect) -> Markup {
     let rest: f64 = effect.rivals.iter().map(|rival| rival.probability).sum();
     html! {

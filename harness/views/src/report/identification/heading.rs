@@ -1,4 +1,4 @@
-//! The answer, at the top of the page.
+//! The result, at the top of the page.
 
 use identification::finding::{Finding, HeldOut, Verdict};
 use maud::{Markup, html};
@@ -62,11 +62,11 @@ fn verdict(finding: &Finding) -> String {
     }
 }
 
-/// Before and after, and how sure that is.
+/// Renders the errors before and after, with their uncertainty.
 fn errors(held_out: &HeldOut) -> Markup {
     let HeldOut { quantity, unit, before, after, ci95: [low, high], folds, .. } = held_out;
     let change = 100.0 * (after - before) / before;
-    // A quarter of a 95 % interval is about a standard error: it says which digits count.
+    // A quarter of a 95 % interval is about a standard error, which determines the significant digits.
     let figure = |value: f64| figures::value(value, (high - low) / 4.0);
     html! {
         p.change {

@@ -1,12 +1,11 @@
-//! What an effect is, for who knows the robot but not the statistics.
+//! Explains effects to readers who know the robot but not the statistics.
 //!
-//! Sources: IEEE Std 952 (fibre optic gyros), Borenstein and Feng 1996 (UMBmark: unequal wheels,
-//! effective track).
+//! Sources: IEEE Std 952 (fibre optic gyros), Borenstein and Feng 1996 (UMBmark: unequal wheels, effective track).
 
 use identification::finding::Effect;
 use identification::model::{Driver, Wrap};
 
-/// How an effect is called in running text, from its standard name.
+/// Name of an effect in running text, from its standard name.
 pub(super) fn title(name: &str) -> String {
     let spaced = match name {
         "shupe" => "Shupe effect".to_owned(),
@@ -16,7 +15,7 @@ pub(super) fn title(name: &str) -> String {
     rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
 }
 
-/// What the effect means physically.
+/// Physical meaning of the effect.
 pub(super) fn meaning(effect: &Effect) -> String {
     for (suffix, bent) in [
         ("_quadratic", " It grows with the square of its cause."),
@@ -152,7 +151,7 @@ fn generic(effect: &Effect) -> String {
     }
 }
 
-/// What a term does to what is measured, after "it".
+/// What a term does to the measurement, as a continuation of "it".
 fn acts(term: &str) -> &'static str {
     match term {
         "bias" => "adds to the rotation that is read, whether the device turns or not",
@@ -169,7 +168,7 @@ fn acts(term: &str) -> &'static str {
     }
 }
 
-/// A driver in words.
+/// Describes a driver.
 pub(super) fn cause(text: &str) -> String {
     let Some(Driver { wrap, field }) = Driver::parse(text) else {
         return text.to_owned();
@@ -189,7 +188,7 @@ pub(super) fn cause(text: &str) -> String {
     }
 }
 
-/// A driver as it stands beside an axis, where times and angles are drawn as they are.
+/// Describes a driver for an axis, where times and angles are drawn as they are.
 pub(super) fn axis_name(text: &str) -> String {
     let Some(Driver { wrap, field }) = Driver::parse(text) else {
         return text.to_owned();

@@ -1,4 +1,4 @@
-//! The models from plain to rich, and which of them was chosen.
+//! The models from simple to complex, and the chosen one.
 
 use super::super::download::{Table, number};
 use super::super::frame::{Axis, Frame, SCALE};
@@ -9,13 +9,13 @@ use plotters::element::{Circle, PathElement};
 use plotters::style::{Color, RGBColor};
 use record::figures;
 
-/// Metrics that are drawn, one a colour.
+/// Colours of the metrics.
 const COLOURS: [RGBColor; 6] = [CCW, CW, BAND, PAPER, OUTSIDE, INK];
-/// Radius of a point, and of that of the chosen model, in pixels of the drawing.
+/// Radius of a point, and of the chosen model's point, in pixels of the drawing.
 const POINT: i32 = 2 * SCALE as i32;
 const CHOSEN: i32 = 5 * SCALE as i32;
 
-/// The errors of every model; nothing where there is none.
+/// Plots the errors of every model; `None` without models.
 pub(super) fn figure(finding: &Finding) -> Option<Markup> {
     let path = &finding.path;
     let metrics: Vec<&String> = path.first()?.held_out.keys().collect();
@@ -77,7 +77,7 @@ fn draw(path: &[PathModel], metrics: &[&String], chosen: usize) -> Markup {
     })
 }
 
-/// The models as a table.
+/// Renders the models as a table.
 fn rows(path: &[PathModel], metrics: &[&String]) -> Markup {
     html! {
         div.scroll.plain { table {

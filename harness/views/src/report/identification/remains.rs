@@ -1,4 +1,4 @@
-//! What the model does not explain, and the experiment that would tell more.
+//! What the model does not explain, and the most informative next experiment.
 
 use super::meaning::{cause, title};
 use super::whiteness::Whiteness;
@@ -6,7 +6,7 @@ use identification::finding::{Finding, Verdict};
 use identification::outcome::{BlockDiagnostics, Diagnostics};
 use maud::{Markup, html};
 
-/// What remains, and why nothing was added for it.
+/// Renders what remains, and why no effect was added for it.
 pub(super) fn left(finding: &Finding, diagnostics: &Diagnostics) -> Markup {
     html! {
         (causes(finding))
@@ -14,7 +14,7 @@ pub(super) fn left(finding: &Finding, diagnostics: &Diagnostics) -> Markup {
     }
 }
 
-/// Whether what remains of an observed quantity still remembers.
+/// States whether the residual of an observed quantity is correlated in time.
 fn memory(block: &BlockDiagnostics) -> Markup {
     let white = Whiteness::of(block);
     html! {
@@ -72,7 +72,7 @@ fn causes(finding: &Finding) -> Markup {
     }
 }
 
-/// The plan that would decide between causes, where there is a doubt.
+/// Renders the plan that would decide between causes, if there is a doubt.
 pub(super) fn next(finding: &Finding) -> Option<Markup> {
     if let Some(next) = &finding.next_experiment {
         let between: Vec<String> = next.separates.iter().map(|name| title(name)).collect();

@@ -1,4 +1,4 @@
-//! The residual over time and over every channel, before beside after, all on one scale.
+//! The residual over time and over every channel, before and after side by side, all on one scale.
 
 use super::super::frame::Frame;
 use super::super::thin::Point;
@@ -13,14 +13,14 @@ use maud::{Markup, html};
 use plotters::style::RGBColor;
 use record::figures;
 
-/// What a residual is drawn over.
+/// Axis of a residual plot.
 struct Over {
     name: String,
     unit: String,
     values: Vec<f64>,
 }
 
-/// Residuals of a block, over at most so many channels.
+/// Plots the residuals of a block over at most `most` channels.
 pub(super) fn figures(block: &BlockDiagnostics, most: usize) -> Markup {
     let (drawn, constant): (Vec<Over>, Vec<Over>) =
         axes(block).into_iter().partition(|over| is_spread(&over.values));
@@ -46,7 +46,7 @@ pub(super) fn figures(block: &BlockDiagnostics, most: usize) -> Markup {
     }
 }
 
-/// Time, run and each channel, once.
+/// Returns time, run and each channel, once.
 fn axes(block: &BlockDiagnostics) -> Vec<Over> {
     let over = |name: &str, unit: &str, values: Vec<f64>| Over {
         name: name.to_owned(),
@@ -62,7 +62,7 @@ fn axes(block: &BlockDiagnostics) -> Vec<Over> {
             all.push(over(&channel.name, &channel.unit, channel.values.clone()));
         }
     }
-    // One run needs no axis, nor a word on it.
+    // A single run needs neither an axis nor a note.
     all.retain(|over| over.name != "run" || is_spread(&over.values));
     all
 }
@@ -125,7 +125,7 @@ fn figure(block: &BlockDiagnostics, over: &Over, y: &Ruler, range: (f64, f64)) -
     }
 }
 
-/// What each plot of a block has in common.
+/// Describes what all plots of a block share.
 fn how_drawn(block: &BlockDiagnostics) -> Markup {
     let outliers = block.outliers.iter().filter(|is_outlier| **is_outlier).count();
     html! {
@@ -136,10 +136,9 @@ fn how_drawn(block: &BlockDiagnostics) -> Markup {
     }
 }
 
-/// One plot.
 struct Panel {
     plot: Markup,
-    /// Points that lie beyond its edges.
+    /// Number of points beyond its edges.
     beyond: usize,
 }
 

@@ -1,27 +1,27 @@
-//! Figures of any size as figures that fit beside an axis.
+//! Converts values of any size to values that fit on an axis.
 
 use super::super::frame::Axis;
 use super::super::thin::Point;
 use record::figures;
 
-/// Figures smaller or larger than these are drawn in another power of ten.
+/// Smaller or larger values are drawn with another power of ten.
 const SIZE_MIN: f64 = 1e-3;
 const SIZE_MAX: f64 = 1e5;
 
-/// An axis that begins further from zero than this many times its length shows what came since.
+/// An axis further from zero than this multiple of its length is drawn relative to its begin.
 const FAR: f64 = 1e4;
 
-/// How figures are placed on an axis.
+/// Conversion of values to positions on an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Ruler {
     offset: f64,
     factor: f64,
-    /// Quantity and unit, as they stand beside the axis.
+    /// Label of the axis: quantity and unit.
     pub label: String,
 }
 
 impl Ruler {
-    /// For figures of `name` in `unit` from the lowest to the highest.
+    /// Creates a ruler for values of `name` in `unit` from the lowest to the highest.
     pub(super) fn new(name: &str, unit: &str, (low, high): (f64, f64)) -> Self {
         let mut ruler = Self { offset: 0.0, factor: 1.0, label: figures::axis_label(name, unit) };
         if !(low.is_finite() && high.is_finite()) {
@@ -44,7 +44,7 @@ impl Ruler {
         ruler
     }
 
-    /// For all of `values`.
+    /// Creates a ruler for all `values`.
     pub(super) fn around(name: &str, unit: &str, values: impl IntoIterator<Item = f64>) -> Self {
         Self::new(name, unit, ends(values))
     }
@@ -58,7 +58,7 @@ impl Ruler {
     }
 }
 
-/// Points by two rulers, without those that are no numbers.
+/// Converts points with two rulers, without those that are not finite.
 pub(super) fn placed(points: &[Point], x: &Ruler, y: &Ruler) -> Vec<Point> {
     points
         .iter()
@@ -78,7 +78,7 @@ fn superscript(exponent: i32) -> String {
     exponent.to_string().chars().map(raised).collect()
 }
 
-/// Lowest and highest finite value; infinite the wrong way round where there is none.
+/// Returns the lowest and highest finite value; without any, an inverted infinite range.
 pub(super) fn ends(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let finite = values.into_iter().filter(|value| value.is_finite());
     finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))

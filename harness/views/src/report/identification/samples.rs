@@ -1,4 +1,4 @@
-//! Findings and what a report draws of them, for tests.
+//! Findings and their diagnostics, for tests.
 
 use identification::dataset::Kind;
 use identification::finding::{
@@ -37,7 +37,7 @@ pub(super) fn effect(name: &str, drivers: &[&str]) -> Effect {
     }
 }
 
-/// Two models of which the second is chosen.
+/// Two models, the second of which is chosen.
 fn path() -> Vec<PathModel> {
     let model = |effects: &[&str], value, chosen| {
         let error = PathError { value, standard_error: value / 10.0, unit: "deg".into() };
@@ -50,7 +50,7 @@ fn path() -> Vec<PathModel> {
     vec![model(&[], 0.21, false), model(&["shupe"], 0.06, true)]
 }
 
-/// One of everything that a finding can say.
+/// A finding with all its parts.
 pub(super) fn finding() -> Finding {
     let rival = Rival {
         name: "bias_over_temperature".into(),
@@ -131,14 +131,14 @@ pub(super) fn model() -> Model {
     }
 }
 
-/// Between -1 and 1, with no pattern that a plot of this size shows.
+/// Returns a number between -1 and 1, without a pattern that a plot of this size shows.
 pub(super) fn noise(index: usize) -> f64 {
     let mixed = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ (mixed >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// A block of so many observations, in which an effect over a slow driver hides in noise.
+/// A block of `count` observations, in which noise hides an effect over a slow driver.
 pub(super) fn block(count: usize) -> BlockDiagnostics {
     let driver = |i: usize| (i as f64 * 20.0 / count as f64).sin();
     let gain = 0.01;

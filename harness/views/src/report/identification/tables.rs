@@ -1,4 +1,4 @@
-//! The numbers of the model and of the noise.
+//! Numbers of the model and of the noise.
 
 use super::meaning::title;
 use identification::finding::Parameter;
@@ -7,7 +7,7 @@ use identification::outcome::Diagnostics;
 use maud::{Markup, html};
 use record::figures;
 
-/// Every parameter of every term, and what it was before.
+/// Renders every parameter of every term, and its previous value.
 pub(super) fn parameters(model: &Model) -> Markup {
     html! {
         @if model.terms.is_empty() { p.missing { "The model has no term." } } @else {
@@ -62,7 +62,7 @@ fn rows(term: &Term, plain: &[Term]) -> Markup {
     }
 }
 
-/// The word of the contract.
+/// Returns the contract's word for a value.
 fn word(value: impl serde::Serialize) -> String {
     let word = serde_json::to_value(value).ok();
     word.and_then(|word| Some(word.as_str()?.replace('_', " "))).unwrap_or_default()
@@ -79,7 +79,7 @@ fn error(parameter: &Parameter) -> String {
     }
 }
 
-/// What the noise of each observed quantity is made of.
+/// Renders the noise components of each observed quantity.
 pub(super) fn noise(diagnostics: &Diagnostics) -> Option<Markup> {
     if diagnostics.blocks.iter().all(|block| block.noise.is_empty()) {
         return None;

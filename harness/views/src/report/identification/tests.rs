@@ -7,10 +7,10 @@ use identification::model::Model;
 use identification::outcome::{BlockDiagnostics, Diagnostics, RunError, Series};
 use scraper::{Html, Selector};
 
-/// What a report may take.
+/// Maximum size of a report.
 const BYTES_MAX: usize = 5_000_000;
 
-/// Parses without complaint, asks nobody for anything, and shows no nonsense.
+/// Checks that the page parses without errors, requests nothing, and shows no NaN or the like.
 fn assert_stands_alone(page: &str) -> Html {
     let document = Html::parse_document(page);
     assert!(document.errors.is_empty(), "{:?}", document.errors);
@@ -89,7 +89,7 @@ fn the_data_of_a_figure_are_in_the_page() {
     assert_eq!(link.matches("%0A").count(), 1 + 30, "a header and thirty runs");
 }
 
-/// With more channels and effects than are drawn.
+/// A block with more channels and effects than are drawn.
 fn busy(count: usize) -> BlockDiagnostics {
     let mut busy = block(count);
     busy.channels = (0..60)
@@ -112,7 +112,7 @@ fn two_days_at_full_rate_hide_no_outlier() {
 
 #[test]
 fn any_number_of_figures_fits_one_page() {
-    // As many marks as are drawn each, and as many columns as there can be.
+    // The maximum number of individual marks, and the maximum number of columns.
     for (observations, blocks) in [(400, 1), (400, BLOCKS_MAX), (400, 3 * BLOCKS_MAX), (5_000, 1)] {
         let blocks = vec![busy(observations); blocks];
         let page = page(&finding(), &model(), &Diagnostics { blocks, run_labels: Vec::new() });
@@ -213,7 +213,7 @@ fn text_from_outside_is_text() {
     assert!(!page.contains("<img"));
 }
 
-/// Writes a page where `HIL_SAMPLE_REPORT` says, to be looked at.
+/// Writes a page to the file in `HIL_SAMPLE_REPORT`, for inspection.
 #[test]
 #[ignore = "for whoever changes the page"]
 fn sample_report() {

@@ -1,4 +1,4 @@
-//! Whether what remains is noise: its autocorrelation and its Allan deviation.
+//! Whether the residual is noise: its autocorrelation and its Allan deviation.
 
 use super::super::download::{Table, number, place};
 use super::super::frame::{Axis, Frame, SCALE};
@@ -11,20 +11,20 @@ use plotters::element::{PathElement, Rectangle};
 use plotters::style::Color;
 use record::figures;
 
-/// 95 % of a normal distribution lie within so many standard deviations.
+/// 95 % of a normal distribution lie within this many standard deviations.
 const COVERAGE_95: f64 = 1.96;
 
-/// Of pure noise, this share lies outside.
+/// This share of pure noise lies outside.
 const OUTSIDE_SHARE: f64 = 0.05;
 
-/// More outside than chance brings by this many of its standard deviations is no chance. Assumption.
+/// An excess over the expected number by more than this many of its standard deviations is not random. Assumption.
 const CHANCE_DEVIATIONS: f64 = 4.0;
 
-/// How many correlations of what remains leave the band.
+/// How many correlations of the residual leave the band.
 pub(super) struct Whiteness {
     pub outside: usize,
     pub lags: usize,
-    /// So many of them would by chance.
+    /// Expected number for pure noise.
     pub expected: f64,
 }
 
@@ -37,18 +37,18 @@ impl Whiteness {
         Self { outside, lags, expected: OUTSIDE_SHARE * lags as f64 }
     }
 
-    /// Whether that many could be by chance.
+    /// Whether that many can be random.
     pub(super) fn is_white(&self) -> bool {
         self.outside as f64 <= self.expected + CHANCE_DEVIATIONS * self.expected.sqrt()
     }
 }
 
-/// Half the height of the band in which the correlations of pure noise lie.
+/// Half the height of the band that contains 95 % of the correlations of pure noise.
 fn band(block: &BlockDiagnostics) -> f64 {
     COVERAGE_95 / (block.after.len().max(1) as f64).sqrt()
 }
 
-/// Correlation of the residual with itself some observations later.
+/// Plots the autocorrelation of the residual.
 pub(super) fn autocorrelation(block: &BlockDiagnostics) -> Markup {
     let lagged = |values: &[f64]| -> Vec<Point> {
         let finite = values.iter().enumerate().filter(|(_, value)| value.is_finite());
@@ -99,7 +99,7 @@ pub(super) fn autocorrelation(block: &BlockDiagnostics) -> Markup {
     }
 }
 
-/// How much averages of the residual change from one stretch to the next.
+/// Plots the Allan deviation of the residual.
 pub(super) fn allan(block: &BlockDiagnostics) -> Markup {
     let is_drawn = |(time, before, after): &&(f64, f64, f64)| {
         [time, before, after].iter().all(|value| **value > 0.0 && value.is_finite())
@@ -112,7 +112,7 @@ pub(super) fn allan(block: &BlockDiagnostics) -> Markup {
         shown.iter().map(|one| (one.0.log10(), pick(one).log10())).collect()
     };
     let (before, after) = (line(|one| one.1), line(|one| one.2));
-    // White noise falls with the root of the time.
+    // The deviation of white noise falls with the root of the time.
     let fall = [first.0, last.0]
         .map(|time| (time.log10(), first.2.log10() - 0.5 * (time / first.0).log10()));
     let all = || before.iter().chain(&after);
@@ -153,7 +153,7 @@ pub(super) fn allan(block: &BlockDiagnostics) -> Markup {
     }
 }
 
-/// What the colours are.
+/// Explains the colours.
 pub(super) fn legend() -> Markup {
     html! {
         p.legend {

@@ -1,4 +1,4 @@
-//! As Fig. 2: rate and temperature at rest from power-up until steady.
+//! As Fig. 2: rate and temperature at rest, from power-up until steady.
 
 use super::super::against::Against;
 use super::super::observed::Sample;
@@ -13,7 +13,7 @@ const STEADY_TEXT: &str = "the paper: steady after about 2 h";
 const RATE: &str = "gyro.rate";
 const TEMPERATURE: &str = "gyro.temperature";
 
-/// As they were logged, or as each rate names its own.
+/// Returns the logged temperatures, or those given with each rate.
 fn temperatures(source: Source<'_>) -> Vec<Sample> {
     let logged = source.samples(TEMPERATURE);
     if !logged.is_empty() {
@@ -55,6 +55,6 @@ pub(super) fn draw(source: Source<'_>, figures: &mut Figures) {
         };
         figures.add(panel.figure());
     }
-    // Against the temperature the drift is drawn below: there one sees whether it tracks.
+    // The plot of the drift over temperature remains below: it shows whether the drift follows the temperature.
     figures.shows(&[TEMPERATURE]);
 }

@@ -1,4 +1,4 @@
-//! As Fig. 5: laps that odometry steers, the gyro only observing; and what odometry makes of them (section 4.1).
+//! As Fig. 5: laps steered by odometry while the gyro only observes, and the odometry's errors (section 4.1).
 
 use super::super::against::Against;
 use super::super::panel::{Given, Medians, Panel, by_direction};
@@ -8,10 +8,10 @@ use controller::mission::HeadingSource;
 const GYRO: &str = "lap.gyro_error";
 const ODOMETRY: &str = "lap.odometry_error";
 
-/// The paper: the gyro's return orientation, deg.
+/// The paper: return orientation by the gyro, deg.
 const GYRO_DEG: f64 = 1.0;
 const GYRO_TEXT: &str = "the paper: within ±1.0 deg (Fig. 5)";
-/// The paper: averages of the odometry, deg.
+/// The paper: mean errors of the odometry, deg.
 const ODOMETRY_CW_DEG: f64 = -2.0;
 const ODOMETRY_CCW_DEG: f64 = -6.0;
 const ODOMETRY_TEXT: &str =

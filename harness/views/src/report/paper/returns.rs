@@ -1,5 +1,5 @@
-//! As Figs 7 and 8: how laps are turned at their end that the gyro corrects, and where that is. As Fig. 9: where without
-//! the gyro; of orientations the paper draws none.
+//! As Figs 7 and 8: return orientations and positions of laps corrected by the gyro. As Fig. 9: return positions
+//! without the gyro; the paper shows no orientations for these.
 
 use super::super::against::Against;
 use super::super::panel::{Given, Medians, Panel, by_direction};
@@ -14,7 +14,7 @@ const HEADING: &str = "lap.return_heading";
 /// The paper: return orientation of corrected laps, deg.
 const ORIENTATION_DEG: f64 = 1.2;
 
-/// What is drawn of laps by one heading.
+/// Figures of the laps steered by one heading.
 struct Laps {
     source: HeadingSource,
     positions: &'static str,

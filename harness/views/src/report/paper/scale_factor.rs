@@ -1,4 +1,4 @@
-//! As Fig. 3: the error of one turn over the temperature, before it is corrected.
+//! As Fig. 3: the error of one turn over the temperature, before correction.
 
 use super::super::against::Against;
 use super::super::observed::Sample;

@@ -1,4 +1,5 @@
-//! The static bias test of section 2: what bias is left by a test, by a table over temperature, and by neither.
+//! The static bias test of section 2: the remaining bias after a test, after a table over temperature, and after
+//! neither.
 
 use super::super::against::Against;
 use super::super::panel::{Given, Group, Look, Medians, Panel};

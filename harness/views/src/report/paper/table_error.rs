@@ -1,4 +1,4 @@
-//! As Fig. 6: the error of one turn after the scale was corrected for the temperature.
+//! As Fig. 6: the error of one turn with the scale corrected for temperature.
 
 use super::super::against::Against;
 use super::super::observed::Sample;
@@ -7,17 +7,17 @@ use super::{Figures, Source};
 
 pub(super) const QUANTITY: &str = "table.error";
 
-/// The paper: typically within, and all within, deg.
+/// The paper: typical and maximum error, deg.
 const TYPICAL_DEG: f64 = 0.2;
 const ALL_DEG: f64 = 0.25;
 const TYPICAL_TEXT: &str = "the paper: typically within ±0.2 deg (Fig. 6)";
 const ALL_TEXT: &str = "the paper: all within ±0.25 deg (Fig. 6)";
 
-/// One turn, deg; what is within this of it is one.
+/// One turn in deg, and the tolerance within which an angle counts as one turn.
 const TURN_DEG: f64 = 360.0;
 const TURN_TOLERANCE_DEG: f64 = 0.5;
 
-/// The paper's figures are of one turn; so is what does not say how far it went.
+/// Whether the sample is of one turn, as in the paper's figures; so are samples without an angle.
 pub(super) fn is_whole_turn(sample: &Sample) -> bool {
     sample.angle.is_none_or(|angle| (angle.abs() - TURN_DEG).abs() <= TURN_TOLERANCE_DEG)
 }
@@ -45,5 +45,5 @@ pub(super) fn draw(source: Source<'_>, figures: &mut Figures) {
         file: "table.error-corrected",
     };
     figures.add(panel.figure());
-    // Over the temperature, what is left of its effect would show: that plot stays.
+    // The plot over temperature remains, since it would show a residual effect of temperature.
 }

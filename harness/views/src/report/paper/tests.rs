@@ -21,7 +21,7 @@ fn corrected() -> Record {
     }))
 }
 
-/// Two turns of the table, or the ends of two laps: one each way.
+/// Two turns of the table, or the ends of two laps: one in each direction.
 fn observed(quantity: &str, values: [f64; 2], extra: &[(&str, f64)]) -> Vec<Record> {
     let one = |(index, value): (usize, f64)| {
         let run = index as f64 + 1.0;
@@ -92,6 +92,6 @@ fn every_figure_says_what_the_paper_gives_and_has_its_data() {
     assert_eq!(titles, [&of_2[..], &["As section 2"], &["As Fig. 3"; 2]].concat());
     let count = |selector: &str| document.select(&Selector::parse(selector).unwrap()).count();
     assert_eq!(count("a.data"), titles.len());
-    // A log of two seconds has no place for what comes after two hours.
+    // A log of two seconds does not reach two hours.
     assert_eq!(count("i.line.paper"), titles.len() - of_2.len());
 }

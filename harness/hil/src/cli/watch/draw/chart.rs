@@ -1,4 +1,4 @@
-//! Values over bench time.
+//! Charts of values over bench time.
 
 use super::{Look, PANEL_MIN, Panel, frame};
 use ratatui::buffer::Buffer;
@@ -10,18 +10,17 @@ use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Widget
 use record::figures;
 use views::watch::{Gauge, Model, Series};
 
-/// Room above and below the values, as a share of their extent.
+/// Space above and below the values, as a share of their extent.
 const MARGIN: f64 = 0.1;
-/// Room around a value that is always the same, as a share of it, and at least, in its unit.
+/// Space around a constant value, as a share of it.
 const FLAT_SHARE: f64 = 0.1;
-/// See [`FLAT_SHARE`].
+/// Minimum space around a constant value, in its unit.
 const FLAT_MIN: f64 = 0.01;
-/// A band that is so many times as wide as the values is drawn by its nearer end alone, off the chart.
+/// The chart includes a limit of the band only if it widens the range to at most this multiple of the values' extent.
 const BAND_EXTENT_MAX: f64 = 20.0;
-/// Below this height a chart has no room for axes.
+/// Below this height a chart has no space for axes.
 const CHART_ROWS_MIN: u16 = 4;
 
-/// A curve.
 struct Curve<'a> {
     name: &'a str,
     series: &'a Series,
@@ -29,7 +28,7 @@ struct Curve<'a> {
     marker: Marker,
 }
 
-/// Quantities whose band the heading error is shown against, by preference.
+/// Quantities whose band is drawn in the chart of the heading error, in order of preference.
 const HEADING_QUANTITIES: [&str; 4] = [
     "straight.heading_error_max",
     "straight.heading_error",
@@ -37,7 +36,7 @@ const HEADING_QUANTITIES: [&str; 4] = [
     "lap.return_heading",
 ];
 
-/// Heading error of a robot that drives against the plan's band; else the first quantity that is measured.
+/// Draws the heading error of a driving robot against the plan's band; else the first measured quantity.
 pub(super) fn heading(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let robot = &model.robot;
     let errors = robot.heading_error.count() + robot.true_error.count();
@@ -71,8 +70,7 @@ pub(super) fn heading(model: &Model, look: &Look, area: Rect, picture: &mut Buff
     draw(&curves, ends, model, look, frame(Panel::Heading, &title, look), area, picture);
 }
 
-/// Quantities that are measured, one below the other, as many as there is room for: those that were seen most
-/// often, in the order of the plan.
+/// Draws measured quantities one below the other, as many as fit: those with the most values, in the order of the plan.
 fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     if model.gauges.is_empty() {
         let block = frame(Panel::Heading, "measured", look);
@@ -80,7 +78,7 @@ fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     }
     let room = usize::from(area.height / PANEL_MIN).max(1);
     let mut often: Vec<(usize, &Gauge)> = model.gauges.iter().enumerate().collect();
-    // Sorting keeps the order of those that are equal.
+    // The sort is stable.
     often.sort_by_key(|(_, gauge)| std::cmp::Reverse(gauge.series.count()));
     often.retain(|(index, gauge)| *index == 0 || gauge.series.count() > 1);
     often.truncate(room);
@@ -91,7 +89,7 @@ fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     }
 }
 
-/// One quantity against its band.
+/// Draws one quantity against its band.
 fn one(gauge: &Gauge, model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let quantity = &gauge.quantity;
     let ends = gauge.band().map_or((None, None), |band| (band.lower, band.upper));
@@ -102,7 +100,7 @@ fn one(gauge: &Gauge, model: &Model, look: &Look, area: Rect, picture: &mut Buff
     draw(&curves, ends, model, look, frame(Panel::Heading, &title, look), area, picture);
 }
 
-/// Rate and temperature of the gyro, one above the other.
+/// Draws rate and temperature of the gyro, one above the other.
 pub(super) fn gyro(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let robot = &model.robot;
     let figure = |series: &Series| series.last().map(|(_, value)| value);
@@ -201,7 +199,7 @@ fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// The values with some room, and the ends of the band where these do not make the values a flat line.
+/// The range of the values with some space, and the limits of the band unless they would flatten the curve.
 fn with_band(least: f64, most: f64, band: (Option<f64>, Option<f64>)) -> (f64, f64) {
     let flat = (FLAT_SHARE * most.abs()).max(FLAT_MIN);
     let spread = if most > least { most - least } else { flat };

@@ -1,4 +1,4 @@
-//! What is always shown: which plan, how far it is, how well, and which keys there are.
+//! Always shown: the plan, its progress, its condition, and the keys.
 
 use super::super::stand::Stage;
 use super::{Look, Scene};
@@ -12,15 +12,15 @@ use record::figures;
 use record::outcome::Outcome;
 use views::watch::Model;
 
-/// Share of a plan below which an estimate of its end is a guess.
+/// Below this share of a plan, an estimate of its end is a guess.
 const SHARE_MIN: f64 = 0.002;
 
-/// Rows that it takes.
+/// Returns the rows that the header takes.
 pub(super) fn rows(scene: &Scene<'_>, _width: u16) -> u16 {
     4 + u16::from(scene.stand.plans.len() > 1)
 }
 
-/// Draws it, a row after the other.
+/// Draws the header row by row.
 pub(super) fn draw(
     scene: &Scene<'_>,
     model: &Model,
@@ -96,7 +96,7 @@ fn under_way(model: &Model) -> Line<'_> {
     }
 }
 
-/// Health, faults in force, properties broken: in words and by a mark, whatever the colours.
+/// Health, active faults, violated properties: as words and a mark, independent of colours.
 fn condition<'a>(scene: &Scene<'_>, model: &'a Model, look: &Look) -> Line<'a> {
     let palette = look.palette;
     let mut spans = Vec::new();
@@ -137,7 +137,7 @@ fn condition<'a>(scene: &Scene<'_>, model: &'a Model, look: &Look) -> Line<'a> {
     Line::from(spans)
 }
 
-/// By the times of the steps; where they state none, by their number.
+/// Share of the plan by the times of its steps; if they state none, by their number.
 fn share(model: &Model) -> f64 {
     model.estimate.share(model.now).unwrap_or_else(|| match model.steps {
         0 => 0.0,
@@ -158,7 +158,7 @@ fn to_go(scene: &Scene<'_>, model: &Model) -> String {
     }
 }
 
-/// The last row.
+/// Draws the row of keys, which is the last.
 pub(super) fn keys(look: &Look, area: Rect, picture: &mut Buffer) {
     let window = match look.window_s() {
         window_s if window_s.is_finite() => figures::duration(window_s),

@@ -1,4 +1,4 @@
-//! What is measured, what crosses the lines, and what happened last.
+//! Lists of measured quantities, traffic and news.
 
 use super::{Look, Panel, Scene, frame};
 use ratatui::buffer::Buffer;
@@ -10,10 +10,10 @@ use record::figures;
 use views::watch::{Gauge, Model, NewsKind};
 use wire::can::BIT_RATE;
 
-/// Digits of a figure.
+/// Significant digits of a figure.
 const DIGITS: i32 = 4;
 
-/// Each quantity that the plan judges: its last value, and how many lie out of band.
+/// Draws each judged quantity: its last value, and how many values are out of band.
 pub(super) fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let block = frame(Panel::Measured, "measured", look);
     if model.gauges.is_empty() {
@@ -54,7 +54,7 @@ fn row<'a>(gauge: &'a Gauge, look: &Look) -> Row<'a> {
     ])
 }
 
-/// Frames (fr) and bytes (B) a second of bench time by who sends them, and how full the lines are.
+/// Draws frames (fr) and bytes (B) per second of bench time for each sender, and the load of the lines.
 pub(super) fn traffic(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let traffic = &model.traffic;
     let load = traffic.bus_load.map(|load| {
@@ -81,7 +81,7 @@ pub(super) fn traffic(model: &Model, look: &Look, area: Rect, picture: &mut Buff
     Table::new(rows, widths).header(header).block(block).render(area, picture);
 }
 
-/// What happened last, the latest first; before it what was noted aside.
+/// Draws the latest events, newest first, after the notes.
 pub(super) fn news(
     scene: &Scene<'_>,
     model: &Model,

@@ -1,4 +1,4 @@
-//! Draws what is shown: a pure function of the scene, the look and the room there is.
+//! Draws the view: a pure function of the scene, the look and the space.
 
 mod chart;
 mod header;
@@ -19,18 +19,18 @@ use ratatui::text::Line;
 use ratatui::widgets::{Block, Borders, Paragraph, Widget};
 use views::watch::Model;
 
-/// The least columns and rows that anything can be made out in.
+/// Minimum columns and rows of a readable view.
 pub(super) const WIDTH_MIN: u16 = 40;
 /// See [`WIDTH_MIN`].
 pub(super) const HEIGHT_MIN: u16 = 12;
-/// From this width on panels stand beside each other.
+/// From this width on, panels are side by side.
 const TWO_COLUMNS_MIN: u16 = 80;
-/// The least rows of a panel, its frame included.
+/// Minimum rows of a panel, frame included.
 const PANEL_MIN: u16 = 6;
 /// Rows of the news below the other panels.
 const NEWS_ROWS: u16 = 7;
 
-/// Seconds of bench time that a chart shows; the last is the whole run.
+/// Seconds of bench time in a chart; the last entry is the whole run.
 const WINDOWS_S: [f64; 9] =
     [10.0, 30.0, 60.0, 300.0, 900.0, 3_600.0, 14_400.0, 57_600.0, f64::INFINITY];
 
@@ -49,7 +49,7 @@ pub(super) enum Panel {
 const PANELS: [Panel; 6] =
     [Panel::Square, Panel::Heading, Panel::Gyro, Panel::Measured, Panel::Traffic, Panel::News];
 
-/// How the person wants it shown.
+/// Display options that the person has chosen.
 #[derive(Debug, Clone)]
 pub(super) struct Look {
     enlarged: Option<Panel>,
@@ -70,7 +70,7 @@ impl Look {
         }
     }
 
-    /// A key that changes the look.
+    /// Handles a key that changes the look.
     pub(super) fn key(&mut self, code: KeyCode) {
         match code {
             KeyCode::Char('p' | 'P' | ' ') => self.is_paused = !self.is_paused,
@@ -105,19 +105,19 @@ impl Look {
     }
 }
 
-/// What is shown.
+/// Content of the view.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scene<'a> {
-    /// Of the run that goes on; none before the first.
+    /// Model of the current run; `None` before the first.
     pub(super) model: Option<&'a Model>,
     pub(super) stand: &'a Stand,
-    /// Time that the run has taken so far, s.
+    /// Wall time of the run so far, s.
     pub(super) wall_s: f64,
-    /// What was noted on the way and will be told when the view is over.
+    /// Notes so far, printed when the view is over.
     pub(super) notes: &'a [String],
 }
 
-/// Draws it.
+/// Draws the scene.
 pub(super) fn scene(scene: &Scene<'_>, look: &Look, picture: &mut Buffer) {
     let area = picture.area;
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
@@ -151,7 +151,7 @@ fn too_small(area: Rect, picture: &mut Buffer) {
     Paragraph::new(lines.to_vec()).render(area, picture);
 }
 
-/// Those that have something to show, most wanted first.
+/// Panels with content, the most important first.
 fn wanted(model: &Model) -> Vec<Panel> {
     let mut wanted = Vec::new();
     if model.robot.drives() {

@@ -1,4 +1,4 @@
-//! What lies above the picture: help, and a question to the person.
+//! Overlays: help, and a question to the person.
 
 use super::super::stand::Asking;
 use super::Look;
@@ -7,7 +7,7 @@ use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph, Widget, Wrap};
 
-/// Columns of a box; fewer where the terminal has fewer.
+/// Columns of a box; fewer on a narrower terminal.
 const WIDTH: u16 = 64;
 
 const HELP: [&str; 10] = [
@@ -23,13 +23,13 @@ const HELP: [&str; 10] = [
     "Times are bench time; time to go is that of the clock.",
 ];
 
-/// The keys.
+/// Draws the keys.
 pub(super) fn help(look: &Look, area: Rect, picture: &mut Buffer) {
     let lines: Vec<Line<'_>> = HELP.into_iter().map(Line::from).collect();
     boxed("help", lines, look, area, picture);
 }
 
-/// A question, what was said about it, and what is typed so far.
+/// Draws a question, the remarks on it, and the answer typed so far.
 pub(super) fn question(asking: &Asking, look: &Look, area: Rect, picture: &mut Buffer) {
     let mut lines: Vec<Line<'_>> = asking.text.lines().map(Line::from).collect();
     lines.extend(asking.said.iter().map(|said| Line::from(format!("  {said}"))));
@@ -42,7 +42,7 @@ fn boxed(title: &str, lines: Vec<Line<'_>>, look: &Look, area: Rect, picture: &m
     let width = WIDTH.min(area.width);
     let inner_width = usize::from(width.saturating_sub(2).max(1));
     let rows: usize = lines.iter().map(|line| line.width().div_ceil(inner_width).max(1)).sum();
-    // A line more: words wrap before the end of a row.
+    // One more row: words wrap before the end of a row.
     let rows = u16::try_from(rows + 3).unwrap_or(area.height).min(area.height);
     let [across] = Layout::horizontal([Constraint::Length(width)]).flex(Flex::Center).areas(area);
     let [place] = Layout::vertical([Constraint::Length(rows)]).flex(Flex::Center).areas(across);

@@ -1,8 +1,8 @@
-//! Colours: the sixteen of the terminal, so that they suit a light background and a dark one; or none.
+//! Colours: the terminal's sixteen, so that they suit light and dark backgrounds; or none.
 
 use ratatui::style::{Color, Modifier, Style};
 
-/// What a colour says. Nothing is said by colour alone.
+/// Meanings of colours. No information is in colour alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::cli::watch) struct Palette {
     pub(in crate::cli::watch) has_colour: bool,
@@ -29,22 +29,22 @@ impl Palette {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    /// What the controller believes, or a value.
+    /// The controller's estimate, or a value.
     pub(super) fn believed(self) -> Color {
         self.colour(Color::Cyan)
     }
 
-    /// What is true.
+    /// The truth.
     pub(super) fn truth(self) -> Color {
         self.colour(Color::Magenta)
     }
 
-    /// What was ordered.
+    /// The commanded path.
     pub(super) fn ordered(self) -> Color {
         self.colour(Color::Blue)
     }
 
-    /// The ends of a band.
+    /// The limits of a band.
     pub(super) fn band(self) -> Color {
         self.colour(Color::Red)
     }

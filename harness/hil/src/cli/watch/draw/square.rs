@@ -9,16 +9,16 @@ use ratatui::widgets::Widget;
 use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 use views::watch::Model;
 
-/// A cell of a terminal is so much higher than it is wide. Assumption: most fonts.
+/// Height of a terminal cell, relative to its width. Assumption: most fonts.
 const CELL_ASPECT: f64 = 2.0;
-/// Room around the path, as a share of its extent.
+/// Space around the path, as a share of its extent.
 const MARGIN: f64 = 0.12;
-/// The least extent that is drawn, m: a robot at rest is a point.
+/// Minimum extent, m: a robot at rest is a point.
 const EXTENT_MIN_M: f64 = 0.5;
-/// Arrows for the eight winds, counter-clockwise from the x axis.
+/// Arrows for the eight directions, counter-clockwise from the x axis.
 const ARROWS: [&str; 8] = ["→", "↗", "↑", "↖", "←", "↙", "↓", "↘"];
 
-/// Draws it.
+/// Draws the square.
 pub(super) fn draw(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let robot = &model.robot;
     let block = frame(Panel::Square, title(model), look);
@@ -45,7 +45,7 @@ pub(super) fn draw(model: &Model, look: &Look, area: Rect, picture: &mut Buffer)
         context.draw(&Points { coords: &robot.path, color: palette.believed() });
         if let (Some(pose), Some((x, y))) = (believed, here) {
             let eighths = (pose.heading.rad() / std::f64::consts::FRAC_PI_4).round();
-            // Whatever the heading, the remainder is one of the eight.
+            // The remainder is one of the eight for any heading.
             let arrow = ARROWS[eighths.rem_euclid(8.0) as usize % ARROWS.len()];
             context.print(x, y, TextLine::from(arrow).style(palette.title()));
         }
@@ -79,7 +79,7 @@ fn title(model: &Model) -> &'static str {
     }
 }
 
-/// The part of the floor to draw: all points, and as many metres a column as a row, by the shape of a cell.
+/// The part of the floor to draw: all points, at the same scale in both directions, given the shape of a cell.
 fn bounds(points: impl Iterator<Item = (f64, f64)>, inner: Rect) -> Option<[[f64; 2]; 2]> {
     let mut extent: Option<[[f64; 2]; 2]> = None;
     for (x, y) in points.filter(|(x, y)| x.is_finite() && y.is_finite()) {

@@ -1,4 +1,4 @@
-//! Pictures of a real run, and of what goes wrong in one.
+//! Pictures of a real run, and of failures in one.
 
 use super::{Look, Panel, Scene, scene};
 use crate::cli::watch::model_tests::{LAP, midway, prepared};
@@ -28,7 +28,7 @@ fn one() -> SharedStand {
     stand
 }
 
-/// In the midst of a lap.
+/// The model in the middle of a lap.
 fn model() -> Model {
     midway(&prepared(LAP), 42.0, (1, 2))
 }
@@ -105,7 +105,7 @@ fn without_colour_there_is_none_and_with_it_the_sixteen() {
     assert_eq!(colours(&Look::new(false)), [Color::Reset]);
     let some = colours(&Look::new(true));
     assert!(some.len() > 3, "{some:?}");
-    // White on white is no better than a colour that a terminal does not have.
+    // A terminal may lack RGB colours, and white or black may be its background.
     let bad = |colour: &Color| {
         matches!(colour, Color::Rgb(..) | Color::Indexed(_) | Color::White | Color::Black)
     };
