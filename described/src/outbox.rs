@@ -8,7 +8,7 @@ use wire::device::Transmit;
 use wire::time::Timestamp;
 
 /// Messages of one sender on their way to its line: encoded, and in parts where they are longer than a frame.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Outbox {
     /// Its counters go on from one message to the next.
     encoder: Encoder,
@@ -21,7 +21,7 @@ pub struct Outbox {
 }
 
 /// What waits for the line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Waiting {
     /// A frame that its first bytes are all of: it is put together when the line takes it, which copies it once.
     Plain {

@@ -19,7 +19,7 @@ parameters! {
 }
 
 /// An absolute measurement of pose, with its errors.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct AbsoluteMeasurement {
     parameters: AbsoluteParameters,
     stream: RandomStream,

@@ -3,13 +3,13 @@
 use crate::random::RandomStream;
 
 /// The faults of a device that are on, each known by a number that whoever switches gives it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Switches<F> {
     on: Vec<Switch<F>>,
 }
 
 /// One fault that is on.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Switch<F> {
     number: usize,
     pub(crate) fault: F,

@@ -14,6 +14,13 @@ pub struct RandomStream {
     generator: ChaCha8Rng,
 }
 
+/// The copy draws the same numbers. The generator itself has no `Clone`, lest keys be reused by accident.
+impl Clone for RandomStream {
+    fn clone(&self) -> Self {
+        Self { generator: ChaCha8Rng::deserialize_state(&self.generator.serialize_state()) }
+    }
+}
+
 impl RandomStream {
     /// The stream of `device` for `purpose` in the run with `seed`.
     pub fn new(seed: u64, device: &str, purpose: &str) -> Self {
@@ -74,6 +81,18 @@ mod tests {
         assert!((products.sum::<f64>() / 1_000.0).abs() < 0.13);
         assert_eq!(one, drawn(1, "temperature-calibration"));
         assert_ne!(one, drawn(2, "temperature-calibration"));
+    }
+
+    #[test]
+    fn a_copy_draws_the_same_numbers() {
+        let mut stream = RandomStream::new(1, "gyro", "white");
+        // Odd counts stop within a block of the generator.
+        for drawn in [0, 1, 7, 64] {
+            (0..drawn).for_each(|_| _ = stream.standard_normal());
+            let mut copy = stream.clone();
+            let next = |stream: &mut RandomStream| [(); 100].map(|()| stream.standard_normal());
+            assert_eq!(next(&mut copy), next(&mut stream));
+        }
     }
 
     #[test]

@@ -34,10 +34,10 @@ use crate::record::reader::RecordError;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, Record};
 use rig::crossing::{Crossing, Memory};
-use rig::engine::Ending;
+use rig::engine::{Action, Ending};
 use rig::operator::Answers;
 use rig::rerun;
-use rig::simulate::Simulation;
+use rig::simulate::{End, Simulation};
 use wire::time::Timestamp;
 
 /// What a run in the simulated world came to.
@@ -111,25 +111,58 @@ fn go(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    let start = |place: usize| prepared.start(place);
-    let seed = prepared.plan.seed_of_run(seed);
-    let (rig, director, monitor) = prepared.simulated(seed, answers, watched, &start);
-    let mut simulation = Simulation::new(crossing, rig, director, seed).with_monitor(monitor);
-    let mut made = Made::default();
-    let mut end = simulation.run(sink, &mut |action| action.keep_in(&mut made), pulse);
-    finish(sink, &mut end.ending);
-    let observations = simulation.director.engine.take_observations();
-    Simulated {
-        ending: end.ending,
-        end: end.at,
-        events: end.events,
-        observations,
-        made,
-        dropped: end.dropped,
-        faults: end.faults,
-        properties: end.monitor.map(|monitor| monitor.verdicts(end.at)).unwrap_or_default(),
-        unjudged: Vec::new(),
-        announced: simulation.director.engine.has_announced(),
+    let mut run = Underway::new(crossing, prepared, seed, answers, watched);
+    let end = run.simulation.run(sink, &mut |action| action.keep_in(&mut run.made), pulse);
+    run.ended(end, sink)
+}
+
+/// A run in virtual time that is under way.
+#[derive(Debug)]
+pub(crate) struct Underway<C> {
+    pub simulation: Simulation<C>,
+    /// What the plan has made so far.
+    pub made: Made,
+}
+
+impl<C: Crossing> Underway<C> {
+    /// At time zero. `watched` are the properties that are judged; all where it is empty.
+    pub(crate) fn new(
+        crossing: C,
+        prepared: &Prepared,
+        seed: u64,
+        answers: &Answers,
+        watched: Option<&[Property]>,
+    ) -> Self {
+        let start = |place: usize| prepared.start(place);
+        let seed = prepared.plan.seed_of_run(seed);
+        let (rig, director, monitor) = prepared.simulated(seed, answers, watched, &start);
+        let simulation = Simulation::new(crossing, rig, director, seed).with_monitor(monitor);
+        Self { simulation, made: Made::default() }
+    }
+
+    /// Runs from where it stands to the end of the plan.
+    pub(crate) fn to_end(mut self, sink: &mut impl RecordSink) -> Simulated {
+        let keep = &mut |action: &_| Action::keep_in(action, &mut self.made);
+        let end = self.simulation.go_on(sink, keep, &mut |_| true);
+        self.ended(end, sink)
+    }
+
+    fn ended(self, mut end: End, sink: &mut impl RecordSink) -> Simulated {
+        let Self { mut simulation, made } = self;
+        finish(sink, &mut end.ending);
+        let observations = simulation.director.engine.take_observations();
+        Simulated {
+            ending: end.ending,
+            end: end.at,
+            events: end.events,
+            observations,
+            made,
+            dropped: end.dropped,
+            faults: end.faults,
+            properties: end.monitor.map(|monitor| monitor.verdicts(end.at)).unwrap_or_default(),
+            unjudged: Vec::new(),
+            announced: simulation.director.engine.has_announced(),
+        }
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) struct Waiting {
 }
 
 /// What a device has been asked.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Answers {
     waiting: VecDeque<Waiting>,
     /// Questions that are heard once those before them have been answered: the place of the message, and its values.

@@ -14,7 +14,7 @@ const STAGES: [(f64, f64); 4] = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)]
 const WEIGHTS: f64 = 6.0;
 
 /// What the variables are now.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Dynamics {
     pub(super) values: Vec<f64>,
     pub(super) laws: Laws,

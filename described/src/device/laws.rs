@@ -14,7 +14,7 @@ pub(super) enum Moment {
 }
 
 /// The laws of all states, by their slots.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Laws {
     rates: Box<[(usize, Expression)]>,
     /// Each behind those that it needs; whether it is latched.

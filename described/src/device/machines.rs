@@ -7,7 +7,7 @@ use crate::description::{Machine, Model, Setting};
 use wire::time::Timestamp;
 
 /// What the machines of a device remember beside their variables.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Machines {
     /// When each came to its state.
     entered: Vec<Timestamp>,

@@ -32,7 +32,7 @@ const NEVER: Timestamp = Timestamp::MAX;
 ///
 /// What it does depends on what it receives and when, not on how often it is woken: states go in fixed
 /// steps from power-on, and in a shorter one to each message.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Device {
     description: Arc<Description>,
     decoder: Decoder,

@@ -5,7 +5,7 @@ use crate::layout::{SendKind, SendRule};
 use wire::time::{Span, Timestamp};
 
 /// What a message that is sent on changes remembers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Occasion {
     /// When its values are looked at next; never where they are of no interest.
     pub(super) look: Timestamp,

@@ -10,7 +10,7 @@ use emulators::random::RandomStream;
 use wire::time::Timestamp;
 
 /// One of the messages that are sent.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Sending {
     /// When it is sent next, where it is periodic.
     pub(super) due: Timestamp,
@@ -33,7 +33,7 @@ pub(super) struct Sending {
 }
 
 /// How errors are taken off a signal before it is sent.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Correction {
     pub(super) steps: Procedure<Seen>,
     pub(super) memory: Memory,
@@ -112,7 +112,7 @@ impl Sending {
 }
 
 /// When each of the messages that are sent is due.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Agenda {
     next: Vec<Timestamp>,
     /// Those that are due now, the earliest first.

@@ -198,7 +198,7 @@ impl BaseEmulator {
 }
 
 /// A standard normal number that is drawn anew, such as at each start from rest.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Spread {
     stream: RandomStream,
     last: f64,

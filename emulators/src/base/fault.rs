@@ -28,7 +28,7 @@ pub enum BaseFault {
 }
 
 /// A fault with what it keeps of the time when it began.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Kept {
     fault: BaseFault,
     motion: Option<Motion>,

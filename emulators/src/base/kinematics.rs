@@ -50,7 +50,7 @@ impl Following {
 /// Play below this is taken up (rad): less than a nanosecond's turn.
 const PLAY_MIN: f64 = 1e-9;
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Kinematics {
     following: Following,
     model: TrackModel,

@@ -80,7 +80,7 @@ pub struct BaseTruth {
 }
 
 /// An emulated base.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct BaseEmulator {
     parameters: BaseParameters,
     kinematics: Kinematics,

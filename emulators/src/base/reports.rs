@@ -20,7 +20,7 @@ pub const MOTION_PERIOD_AT_REST: Span = Span::from_millis(500);
 /// Time between two pose reports on CAN (assumption).
 pub const POSE_PERIOD: Span = Span::from_millis(500);
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Reports {
     transport: Transport,
     motion_at: Timestamp,

@@ -46,7 +46,7 @@ struct Process {
 /// runs in a straight line, which takes (1 - e^(-1 s / correlation time)) / 3 of a process's mean
 /// square: with correlation times from 1 s to 10,000 s 2.8 % of the sum's, all of it noise faster
 /// than a few seconds.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct BiasInstability {
     stream: RandomStream,
     processes: [Process; PROCESSES_MAX],

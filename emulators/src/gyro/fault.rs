@@ -37,7 +37,7 @@ pub enum GyroFault {
 }
 
 /// A fault with what it keeps of the time when it began.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Kept {
     fault: GyroFault,
     first: Option<f64>,

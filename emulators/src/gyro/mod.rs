@@ -65,7 +65,7 @@ pub struct GyroTruth {
 }
 
 /// An emulated gyro.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct GyroEmulator {
     parameters: GyroParameters,
     format: GyroFormat,

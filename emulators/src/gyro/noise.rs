@@ -14,7 +14,7 @@ const SECONDS_PER_HOUR: f64 = 3_600.0;
 /// output; the slow bias (instability and turn-on) from second to second.
 ///
 /// Each term has a stream of its own and draws nothing more while it is off.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct RateNoise {
     white: RandomStream,
     white_sigma: f64,
@@ -33,7 +33,7 @@ pub(super) struct RateNoise {
     turn_on: f64,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Term {
     stream: RandomStream,
     state: f64,

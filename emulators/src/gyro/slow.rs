@@ -5,7 +5,7 @@ use super::parameters::GyroParameters;
 use super::terms::{Memory, Moment, Sums};
 
 /// What is remembered from one slow step to the next: time, and the histories of temperatures.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Slow {
     start: State,
     end: State,

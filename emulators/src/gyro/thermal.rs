@@ -17,7 +17,7 @@ struct Temperatures {
 /// its distance from the steady temperature falls by e^(-h/tau), exactly. The sensor follows the
 /// coil with a lag of its own. Within a step both are taken as straight lines, which is off by
 /// h^2/8 times the second derivative: for 20 K in 35 min and 1 s less than 1e-6 K.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Thermal {
     start: Temperatures,
     end: Temperatures,

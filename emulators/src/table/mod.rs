@@ -36,7 +36,7 @@ const TOP_RATE_AT_POWER_UP: u32 = 2_400;
 const RAMP_AT_POWER_UP: u32 = 1_200;
 
 /// An emulated rotary table.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct TableEmulator {
     parameters: TableParameters,
     commands: CommandDecoder,

@@ -46,7 +46,7 @@ fn change(case: &mut Case, space: &Space, survey: &mut Survey, dice: &mut Dice) 
         12..24 if count > 1 => {
             faults.remove(dice.random.random_range(0..count));
         }
-        24..30 => case.seed = dice.random.random(),
+        24..30 => case.seed = dice.seed(),
         30..50 if count > 0 => {
             let at = dice.random.random_range(0..count);
             if let Some(fault) = survey.fault(dice) {

@@ -23,11 +23,17 @@ pub struct Random {
     draws: Draws,
 }
 
+/// Seeds that the cases of a campaign share. Cases with one seed are the same up to their first fault, which an executor
+/// may run once for all of them.
+const SEEDS: u64 = 32;
+
 /// Where chance comes from: what strategies draw from, and all other decisions.
 #[derive(Debug)]
 pub(super) struct Dice {
     pub(super) runner: TestRunner,
     pub(super) random: ChaCha8Rng,
+    /// The first of the [`SEEDS`].
+    first_seed: u64,
 }
 
 impl Dice {
@@ -36,7 +42,15 @@ impl Dice {
         key[..8].copy_from_slice(&seed.to_le_bytes());
         let random = TestRng::from_seed(RngAlgorithm::ChaCha, &key);
         let runner = TestRunner::new_with_rng(Config::default(), random);
-        Self { runner, random: ChaCha8Rng::from_seed(key) }
+        // Another stream: of this one, the searches draw.
+        let mut seeds = ChaCha8Rng::from_seed(key);
+        seeds.set_stream(1);
+        Self { runner, random: ChaCha8Rng::from_seed(key), first_seed: seeds.random() }
+    }
+
+    /// The seed of a case.
+    pub(super) fn seed(&mut self) -> u64 {
+        self.first_seed.wrapping_add(self.random.random::<u64>() % SEEDS)
     }
 }
 
@@ -53,7 +67,7 @@ impl Draws {
     }
 
     fn case(&mut self) -> Case {
-        let seed = self.dice.random.random();
+        let seed = self.dice.seed();
         // What cannot apply is drawn again, a bounded number of times.
         let schedule = self.schedule.new_tree(&mut self.dice.runner).map(|tree| tree.current());
         Case { seed, schedule: schedule.unwrap_or_default() }

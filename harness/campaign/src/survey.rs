@@ -62,7 +62,7 @@ impl Survey {
 
     /// The next case; without any fault where nothing that was drawn can apply.
     pub(super) fn case(&mut self, dice: &mut Dice) -> Case {
-        let seed = dice.random.random();
+        let seed = dice.seed();
         let mut schedule = Schedule::default();
         for _ in 0..TRIES {
             let most = self.space.faults_max();

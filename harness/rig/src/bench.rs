@@ -21,7 +21,7 @@ use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Pose};
 
 /// What turns the gyro.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub enum Carrier {
     /// The turret of the robot.
     Base(Box<BaseEmulator>),
@@ -51,7 +51,7 @@ impl Turning {
 }
 
 /// The emulated devices of one run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Bench {
     pub gyro: GyroEmulator,
     pub carrier: Carrier,

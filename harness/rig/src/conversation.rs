@@ -81,8 +81,12 @@ impl<C: Crossing> Simulation<C> {
                 watch.look(self.now, &robot.bench.carrier);
                 watch.see_action(self.now, &action);
             }
-            if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
-                faults.phase(self.now, event);
+            if let Action::Phase(event) = &action {
+                if let Some(faults) = &mut self.faults {
+                    faults.phase(self.now, event);
+                } else if let Some(phases) = &mut self.phases {
+                    phases.push((self.now, event.clone()));
+                }
                 continue;
             }
             if let Some(mission) = self.director.act(self.now, &mut self.rig, sink, keep, action) {

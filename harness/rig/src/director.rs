@@ -50,6 +50,19 @@ impl Director {
         }
     }
 
+    /// A copy in the same state. `None` where a person answers.
+    pub(super) fn copied(&self) -> Option<Self> {
+        Some(Self {
+            engine: self.engine.clone(),
+            operator: self.operator.copied()?,
+            real: self.real,
+            slips: self.slips.clone(),
+            survey: self.survey.clone(),
+            table_answers: self.table_answers.clone(),
+            state_kept: self.state_kept,
+        })
+    }
+
     /// Takes what the table has said.
     pub fn hear_table(&mut self, now: Timestamp, bytes: &[u8]) {
         let engine = &mut self.engine;

@@ -24,7 +24,7 @@ use wire::units::Angle;
 type Struck<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
 
 /// The faults of a run; one without any has none of this.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Faults {
     ledger: Ledger,
     seed: u64,

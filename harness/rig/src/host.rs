@@ -19,7 +19,7 @@ pub trait Guest {
     fn order(&mut self, now: Timestamp, mission: Mission);
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Held {
     Crossed(PortId, Transmit),
     // Boxed: a calibration is far larger than a packet.
@@ -27,7 +27,7 @@ enum Held {
 }
 
 /// A machine with faults.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct Host {
     /// How many stalls are on.
     stalls: usize,
@@ -101,6 +101,13 @@ impl<G: Guest> OnHost<G> {
     /// What found no room while it stood still.
     pub fn dropped(&self) -> u64 {
         self.host.as_ref().map_or(0, |host| host.dropped)
+    }
+}
+
+impl<G> OnHost<G> {
+    /// The same machine with a copy of its guest.
+    pub(super) fn with_guest<H>(&self, guest: H) -> OnHost<H> {
+        OnHost { guest, host: self.host.clone() }
     }
 }
 

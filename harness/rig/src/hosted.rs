@@ -20,7 +20,7 @@ use wire::time::Timestamp;
 ///
 /// A plan begins once the controller has reported a [state](Report::State) of itself, and each table turn and lap asks for
 /// one: a controller tells its state unasked too, once a second say.
-pub trait HostedController: fmt::Debug {
+pub trait HostedController: fmt::Debug + Send {
     /// Takes what arrived at a port: bytes of a serial line, as they come, or a CAN frame.
     fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>);
 
@@ -156,7 +156,7 @@ pub struct OwnDevices(BTreeMap<String, Arc<StartDevice>>);
 type StartDevice = dyn Fn() -> Box<dyn NodeDevice> + Send + Sync;
 
 /// What plays a node under test.
-pub trait NodeDevice: Device {
+pub trait NodeDevice: Device + Send {
     /// It has ended by itself: how. Told once.
     fn ended(&mut self) -> Option<String>;
 }

@@ -27,7 +27,7 @@ enum State {
     Over,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Entry {
     fault: Fault,
     state: State,
@@ -37,7 +37,7 @@ struct Entry {
 }
 
 /// The schedule of one run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Injector {
     entries: Vec<Entry>,
     due: Timestamp,

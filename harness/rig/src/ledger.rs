@@ -10,7 +10,7 @@ use wire::time::Timestamp;
 
 /// The schedule of a run, and what each of its faults has done. Who has what is struck asks for [`change`](Self::change)s,
 /// makes them, and says when a fault is [`over`](Self::over).
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Ledger {
     injector: Injector,
     /// How often each has acted, once it is over.

@@ -48,6 +48,7 @@ mod rig;
 pub mod robot;
 pub mod simulate;
 mod slips;
+mod snapshot;
 mod stream;
 pub mod tester;
 mod touched;

@@ -39,7 +39,7 @@ pub struct End {
 }
 
 /// What is between the ends.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Wire {
     /// From the first end to the second, and back.
     Serial([SerialLine; 2]),
@@ -52,7 +52,7 @@ enum Wire {
 const DIRECT_MAX: usize = 1_024;
 
 /// One line of a rig.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Line {
     wire: Wire,
     tampering: Tampering<EndId>,

@@ -61,6 +61,20 @@ impl Node {
         self.routes.get(usize::from(port.0)).copied().flatten()
     }
 
+    /// A copy in the same state, which runs on its own. `None` for user code and programs, which cannot be copied.
+    pub(super) fn copied(&self) -> Option<Self> {
+        let part = match &self.part {
+            Part::Robot(robot) => Part::Robot(robot.clone()),
+            Part::Described(described) => Part::Described(described.clone()),
+            Part::Controller(machine) => Part::Controller(Box::new(machine.copied()?)),
+            Part::Tester(tester) => Part::Tester(tester.clone()),
+            Part::Replayed(replaying) => Part::Replayed(replaying.clone()),
+            Part::Plan => Part::Plan,
+            Part::Own(_) | Part::Away => return None,
+        };
+        Some(Self { name: self.name.clone(), part, routes: self.routes.clone() })
+    }
+
     /// It is emulated: woken before those that it is emulated for.
     pub const fn is_emulated(&self) -> bool {
         matches!(self.part, Part::Robot(_) | Part::Described(_))
@@ -131,7 +145,7 @@ impl Node {
 }
 
 /// A device that a file describes, which can be switched off and on.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Described {
     pub device: described::Device,
     /// It is switched on again then.
@@ -194,6 +208,12 @@ pub struct Machine {
 impl Machine {
     pub const fn new(controller: Hosted) -> Self {
         Self { host: OnHost::new(controller), due: Timestamp::ZERO }
+    }
+
+    fn copied(&self) -> Option<Self> {
+        let Hosted::Ours(controller) = &self.host.guest else { return None };
+        let host = self.host.with_guest(Hosted::Ours(controller.clone()));
+        Some(Self { host, due: self.due })
     }
 
     /// It wants to be woken by now, and its machine runs.

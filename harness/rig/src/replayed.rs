@@ -5,7 +5,7 @@ use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 
 /// A log in the place of a node. It hears nothing.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Replaying {
     said: Replayed,
     next: usize,

@@ -23,7 +23,7 @@ pub struct Rig {
 }
 
 /// Reads what one end of a line says.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Ear {
     pub(crate) line: usize,
     pub(crate) end: EndId,

@@ -11,7 +11,7 @@ pub const GYRO: PortId = PortId(0);
 pub const CARRIER: PortId = PortId(1);
 
 /// Gyro and carrier.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Robot {
     pub bench: Bench,
     /// When the carrier wants to be woken; asked again when something has reached it.

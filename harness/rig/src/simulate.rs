@@ -15,6 +15,7 @@ use crate::crossing::Crossing;
 use crate::engine::{Action, Ending, Engine};
 use crate::watch::{Watch, see};
 use judge::properties::{Monitor, Seen};
+use plan::PhaseEvent;
 use record::outcome::Outcome;
 use record::sink::RecordSink;
 use record::{Device, FaultSummary, Progress, Record, RecordKind};
@@ -56,18 +57,20 @@ pub struct Simulation<C> {
     pub(super) watch: Option<Box<Watch>>,
     pub(super) touched: Touched,
     /// The emulated nodes, and the others: a bit each.
-    emulated: u64,
-    others: u64,
+    pub(super) emulated: u64,
+    pub(super) others: u64,
     /// What goes wrong on purpose; none where the plan has no faults.
     pub(super) faults: Option<Box<Faults>>,
     /// When the plan wants to be woken.
     pub(super) plan_due: Timestamp,
     pub(super) events: u64,
-    events_at_once: u32,
+    pub(super) events_at_once: u32,
     /// See [`Rig::wake_gyros_late`].
-    gyros_are_late: bool,
+    pub(super) gyros_are_late: bool,
     /// What is carried on without the questions of the loop.
-    stream: Option<Stream>,
+    pub(super) stream: Option<Stream>,
+    /// See [`Self::before_faults`].
+    pub(super) phases: Option<Vec<(Timestamp, PhaseEvent)>>,
 }
 
 /// How a run in virtual time ended.
@@ -105,6 +108,7 @@ impl<C: Crossing> Simulation<C> {
             events_at_once: 0,
             gyros_are_late: false,
             stream: None,
+            phases: None,
         }
     }
 
@@ -117,6 +121,29 @@ impl<C: Crossing> Simulation<C> {
     /// Runs the plan to its end. What the engine asks to be kept is handed to `keep`. Between two events `pulse` is called
     /// now and then; when it says false, the run is aborted.
     pub fn run(
+        &mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> End {
+        self.begin(sink, keep);
+        self.go_on(sink, keep, pulse)
+    }
+
+    /// Lets everybody say what they say at first.
+    pub(super) fn begin(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+        self.transmit(sink, keep);
+        // Properties are shown the truth at every event, those of the gyro included.
+        self.gyros_are_late =
+            self.faults.is_none() && self.watch.is_none() && self.phases.is_none();
+        if self.gyros_are_late {
+            self.rig.wake_gyros_late();
+            self.stream = Stream::of(&self.rig);
+        }
+    }
+
+    /// Runs the plan from where it stands to its end, as [`run`](Self::run) does from its beginning.
+    pub fn go_on(
         &mut self,
         sink: &mut impl RecordSink,
         keep: &mut impl FnMut(&Action),
@@ -149,13 +176,6 @@ impl<C: Crossing> Simulation<C> {
         keep: &mut impl FnMut(&Action),
         pulse: &mut impl FnMut(Progress) -> bool,
     ) -> Ending {
-        self.transmit(sink, keep);
-        // Properties are shown the truth at every event, those of the gyro included.
-        self.gyros_are_late = self.faults.is_none() && self.watch.is_none();
-        if self.gyros_are_late {
-            self.rig.wake_gyros_late();
-            self.stream = Stream::of(&self.rig);
-        }
         loop {
             if let Some(ending) = self.director.engine.ending() {
                 return ending.clone();

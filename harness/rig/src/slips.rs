@@ -5,12 +5,12 @@ use plan::faults::FaultKind;
 use record::Reply;
 
 /// The slips that are on.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Slips {
     on: Vec<Slip>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Slip {
     number: usize,
     kind: FaultKind,

@@ -6,7 +6,7 @@ use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// Somebody on a line who says what the plan orders.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Tester {
     outbox: Outbox,
     /// Whose messages of the layout it sends.
@@ -19,7 +19,7 @@ pub struct Tester {
 }
 
 /// A message that is sent again.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Repeat {
     message: usize,
     period: Span,

@@ -9,7 +9,7 @@ use record::sink::RecordSink;
 use wire::time::Timestamp;
 
 /// A monitor, and when it was last shown the truth.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Watch {
     monitor: Monitor,
     looked: Option<Timestamp>,

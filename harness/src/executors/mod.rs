@@ -1,5 +1,6 @@
 //! Who carries out the cases of a campaign: [`Simulated`] in virtual time, `OnBench` in real time.
 
+mod beginnings;
 #[cfg(feature = "live")]
 mod on_bench;
 mod passes;

@@ -1,12 +1,14 @@
 //! Cases in virtual time.
 
+use super::beginnings::Beginnings;
 use super::passes;
 use crate::campaign::{Case, CaseResult, Executor, Violated};
 use crate::checks::judge_all;
 use crate::outcome::Outcome;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
-use crate::run::{self, Prepared, simulate_watched};
+use crate::run::{self, Prepared, Underway, simulate_watched};
+use rig::crossing::Memory;
 use rig::operator::Answers;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -19,12 +21,13 @@ pub struct Simulated {
     answers: Answers,
     /// What is looked for is that the plan does not pass.
     must_pass: bool,
+    beginnings: Arc<Beginnings>,
 }
 
 impl Simulated {
     /// Of a plan; what a person would be asked is answered by `answers`.
-    pub const fn new(prepared: Prepared, answers: Answers) -> Self {
-        Self { prepared, answers, must_pass: false }
+    pub fn new(prepared: Prepared, answers: Answers) -> Self {
+        Self { prepared, answers, must_pass: false, beginnings: Arc::default() }
     }
 
     /// The same; in place of its properties the plan has to [pass](crate::campaign::PASSES).
@@ -39,8 +42,12 @@ impl Simulated {
 
     fn run(&self, case: &Case) -> (Span, CaseResult) {
         let prepared = struck(&self.prepared, case);
-        let run =
-            simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true);
+        let run = match self.beginning(case) {
+            Some(underway) => underway.to_end(&mut NullSink),
+            None => {
+                simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true)
+            }
+        };
         let result = if self.must_pass {
             let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
             passes::result(&run, &measurements, judged)
@@ -48,6 +55,13 @@ impl Simulated {
             result(&prepared, &run)
         };
         (run.end - Timestamp::ZERO, result)
+    }
+
+    /// The run of `case` shortly before its first fault, if it can go on from a snapshot.
+    fn beginning(&self, case: &Case) -> Option<Underway<Memory>> {
+        let shares = self.prepared.plan.faults.is_empty() && !case.schedule.is_empty();
+        let of_case = (case.seed, &case.schedule);
+        shares.then(|| self.beginnings.before(&self.prepared, of_case, &self.answers)).flatten()
     }
 }
 

@@ -12,7 +12,7 @@ use record::Violation;
 use wire::time::Timestamp;
 
 /// Watches one run. Properties that are asked for twice are judged once, by the first.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Monitor {
     properties: Vec<Property>,
     /// What is built in, of the paper's robot; none on a rig without it.
@@ -22,7 +22,7 @@ pub struct Monitor {
 }
 
 /// Judges what is built in.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct OfRobot {
     senses: Senses,
     judges: Vec<Box<dyn Judge>>,

@@ -92,7 +92,7 @@ impl Fact {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum BaseEars {
     None,
     Can,
@@ -101,7 +101,7 @@ enum BaseEars {
 }
 
 /// Everything known at this moment.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Senses {
     pub(super) now: Timestamp,
     pub(super) truth: Option<Truth>,

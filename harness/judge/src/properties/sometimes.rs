@@ -7,7 +7,7 @@ use controller::mission::{AbortReason, Report};
 use std::collections::BTreeSet;
 
 /// Those that were reached.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Reached {
     reached: BTreeSet<Sometimes>,
     fault: bool,

@@ -10,7 +10,7 @@ use temporal::Monitor;
 use wire::time::Timestamp;
 
 /// Judges one formula, message by message.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Statement {
     name: String,
     kind: Kind,

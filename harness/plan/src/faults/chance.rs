@@ -4,7 +4,7 @@ use emulators::random::RandomStream;
 
 /// Random numbers of a fault, its own: whatever one fault draws, others and all devices draw the same as
 /// without it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Chance {
     stream: RandomStream,
 }

@@ -89,7 +89,7 @@ enum Waiting {
 }
 
 /// Runs one plan once.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Engine {
     plan: Arc<Plan>,
     program: Program,
@@ -177,6 +177,11 @@ impl Engine {
     /// The device under test did what none may do.
     pub fn failed(&mut self, now: Timestamp, why: &str) {
         self.end(now, Outcome::Failed, Some(why.to_owned()));
+    }
+
+    /// Says when phases begin and end, though the plan has no faults that wait for them.
+    pub const fn watch_phases(&mut self) {
+        self.phases.watch();
     }
 
     /// Nothing has to be heard before the first step, or it has been.

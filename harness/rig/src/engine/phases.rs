@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 type Place = Vec<(usize, u64)>;
 
 /// The phases that are open, outermost first.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Phases {
     /// Nobody waits for a phase where there are no faults.
     watched: bool,
@@ -20,6 +20,11 @@ pub(super) struct Phases {
 impl Phases {
     pub(super) fn new(watched: bool) -> Self {
         Self { watched, ..Self::default() }
+    }
+
+    /// Faults may be added later that wait for phases.
+    pub(super) const fn watch(&mut self) {
+        self.watched = true;
     }
 
     /// The program has come to its step.

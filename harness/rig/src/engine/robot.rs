@@ -41,7 +41,7 @@ pub struct BenchFacts {
 }
 
 /// What is known of the robot and its controller.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Robot {
     pub(super) facts: BenchFacts,
     pub(super) next_id: MissionId,

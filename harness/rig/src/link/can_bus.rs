@@ -17,7 +17,7 @@ use wire::time::Timestamp;
 pub const FRAMES_MAX: usize = 1_024;
 
 /// A bus that every node hears; `from` tells who sent.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct CanBus<Node> {
     rates: BitRates,
     waiting: Vec<(Node, CanFrame)>,

@@ -13,7 +13,7 @@ use wire::time::{Span, Timestamp};
 pub const PACKETS_MAX: usize = 256;
 
 /// One direction of a serial line, paced by its baud rate.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SerialLine {
     settings: SerialSettings,
     under_way: VecDeque<(Timestamp, Packet)>,

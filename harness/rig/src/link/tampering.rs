@@ -19,12 +19,12 @@ pub struct Struck {
 }
 
 /// The faults of messages on one line.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Tampering<Node> {
     layers: Vec<Layer<Node>>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Layer<Node> {
     number: usize,
     from: Node,
@@ -35,7 +35,7 @@ struct Layer<Node> {
 }
 
 /// What a kind does, and what it remembers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Effect {
     /// The message as it was when the fault began, or came first.
     Frozen(Option<Transmit>),

@@ -49,7 +49,7 @@ pub enum Line {
 }
 
 /// Somebody who can be asked while the run goes on. No method waits.
-pub trait Person: fmt::Debug {
+pub trait Person: fmt::Debug + Send {
     /// Who it is, for the record.
     fn name(&self) -> String;
     /// Begins a question. What was typed before it is no answer to it.
@@ -108,6 +108,13 @@ impl Operator {
     pub const fn live(answers: Answers, person: Option<Box<dyn Person>>) -> Self {
         let bench = Bench::Real { person, open: None };
         Self { answers, bench, used: BTreeMap::new() }
+    }
+
+    /// A copy that has used the same answers. `None` where a person answers.
+    pub(crate) fn copied(&self) -> Option<Self> {
+        let Bench::Simulated = self.bench else { return None };
+        let (answers, used) = (self.answers.clone(), self.used.clone());
+        Some(Self { answers, bench: Bench::Simulated, used })
     }
 
     /// Asks for what a step wants.

@@ -7,6 +7,7 @@ use plan::{Answer, Plan};
 use proptest::prelude::*;
 use record::Through;
 use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
 
 const PLAN: &str = r#"
 name = "weigh"
@@ -114,7 +115,7 @@ fn a_question_is_asked_again_and_not_for_ever() {
 #[derive(Debug)]
 struct Scripted {
     lines: VecDeque<Line>,
-    said: std::rc::Rc<std::cell::RefCell<Vec<String>>>,
+    said: Arc<Mutex<Vec<String>>>,
 }
 
 impl Person for Scripted {
@@ -125,7 +126,7 @@ impl Person for Scripted {
         self.say(text);
     }
     fn say(&mut self, text: &str) {
-        self.said.borrow_mut().push(text.to_owned());
+        self.said.lock().unwrap().push(text.to_owned());
     }
     fn heard(&mut self) -> Line {
         self.lines.pop_front().unwrap_or(Line::NotYet)
@@ -142,8 +143,8 @@ impl Person for Scripted {
 fn a_conversation() {
     let text = |text: &str| Line::Text(text.to_owned());
     let lines = [Line::NotYet, text("3 mm"), text("1.5 mm"), text(""), Line::Gone].into();
-    let said = std::rc::Rc::default();
-    let person = Scripted { lines, said: std::rc::Rc::clone(&said) };
+    let said = Arc::<Mutex<Vec<String>>>::default();
+    let person = Scripted { lines, said: Arc::clone(&said) };
     let mut operator = Operator::live(Answers::default(), Some(Box::new(person)));
     assert_eq!(operator.heard(), None, "nothing was asked");
 
@@ -163,7 +164,7 @@ fn a_conversation() {
     let Some(Asked::Nobody(why)) = operator.heard() else { panic!("gone") };
     assert!(why.ends_with("Switch it off"), "{why}");
     assert_eq!(operator.heard(), None);
-    assert_eq!(said.borrow().iter().filter(|said| *said == "done").count(), 3);
+    assert_eq!(said.lock().unwrap().iter().filter(|said| *said == "done").count(), 3);
 }
 
 fn collected(

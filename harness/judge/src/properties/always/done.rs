@@ -9,7 +9,7 @@ use controller::mission::{HeadingSource, MissionId, Report};
 use wire::units::{Angle, Length};
 
 /// Judged at each answer, where the gyro closes the loops.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct DoneIsDone {
     turn_max: Angle,
     distance_max: Length,

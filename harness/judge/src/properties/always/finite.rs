@@ -7,7 +7,7 @@ use controller::mission::{MissionResult, Report, State};
 use wire::units::{Angle, AngularRate, Temperature};
 
 /// Judged at each report.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct FiniteOutputs {
     judgement: Judgement,
 }

@@ -8,7 +8,7 @@ use wire::base::Request;
 use wire::time::Span;
 
 /// Judged at every velocity that is sent, where the gyro closes the loops and is not bridged.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct FreshHeading {
     age_max: Span,
     judgement: Judgement,

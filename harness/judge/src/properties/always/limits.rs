@@ -24,7 +24,7 @@ pub(super) struct Allowed {
 
 /// Judged at each velocity that is sent and whenever the truth is shown. Speeding up alone is limited:
 /// a brake in need may be hard.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct WithinLimits {
     allowed: Allowed,
     before: Option<(Timestamp, Truth)>,

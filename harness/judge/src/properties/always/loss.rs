@@ -65,7 +65,7 @@ impl Missed {
 }
 
 /// Judged whenever the truth is shown.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct StopsOnLoss {
     allowed: Allowed,
     gyro: Missed,

@@ -15,7 +15,7 @@ use super::{Always, Limits};
 use std::fmt::Debug;
 
 /// Judges one property as a run goes on.
-pub(super) trait Judge: Debug {
+pub(super) trait Judge: Debug + Copied + Send {
     /// What it is told of.
     fn hears(&self) -> &'static [Topic];
 
@@ -35,6 +35,23 @@ pub(super) trait Judge: Debug {
 
     /// The same, to be named.
     fn judgement_mut(&mut self) -> &mut Judgement;
+}
+
+/// Copies a judge whose type is not known.
+pub(super) trait Copied {
+    fn copied(&self) -> Box<dyn Judge>;
+}
+
+impl<J: Judge + Clone + 'static> Copied for J {
+    fn copied(&self) -> Box<dyn Judge> {
+        Box::new(self.clone())
+    }
+}
+
+impl Clone for Box<dyn Judge> {
+    fn clone(&self) -> Self {
+        (**self).copied()
+    }
 }
 
 /// The judge of `property`; what it does not state is taken from `limits`.

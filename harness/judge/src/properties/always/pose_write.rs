@@ -10,7 +10,7 @@ use wire::time::{Span, Timestamp};
 const AT_REST: Span = Span::from_millis(300);
 
 /// Judged at each pose that is written, by how long the base has stood in truth.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct PoseWrittenAtRest {
     moved: Option<Timestamp>,
     judgement: Judgement,

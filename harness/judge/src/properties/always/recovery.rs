@@ -18,7 +18,7 @@ struct Waiting {
 }
 
 /// A fault is what is declared as one, or an input that is not heard.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Recovers {
     within: Span,
     gyro_timeout: Span,

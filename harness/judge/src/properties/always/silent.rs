@@ -37,7 +37,7 @@ struct Error {
 }
 
 /// Judged at each lap's end, where the gyro closes the loops.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct NoSilentWrong {
     heading_max: Angle,
     position_max: Length,

@@ -16,7 +16,7 @@ const OTHERS_BELOW: f64 = 0.75;
 /// Bits of the mean frame of other traffic: 0 to 8 bytes, each as likely, and 1.4 stuff bits, the mean over its identifiers.
 const MEAN_BITS: f64 = 47.0 + 8.0 * 4.0 + 1.4;
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) enum Effect<Node> {
     Drop(f64),
     Burst(GilbertElliott),

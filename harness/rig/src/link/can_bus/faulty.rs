@@ -20,7 +20,7 @@ const ERROR_FRAME_BITS: i64 = 6 + 8 + 3;
 /// What an error-passive node waits behind a frame of its own (ISO 11898-1, suspend transmission).
 const SUSPEND_BITS: i64 = 8;
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Faulty<Node> {
     /// Whom frames are from that no device of the bench sent.
     stranger: Node,
@@ -34,7 +34,7 @@ pub(super) struct Faulty<Node> {
     held: Vec<(Timestamp, Node, CanFrame)>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Layer<Node> {
     number: usize,
     /// Whose frames; those of all where there is none.

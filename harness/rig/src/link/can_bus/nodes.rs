@@ -18,7 +18,7 @@ pub struct StateChange<Node> {
 }
 
 /// The nodes, and since when nobody sends.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Nodes<Node> {
     nodes: Vec<(Node, ErrorCounters)>,
     changes: VecDeque<StateChange<Node>>,

@@ -14,12 +14,12 @@ const GROWN_MAX: usize = 16 * BYTES_MAX;
 const BITS_PER_BYTE: usize = 10;
 
 /// The faults of a line, in the order in which bytes go through them.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Faulty {
     layers: Vec<Layer>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Layer {
     number: usize,
     effect: Effect,

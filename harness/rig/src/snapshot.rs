@@ -1,0 +1,110 @@
+//! Snapshots of a run in virtual time: cases of a campaign that share a seed also share everything up to their first fault.
+//!
+//! A run that [expects faults](Simulation::before_faults) is carried on [up to](Simulation::run_before) an instant and
+//! [copied](Simulation::snapshot). A copy takes the [faults](Simulation::with_faults) of a case and goes on to the end. Its
+//! events are those of a run that had these faults from the beginning.
+
+use super::Rig;
+use super::faults::Faults;
+use super::ledger::Ledger;
+use super::node::Node;
+use super::simulate::Simulation;
+use crate::crossing::Crossing;
+use crate::engine::Action;
+use plan::faults::Schedule;
+use record::sink::RecordSink;
+use wire::time::Timestamp;
+
+impl Rig {
+    fn copied(&self) -> Option<Self> {
+        let nodes = self.nodes.iter().map(Node::copied);
+        Some(Self {
+            nodes: nodes.collect::<Option<_>>()?,
+            lines: self.lines.clone(),
+            line_names: self.line_names.clone(),
+            ears: self.ears.clone(),
+        })
+    }
+}
+
+impl<C: Crossing> Simulation<C> {
+    /// Carries the run of a plan without faults through its first instant. Faults may be added later: the run keeps the
+    /// phases that they could wait for.
+    #[must_use]
+    pub fn before_faults(
+        mut self,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+    ) -> Self {
+        self.phases = Some(Vec::new());
+        self.director.engine.watch_phases();
+        self.begin(sink, keep);
+        self
+    }
+
+    /// Handles all events before `until`. False once the run has ended.
+    pub fn run_before(
+        &mut self,
+        until: Timestamp,
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+    ) -> bool {
+        loop {
+            if self.director.engine.ending().is_some() {
+                return false;
+            }
+            let next = self.next_event();
+            if next >= until {
+                return next < Timestamp::MAX;
+            }
+            if self.step(next, sink, keep).is_some() {
+                return false;
+            }
+        }
+    }
+
+    /// The time of the last event.
+    pub const fn now(&self) -> Timestamp {
+        self.now
+    }
+
+    /// When the first fault of `schedule` begins, as far as the phases up to now tell.
+    pub fn first_fault(&self, schedule: &Schedule, seed: u64) -> Timestamp {
+        let Some(mut ledger) = Ledger::of(schedule, seed) else { return Timestamp::MAX };
+        self.phases.iter().flatten().for_each(|(at, event)| ledger.phase(*at, event));
+        ledger.next_due()
+    }
+
+    /// The same run with these faults; all of them begin later than now.
+    #[must_use]
+    pub fn with_faults(mut self, schedule: &Schedule, seed: u64) -> Self {
+        self.faults = Faults::of(schedule, seed, &mut self.rig);
+        if let Some(faults) = &mut self.faults {
+            self.phases.iter().flatten().for_each(|(at, event)| faults.phase(*at, event));
+        }
+        self
+    }
+}
+
+impl<C: Crossing + Clone> Simulation<C> {
+    /// A copy in the same state, which goes on by itself. `None` where user code, a program or a person takes part.
+    pub fn snapshot(&self) -> Option<Self> {
+        Some(Self {
+            now: self.now,
+            rig: self.rig.copied()?,
+            director: self.director.copied()?,
+            crossing: self.crossing.clone(),
+            watch: self.watch.clone(),
+            touched: self.touched,
+            emulated: self.emulated,
+            others: self.others,
+            faults: self.faults.clone(),
+            plan_due: self.plan_due,
+            events: self.events,
+            events_at_once: self.events_at_once,
+            gyros_are_late: self.gyros_are_late,
+            stream: self.stream,
+            phases: self.phases.clone(),
+        })
+    }
+}
