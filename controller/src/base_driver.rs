@@ -188,7 +188,7 @@ impl BaseDriver {
         }
     }
 
-    /// True if [`Self::transmit`] has nothing to send; false where that is not certain.
+    /// True if [`Self::transmit`] cannot have anything to send.
     #[inline]
     pub(crate) fn has_nothing_to_send(&self, now: Timestamp) -> bool {
         let is_quiet = match &self.line {

@@ -54,7 +54,7 @@ pub struct Causes {
     pub bias_test_failed: bool,
     /// Degraded: the base did not accept the last pose.
     pub pose_not_written: bool,
-    /// Degraded: the gyro is silent, and the odometry stands in for it.
+    /// Degraded: the gyro is silent, and the odometry replaces it.
     pub bridging: bool,
     /// Degraded: the selected estimator failed, and the paper's method replaces it.
     pub estimator_failed: bool,

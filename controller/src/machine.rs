@@ -267,7 +267,7 @@ impl Controller {
         self.reports.pop_front()
     }
 
-    /// True if neither [`Self::transmit`] nor [`Self::report`] has output at `now`; false where that is not certain.
+    /// True if neither [`Self::transmit`] nor [`Self::report`] can have output at `now`.
     #[inline]
     pub fn has_nothing_to_say(&self, now: Timestamp) -> bool {
         let now = self.time.at(now);

@@ -213,7 +213,7 @@ pub enum Refusal {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AbortReason {
-    /// No gyro sample came in time.
+    /// No gyro sample arrived in time.
     GyroSilent,
     /// The gyro reports invalid data, a failed built-in test, a rate beyond its range, or the same reading again and
     /// again.

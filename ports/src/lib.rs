@@ -1,14 +1,14 @@
 //! The ports of a bench behind one interface: for the live world, for a single emulated device, for playing back a log
 //! and for inspecting a machine.
 //!
-//! | port | media | what crosses it |
+//! | port | media | traffic |
 //! |---|---|---|
 //! | [`BytePort`] | a pty that is created here, a serial port | serial bytes |
 //! | [`FramePort`] | SocketCAN; slcan, as user of an adapter and as an adapter on a pty | CAN frames |
 //!
 //! All ports follow the same rules:
 //! * `receive` waits and may be cancelled without loss. It detects that a port is gone ([`PortLost`]); `reopen` then
-//! waits for its return.
+//!   waits for its return.
 //! * `send` never waits. Data without room is lost, as in a UART or a controller whose buffer is full, and is counted.
 //! * Every loss that the system reports is counted: [`Counters`].
 //!

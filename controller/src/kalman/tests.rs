@@ -96,7 +96,7 @@ fn each_thing_that_must_not_be_has_its_name() {
     assert_eq!(kalman.go_on(&wrapped), Err(Fault::PathJumped));
     kalman.covariance.set_variance(HEADING, -1.0);
     assert_eq!(kalman.go_on(&step(6.0, 0.1)), Err(Fault::NotPositive));
-    // Time that stands still is no fault and changes nothing.
+    // A step without elapsed time is not a fault and changes nothing.
     let mut kalman = filter();
     kalman.go_on(&step(5.0, 0.1)).unwrap();
     let before = kalman;

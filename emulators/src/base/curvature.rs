@@ -11,10 +11,10 @@
 //!
 //!   a first harmonic of the wheels' direction relative to the body. It cancels over a closed square.
 //! * **Leakage.** The drive shaft runs inside the steering shaft and drags it. At a steady speed its torque balances
-//! rolling resistance and so has the sign of the speed v. Side forces at the feet transfer this torque to the body,
-//! and a rolling wheel creeps sideways in proportion to the force and to the distance rolled. Per metre of path the
-//! body turns by k0 sign(v), in any direction of the wheels: over a square it adds up, with the lap's sign or against
-//! it.
+//!   rolling resistance and so has the sign of the speed v. Side forces at the feet transfer this torque to the body,
+//!   and a rolling wheel creeps sideways in proportion to the force and to the distance rolled. Per metre of path the
+//!   body turns by k0 sign(v), in any direction of the wheels: over a square it adds up, with the lap's sign or against
+//!   it.
 //!
 //! Both change sign with v, so the body's rate is (kappa + k0) v. To tell them apart, drive the same floor direction
 //! forward and, with the steering turned by half a turn, backward: kappa is the same for both, k0 changes sign.

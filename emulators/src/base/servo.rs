@@ -8,7 +8,6 @@
 //! Below some speed the servo does not overcome static friction at all (`drive_stiction_m_per_s`): a drive with a
 //! lower command does not start, and one that slows down below it stops at once. The encoders sit on the motors and
 //! see all of this.
-//! does not begin to move, and one that slows down below it stands at once. Encoders sit on the motors and see all of this.
 
 use super::ramp::Ramp;
 use wire::time::Span;

@@ -42,7 +42,6 @@ impl PtyLink {
     ///
     /// # Errors
     /// If something else has this name, or the system refuses.
-    /// When something else is there, or the system refuses.
     pub fn make(link: &Path, target: &str) -> Result<Self, LinkError> {
         let made = Self { link: link.to_owned(), target: PathBuf::from(target) };
         let system = |source| LinkError::System { link: link.to_owned(), source };

@@ -2,7 +2,7 @@
 //!
 //! * [`SlcanHost`]: uses an adapter on a serial port.
 //! * [`SlcanAdapter`]: emulates an adapter on a pty. The program that opens its other side has a CAN bus without CAN
-//! in the kernel, or, with `slcand`, an interface of the kernel whose error state is controlled from here.
+//!   in the kernel, or, with `slcand`, an interface of the kernel whose error state is controlled from here.
 
 mod adapter;
 mod host;

@@ -4,9 +4,9 @@
 //! bytes ([`payload`]), laid out in `wire/dbc/k2a.dbc`:
 //!
 //! * on **CAN** ([`can_link`]) a payload is the data of the frame with the message's identifier, and the base sends
-//! [`Reply::Motion`] and [`Reply::Pose`] unprompted;
+//!   [`Reply::Motion`] and [`Reply::Pose`] unprompted;
 //! * on the **serial** line ([`serial_link`]) a Cybermotion-style write puts the payload at the message's register
-//! address, and a read fetches it from there.
+//!   address, and a read fetches it from there.
 //!
 //! | [`Message`] | CAN id | register | bytes | direction |
 //! |---|---|---|---|---|

@@ -25,12 +25,12 @@
 //! 419 m, more than the paper's 4 m square needs; that leaves 16 bits for a heading in 0.01 deg, a tenth of the best
 //! stop (0.1 deg) in the paper.
 //!
-//! # What does not fit
+//! # Values out of range
 //!
 //! * A velocity beyond the range is clipped; one that is not finite is sent as zero: the base should rather stop than
-//! follow a broken calculation.
+//!   follow a broken calculation.
 //! * An acceleration limit beyond the range is clipped, at the lower end to one count. One that is zero, negative or
-//! not finite is refused: with it the base could never stop.
+//!   not finite is refused: with it the base could never stop.
 //! * A pose that is not finite or out of range is refused: a clipped pose is a false pose.
 //! * A reply's number beyond the range is clipped; a NaN is sent as zero.
 //! * A heading is a direction: both sides wrap it into [-180, 180) deg. More than a million turns count as NaN.

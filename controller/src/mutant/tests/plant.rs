@@ -27,7 +27,7 @@ pub(super) type Spoil = Box<dyn FnMut(&mut GyroSample, u32)>;
 pub(super) struct Plant {
     controller: Controller,
     pub(super) gyro_speaks: bool,
-    /// Each sample comes twice.
+    /// Each sample arrives twice.
     pub(super) gyro_stutters: bool,
     /// rad/s
     pub(super) gyro_range: f64,
