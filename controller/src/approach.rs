@@ -1,33 +1,33 @@
-//! The two loops that straight lines and turns share: prescribed speed with ramps, then a loop on what
-//! is left. Metres or radians, forward only: the caller applies the direction.
+//! The two loops that straight lines and turns share: prescribed speed with ramps, then a loop closed on the remaining
+//! distance. Metres or radians, forward only: the caller applies the direction.
 
 use wire::time::Span;
 
-/// What the loops are tuned to, in the unit of the motion (m or rad) and seconds.
+/// Tuning of the loops, in the unit of the motion (m or rad) and seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tuning {
     /// Prescribed speed.
     pub speed: f64,
     /// Ramp.
     pub acceleration: f64,
-    /// Speed for each unit left, 1/s.
+    /// Speed per remaining unit, 1/s.
     pub gain: f64,
     /// Slowest speed before arrival.
     pub creep: f64,
-    /// Near enough.
+    /// Tolerance for arrival.
     pub tolerance: f64,
-    /// From a measurement to its effect.
+    /// Delay from a measurement to its effect.
     pub delay: Span,
 }
 
-/// Which loop is at work.
+/// The active loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loop {
     /// Prescribed speed with ramps.
     Prescribed,
-    /// Closed on what is left.
+    /// Closed on the remaining distance.
     Closing,
-    /// Near enough: stopped.
+    /// Within tolerance: stopped.
     Arrived,
 }
 
@@ -50,18 +50,18 @@ impl Approach {
         self.tuning.speed
     }
 
-    /// Which loop is at work.
+    /// The active loop.
     pub const fn at(&self) -> Loop {
         self.at
     }
 
-    /// Has the loop on what is left take over again, after a stop that missed.
+    /// Switches back to the closing loop after a stop that missed the target.
     pub const fn reopen(&mut self) {
         self.at = Loop::Closing;
         self.ramp = self.tuning.creep;
     }
 
-    /// The speed for the next `period`, with `remaining` left (negative: too far).
+    /// The speed for the next `period` at distance `remaining` (negative: overshot).
     pub fn speed(&mut self, remaining: f64, period: Span) -> f64 {
         let Tuning { speed, acceleration, gain, creep, tolerance, delay } = self.tuning;
         if self.at == Loop::Arrived || remaining.abs() <= tolerance {
@@ -72,7 +72,7 @@ impl Approach {
             self.at = Loop::Closing;
             return -(gain * -remaining).clamp(creep, speed.max(creep));
         }
-        // Fastest from which a brake that bites after `delay` still stops in time:
+        // Highest speed from which a brake that acts after `delay` still stops in time:
         // v delay + v^2 / 2a = remaining.
         let reaction = acceleration * delay.as_secs_f64();
         let braking = libm::sqrt(reaction * reaction + 2.0 * acceleration * remaining) - reaction;
@@ -102,8 +102,8 @@ mod tests {
         delay: Span::from_millis(80),
     };
 
-    /// Drives a plant that follows each command two periods late; returns where it stops, the top
-    /// speed and the largest change of speed in one period.
+    /// Simulates a plant that follows each command two periods late; returns its stopping position, top speed and
+    /// largest change of speed in one period.
     fn drive(distance: f64) -> (f64, f64, f64) {
         let mut approach = Approach::new(TUNING);
         let (mut at, mut top, mut change) = (0.0, 0.0f64, 0.0f64);

@@ -1,4 +1,4 @@
-//! Talks to the base on either transport: what to send next, and what has been heard.
+//! The driver of the base on either transport: selects what to send and keeps what was received.
 
 use crate::config::{BaseConfig, Transport};
 use crate::displacement_watch::DisplacementWatch;
@@ -10,20 +10,20 @@ use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 
-/// Requests that wait for the line; more are refused and counted.
+/// Capacity of the request queue; further requests are refused and counted.
 const REQUESTS_MAX: usize = 8;
 
-/// How often a request is tried on the serial line.
+/// Attempts per request on the serial line.
 const TRIES_MAX: u8 = 3;
 
-/// A base that moves and was not heard for so many exchanges gets no velocity: each would keep its own time-out from
-/// running, which stops it once nothing reaches it any more.
+/// A moving base that stayed silent for this many exchanges receives no velocity: each command would restart the
+/// base's own time-out, which stops it when commands no longer arrive.
 const UNHEARD_EXCHANGES: i64 = 2;
 
-/// Polls within the time-out while the base moves of which nobody here is the cause.
+/// Polls per time-out while the base moves without being commanded.
 const POLLS_PER_TIMEOUT: i64 = 3;
 
-/// What goes out to the base.
+/// Output to the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Outgoing {
     Frame(CanFrame),
@@ -40,10 +40,10 @@ enum Line {
 #[derive(Debug, Clone)]
 struct SerialLine {
     host: Host,
-    /// The exchange under way, its request, and how often that has been tried.
+    /// The exchange in progress: its request and the number of attempts so far.
     under_way: Option<(Request, u8)>,
     abandon_at: Timestamp,
-    /// Until then the line is left alone, so that a late answer cannot be taken for the next one's.
+    /// The line rests until this time, so that a late answer cannot be taken for the next one's.
     quiet_until: Timestamp,
     poll_at: Timestamp,
     repeat: Option<(Request, u8)>,
@@ -54,7 +54,7 @@ struct SerialLine {
 pub(crate) struct BaseDriver {
     config: BaseConfig,
     line: Line,
-    /// Only the newest velocity counts: an older one that still waits is replaced.
+    /// Only the newest velocity counts: it replaces an older one still in the queue.
     velocity: Option<Request>,
     requests: Deque<Request, REQUESTS_MAX>,
     refused: u32,
@@ -88,29 +88,28 @@ impl BaseDriver {
         }
     }
 
-    /// The last motion message and when it came.
+    /// The last motion message and its arrival time.
     pub(crate) const fn motion(&self) -> Option<(Timestamp, Motion)> {
         self.motion
     }
 
-    /// What it says of its path from the last motion message on has nothing to do with what it said before.
+    /// True if the last motion message restarted the displacement count.
     pub(crate) const fn counts_anew(&self) -> bool {
         self.path.counts_anew()
     }
 
-    /// Requests that found the queue full.
+    /// Number of requests refused because the queue was full.
     pub(crate) const fn refused(&self) -> u32 {
         self.refused
     }
 
-    /// Sends `request` as soon as the line is free. A stop goes first and takes the place of every
-    /// velocity that waits.
+    /// Sends `request` as soon as the line is free. A stop goes first and replaces all queued velocities.
     pub(crate) fn request(&mut self, request: Request) {
         match request {
             Request::SetVelocity { .. } => self.velocity = Some(request),
             Request::Stop => {
                 self.velocity = None;
-                // One that waits already says it all.
+                // One stop in the queue is enough.
                 if self.requests.front() == Some(&Request::Stop) {
                     return;
                 }
@@ -118,7 +117,7 @@ impl BaseDriver {
                     self.requests.pop_back();
                     self.refused = self.refused.saturating_add(1);
                 }
-                // There is room: one was taken out above if there was none.
+                // Cannot fail: a full queue was shortened above.
                 let _ = self.requests.push_front(request);
             }
             _ => {
@@ -129,14 +128,14 @@ impl BaseDriver {
         }
     }
 
-    /// Asks for the motion now, where it does not come by itself.
+    /// Requests the motion now if the base does not send it unprompted.
     pub(crate) fn poll(&mut self, now: Timestamp) {
         if let Line::Serial(line) = &mut self.line {
             line.poll_at = now;
         }
     }
 
-    /// Takes a frame; gives the motion message if it is one.
+    /// Takes a frame; returns its motion message, if any.
     pub(crate) fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) -> Option<Motion> {
         if !matches!(self.line, Line::Can) {
             return None;
@@ -150,7 +149,7 @@ impl BaseDriver {
         }
     }
 
-    /// Takes bytes; gives the motion message if they complete one.
+    /// Takes bytes; returns the motion message that they complete, if any.
     pub(crate) fn receive_bytes(&mut self, now: Timestamp, bytes: &[u8]) -> Option<Motion> {
         let Line::Serial(line) = &mut self.line else { return None };
         let mut heard = None;
@@ -177,7 +176,7 @@ impl BaseDriver {
         heard
     }
 
-    /// Gives up an exchange that has taken too long.
+    /// Abandons an exchange that has taken too long.
     pub(crate) fn wake(&mut self, now: Timestamp) {
         if let Line::Serial(line) = &mut self.line
             && now >= line.abandon_at
@@ -189,7 +188,7 @@ impl BaseDriver {
         }
     }
 
-    /// [`Self::transmit`] has nothing; false where that is not certain.
+    /// True if [`Self::transmit`] cannot have anything to send.
     #[inline]
     pub(crate) fn has_nothing_to_send(&self, now: Timestamp) -> bool {
         let is_quiet = match &self.line {
@@ -199,13 +198,13 @@ impl BaseDriver {
         is_quiet && self.velocity.is_none() && self.requests.is_empty()
     }
 
-    /// It moves, and nobody knows what it does.
+    /// The base moves but is no longer heard.
     fn is_unheard(&self, now: Timestamp) -> bool {
         let limit = self.config.exchange_timeout * UNHEARD_EXCHANGES;
         self.motion.is_some_and(|(heard, motion)| motion.moving && now - heard > limit)
     }
 
-    /// What goes out next, if the line is free.
+    /// The next output, if the line is free.
     pub(crate) fn transmit(&mut self, now: Timestamp) -> Option<Outgoing> {
         if self.is_unheard(now) && !self.planted.blinds_second_looks() {
             self.velocity = None;
@@ -224,7 +223,7 @@ impl BaseDriver {
             }
             return None;
         };
-        // A stop waits for nothing.
+        // A stop takes precedence over everything.
         let stop = matches!(self.requests.front(), Some(Request::Stop));
         let mut repeat = repeat.filter(|_| !stop);
         loop {
@@ -247,14 +246,14 @@ impl BaseDriver {
                 line.abandon_at = now + self.config.exchange_timeout;
                 return Some(Outgoing::Bytes(packet));
             }
-            // The request cannot be put in bytes: it is let go, and the next one has its turn.
+            // The request cannot be encoded: drop it and take the next one.
             if poll {
                 return None;
             }
         }
     }
 
-    /// When [`Self::wake`] or [`Self::transmit`] has something to do without anything being heard.
+    /// Time at which [`Self::wake`] or [`Self::transmit`] has work even if nothing arrives.
     pub(crate) fn next_wakeup(&self) -> Timestamp {
         match &self.line {
             Line::Can => Timestamp::MAX,
@@ -267,8 +266,8 @@ impl BaseDriver {
         }
     }
 
-    /// Time between two polls that nobody asks for. A base that moves is silent sooner than one that
-    /// stands, and is asked more often.
+    /// Time between two polls that the driver adds by itself. A moving base has a shorter time-out than a stationary
+    /// one and is polled more often.
     fn poll_period(&self) -> Span {
         match self.motion {
             Some((_, motion)) if motion.moving => self.config.timeout_moving / POLLS_PER_TIMEOUT,
@@ -282,8 +281,8 @@ impl BaseDriver {
 }
 
 impl SerialLine {
-    /// An exchange came to nothing: the line rests, and what is not sent again by itself (a velocity
-    /// is, and a pose write has its own retries) is repeated a few times.
+    /// An exchange failed: the line rests. The driver repeats a request a few times, except velocities, which are
+    /// renewed anyway, and pose writes, which have their own retries.
     fn failed(&mut self, now: Timestamp, failed: Option<(Request, u8)>) {
         let Some((request, tries)) = failed else { return };
         self.quiet_until = now + quiet_time();

@@ -1,10 +1,10 @@
-//! The static bias test: the mean of the readings at rest, and whether it really was at rest.
+//! The static bias test: the mean of the readings at rest, and a check that the gyro really was at rest.
 
 use crate::config::GyroConfig;
 use crate::mission::BiasTestResult;
 use wire::units::{AngularRate, Temperature};
 
-/// Mean and spread of readings as they come (Welford's recurrence: exact for long runs).
+/// Running mean and spread of readings (Welford's recurrence: exact for long runs).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct RunningMean {
     count: u32,
@@ -20,7 +20,7 @@ impl RunningMean {
         self.sum_of_squares += difference * (value - self.mean);
     }
 
-    /// Takes all that another has taken.
+    /// Merges all values of `other`.
     pub(crate) fn join(&mut self, other: &Self) {
         let (before, more) = (f64::from(self.count), f64::from(other.count));
         if other.count == 0 {
@@ -75,8 +75,8 @@ impl BiasAverage {
         }
     }
 
-    /// The readings are those of a gyro at rest: little spread, no drift between the halves, a
-    /// credible mean, and enough of them in each half.
+    /// True if the readings are those of a gyro at rest: low spread, no drift between the halves, a credible mean, and
+    /// enough readings in each half.
     pub(crate) fn was_at_rest(&self, config: &GyroConfig) -> bool {
         let drift = (self.second_half.mean() - self.first_half.mean()).abs();
         self.first_half.count() > 0
@@ -91,7 +91,7 @@ impl BiasAverage {
         (self.celsius.count() > 0).then(|| Temperature::from_celsius(self.celsius.mean()))
     }
 
-    /// What is reported; `table` is the bias by temperature, for comparison.
+    /// The reported result; `table` is the bias by temperature, for comparison.
     pub(crate) fn result(&self, table: Option<AngularRate>) -> BiasTestResult {
         BiasTestResult {
             mean: AngularRate::from_rad_per_s(self.all.mean()),

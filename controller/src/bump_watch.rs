@@ -1,19 +1,19 @@
-//! Does the gyro turn while the base says that it stands?
+//! Detects a gyro that turns while the base reports that it stands.
 //!
-//! At rest the heading is held, whatever the gyro reads: bias, as long as nobody pushes. A turn of more than a reading of
-//! the absolute measurement could tell is a push, or a bias that has leapt, and either way the heading is not to be
-//! trusted any more.
+//! At rest the heading is held and the gyro's reading is taken for bias, which is right unless someone pushes the
+//! robot. A turn larger than the resolution of the absolute measurement is a push or a jump of the bias. In both cases
+//! the heading can no longer be trusted.
 
 use wire::time::Span;
 use wire::units::Angle;
 
-/// Turned within [`WINDOW`]. The uncertainty of a reading of the absolute measurement (the paper's +-0.2 deg); the
-/// data sheet's drift turns by 0.005 deg in that time, and the noise of this class by 0.02 deg at most.
+/// Limit of the turn within [`WINDOW`]: the uncertainty of one reading of the absolute measurement (the paper's +-0.2
+/// deg). The data sheet's drift turns by 0.005 deg in that time, and the noise of this class by at most 0.02 deg.
 const TURN_MAX: Angle = Angle::from_deg(0.2);
-/// How long a push may take.
+/// Longest duration of a push.
 const WINDOW: Span = Span::from_secs(1);
 
-/// Sums what the held heading leaves out.
+/// Sums the rotation that the held heading leaves out.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct BumpWatch {
     turned: Angle,
@@ -21,7 +21,7 @@ pub(crate) struct BumpWatch {
 }
 
 impl BumpWatch {
-    /// A reading turned by this much while the heading was held. True if it, and those before it, were a push.
+    /// Takes a reading that turned by `by` while the heading was held. Returns true if it completes a push.
     pub(crate) fn turns(&mut self, by: Angle, period: Span) -> bool {
         self.turned += by;
         self.passed += period;
@@ -32,7 +32,7 @@ impl BumpWatch {
         pushed
     }
 
-    /// The heading is not held any more.
+    /// Resets the sum when the heading is no longer held.
     pub(crate) fn restart(&mut self) {
         *self = Self::default();
     }
@@ -52,7 +52,7 @@ mod tests {
     fn a_push_is_noticed_and_a_drift_is_not() {
         assert!(pushed(|n| if (500..520).contains(&n) { 2.5 } else { 0.0 }), "0.5 deg in 0.2 s");
         assert!(!pushed(|_| 0.02), "four times the data sheet's drift");
-        // 0.4 deg/s of white noise at 100 Hz turn by 0.04 deg a second: here as its worst regular pattern.
+        // 0.4 deg/s of white noise at 100 Hz turns by 0.04 deg in a second; here as its worst regular pattern.
         assert!(!pushed(|n| if n % 2 == 0 { 0.4 } else { -0.4 }));
     }
 }

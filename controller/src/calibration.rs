@@ -1,8 +1,8 @@
 //! The correction of the gyro's rate: `w* = (w_raw - w_bias) x SF x C1 x C2 ...` (Eq. 4).
 //!
-//! The paper writes the bias apart; here it is subtracted first, so that the factors act on rotation
-//! alone. [`Factor::TemperatureLine`] is Eq. 6: with the error of one full turn on the table
-//! `E_T = slope T + intercept` (Eq. 5), `C_T = 360 / (360 + E_T)`.
+//! The paper writes the bias separately; here it is subtracted first, so that the factors act on rotation alone.
+//! [`Factor::TemperatureLine`] is Eq. 6: if one full turn on the table has the error `E_T = slope T + intercept` (Eq.
+//! 5), then `C_T = 360 / (360 + E_T)`.
 
 use crate::correction::{Corrections, Term};
 use heapless::Vec;
@@ -10,14 +10,14 @@ use serde::ser::SerializeStruct;
 use serde::{Deserialize, Serialize, Serializer};
 use wire::units::{AngularRate, Temperature};
 
-/// Most correction factors in one chain.
+/// Maximum number of correction factors in a chain.
 pub const FACTORS_MAX: usize = 8;
-/// Most points in a table of bias against temperature.
+/// Maximum number of points in a table of bias against temperature.
 pub const BIAS_POINTS_MAX: usize = 32;
 
 /// One full turn of the table, the unit of Eqs 1 to 6, in degrees.
 const TURN_DEG: f64 = 360.0;
-/// No physical correction leaves this range; what would is a mistake in a file.
+/// Every physical correction is within this range; a factor outside it is a mistake in the file.
 const FACTOR_MIN: f64 = 0.5;
 const FACTOR_MAX: f64 = 2.0;
 
@@ -25,7 +25,7 @@ const FACTOR_MAX: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Factor {
-    /// The same always.
+    /// A constant factor.
     Constant(f64),
     /// Eq. 6, from the line of Eq. 5 that a temperature calibration fits.
     TemperatureLine {
@@ -34,8 +34,7 @@ pub enum Factor {
         /// The error of one turn at 0 degC.
         intercept_deg: f64,
     },
-    /// One for each direction, from the errors of one turn that Eqs 1 and 2 give:
-    /// `C = 360 / (360 + E)`.
+    /// One factor for each direction, from the errors of one turn by Eqs 1 and 2: `C = 360 / (360 + E)`.
     Direction {
         /// E_cw: error of one clockwise turn.
         cw_error_deg: f64,
@@ -54,7 +53,7 @@ pub struct BiasPoint {
     pub bias_deg_per_s: f64,
 }
 
-/// A calibration of one gyro: what `set_calibration` loads and a calibration file holds.
+/// The calibration of one gyro: the content of `set_calibration` and of a calibration file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
@@ -64,16 +63,16 @@ pub struct Calibration {
     /// C1, C2 ... of Eq. 4.
     #[serde(default)]
     pub factors: Vec<Factor, FACTORS_MAX>,
-    /// Bias against temperature, by rising temperature; empty when there is none.
+    /// Bias against temperature, in order of temperature; may be empty.
     #[serde(default)]
     pub bias_table: Vec<BiasPoint, BIAS_POINTS_MAX>,
-    /// Terms of an identified model, taken off beside the factors; see [`crate::correction`].
+    /// Terms of an identified model, applied beside the factors; see [`crate::correction`].
     #[serde(default)]
     pub corrections: Corrections,
 }
 
 impl Serialize for Calibration {
-    /// In text an empty list of corrections is left out; a form that is read by position has it.
+    /// Text formats omit an empty list of corrections; formats read by position include it.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let with_corrections = !serializer.is_human_readable() || !self.corrections.is_empty();
         let fields = 3 + usize::from(with_corrections);
@@ -104,7 +103,7 @@ impl Default for Calibration {
 }
 
 impl Calibration {
-    /// Every number is finite, every factor plausible over -40 to +85 degC, the table rises in
+    /// True if every number is finite, every factor is plausible over -40 to +85 degC, the table is in order of
     /// temperature, and every correction is usable.
     pub fn is_usable(&self) -> bool {
         let cold = Some(Temperature::from_celsius(-40.0));
@@ -120,8 +119,8 @@ impl Calibration {
             && self.corrections.iter().all(Term::is_usable)
     }
 
-    /// SF x C1 x C2 ... for a rotation in the direction of `rate` at `temperature`. A factor that needs
-    /// a temperature counts as one while none is known.
+    /// SF x C1 x C2 ... for a rotation in the direction of `rate` at `temperature`. A factor that needs a temperature
+    /// counts as one until a temperature is known.
     pub fn gain(&self, temperature: Option<Temperature>, rate: AngularRate) -> f64 {
         let direction = rate.rad_per_s();
         self.factors
@@ -129,12 +128,12 @@ impl Calibration {
             .fold(self.scale, |gain, factor| gain * factor.value(temperature, direction))
     }
 
-    /// Does any factor depend on temperature?
+    /// True if a factor depends on temperature.
     pub fn needs_temperature(&self) -> bool {
         self.factors.iter().any(|factor| matches!(factor, Factor::TemperatureLine { .. }))
     }
 
-    /// The bias that the table gives at `temperature`: linear between points, constant beyond them.
+    /// The bias from the table at `temperature`: linear between points, constant beyond them.
     pub fn table_bias(&self, temperature: Temperature) -> Option<AngularRate> {
         let t = temperature.celsius();
         let first = self.bias_table.first()?;

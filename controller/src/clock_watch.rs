@@ -1,12 +1,12 @@
-//! Compares the gyro's clock with the host's: samples counted against time passed.
+//! Compares the gyro's clock with the host's: samples counted against elapsed time.
 
 use wire::time::{Span, Timestamp};
 
-/// A comparison takes at least this long. Assumption: a host that delivers a sample 10 ms late then
-/// errs by 0.05 %, a tenth of the mismatch that is reported.
+/// Minimum duration of a comparison. Assumption: a host that delivers a sample 10 ms late then causes an error of 0.05
+/// %, a tenth of the mismatch that is reported.
 const WINDOW_MIN: Span = Span::from_secs(20);
 
-/// The watch; silence starts it again, since nobody knows what passed meanwhile.
+/// Clock comparison. Silence restarts it, because the number of samples lost in it is unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ClockWatch {
     period: Span,
@@ -19,12 +19,12 @@ impl ClockWatch {
         Self { period, window: None, ratio: None }
     }
 
-    /// Starts again; the last ratio stays.
+    /// Restarts the comparison and keeps the last ratio.
     pub(crate) const fn restart(&mut self) {
         self.window = None;
     }
 
-    /// A sample arrived, `lost` others before it did not. Gives a fresh ratio when a window is full.
+    /// Takes a sample that arrived after `lost` missing ones. Returns a new ratio when a window is full.
     pub(crate) fn sample(&mut self, now: Timestamp, lost: u16) -> Option<f64> {
         let Some((since, count)) = &mut self.window else {
             self.window = Some((now, 0));

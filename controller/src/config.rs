@@ -1,4 +1,4 @@
-//! What a controller must be told about its robot before it starts. Every default names its source.
+//! Configuration of a controller for its robot. Every default cites its source.
 
 use crate::mutant::Planted;
 use serde::{Deserialize, Serialize};
@@ -8,8 +8,8 @@ use wire::units::{
     Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed, Temperature,
 };
 
-/// A gyro that is silent may be bridged by the odometry for so long, with the Kalman filter: by then the heading may be off
-/// by one degree, from the base's own errors that nobody has measured yet (1 % of 90 deg).
+/// Longest silence of the gyro that the odometry may bridge, with the Kalman filter: after that the base's own errors,
+/// not yet measured (1 % of 90 deg), may turn the heading by one degree.
 pub const BRIDGE_MAX: Span = Span::from_secs(5);
 
 /// The whole configuration.
@@ -17,18 +17,18 @@ pub const BRIDGE_MAX: Span = Span::from_secs(5);
 pub struct Config {
     /// The gyro.
     pub gyro: GyroConfig,
-    /// The base; none on a rotary table.
+    /// The base; `None` on a rotary table.
     pub base: Option<BaseConfig>,
     /// The control loops.
     pub motion: MotionConfig,
-    /// A mistake that is planted on purpose.
+    /// A deliberately planted mistake.
     #[cfg(feature = "mutants")]
     #[serde(skip)]
     pub mutant: Option<crate::Mutant>,
 }
 
 impl Config {
-    /// A configuration without a mistake of ours.
+    /// A configuration without a planted mistake.
     pub const fn new(gyro: GyroConfig, base: Option<BaseConfig>, motion: MotionConfig) -> Self {
         Self {
             gyro,
@@ -47,30 +47,30 @@ impl Config {
     }
 }
 
-/// Which clock turns rates into angles.
+/// The clock that turns rates into angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum IntegrationClock {
-    /// A sample lasts the nominal period: exact while the gyro's clock is.
+    /// A sample lasts the nominal period: exact as long as the gyro's clock is.
     #[default]
     Samples,
-    /// A sample lasts from the arrival before to its own: exact while none is delayed.
+    /// A sample lasts from the previous arrival to its own: exact if no sample is delayed.
     HostTime,
 }
 
-/// The gyro and what is made of its samples.
+/// The gyro and the use of its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GyroConfig {
     /// Format, mode, mounting.
     pub stream: GyroStream,
-    /// Which clock turns rates into angles.
+    /// The clock that turns rates into angles.
     pub clock: IntegrationClock,
     /// Silence beyond this is a fault. Assumption: ten periods of a 100 Hz stream.
     pub timeout: Span,
     /// Invalid data beyond this is a fault. Assumption: as long as silence may last.
     pub invalid_max: Span,
-    /// Ratio of gyro clock to host clock may differ from one by this. Assumption: above the 0.2 %
-    /// that temperature does to a DSP-3000's clock, below the 3 % between units.
+    /// Largest deviation from one of the ratio of gyro clock to host clock. Assumption: above the 0.2 % that
+    /// temperature adds to a DSP-3000's clock, below the 3 % between units.
     pub clock_mismatch_max: f64,
     /// Largest standard deviation of the readings at rest. Assumption: three times the 0.014 deg/s
     /// that 5 deg/h/sqrt(Hz) (E-Core 2000) gives at 100 Hz, and one step of quantisation.
@@ -82,7 +82,7 @@ pub struct GyroConfig {
     pub bias_max: AngularRate,
 }
 
-/// How commands reach the base.
+/// Transport of the commands to the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transport {
@@ -95,7 +95,7 @@ pub enum Transport {
 /// The base.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BaseConfig {
-    /// How commands reach it.
+    /// Transport of its commands.
     pub transport: Transport,
     /// Silence beyond this while moving is a fault. Assumption: nine periods of the control loop.
     pub timeout_moving: Span,
@@ -118,43 +118,43 @@ pub struct BaseConfig {
 pub struct MotionConfig {
     /// Period of the loops: 27 ms, as in the K2A's original host program.
     pub period: Span,
-    /// From a measurement to its effect on the base, as the braking curve allows for. Assumption: two
-    /// periods and the line's own time.
+    /// Delay from a measurement to its effect on the base, as allowed for in the braking curve. Assumption: two
+    /// periods plus the delay of the line.
     pub loop_delay: Span,
-    /// Ramp of prescribed speed: 0.4 m/s^2, which with the rate's gives the paper's 64 s lap.
+    /// Ramp of prescribed speed: 0.4 m/s^2. Together with the ramp of the rate it gives the paper's 64 s lap.
     pub acceleration: Acceleration,
     /// Ramp of prescribed rate: 15 deg/s^2, likewise.
     pub angular_acceleration: AngularAcceleration,
-    /// Position loop: speed for each metre left, 1/s.
+    /// Position loop: speed per remaining metre, 1/s.
     pub position_gain: f64,
     /// Position loop: slowest speed before arrival.
     pub creep_speed: Speed,
-    /// Position loop: near enough. Half of the paper's +-2 mm.
+    /// Position loop: tolerance for arrival. Half of the paper's +-2 mm.
     pub position_tolerance: Length,
-    /// Orientation loop: rate for each radian left, 1/s.
+    /// Orientation loop: rate per remaining radian, 1/s.
     pub orientation_gain: f64,
     /// Orientation loop: slowest rate before arrival.
     pub creep_rate: AngularRate,
-    /// Orientation loop: near enough. Half of the paper's +-0.1 deg.
+    /// Orientation loop: tolerance for arrival. Half of the paper's +-0.1 deg.
     pub orientation_tolerance: Angle,
-    /// Steering correction: rate for each radian of heading error, 1/s.
+    /// Steering correction: rate per radian of heading error, 1/s.
     pub steering_gain: f64,
     /// Steering correction: largest rate.
     pub steering_rate_max: AngularRate,
-    /// The base counts as at rest after this long without motion.
+    /// The base counts as at rest after this time without motion.
     pub settle: Span,
-    /// Further approaches when a stop misses its tolerance.
+    /// Number of further approaches when a stop misses its tolerance.
     pub corrections_max: u8,
     /// Attempts at a pose download.
     pub pose_writes_max: u8,
-    /// From one attempt to the next; also how long an answer may take.
+    /// Time between two attempts, which also limits the wait for an answer.
     pub pose_write_retry: Span,
-    /// The base's own acceleration limits, as a multiple of the prescribed ramps, so that it follows.
+    /// The base's own acceleration limits, as a multiple of the prescribed ramps, so that the base can follow them.
     pub base_acceleration_margin: f64,
 }
 
 impl GyroConfig {
-    /// The defaults for a stream.
+    /// The defaults for a gyro stream.
     pub const fn new(stream: GyroStream) -> Self {
         Self {
             stream,
@@ -218,7 +218,7 @@ impl Default for MotionConfig {
     }
 }
 
-/// Range of temperatures that a sensor is believed in.
+/// Range of credible sensor temperatures.
 pub(crate) const TEMPERATURE_MIN: Temperature = Temperature::from_celsius(-60.0);
 /// See [`TEMPERATURE_MIN`].
 pub(crate) const TEMPERATURE_MAX: Temperature = Temperature::from_celsius(125.0);

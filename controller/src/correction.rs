@@ -1,19 +1,17 @@
-//! Corrections by a model that was identified: what the sensor adds to the rate, and how its scale
-//! errs, as functions of what a controller can see.
+//! Corrections by an identified model: the sensor's additive and scale errors as functions of what the controller can
+//! observe.
 //!
-//! The model says: measured rate = (1 + sum of scale terms) x true rate + sum of bias terms. So with
-//! Eq. 4
+//! The model: measured rate = (1 + sum of scale terms) x true rate + sum of bias terms. With Eq. 4:
 //!
 //! ```text
 //! w* = (w_raw - bias terms - w_bias) x SF x C1 x C2 ... / (1 + scale terms)
 //! ```
 //!
-//! where the static bias test measures `w_bias` of the rate less the bias terms: what the model does
-//! not know of the bias.
+//! The static bias test measures `w_bias` on the rate minus the bias terms: the part of the bias that the model does
+//! not explain.
 //!
-//! Numbers are SI, temperatures in degrees Celsius: the value of a bias term is in rad/s, that of a
-//! scale term a plain number. A term whose driver is not known yet, temperature before the first
-//! reading say, is zero.
+//! Numbers are SI, temperatures in degrees Celsius: the value of a bias term is in rad/s, that of a scale term has no
+//! unit. A term is zero while its driver is unknown, for example temperature before the first reading.
 
 mod form;
 mod history;
@@ -28,13 +26,13 @@ pub use slope::{SLOPE_POINTS_MIN, SLOPE_WINDOW};
 pub use watch::{POWER_OFF_MIN, REST_RATE};
 pub(crate) use watch::{Sum, Watch};
 
-/// Most terms of one calibration.
+/// Maximum number of terms in a calibration.
 pub const TERMS_MAX: usize = 16;
-/// Most points of one table.
+/// Maximum number of points in a table.
 pub const TABLE_POINTS_MAX: usize = 32;
-/// The bias terms together never say more than this: the controller's largest credible bias.
+/// Limit of the sum of all bias terms: the controller's largest credible bias.
 pub const BIAS_SUM_MAX: AngularRate = AngularRate::from_deg_per_s(0.5);
-/// The scale terms together never say more than this: a factor of Eq. 4 lies between 1/2 and 2.
+/// Limit of the sum of all scale terms: a factor of Eq. 4 lies between 1/2 and 2.
 pub const SCALE_SUM_MAX: f64 = 0.5;
 
 /// The terms of one calibration.
@@ -44,67 +42,67 @@ pub type Corrections = Vec<Term, TERMS_MAX>;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Term {
-    /// What it acts on.
+    /// The quantity that it changes.
     pub acts: Acts,
-    /// What it sees; nothing, for a constant.
+    /// Its input; none for a constant.
     #[serde(default)]
     pub driver: Driver,
-    /// How it depends on that.
+    /// Its function of the input.
     pub form: Form,
 }
 
-/// What a term acts on.
+/// The quantity that a term changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Acts {
-    /// It is added to the rate, rad/s.
+    /// Added to the rate, rad/s.
     Bias,
-    /// It is added to the scale of one.
+    /// Added to the scale of one.
     Scale,
 }
 
-/// What a term sees: by the controller's own measurements and clock.
+/// Input of a term, from the controller's own measurements and clock.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Driver {
-    /// Nothing.
+    /// No input.
     #[default]
     None,
-    /// Temperature that the gyro tells, mean of a second; degC.
+    /// Reported temperature of the gyro, averaged over a second; degC.
     Temperature,
-    /// Its rate of change, a least-squares slope over [`SLOPE_WINDOW`]; K/s.
+    /// Rate of change of the temperature, a least-squares slope over [`SLOPE_WINDOW`]; K/s.
     TemperatureRate,
-    /// It, through a first-order lag; degC. The lag starts without a difference at the first
-    /// temperature that the gyro tells, whenever the calibration is loaded.
+    /// Temperature through a first-order lag; degC. The lag starts settled at the first temperature that the gyro
+    /// reports, no matter when the calibration is loaded.
     TemperatureLag {
         /// Time constant of the lag.
         time_constant_s: f64,
     },
-    /// It with play, less it: the branch of a hysteresis, at most the half width either way; K. Starts
-    /// in the middle at the first temperature that the gyro tells.
+    /// Temperature with backlash, minus temperature: the branch of a hysteresis, between minus and plus the half
+    /// width; K. Starts in the middle at the first temperature that the gyro reports.
     TemperatureBranch {
-        /// Half of the play.
+        /// Half the width of the backlash.
         half_width_kelvin: f64,
     },
     /// The corrected rate; rad/s.
     Rate,
-    /// The same without its sign.
+    /// The corrected rate without its sign; rad/s.
     AbsRate,
     /// +1 counter-clockwise, -1 clockwise, 0 below [`REST_RATE`].
     Direction,
     /// The controller's own heading, not wrapped; rad.
     Heading,
-    /// The bias in force, which a bias test found and is subtracted: what it found may be part noise;
-    /// rad/s. Zero while a bias test looks for a new one.
+    /// The bias in force, which the last bias test measured and which is subtracted; part of it may be noise; rad/s.
+    /// Zero during a bias test.
     TestedBias,
-    /// Time since the gyro was switched on, as far as it can be heard: since its first sample, or its
-    /// first after [`POWER_OFF_MIN`] of silence; s.
+    /// Time since the gyro was switched on, as far as the stream shows it: since its first sample, or since its first
+    /// sample after [`POWER_OFF_MIN`] of silence; s.
     Time,
-    /// Time since the controller first heard the gyro; s.
+    /// Time since the controller first received a sample of the gyro; s.
     Uptime,
 }
 
-/// How a term depends on its driver x.
+/// A term as a function of its driver x.
 #[expect(clippy::large_enum_variant, reason = "no allocation: there is no box to put a table in")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -134,7 +132,7 @@ pub enum Form {
     Tanh { height: f64, centre: f64, width: f64 },
     /// Linear between points, constant beyond them.
     Table { points: Vec<Point, TABLE_POINTS_MAX> },
-    /// `coefficient (x - origin) (y - origin_2)`, y of the second driver.
+    /// `coefficient (x - origin) (y - origin_2)`, where y is the second driver.
     Product { coefficient: f64, origin: f64, second: Driver, origin_2: f64 },
 }
 
@@ -142,21 +140,21 @@ pub enum Form {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Point {
-    /// Where, in the driver's unit.
+    /// The driver's value, in its unit.
     pub x: f64,
-    /// The term there.
+    /// The term's value at `x`.
     pub value: f64,
 }
 
 impl Term {
-    /// Every number is finite, what divides is above zero, and tables rise.
+    /// True if every number is finite, divisors are positive, and tables rise.
     pub fn is_usable(&self) -> bool {
         self.driver.is_usable()
             && self.form.is_usable()
             && (self.driver != Driver::None || matches!(self.form, Form::Constant { .. }))
     }
 
-    /// Does it see the rate?
+    /// True if the term depends on the rate.
     pub(crate) fn sees_rate(&self) -> bool {
         let second = match &self.form {
             Form::Product { second, .. } => *second,

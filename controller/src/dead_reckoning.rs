@@ -1,10 +1,10 @@
-//! Dead reckoning: path length from the base, heading from whichever source, summed to a pose.
+//! Dead reckoning: path length from the base and heading from the selected source, summed to a pose.
 
 use crate::kalman::Correction;
 use wire::base::{Motion, PoseWriteResult};
 use wire::units::{Angle, Length, Pose};
 
-/// What the base's motion messages add up to.
+/// The sum of the base's motion messages.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct DeadReckoning {
     x: Length,
@@ -16,7 +16,7 @@ pub(crate) struct DeadReckoning {
 }
 
 impl DeadReckoning {
-    /// Position so far, with `heading` as it is now.
+    /// Current position, with `heading` as the current heading.
     pub(crate) const fn pose(&self, heading: Angle) -> Pose {
         Pose { x: self.x, y: self.y, heading }
     }
@@ -26,13 +26,13 @@ impl DeadReckoning {
         self.displacement.unwrap_or(Length::ZERO)
     }
 
-    /// Heading by the base's odometry, not wrapped. A pose that is written to the base does not show
-    /// here: the base's heading jumps, this one goes on.
+    /// Heading by the base's odometry, not wrapped. A pose written to the base does not show here: the base's heading
+    /// jumps, this one continues.
     pub(crate) const fn odometry_heading(&self) -> Angle {
         self.odometry_heading
     }
 
-    /// Stand here from now on.
+    /// Sets the current pose.
     pub(crate) const fn place(&mut self, pose: Pose) {
         self.x = pose.x;
         self.y = pose.y;
@@ -40,19 +40,19 @@ impl DeadReckoning {
         self.odometry_heading = pose.heading;
     }
 
-    /// An estimator knows better.
+    /// Applies an estimator's correction.
     pub(crate) fn correct(&mut self, by: &Correction) {
         self.x += by.x;
         self.y += by.y;
         self.heading_before += by.heading;
     }
 
-    /// The heading source changes: the next piece of path starts from `heading`.
+    /// Changes the heading source: the next piece of path starts from `heading`.
     pub(crate) const fn take_heading(&mut self, heading: Angle) {
         self.heading_before = heading;
     }
 
-    /// Takes the odometry's part of a motion message; before [`Self::advance`].
+    /// Takes the odometry's part of a motion message; call before [`Self::advance`].
     pub(crate) fn odometry(&mut self, motion: &Motion) {
         let write = motion.pose_write_counter;
         if let Some((last, last_write)) = self.last_odometry {
@@ -64,12 +64,12 @@ impl DeadReckoning {
         self.last_odometry = Some((motion.heading, write));
     }
 
-    /// The base's path begins anew with this message: nobody knows how far it went before.
+    /// The base's path count restarts with this message: the distance before it is unknown.
     pub(crate) const fn count_anew(&mut self, motion: &Motion) {
         self.displacement = Some(motion.displacement);
     }
 
-    /// Goes along the path since the message before, on the mean of the headings at its ends.
+    /// Advances along the path since the previous message, on the mean of the headings at its ends.
     pub(crate) fn advance(&mut self, motion: &Motion, heading: Angle) {
         if let Some(before) = self.displacement {
             let path = motion.displacement - before;

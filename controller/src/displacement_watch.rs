@@ -1,22 +1,22 @@
-//! Is what the base says of its path credible?
+//! Checks whether the base's reported path is credible.
 //!
-//! The serial line's checksum is one byte: of answers that are out of step, one in 256 passes, and reads as
-//! any path at all. A path that no base could have gone is let go like an answer with a bad checksum, unless
-//! the next one bears it out: then the base has counted anew, after a restart say.
+//! The serial line's checksum is one byte: of misaligned answers, one in 256 passes and reads as an arbitrary path. A
+//! path that no base could have driven is dropped like an answer with a bad checksum, unless the next one confirms it:
+//! then the base restarted its count, for example after a reset.
 
 use wire::base::Motion;
 use wire::time::{Span, Timestamp};
 use wire::units::{Length, Speed};
 
-/// Looks at each motion message before it counts.
+/// Checks each motion message before it is used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DisplacementWatch {
     speed_max: Speed,
-    /// Messages may come this much later than what they say was so.
+    /// A message may arrive this long after the motion that it reports.
     late_max: Span,
     credible: Option<(Timestamp, Length)>,
     doubtful: Option<(Timestamp, Length)>,
-    /// The last one believed was so because the one before bore it out.
+    /// The last message was believed only because it confirmed the previous one.
     anew: bool,
 }
 
@@ -25,7 +25,7 @@ impl DisplacementWatch {
         Self { speed_max, late_max, credible: None, doubtful: None, anew: false }
     }
 
-    /// Could a base have said so `now`?
+    /// True if a base could report this motion at `now`.
     pub(crate) fn believes(&mut self, now: Timestamp, motion: &Motion) -> bool {
         let said = (now, motion.displacement);
         let near = |before: Option<(Timestamp, Length)>| {
@@ -43,7 +43,7 @@ impl DisplacementWatch {
         believed
     }
 
-    /// The base counts anew from what was believed last: how far it went between is not known.
+    /// True if the base restarted its count at the last accepted message: the distance before it is unknown.
     pub(crate) const fn counts_anew(&self) -> bool {
         self.anew
     }

@@ -26,28 +26,28 @@ const TIME_LIMIT_MARGIN: Span = Span::from_secs(10);
 /// A stop within this many tolerances needs no further approach: the paper's band is two of them.
 const STOP_TOLERANCES: f64 = 1.8;
 
-/// What the loops see.
+/// Input of the loops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sight {
     pub(crate) now: Timestamp,
-    /// By the heading source.
+    /// From the heading source.
     pub(crate) heading: Angle,
     pub(crate) gyro_heading: Angle,
     pub(crate) odometry_heading: Angle,
     pub(crate) displacement: Length,
-    /// The base says that it moves.
+    /// The base reports that it moves.
     pub(crate) moving: bool,
     /// Heading to hold (straight) or to reach (turn).
     pub(crate) reference: Angle,
     pub(crate) pose: Pose,
 }
 
-/// What the loops want.
+/// Output of the loops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Wish {
     /// These rates for one period.
     Rates { drive: Speed, steer: AngularRate },
-    /// At rest, and as near as it gets.
+    /// At rest, as near as it gets.
     Finished(MissionResult),
     /// Took too long.
     TimedOut,
@@ -100,7 +100,7 @@ impl Drive {
         Self::new(id, motion, order.distance.m(), tuning, config, sight)
     }
 
-    /// `sight.reference` is the heading to reach already.
+    /// `sight.reference` is already the target heading.
     pub(crate) fn turn(
         id: MissionId,
         order: Turn,
@@ -110,7 +110,7 @@ impl Drive {
     ) -> Self {
         let tolerance = match source {
             HeadingSource::Gyro => config.orientation_tolerance,
-            // Finer than half a step of the odometry cannot be told.
+            // The odometry cannot resolve less than half of its step.
             HeadingSource::Odometry => config.orientation_tolerance.max(HEADING_STEP * 0.5),
         };
         let tuning = Tuning {
@@ -167,7 +167,7 @@ impl Drive {
         }
     }
 
-    /// The base turns no faster than this.
+    /// Upper limit of the base's turn rate.
     pub(crate) fn rate_max(&self, config: &MotionConfig) -> AngularRate {
         match self.motion {
             Motion::Turn { .. } => AngularRate::from_rad_per_s(self.approach.top_speed()),
@@ -175,12 +175,12 @@ impl Drive {
         }
     }
 
-    /// It wants the base to move.
+    /// True while the mission commands motion.
     pub(crate) fn is_commanding(&self) -> bool {
         self.approach.at() != Loop::Arrived
     }
 
-    /// Since when.
+    /// Start time of the current command.
     pub(crate) const fn commanding_since(&self) -> Timestamp {
         self.commanding_since
     }
@@ -189,17 +189,17 @@ impl Drive {
         matches!(self.motion, Motion::Straight { .. })
     }
 
-    /// On its way, may the odometer say so?
+    /// True if the reported displacement is plausible on the way.
     pub(crate) fn could_be_on_the_way(&self, now: Timestamp, displacement: Length) -> bool {
         self.path.could_be_on_the_way(now, displacement)
     }
 
-    /// The same at rest.
+    /// True if the reported displacement is plausible at rest.
     pub(crate) fn could_be_there(&self, displacement: Length) -> bool {
         self.path.could_be_there(displacement)
     }
 
-    /// One period of the loops.
+    /// Runs one period of the loops.
     pub(crate) fn tick(&mut self, sight: &Sight, config: &MotionConfig) -> Wish {
         let wish = self.wish(sight, config);
         if let Wish::Rates { drive, .. } = wish {
@@ -238,7 +238,7 @@ impl Drive {
         }
     }
 
-    /// What is left, in the direction of the mission; negative when it went too far.
+    /// Remaining distance in the direction of the mission; negative after an overshoot.
     fn remaining(&self, sight: &Sight) -> f64 {
         let signed = match self.motion {
             Motion::Straight { from, distance, .. } => (from + distance - sight.displacement).m(),
@@ -256,7 +256,7 @@ impl Drive {
             .limited(config.steering_rate_max)
     }
 
-    /// Waits for rest, then looks again: a stop that missed is approached once more.
+    /// Waits for rest, then checks again: a stop that missed is approached once more.
     fn settle(&mut self, sight: &Sight, remaining: f64, config: &MotionConfig) -> Wish {
         let standing = Wish::Rates { drive: Speed::ZERO, steer: AngularRate::ZERO };
         if sight.moving {
@@ -278,7 +278,7 @@ impl Drive {
     }
 
     fn result(&self, sight: &Sight, remaining: f64) -> MissionResult {
-        // Further than commanded is positive, whichever the direction.
+        // Positive means further than commanded, in either direction.
         let stop_error = -remaining;
         let duration = sight.now - self.began;
         match self.motion {

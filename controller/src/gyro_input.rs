@@ -1,4 +1,4 @@
-//! What the gyro says: sample by sample, what is wrong with them, and how long it has been so.
+//! Input from the gyro: takes each sample, detects its faults and tracks how long they last.
 
 use crate::config::{GyroConfig, IntegrationClock};
 use crate::heading::{HeadingIntegrator, Reading};
@@ -8,10 +8,11 @@ use crate::stuck_watch::{Neighbours, StuckWatch};
 use wire::gyro::{GyroOutput, GyroSample, GyroStream};
 use wire::time::{Span, Timestamp};
 
-/// How far a gyro's clock may be off: a DSP-3000's by 3 % from unit to unit, and by 0.2 % with temperature (its manual).
+/// Largest error of a gyro's clock: a DSP-3000 is off by 3 % from unit to unit and by 0.2 % with temperature (its
+/// manual).
 const CLOCK_ERROR_MAX: f64 = 0.032;
 
-/// What has gone wrong since it was last forgiven.
+/// Faults since the last reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct GyroTrouble {
     pub(crate) over_range: bool,
@@ -28,15 +29,15 @@ pub(crate) struct GyroInput {
     integrator: HeadingIntegrator,
     heard: Option<Timestamp>,
     good: Option<Timestamp>,
-    /// When the last pause ended. What came at that instant may have waited all the time.
+    /// End of the last pause. Samples that arrived at that instant may have waited during the pause.
     returned: Timestamp,
     skipped: u16,
-    /// On a base, which turns no faster than it can.
+    /// Present on a base, whose turn rate is limited.
     gate: Option<JumpGate>,
     stuck: StuckWatch,
-    /// Of the bias test under way.
+    /// Neighbours of the bias test in progress.
     neighbours: Neighbours,
-    /// The clocks' first ratio.
+    /// First ratio of the clocks.
     clock_ratio: Option<f64>,
     temperature_doubtful: bool,
     trouble: GyroTrouble,
@@ -80,7 +81,7 @@ impl GyroInput {
         self.trouble
     }
 
-    /// The heading is set: what spoilt it before no longer touches it. What goes on being wrong does.
+    /// Clears past faults when a heading is set: they no longer affect it. Faults that persist stay.
     pub(crate) fn forgive(&mut self) {
         self.trouble = GyroTrouble {
             clock_mismatch: self.trouble.clock_mismatch,
@@ -89,12 +90,12 @@ impl GyroInput {
         };
     }
 
-    /// A bias test begins: its readings tell what the noise does.
+    /// A bias test begins: its readings show the effect of the noise.
     pub(crate) fn begin_test(&mut self) {
         self.neighbours = Neighbours::default();
     }
 
-    /// A bias test at rest ends. Gives whether its readings were those of a gyro that works: not if it was stuck.
+    /// A bias test at rest ends. Returns true if its readings came from a working gyro, false if it was stuck.
     pub(crate) fn learn_noise(&mut self) -> bool {
         let blind = self.planted.is(Mutant::StuckReadingsBelieved);
         let was_stuck = self.stuck.learn(self.neighbours) && !blind;
@@ -102,38 +103,38 @@ impl GyroInput {
         !was_stuck
     }
 
-    /// Has any sample been heard yet?
+    /// True until the first sample.
     pub(crate) const fn is_starting(&self) -> bool {
         self.heard.is_none()
     }
 
-    /// No sample at all within the time-out.
+    /// True if no sample arrived within the time-out.
     pub(crate) fn is_silent(&self, now: Timestamp) -> bool {
         self.heard.is_none_or(|heard| now - heard > self.config.timeout)
     }
 
-    /// No sample at all within `span`.
+    /// True if no sample arrived within `span`.
     pub(crate) fn is_silent_for(&self, now: Timestamp, span: Span) -> bool {
         self.heard.is_none_or(|heard| now - heard > span)
     }
 
-    /// When [`Self::is_silent_for`] may become true.
+    /// Earliest time at which [`Self::is_silent_for`] can become true.
     pub(crate) fn silent_for_at(&self, span: Span) -> Timestamp {
         self.heard.map_or(Timestamp::MAX, |heard| heard + span + Span::from_nanos(1))
     }
 
-    /// The last sample is the newest that there can be, or the one before.
+    /// The last sample is the newest possible one, or the one before it.
     pub(crate) fn is_fresh(&self, now: Timestamp) -> bool {
         !self.is_silent_for(now, self.config.stream.format.period() * 2)
     }
 
-    /// A sample came that was not among those which ended a pause: a host that stood still hears at once what waited
-    /// for it, and knows no age of it.
+    /// True if a sample arrived after those that ended a pause: a stalled host receives all waiting samples at once,
+    /// and their age is unknown.
     pub(crate) fn is_current(&self) -> bool {
         self.heard.is_some_and(|heard| heard > self.returned)
     }
 
-    /// Samples come, and none has been valid for too long, or all say the same.
+    /// Samples arrive, but none has been valid for too long, or all are equal.
     pub(crate) fn is_invalid(&self, now: Timestamp) -> bool {
         let none_valid = self.good.is_none_or(|good| now - good > self.config.invalid_max);
         !self.is_silent(now) && (none_valid || self.is_stuck())
@@ -145,17 +146,17 @@ impl GyroInput {
             && !self.planted.blinds_second_looks()
     }
 
-    /// When [`Self::is_silent`] may become true.
+    /// Earliest time at which [`Self::is_silent`] can become true.
     pub(crate) fn silent_at(&self) -> Timestamp {
-        // One nanosecond late: the limit itself is still in time.
+        // One nanosecond later: a sample exactly at the limit is still in time.
         self.silent_for_at(self.config.timeout)
     }
 
-    /// Takes a sample; a reading, if it is good.
-    // A reading is large: it is not handed from function to function.
+    /// Takes a sample; returns a reading if the sample is good.
+    // A reading is large: inlining avoids copying it from function to function.
     #[inline(always)]
     pub(crate) fn take(&mut self, now: Timestamp, sample: &GyroSample) -> Option<Reading> {
-        // What waited for less makes no heading older than one and a half time-outs.
+        // Samples that waited less make no heading older than one and a half time-outs.
         if self.is_silent_for(now, self.config.timeout / 2) {
             self.returned = now;
         }
@@ -200,8 +201,8 @@ impl GyroInput {
             (GyroOutput::Rate(_), IntegrationClock::Samples) => {
                 (ratio - 1.0).abs() > self.config.clock_mismatch_max
             }
-            // Nothing is spoilt by a clock as the manual allows it. One that changes is something else: samples that nobody
-            // counted, say.
+            // A clock error within the manual's limits does no harm here. A clock that changes points to something
+            // else, such as uncounted samples.
             _ => {
                 (ratio - 1.0).abs() > CLOCK_ERROR_MAX
                     || (ratio - first).abs() > self.config.clock_mismatch_max
@@ -209,7 +210,7 @@ impl GyroInput {
         };
     }
 
-    /// All samples that came at once have been taken.
+    /// Call after all samples that arrived at once.
     pub(crate) fn took(&mut self) {
         self.trouble.invalid |= self.is_stuck();
     }

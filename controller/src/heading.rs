@@ -1,5 +1,5 @@
-//! From gyro samples to heading: bias off, Eq. 4's factors on, a model's corrections off, summed over
-//! time.
+//! From gyro samples to heading: subtracts the bias, applies Eq. 4's factors and a model's corrections, and integrates
+//! over time.
 
 use crate::bump_watch::BumpWatch;
 use crate::calibration::Calibration;
@@ -13,36 +13,36 @@ use wire::gyro::{GyroOutput, GyroSample, Sequence};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
 
-/// Temperature is averaged over this long before it sets the correction: it changes by less than
-/// 0.01 K meanwhile, and a sensor's noise does not reach the heading.
+/// Averaging time of the temperature before it sets the correction: the temperature changes by less than 0.01 K
+/// meanwhile, and the sensor's noise does not reach the heading.
 const TEMPERATURE_UPDATE: Span = Span::from_secs(1);
 
-/// One sample, understood.
+/// One decoded sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Reading {
-    /// Raw rate: nominally scaled, nothing subtracted but the calibration's bias terms.
+    /// Raw rate: nominally scaled, with only the calibration's bias terms subtracted.
     pub(crate) raw_rate: AngularRate,
-    /// As it was measured; none where the sample is one that came before.
+    /// Measured rate; `None` if the sample is a repetition.
     pub(crate) measured: Option<AngularRate>,
     /// Temperature, if the sample has a credible one.
     pub(crate) temperature: Option<Temperature>,
     /// Samples lost before this one.
     pub(crate) lost: u16,
-    /// More are missing than running numbers tell.
+    /// More samples are missing than the sequence numbers show.
     pub(crate) missing: bool,
-    /// Silence before it was too long to be bridged.
+    /// The silence before it was too long to be bridged.
     pub(crate) after_silence: bool,
-    /// Silence before it was a line that was late: nothing is missing.
+    /// The silence before it was a delay of the line: nothing is missing.
     pub(crate) stalled: bool,
-    /// A comparison of the clocks ended with this sample.
+    /// Result of a clock comparison that ended with this sample.
     pub(crate) clock_ratio: Option<f64>,
-    /// Its temperature, or that of the last second, cannot be true.
+    /// Its temperature, or the mean of the last second, cannot be true.
     pub(crate) temperature_doubtful: bool,
-    /// It turned while the heading was held, by more than bias.
+    /// The gyro turned by more than its bias while the heading was held.
     pub(crate) pushed: bool,
 }
 
-/// Sums corrected samples to a heading that is not wrapped.
+/// Integrates corrected samples to a heading that is not wrapped.
 #[derive(Debug, Clone)]
 pub(crate) struct HeadingIntegrator {
     clock: IntegrationClock,
@@ -50,9 +50,9 @@ pub(crate) struct HeadingIntegrator {
     silence_max: Span,
     heading: Angle,
     held: bool,
-    /// Running numbers tell a line that was late from one that lost samples.
+    /// Use sequence numbers to tell a delayed line from one that lost samples.
     carries: bool,
-    /// Where a silence began that somebody else bridges.
+    /// Heading at the start of a silence that the estimator bridges.
     before_silence: Option<Angle>,
     bias: AngularRate,
     calibration: Calibration,
@@ -122,8 +122,7 @@ impl HeadingIntegrator {
         self.heading = heading;
     }
 
-    /// While held the heading stays as it is: what the gyro reads on a robot that is known to stand is
-    /// bias, not rotation.
+    /// Holds the heading constant: what the gyro reads on a stationary robot is bias, not rotation.
     pub(crate) const fn hold(&mut self, held: bool) {
         self.held = held;
     }
@@ -132,12 +131,12 @@ impl HeadingIntegrator {
         self.held
     }
 
-    /// From now on a silence after which no number is missing was a line that was late.
+    /// From now on, a silence after which no number is missing counts as a delay of the line.
     pub(crate) const fn carry_across_stalls(&mut self, carries: bool) {
         self.carries = carries;
     }
 
-    /// The gyro is silent, and somebody else knows the heading.
+    /// Sets the heading from another source while the gyro is silent.
     pub(crate) fn bridge_to(&mut self, heading: Angle) {
         self.before_silence.get_or_insert(self.heading);
         self.heading = heading;
@@ -179,7 +178,7 @@ impl HeadingIntegrator {
         self.watch.ratio()
     }
 
-    /// Nothing was heard for too long: what passed meanwhile is unknown and is not bridged.
+    /// Marks a silence that was too long: the rotation during it is unknown and is not bridged.
     pub(crate) fn lose_track(&mut self) {
         self.last_arrival = None;
         self.last_sequence = None;
@@ -189,8 +188,8 @@ impl HeadingIntegrator {
         self.losses.restart();
     }
 
-    /// Takes one valid sample that arrived `now`. `skipped` samples before it were invalid: where
-    /// the stream has no sequence they count as lost.
+    /// Takes a valid sample that arrived at `now`, after `skipped` invalid ones. In a stream without sequence numbers
+    /// these count as lost.
     #[inline(always)]
     pub(crate) fn sample(&mut self, now: Timestamp, sample: &GyroSample, skipped: u16) -> Reading {
         let after_silence = self.last_arrival.is_some_and(|last| now - last > self.silence_max);
@@ -288,7 +287,7 @@ impl HeadingIntegrator {
         }
     }
 
-    /// Silence ends with a number that leaves most of it unheard: the rest must be on its way.
+    /// True if the sequence number after a silence shows most of its samples as not lost: they must be on their way.
     fn was_late(&self, now: Timestamp, sequence: Option<Sequence>) -> bool {
         let (Some(at), Some(last), Some(this)) = (self.last_arrival, self.last_sequence, sequence)
         else {
@@ -301,9 +300,9 @@ impl HeadingIntegrator {
             && self.period * i64::from(this.lost_since(last)) * 2 < silence
     }
 
-    /// So many samples may have been due since the last one arrived. A running number that says more
-    /// is repeated or wrong, and bridging it would turn the heading for nothing. What a host hands over
-    /// in bunches may seem to have come at once, so that the limit of silence is allowed on top.
+    /// True if `lost` samples can have been due since the last arrival. A sequence number that claims more is repeated
+    /// or wrong, and bridging it would turn the heading for nothing. A host that delivers in bunches may let samples
+    /// seem simultaneous, so the limit of silence is allowed on top.
     fn has_room_for(&self, now: Timestamp, lost: u16) -> bool {
         self.last_arrival
             .is_some_and(|last| self.period * i64::from(lost) <= (now - last) + self.silence_max)
@@ -320,12 +319,12 @@ impl HeadingIntegrator {
         rate * self.gain(rate) / sum.scale
     }
 
-    /// What the calibration's terms know of the bias.
+    /// The part of the bias that the calibration's terms explain.
     fn known_bias(&self, now: Timestamp, raw: AngularRate) -> AngularRate {
         if self.calibration.corrections.is_empty() {
             return AngularRate::ZERO;
         }
-        // Of this a bias test makes the new bias: the old one must not be part of it.
+        // A bias test computes the new bias from this: it must not contain the old one.
         let sum = self.sum(now, raw.rad_per_s() - self.bias.rad_per_s(), AngularRate::ZERO);
         AngularRate::from_rad_per_s(sum.bias)
     }
@@ -341,7 +340,7 @@ impl HeadingIntegrator {
         if rate < 0.0 { self.gain_cw } else { self.gain_ccw }
     }
 
-    /// False where the mean of the last second cannot be true: it is not used.
+    /// Returns false if the mean of the last second cannot be true; that mean is not used.
     fn average_temperature(&mut self, now: Timestamp, temperature: Temperature) -> bool {
         self.temperature_sum += temperature.celsius();
         self.temperature_count += 1;

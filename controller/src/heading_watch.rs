@@ -1,50 +1,51 @@
-//! Do gyro and steering odometry turn alike?
+//! Checks that gyro and steering odometry turn alike.
 //!
-//! Both are heard all the time. From the beginning of a drive on, a good gyro and a good base differ by what the base's
-//! own errors come to; beyond that one of the two is wrong, and nobody here can tell which.
+//! The controller receives both all the time. From the start of a drive, a good gyro and a good base differ only by
+//! the base's own errors. A larger difference means that one of the two is wrong; the controller cannot tell which.
 
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
 
-/// Whatever the drive. Assumption: three steps of the K2A's heading of 0.3 deg, and as much again for noise of the gyro.
+/// Limit for any drive. Assumption: three steps of the K2A's heading of 0.3 deg, and as much again for noise of the
+/// gyro.
 const APART_MAX: Angle = Angle::from_deg(1.0);
-/// For each radian of turn: the base turns 1.1 % too far (from the paper's laps), and as much again and more.
+/// Limit per radian of turn: the base turns 1.1 % too far (from the paper's laps); a little more than twice that.
 const APART_PER_TURN: f64 = 0.025;
-/// For each metre: twice the 0.125 deg/m by which the base's own heading goes off (from the paper's laps).
+/// Limit per metre: twice the drift of the base's own heading of 0.125 deg/m (from the paper's laps).
 const APART_DEG_PER_M: f64 = 0.25;
-/// Both are so old at most when they are compared. Assumption: one exchange on the serial line.
+/// Largest age difference of the compared headings. Assumption: one exchange on the serial line.
 const AGE: Span = Span::from_millis(60);
-/// They may be further apart for as long: as long as a gyro may be silent.
+/// Duration for which they may differ by more: as long as a gyro may be silent.
 const PATIENCE: Span = Span::from_millis(100);
 
-/// Compares from the beginning of a drive on.
+/// Compares the headings from the start of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct HeadingWatch {
     start: Option<Heard>,
     last_path: Length,
     path: Length,
-    /// The most that either has turned.
+    /// The larger of the two turns.
     turned: Angle,
     apart_since: Option<Timestamp>,
 }
 
-/// What is known when the base has said how it moves.
+/// State at a motion message of the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Heard {
     pub(crate) gyro: Angle,
     pub(crate) odometry: Angle,
     pub(crate) displacement: Length,
-    /// The base may be turning as fast as this.
+    /// Upper limit of the base's current turn rate.
     pub(crate) rate: AngularRate,
 }
 
 impl HeadingWatch {
-    /// The next word of the base begins a comparison.
+    /// The next motion message starts a comparison.
     pub(crate) fn begin(&mut self) {
         *self = Self::default();
     }
 
-    /// The base has spoken. True while both are too far apart, and have been for too long.
+    /// Takes a motion message. Returns true while the headings have differed by too much for too long.
     pub(crate) fn differs(&mut self, now: Timestamp, heard: Heard) -> bool {
         let Some(start) = self.start else {
             self.start = Some(heard);
@@ -72,7 +73,7 @@ impl HeadingWatch {
 mod tests {
     use super::{Angle, AngularRate, HeadingWatch, Heard, Length, Span, Timestamp};
 
-    /// A turn of 90 deg at 30 deg/s, or 4 m, as both tell it; when it is noticed, s.
+    /// A turn of 90 deg at 30 deg/s, or 4 m, as both report it; returns when the difference is noticed, s.
     fn noticed(rate_deg: f64, both: impl Fn(f64) -> (f64, f64), speed: f64) -> Option<f64> {
         let mut watch = HeadingWatch::default();
         watch.begin();

@@ -1,23 +1,23 @@
-//! What the controller thinks of itself.
+//! The controller's self-assessment.
 
 use serde::{Deserialize, Serialize};
 
-/// How far the controller can be believed.
+/// Trust level of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
-    /// Not every input has been heard yet.
+    /// Still waiting for the first data of an input.
     #[default]
     Starting,
     /// All is well.
     Ok,
-    /// It works, and its heading or pose may be worse than specified.
+    /// Works, but its heading or pose may be worse than specified.
     Degraded,
-    /// An input that its missions need is lost or not to be trusted: it refuses those missions.
+    /// An input that its missions need is lost or untrustworthy: it refuses those missions.
     Fault,
 }
 
-/// What keeps the level from `ok`. Those that are set explain the level.
+/// Reasons for a level other than `ok`. Those that are set explain the level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Causes {
@@ -31,45 +31,44 @@ pub struct Causes {
     pub base_not_ready: bool,
     /// Degraded: a rate beyond the gyro's range was integrated since a pose was last set.
     pub gyro_over_range: bool,
-    /// Degraded: since a pose was last set samples were bridged that were invalid or that no base could have turned to, or
-    /// readings were stuck.
+    /// Degraded: since a pose was last set, invalid samples or impossible jumps were bridged, or readings were stuck.
     pub gyro_invalid: bool,
     /// Degraded: samples were lost since a pose was last set.
     pub samples_lost: bool,
-    /// Degraded: the odometer went another way than the base was told, since a pose was last set.
+    /// Degraded: the odometer disagreed with the base's commands since a pose was last set.
     pub odometry_doubtful: bool,
-    /// Degraded: gyro and steering odometry turned differently by more than the base's own errors, since a pose was last
-    /// set. One of the two is wrong.
+    /// Degraded: since a pose was last set, gyro and steering odometry differed by more than the base's own errors.
+    /// One of the two is wrong.
     pub headings_disagree: bool,
-    /// Degraded: the gyro turned while the base said that it stood, since a pose was last set.
+    /// Degraded: since a pose was last set, the gyro turned while the base reported that it stood.
     pub moved_at_rest: bool,
-    /// Degraded: the gyro's clock spoils the heading, or has changed.
+    /// Degraded: the gyro's clock falsifies the heading, or has changed.
     pub clock_mismatch: bool,
     /// Degraded: no bias is known by the chosen method.
     pub no_bias: bool,
-    /// Degraded: at a standstill the bias was another than the last bias test found.
+    /// Degraded: at a standstill the bias differed from the last bias test.
     pub bias_moved: bool,
-    /// Degraded: a temperature that cannot be true was told since a pose was last set, or is told now.
+    /// Degraded: an impossible temperature was reported since a pose was last set, or is reported now.
     pub temperature_doubtful: bool,
     /// Degraded: the last bias test failed.
     pub bias_test_failed: bool,
-    /// Degraded: the base did not take the last pose.
+    /// Degraded: the base did not accept the last pose.
     pub pose_not_written: bool,
-    /// Degraded: the gyro is silent, and the odometry stands in for it.
+    /// Degraded: the gyro is silent, and the odometry replaces it.
     pub bridging: bool,
-    /// Degraded: the estimator that was asked for failed, and the paper's way stands in for it.
+    /// Degraded: the selected estimator failed, and the paper's method replaces it.
     pub estimator_failed: bool,
     /// Degraded: an internal queue overflowed; reports or requests were lost.
     pub overflow: bool,
 }
 
 impl Causes {
-    /// Any that forbids motion.
+    /// True if a cause forbids motion.
     pub const fn any_fault(&self) -> bool {
         self.gyro_silent || self.gyro_fault || self.base_silent || self.base_not_ready
     }
 
-    /// Any that makes the result doubtful.
+    /// True if a cause makes the result doubtful.
     pub const fn any_degraded(&self) -> bool {
         self.gyro_over_range
             || self.gyro_invalid
@@ -92,14 +91,14 @@ impl Causes {
 /// Level and causes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Health {
-    /// How far the controller can be believed.
+    /// Trust level.
     pub level: Level,
-    /// Why.
+    /// Reasons for the level.
     pub causes: Causes,
 }
 
 impl Health {
-    /// The level that follows from `causes`; `starting` while an input has never been heard.
+    /// The level that follows from `causes`; `starting` until all inputs have delivered data.
     pub const fn new(starting: bool, causes: Causes) -> Self {
         let level = if starting {
             Level::Starting

@@ -1,23 +1,23 @@
-//! Could the base have turned like that from one sample to the next?
+//! Checks whether the base could have turned like that from one sample to the next.
 //!
-//! A checksum of one byte lets one corrupted frame in 256 pass, as any rate at all. A reading that no base could have
-//! come to since the one before is let go and bridged like one that is marked invalid, unless the next bears it out:
+//! A one-byte checksum lets one corrupted frame in 256 pass, with an arbitrary rate. A reading that no base could have
+//! reached since the previous one is dropped and bridged like an invalid one, unless the next reading confirms it:
 //! then the base was pushed.
 
 use wire::gyro::GyroOutput;
 use wire::time::{Span, Timestamp};
 use wire::units::{AngularAcceleration, AngularRate};
 
-/// What a base can do. Assumption: twice the 120 deg/s^2 at which a K2A of 125 kg is taken to steer at most.
+/// Largest acceleration of a base. Assumption: twice the 120 deg/s^2 assumed as the steering limit of a K2A of 125 kg.
 const ACCELERATION_MAX: AngularAcceleration = AngularAcceleration::from_deg_per_s2(240.0);
-/// And what noise adds. Assumption: ten times the largest spread at which a bias test calls a gyro at rest.
+/// Allowance for noise. Assumption: ten times the largest spread at which a bias test calls a gyro at rest.
 const NOISE_MAX: AngularRate = AngularRate::from_deg_per_s(0.5);
 
-/// An integrated angle, which has the time between two samples in it, may go on by this much. Assumption: twice the
-/// K2A's top rate of 120 deg/s.
+/// Rate limit for integrated angles, which include the time between two samples. Assumption: twice the K2A's top rate
+/// of 120 deg/s.
 const RATE_MAX: AngularRate = AngularRate::from_deg_per_s(240.0);
 
-/// Looks at each sample before it counts.
+/// Checks each sample before it is used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct JumpGate {
     period: Span,
@@ -32,13 +32,13 @@ impl JumpGate {
         Self { period, credible: None, doubtful: None }
     }
 
-    /// Nobody knows what passed meanwhile.
+    /// Restarts after a gap of unknown content.
     pub(crate) const fn restart(&mut self) {
         self.credible = None;
         self.doubtful = None;
     }
 
-    /// Could a gyro on a base have read so `now`?
+    /// True if a gyro on a base could read this at `now`.
     pub(crate) fn believes(&mut self, now: Timestamp, output: GyroOutput) -> bool {
         let seen = (now, output);
         let follows = |before: Option<Seen>| before.is_some_and(|b| self.could_follow(b, seen));
@@ -52,7 +52,7 @@ impl JumpGate {
     }
 
     fn could_follow(&self, (at, from): Seen, (now, to): Seen) -> bool {
-        // What comes in bunches seems to come at once.
+        // Samples that arrive in bunches seem simultaneous.
         let passed = (now - at).max(self.period);
         let differs_by = NOISE_MAX + ACCELERATION_MAX * passed;
         match (from, to) {

@@ -1,20 +1,20 @@
-//! What is wrong with heading, position and bias: an error-state Kalman filter beside the paper's way.
+//! An error-state Kalman filter for heading, position and bias, beside the paper's method.
 //!
-//! The heading goes on being the sum of the gyro's samples; the filter estimates what that sum has come to err by, and
-//! gives it back as a [`Correction`]. It learns at every standstill, where the gyro reads its bias (a zero-velocity
-//! update), and from the base's odometry, whose own scale and leakage it learns as well (Borenstein's gyrodometry fuses
-//! the same two). A measurement that the filter cannot believe is let go.
+//! The heading remains the sum of the gyro's samples; the filter estimates the error of that sum and returns it as a
+//! [`Correction`]. It learns at every standstill, where the gyro reads its bias (a zero-velocity update), and from the
+//! base's odometry, whose scale and leakage it estimates as well (Borenstein's gyrodometry fuses the same two). The
+//! filter rejects implausible measurements.
 //!
-//! Errors are true minus believed:
+//! Errors are true minus estimated:
 //!
-//! | state | of what | how it goes on |
+//! | state | quantity | model |
 //! |---|---|---|
-//! | `HEADING` | heading | minus the bias error, for as long as the heading is not held |
-//! | `DRIFT` .. | bias, in parts that are forgotten over 3, 30, 300, 3000 s | first-order Gauss-Markov |
-//! | `CONSTANT` | bias, what does not change | as it is |
-//! | `SCALE` | the gyro's scale | as it is |
-//! | `TURN_SCALE`, `LEAKAGE` | the odometry's, for each radian and each metre | as it is |
-//! | `OFFSET` | odometry less heading, when a pose was set | grows from drive to drive |
+//! | `HEADING` | heading | minus the bias error, while the heading is not held |
+//! | `DRIFT` .. | parts of the bias with time constants of 3, 30, 300, 3000 s | first-order Gauss-Markov |
+//! | `CONSTANT` | constant part of the bias | constant |
+//! | `SCALE` | scale of the gyro | constant |
+//! | `TURN_SCALE`, `LEAKAGE` | errors of the odometry per radian and per metre | constant |
+//! | `OFFSET` | odometry minus heading when a pose was set | grows from drive to drive |
 //! | `X`, `Y` | position | path times heading error, across the path |
 
 mod matrix;
@@ -37,51 +37,53 @@ const OFFSET: usize = 9;
 const X: usize = 10;
 const Y: usize = 11;
 
-/// The data sheet's bias drift at stabilised temperature, rms. It gives no spectrum: taken for bias instability (IEEE Std
-/// 952) over 1 s to 10,000 s, an equal share of the variance for each decade.
+/// The data sheet's bias drift at stabilised temperature, rms. The data sheet gives no spectrum: taken for bias
+/// instability (IEEE Std 952) over 1 s to 10,000 s, with an equal share of the variance for each decade.
 const DRIFT_RMS: AngularRate = AngularRate::from_deg_per_s(0.005);
-/// In the middle of each decade, s.
+/// The middle of each decade, s.
 const DRIFT_S: [f64; DRIFTS] = [3.0, 30.0, 300.0, 3_000.0];
-/// What a bias may be before anything is known. Assumption: ten times the drift.
+/// Initial uncertainty of the bias. Assumption: ten times the drift.
 const CONSTANT_RMS: AngularRate = AngularRate::from_deg_per_s(0.05);
-/// What a calibration leaves of the scale. Assumption: 0.02 deg a turn, the standard error of a line through the paper's
-/// 150 table runs of 0.12 deg each (Fig. 3), at its ends.
+/// Uncertainty of the scale after calibration. Assumption: 0.02 deg a turn, the standard error of a line through the
+/// paper's 150 table runs of 0.12 deg each (Fig. 3), at its ends.
 const SCALE_RMS: f64 = 0.02 / 360.0;
-/// The base turns 1.1 % too far and goes off by 0.125 deg/m (from the paper's laps); any other may be as bad, either way.
+/// The base turns 1.1 % too far and drifts by 0.125 deg/m (from the paper's laps); another base may be as bad, either
+/// way.
 const TURN_SCALE_RMS: f64 = 0.011;
 /// See [`TURN_SCALE_RMS`]; rad/m.
 const LEAKAGE_RMS: f64 = 0.125 * RAD_PER_DEG;
-/// From drive to drive they differ by a tenth. Assumption.
+/// Variation of these errors from drive to drive: a tenth. Assumption.
 const DRIVE_SHARE: f64 = 0.1;
-/// The K2A's heading has steps of 0.3 deg (the paper): uniform.
+/// The K2A's heading has steps of 0.3 deg (the paper): uniform distribution.
 const STEP_RMS: f64 = 0.3 * RAD_PER_DEG / 3.464_101_615;
-/// The base's path has steps of 0.1 mm on the wire and stands while it is read. Assumption: a millimetre a stop.
+/// The base's path has steps of 0.1 mm on the wire and the base stands while it is read. Assumption: a millimetre a
+/// stop.
 const STOP_RMS_M: f64 = 0.001;
-/// A measurement further off than this many standard deviations is let go: one good one in 2,000.
+/// The filter rejects a measurement that is off by more standard deviations than this: one good one in 2,000.
 const GATE: f64 = 3.5;
-/// So many let go in a row, and it is the filter that is wrong.
+/// After this many rejections in a row the filter itself is wrong.
 const LET_GO_MAX: u32 = 10;
-/// A path of one message that no base goes in one.
+/// A longer path in one message is impossible.
 const PATH_MAX_M: f64 = 1.0;
 
 const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
 
-/// Why the filter is not used any more. The paper's way goes on.
+/// Reason for disabling the filter. The paper's method continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Fault {
-    /// A number that is none came in or out.
+    /// A non-finite number came in or out.
     NotANumber,
-    /// The covariance is none: a variance is not positive.
+    /// Not a covariance: a variance is not positive.
     NotPositive,
     /// Time ran back.
     TimeRanBack,
-    /// The path jumped: the odometer wrapped or began anew.
+    /// The path jumped: the odometer wrapped or restarted.
     PathJumped,
-    /// One measurement after another was not believed.
+    /// Too many measurements in a row were rejected.
     Diverged,
 }
 
-/// What is to be added to what is believed.
+/// Correction to add to the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Correction {
     pub(crate) heading: Angle,
@@ -89,17 +91,17 @@ pub(crate) struct Correction {
     pub(crate) y: Length,
 }
 
-/// What went on since the step before.
+/// Motion since the previous step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Step {
     pub(crate) now: Timestamp,
-    /// By the gyro's samples, s; and of that with a heading that was not held.
+    /// Duration of the gyro's samples, s; and the part of it during which the heading was not held.
     pub(crate) passed_s: f64,
     pub(crate) free_s: f64,
-    /// Turned, by the gyro.
+    /// Angle turned, by the gyro.
     pub(crate) turned: Angle,
     pub(crate) path: Length,
-    /// Believed, in the middle.
+    /// Estimated heading in the middle of the step.
     pub(crate) heading: Angle,
 }
 
@@ -107,13 +109,13 @@ pub(crate) struct Step {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Kalman {
     covariance: Symmetric,
-    /// Of the states that are not given back: bias, scale and the odometry's.
+    /// Estimates of the states that are not fed back: bias, scale and the odometry's errors.
     believed: Vector,
-    /// Variance of a reading at rest, and time between two.
+    /// Variance of a reading at rest, and time between two readings.
     reading_variance: f64,
     period_s: f64,
     last: Option<Timestamp>,
-    /// Since a pose was set, by the gyro; and since the odometry was last measured.
+    /// Turn by the gyro and path since a pose was set, and both at the last measurement of the odometry.
     turned: f64,
     path: f64,
     turned_before: f64,
@@ -122,7 +124,7 @@ pub(crate) struct Kalman {
 }
 
 impl Kalman {
-    /// `spread` is that of the gyro's readings at rest, one each `period_s`.
+    /// `spread` is the standard deviation of the gyro's readings at rest, one each `period_s`.
     pub(crate) fn new(spread: AngularRate, period_s: f64) -> Self {
         let mut covariance = Symmetric::default();
         let mut set = |state, rms: f64| covariance.set_variance(state, rms * rms);
@@ -148,12 +150,12 @@ impl Kalman {
         }
     }
 
-    /// A bias test says anew how noisy the readings are.
+    /// Takes the noise of the readings from a bias test.
     pub(crate) fn hear_spread(&mut self, spread: AngularRate) {
         self.reading_variance = spread.rad_per_s() * spread.rad_per_s();
     }
 
-    /// A pose is set: where it stands is where it is.
+    /// Resets the errors of the pose when a pose is set.
     pub(crate) fn place(&mut self) {
         for state in [HEADING, X, Y, OFFSET] {
             self.covariance.forget(state, 0.0);
@@ -164,7 +166,7 @@ impl Kalman {
         (self.turned_before, self.path_before) = (0.0, 0.0);
     }
 
-    /// The bias that is believed.
+    /// The estimated bias.
     pub(crate) fn bias(&self) -> AngularRate {
         let drift: f64 = self.believed[DRIFT..DRIFT + DRIFTS].iter().sum();
         AngularRate::from_rad_per_s(drift + self.believed[CONSTANT])
@@ -180,13 +182,13 @@ impl Kalman {
         }
     }
 
-    /// What the odometry has turned is this much of heading.
+    /// Converts a turn of the odometry to a change of heading.
     pub(crate) fn heading_of_odometry(&self, turned: Angle, path: Length) -> Angle {
         let leaked = self.believed[LEAKAGE] * path.m();
         Angle::from_rad((turned.rad() - leaked) / (1.0 + self.believed[TURN_SCALE]))
     }
 
-    /// Goes on by what has happened.
+    /// Predicts over one step.
     pub(crate) fn go_on(&mut self, step: &Step) -> Result<Correction, Fault> {
         let Step { passed_s, free_s, .. } = *step;
         let (turned, path) = (step.turned.rad(), step.path.m());
@@ -224,7 +226,7 @@ impl Kalman {
         self.checked(Correction { heading, ..Correction::default() })
     }
 
-    /// The heading was carried by the odometry for a while: it errs by what the odometry errs.
+    /// Accounts for a heading that the odometry carried: it has the odometry's errors.
     pub(crate) fn bridge(
         &mut self,
         turned: Angle,
@@ -246,7 +248,7 @@ impl Kalman {
         self.checked(Correction::default())
     }
 
-    /// At rest: the mean of so many readings.
+    /// Updates with the mean of `readings` readings at rest.
     pub(crate) fn at_rest(
         &mut self,
         mean: AngularRate,
@@ -258,14 +260,14 @@ impl Kalman {
         self.measure(&seen, off, self.reading_variance / f64::from(readings.max(1)))
     }
 
-    /// At rest: odometry less heading, both since a pose was set.
+    /// Updates at rest with odometry minus heading, both since a pose was set.
     pub(crate) fn odometry(&mut self, apart: Angle) -> Result<Correction, Fault> {
         let (turned, path) = (self.turned - self.turned_before, self.path - self.path_before);
         if !apart.is_finite() {
             return Err(Fault::NotANumber);
         }
         if turned.abs() < STEP_RMS && path == 0.0 {
-            // It says what it said before.
+            // Nothing new since the last measurement.
             return Ok(Correction::default());
         }
         (self.turned_before, self.path_before) = (self.turned, self.path);
@@ -285,7 +287,7 @@ impl Kalman {
         self.measure(&seen, apart.rad() - expected, STEP_RMS * STEP_RMS)
     }
 
-    /// A measurement that is `off` by what `seen` of the errors comes to, and by noise.
+    /// Updates with a measurement that is `off` by the errors weighted with `seen`, and by noise.
     fn measure(&mut self, seen: &Vector, off: f64, noise: f64) -> Result<Correction, Fault> {
         if !off.is_finite() {
             return Err(Fault::NotANumber);
@@ -296,7 +298,7 @@ impl Kalman {
             return Err(Fault::NotANumber);
         }
         if variance <= 0.0 {
-            // Nothing is uncertain: an ideal gyro has told all already.
+            // No uncertainty left: the gyro is ideal.
             return if variance == 0.0 {
                 Ok(Correction::default())
             } else {
@@ -337,7 +339,7 @@ impl Kalman {
     }
 }
 
-/// What the odometry errs by in one drive, beside what it always errs by; rad^2.
+/// Variance of the odometry's error in one drive, beside its constant errors; rad^2.
 fn drive_variance(turned: f64, path: f64) -> f64 {
     let by_turn = DRIVE_SHARE * TURN_SCALE_RMS * turned;
     let by_path = DRIVE_SHARE * LEAKAGE_RMS * path;

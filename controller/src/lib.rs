@@ -1,7 +1,7 @@
-//! The controller of a synchro-drive robot whose heading comes from a fibre-optic gyro: the code under
-//! test, after Borenstein's work with the Andrew Autogyro Navigator and the Cybermotion K2A.
+//! The controller of a synchro-drive robot with a fibre-optic gyro as its heading sensor: the code under test,
+//! modelled on Borenstein's work with the Andrew Autogyro Navigator and the Cybermotion K2A.
 //!
-//! [`Controller`] is a state machine without IO, allocation or clock. Its owner feeds it and empties it:
+//! [`Controller`] is a state machine without IO, allocation or clock. Its owner calls:
 //!
 //! ```text
 //! receive(now, port, bytes | frame)   gyro stream, base messages
@@ -11,16 +11,16 @@
 //! report() -> Option<Report>          until None, after each of the above
 //! ```
 //!
-//! * [`mission`]: what it is told and what it tells; documented JSON lines for the process.
+//! * [`mission`]: commands and reports; documented as JSON lines for the process.
 //! * [`calibration`]: Eq. 4's chain of factors, Eq. 6, and the table of bias against temperature.
-//! * [`correction`]: the terms of a model that was identified, taken off the rate.
-//! * [`health`]: how far it can be believed, and why.
-//! * [`config`]: ports, limits, gains; every default names its source.
+//! * [`correction`]: subtracts the terms of an identified model from the rate.
+//! * [`health`]: whether the controller's output can be trusted, and why not.
+//! * [`config`]: ports, limits, gains; every default cites its source.
 //! * [`approach`]: the two loops that straight lines and turns share.
 //!
-//! It stops the base by itself when the heading or the base is lost, refuses what it cannot do, and
-//! answers every mission exactly once. The program `k2a-controller` (`harness/hil/src/bin`) is a thin shell around
-//! it: two ports, the real clock, JSON lines on stdin and stdout.
+//! The controller stops the base when it loses the heading or the base, refuses impossible missions, and answers every
+//! mission exactly once. The program `k2a-controller` (`harness/hil/src/bin`) is a thin shell around it: two ports,
+//! the real clock, JSON lines on stdin and stdout.
 
 #![no_std]
 

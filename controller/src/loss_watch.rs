@@ -1,21 +1,21 @@
-//! Are samples missing that no running number tells of?
+//! Detects lost samples that sequence numbers do not show.
 //!
-//! A sample that is late is followed by others that are less so; after one that is lost all are late, by a period each.
-//! So the least delay of a window rises by whole periods where samples are lost: in a stream without numbers, or by a
-//! gyro that starts anew and counts on as if nothing had been.
+//! After a delayed sample the following ones are less late; after a lost one all are late, by one period each. So lost
+//! samples raise the smallest delay of a window by whole periods: in a stream without sequence numbers, or when a gyro
+//! restarts and continues its count.
 
 use wire::time::{Span, Timestamp};
 
-/// Samples in a window: two tenths of a second of a 100 Hz stream. Assumption: no host holds back all of so many.
+/// Samples in a window: two tenths of a second of a 100 Hz stream. Assumption: no host delays all of that many.
 const SAMPLES: u32 = 20;
 
-/// Compares the least delays of one window and the next.
+/// Compares the smallest delays of consecutive windows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LossWatch {
     period: Span,
-    /// When the first sample came, and how many have been due since.
+    /// Arrival of the first sample, and the number of samples due since then.
     first: Option<(Timestamp, i64)>,
-    /// Of the window before.
+    /// Smallest delay of the previous window.
     before: Option<Span>,
     least: Span,
     samples: u32,
@@ -26,12 +26,12 @@ impl LossWatch {
         Self { period, first: None, before: None, least: Span::MAX, samples: 0 }
     }
 
-    /// Starts again: nobody knows what passed meanwhile.
+    /// Restarts after a gap of unknown content.
     pub(crate) const fn restart(&mut self) {
         *self = Self::new(self.period);
     }
 
-    /// A sample arrived, and `lost` before it did not, as far as is known. True where more are missing.
+    /// Takes a sample that arrived after `lost` known losses. Returns true if more are missing.
     pub(crate) fn sample(&mut self, now: Timestamp, lost: u16) -> bool {
         let Some((since, due)) = &mut self.first else {
             self.first = Some((now, 0));
@@ -47,7 +47,7 @@ impl LossWatch {
         let rose = self.before.map(|before| self.least - before);
         self.before = Some(self.least);
         (self.least, self.samples) = (Span::MAX, 0);
-        // One and a half: clocks that differ by the 3 % between units add six tenths of one in a window.
+        // One and a half: clocks that differ by the 3 % between units add six tenths of a period per window.
         rose.is_some_and(|rose| rose > self.period * 3 / 2)
     }
 }
@@ -59,7 +59,7 @@ mod tests {
 
     const PERIOD: Span = Span::from_millis(10);
 
-    /// Is anything missing among samples that are due at these numbers of periods, each this late, ms?
+    /// True if the watch reports a loss. `arrivals`: the due time of each sample in periods, and its delay in ms.
     fn misses(arrivals: impl IntoIterator<Item = (i64, i64)>, clock: f64) -> bool {
         let mut watch = LossWatch::new(PERIOD);
         let mut now = Timestamp::ZERO;

@@ -1,7 +1,7 @@
-//! The controller as a whole: inputs in, missions through, requests and reports out.
+//! The complete controller: inputs, missions, requests and reports.
 //!
-//! * `tasks`: missions, what is accepted and what each does step by step.
-//! * `supervision`: what is watched meanwhile. `reporting`: what is told.
+//! * `tasks`: acceptance of missions and the steps of each.
+//! * `supervision`: monitoring during and between missions. `reporting`: the reports.
 
 mod estimating;
 mod reporting;
@@ -32,17 +32,17 @@ use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Speed};
 
-/// Reports that wait to be fetched; the oldest state gives way, and the loss shows in health.
+/// Capacity of the report queue; a full queue drops the oldest state, and the loss shows in health.
 pub const REPORTS_MAX: usize = 64;
-/// State comes this often while nothing moves.
+/// Period of state reports while nothing moves.
 pub const STATE_PERIOD_AT_REST: Span = Span::from_secs(1);
-/// Longest bias test that is accepted.
+/// Longest accepted bias test.
 pub const BIAS_TEST_S_MAX: f64 = 3_600.0;
-/// Longest path and largest turn of one mission: beyond them a number is a mistake.
+/// Longest path and largest turn of one mission: a larger number is a mistake.
 pub const DISTANCE_M_MAX: f64 = 1_000.0;
 /// See [`DISTANCE_M_MAX`].
 pub const ANGLE_RAD_MAX: f64 = 1_000.0;
-/// Slowest speed of a mission: one count of the wire. Below it the base would be told to stand.
+/// Slowest speed of a mission: one count on the wire. Below it the command would be a stop.
 pub const SPEED_MIN: Speed = Speed::from_m_per_s(1.0 / COUNTS_PER_M);
 /// Slowest rate of a mission; see [`SPEED_MIN`].
 pub const RATE_MIN: AngularRate = AngularRate::from_deg_per_s(1.0 / COUNTS_PER_DEG);
@@ -56,7 +56,7 @@ pub enum Port {
     Base,
 }
 
-/// What arrives at a port.
+/// Input of a port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Input<'a> {
     /// Serial bytes.
@@ -65,7 +65,7 @@ pub enum Input<'a> {
     Frame(CanFrame),
 }
 
-/// What leaves a port.
+/// Output of a port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Output {
     /// Serial bytes.
@@ -83,19 +83,19 @@ enum Task {
     PoseDownload(PoseDownload),
 }
 
-/// What the samples have told that came at once.
+/// Summary of the samples that arrived at once.
 #[derive(Debug, Default)]
 struct GyroNews {
     /// The base was pushed.
     pushed: bool,
-    /// A piece of a rest.
+    /// A piece of a standstill.
     rest: Option<Rest>,
-    /// The first after a silence.
+    /// The first reading after a silence.
     returned: Option<Reading>,
 }
 
-/// The code under test: one gyro, at most one base, one mission at a time. Times are those of the host's clock; where it is set
-/// back, the controller's own time goes on from where it was.
+/// The code under test: one gyro, at most one base, one mission at a time. Times are those of the host's clock; if
+/// that is set back, the controller's own time continues.
 #[derive(Debug, Clone)]
 pub struct Controller {
     time: OwnTime,
@@ -107,14 +107,14 @@ pub struct Controller {
     source: HeadingSource,
     bias_method: BiasMethod,
     tested_bias: Option<AngularRate>,
-    /// Of the readings of that test.
+    /// Spread of the readings of that test.
     tested_spread: AngularRate,
     bias_test_failed: bool,
     bias_moved: bool,
     moved_at_rest: bool,
     headings: HeadingWatch,
     headings_disagree: bool,
-    /// The base stands and nothing is about to move it.
+    /// The base stands and no command will move it.
     stands: bool,
     standstill: Standstill,
     estimating: Option<Estimating>,
@@ -124,11 +124,11 @@ pub struct Controller {
     reports_lost: bool,
     reference: Angle,
     task: Task,
-    /// The base has been told to stop and has not come to rest since.
+    /// The base was commanded to stop and has not come to rest yet.
     stopping: bool,
     pose_write_counter: u8,
     raw_rate: RunningMean,
-    /// The last mean of raw readings that was reported.
+    /// The last reported mean of raw readings.
     last_raw_rate: AngularRate,
     reports: Deque<Report, REPORTS_MAX>,
     health: Health,
@@ -139,7 +139,7 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller that starts `now`, having heard nothing.
+    /// A controller that starts at `now`, without any input yet.
     pub fn new(config: Config, now: Timestamp) -> Self {
         let gyro_command = config
             .gyro
@@ -190,7 +190,7 @@ impl Controller {
         }
     }
 
-    /// Takes bytes or a frame that arrived `now`.
+    /// Takes bytes or a frame that arrived at `now`.
     pub fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>) {
         let now = self.time.hear(now);
         match (port, input) {
@@ -203,12 +203,12 @@ impl Controller {
                 let heard = self.base.as_mut().and_then(|base| base.receive_frame(now, &frame));
                 self.hear_motion(now, heard);
             }
-            // A gyro on CAN is not among the formats.
+            // No gyro format uses CAN.
             (Port::Gyro, Input::Frame(_)) => {}
         }
     }
 
-    /// Does what is due `now`.
+    /// Does the work due at `now`.
     pub fn wake(&mut self, now: Timestamp) {
         let now = self.time.hear(now);
         if let Some(base) = &mut self.base {
@@ -230,7 +230,7 @@ impl Controller {
         self.update_health(now);
     }
 
-    /// When [`Self::wake`] has something to do, if nothing arrives before.
+    /// Time at which [`Self::wake`] has work, if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
         let mut at = self.state_at.min(self.tick_at);
         if !self.health.causes.gyro_silent {
@@ -242,16 +242,16 @@ impl Controller {
         if let Some(base) = &self.base {
             at = at.min(base.next_wakeup());
             if !self.health.causes.base_silent {
-                // One nanosecond late: the limit itself is still in time.
+                // One nanosecond later: a message exactly at the limit is still in time.
                 at = at.min(self.base_silent_at() + Span::from_nanos(1));
             }
         }
         self.time.told(at)
     }
 
-    /// What goes out next.
+    /// The next output.
     pub fn transmit(&mut self, now: Timestamp) -> Option<Output> {
-        // Who only looks moves no time: it may look at any moment.
+        // Does not advance the controller's time, so the caller may ask at any moment.
         let now = self.time.at(now);
         if let Some(packet) = self.gyro_command.take() {
             return Some(Output::Bytes(Port::Gyro, packet));
@@ -267,7 +267,7 @@ impl Controller {
         self.reports.pop_front()
     }
 
-    /// Neither [`Self::transmit`] nor [`Self::report`] has anything `now`; false where that is not certain.
+    /// True if neither [`Self::transmit`] nor [`Self::report`] can have output at `now`.
     #[inline]
     pub fn has_nothing_to_say(&self, now: Timestamp) -> bool {
         let now = self.time.at(now);
@@ -276,7 +276,7 @@ impl Controller {
             && self.base.as_ref().is_none_or(|base| base.has_nothing_to_send(now))
     }
 
-    /// How far it can be believed, and why.
+    /// The trust level and its reasons.
     pub const fn health(&self) -> Health {
         self.health
     }
@@ -284,7 +284,7 @@ impl Controller {
     fn receive_gyro(&mut self, now: Timestamp, bytes: &[u8]) {
         let held = self.gyro.integrator().is_held();
         let mut news = GyroNews::default();
-        // A copy, so that what it finds can be taken by the whole.
+        // A copy, so that the whole controller can take what it finds.
         let mut decoder = self.decoder.clone();
         decoder.feed(bytes, |sample| self.take_sample(now, &sample, held, &mut news));
         self.decoder = decoder;
@@ -294,7 +294,7 @@ impl Controller {
             self.end_bridge(now, reading.stalled, reading.raw_rate);
         }
         self.look_at_rest(now, rest);
-        // Before a bias is known all that the gyro reads may be bias.
+        // Before a bias is known, the whole reading may be bias.
         let blind = self.config.planted().blinds_second_looks();
         let pushed = pushed && self.tested_bias.is_some() && !self.moved_at_rest && !blind;
         self.moved_at_rest |= pushed;
@@ -347,7 +347,7 @@ impl Controller {
         self.look_at_motion(now, &motion);
         self.estimate(now);
         if self.stopping && !motion.moving {
-            // The next mission starts from where the base came to rest, not from where it was stopped.
+            // The next mission starts from where the base came to rest, not from where the stop was commanded.
             self.stopping = false;
             self.reference = heading;
         }
@@ -357,7 +357,7 @@ impl Controller {
         self.update_health(now);
     }
 
-    /// By the heading source.
+    /// Heading by the selected source.
     fn heading(&self) -> Angle {
         match self.source {
             HeadingSource::Gyro => self.gyro.integrator().heading(),
@@ -379,9 +379,9 @@ impl Controller {
         }
     }
 
-    /// One period of the control loops.
+    /// Runs one period of the control loops.
     fn tick(&mut self, now: Timestamp) {
-        // Periods keep their grid; a late wake-up does not shift those that follow.
+        // Periods keep their grid; a late wake-up does not shift the following ones.
         self.tick_at = (self.tick_at + self.config.motion.period).max(now);
         match &self.task {
             Task::Drive(_) => self.tick_drive(now),

@@ -1,7 +1,7 @@
-//! What the controller is told and what it tells: the same types in the process and as JSON lines.
+//! Commands and reports of the controller: the same types in the process and as JSON lines.
 //!
-//! On stdin the process takes one [`Mission`] a line, on stdout it gives one [`ReportLine`] a line.
-//! Numbers are SI; a field's name carries its unit. A mission of each kind, and some answers:
+//! The process reads one [`Mission`] per line from stdin and writes one [`ReportLine`] per line to stdout. Numbers are
+//! SI; a field's name carries its unit. A mission of each kind, and some answers:
 //!
 //! ```json
 //! {"id":1,"command":{"bias_test":{"duration_s":20.0}}}
@@ -22,9 +22,9 @@
 //! {"at_ns":31520000000,"report":{"health":{"level":"fault","causes":{"gyro_silent":true, ...}}}}
 //! ```
 //!
-//! Every mission is answered by exactly one `done`, `refused` or `aborted` with its `id`. `state` comes
-//! once a control period while a mission moves the base, once a second otherwise, and when it is asked
-//! for; `health` comes on every change.
+//! Each mission receives exactly one answer, `done`, `refused` or `aborted`, with its `id`. The controller sends
+//! `state` once a control period while a mission moves the base, once a second otherwise, and on request; it sends
+//! `health` on every change.
 
 use crate::calibration::Calibration;
 use crate::health::Health;
@@ -32,20 +32,20 @@ use serde::{Deserialize, Serialize};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length, Pose, Speed, Temperature};
 
-/// Correlates a mission with its answer; chosen by whoever sends it.
+/// Correlates a mission with its answer; the sender chooses it.
 pub type MissionId = u32;
 
 /// One line to the controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mission {
-    /// Comes back in the answer.
+    /// Returned in the answer.
     pub id: MissionId,
-    /// What to do.
+    /// The command.
     pub command: Command,
 }
 
-/// What the controller can be told to do. One moving mission runs at a time.
+/// Commands to the controller. Only one moving mission runs at a time.
 #[expect(clippy::large_enum_variant, reason = "no allocation: there is no box to put it in")]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -56,19 +56,19 @@ pub enum Command {
     Straight(Straight),
     /// Turn on the spot by an angle from the reference heading (the paper's section 4.2.2).
     Turn(Turn),
-    /// Take this as the pose and the reference heading, and write it to the base. At rest only.
+    /// Set the pose and the reference heading, and write the pose to the base. At rest only.
     SetPose(Pose),
-    /// Close the loops by this heading from now on. At rest only.
+    /// Select the heading that closes the loops. At rest only.
     SetHeadingSource(HeadingSource),
-    /// Where the bias comes from.
+    /// Select the source of the bias.
     SetBiasMethod(BiasMethod),
-    /// Use this calibration from now on. At rest only.
+    /// Replace the calibration. At rest only.
     SetCalibration(Calibration),
     /// Report the state now.
     RequestState,
-    /// Stop the base and abort the mission that runs.
+    /// Stop the base and abort the running mission.
     Stop,
-    /// Estimate heading, position and bias like this from now on. At rest only.
+    /// Select the estimator of heading, position and bias. At rest only.
     SetEstimator(Estimator),
 }
 
@@ -76,12 +76,12 @@ pub enum Command {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BiasTest {
-    /// How long to average; the paper takes 20 s.
+    /// Averaging time; 20 s in the paper.
     #[serde(default = "default_bias_test_s")]
     pub duration_s: f64,
 }
 
-/// The paper's length of the static bias test.
+/// Duration of the paper's static bias test.
 pub const BIAS_TEST_S: f64 = 20.0;
 
 fn default_bias_test_s() -> f64 {
@@ -92,7 +92,7 @@ fn default_bias_test_s() -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Straight {
-    /// How far; negative is backward.
+    /// Distance; negative is backward.
     #[serde(rename = "distance_m")]
     pub distance: Length,
     /// Prescribed speed, positive.
@@ -104,7 +104,7 @@ pub struct Straight {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Turn {
-    /// How far; counter-clockwise is positive.
+    /// Angle; counter-clockwise is positive.
     #[serde(rename = "angle_rad")]
     pub angle: Angle,
     /// Prescribed rate, positive.
@@ -112,18 +112,18 @@ pub struct Turn {
     pub rate: AngularRate,
 }
 
-/// Which heading closes the loops and feeds dead reckoning.
+/// The heading that closes the loops and feeds dead reckoning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeadingSource {
-    /// The gyro's.
+    /// Heading by the gyro.
     #[default]
     Gyro,
-    /// The base's own odometry.
+    /// Heading by the base's odometry.
     Odometry,
 }
 
-/// Where the bias that is subtracted comes from.
+/// Source of the bias that is subtracted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BiasMethod {
@@ -132,92 +132,93 @@ pub enum BiasMethod {
     StaticTest,
     /// The calibration's table of bias against temperature, for comparison.
     TemperatureTable,
-    /// None is subtracted, for comparison.
+    /// No bias is subtracted, for comparison.
     None,
 }
 
-/// What estimates heading, position and bias.
+/// Estimator of heading, position and bias.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Estimator {
-    /// As in the paper: samples less the bias of the last test, summed.
+    /// As in the paper: the sum of the samples minus the bias of the last test.
     #[default]
     Paper,
-    /// A Kalman filter over that sum's errors, which learns the bias at every standstill and the odometry's errors as it
-    /// goes, and has the odometry bridge a gyro that is silent for up to 5 s.
+    /// A Kalman filter over the errors of that sum. It learns the bias at every standstill and the odometry's errors
+    /// during motion, and bridges a silence of the gyro of up to 5 s with the odometry.
     Kalman,
 }
 
 /// One line from the controller.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReportLine {
-    /// When, by the controller's clock, which starts with the process.
+    /// Time by the controller's clock, which starts with the process.
     #[serde(rename = "at_ns")]
     pub at: Timestamp,
-    /// What.
+    /// The report.
     pub report: Report,
 }
 
-/// What the controller tells.
+/// Reports of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Report {
-    /// The mission was not begun.
+    /// The mission did not start.
     Refused {
-        /// Which.
+        /// Its mission.
         id: MissionId,
-        /// Why.
+        /// The reason.
         reason: Refusal,
     },
     /// The mission is complete and the base at rest.
     Done {
-        /// Which.
+        /// Its mission.
         id: MissionId,
-        /// What came of it.
+        /// Its result.
         result: MissionResult,
     },
-    /// The mission was broken off; the base has been told to stop.
+    /// The mission was aborted; the base was commanded to stop.
     Aborted {
-        /// Which.
+        /// Its mission.
         id: MissionId,
-        /// Why.
+        /// The reason.
         reason: AbortReason,
     },
-    /// Where it is and what it does.
+    /// Current position and activity.
     State(State),
     /// Health has changed.
     Health(Health),
 }
 
-/// Why a mission was not begun.
+/// Reason for refusing a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Refusal {
     /// The base moves, or is not known to be at rest.
     Moving,
-    /// Another mission runs.
+    /// Another mission is running.
     Busy,
-    /// No base is connected or heard.
+    /// No base is configured, or it does not answer.
     NoBase,
     /// No usable gyro samples arrive.
     NoGyro,
-    /// A number is not finite, or beyond the limits of the base.
+    /// A number is not finite, or exceeds the limits of the base.
     OutOfRange,
-    /// The bias by the chosen method is not known yet.
+    /// The bias by the selected method is not known yet.
     NoBias,
     /// The base's emergency stop is pressed or a drive reports a fault.
     BaseNotReady,
 }
 
-/// Why a mission was broken off.
+/// Reason for aborting a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AbortReason {
-    /// No gyro sample came in time.
+    /// No gyro sample arrived in time.
     GyroSilent,
-    /// The gyro reports invalid data, a failed built-in test, or a rate beyond its range, or says the same again and again.
+    /// The gyro reports invalid data, a failed built-in test, a rate beyond its range, or the same reading again and
+    /// again.
     GyroFault,
-    /// No motion message of the base came in time.
+    /// No motion message of the base arrived in time.
     BaseSilent,
     /// The base stopped by itself: no velocity command reached it in time.
     BaseCommandTimeout,
@@ -225,50 +226,50 @@ pub enum AbortReason {
     EmergencyStop,
     /// A drive of the base reports a fault.
     BaseFault,
-    /// The base refused the pose as often as it was tried.
+    /// The base refused the pose at every attempt.
     PoseWriteRefused,
     /// The readings of a bias test show that the gyro was not at rest.
     NotAtRest,
     /// The mission took longer than its limit.
     TimedOut,
-    /// A `stop` came.
+    /// A `stop` arrived.
     Stopped,
 }
 
-/// What came of a completed mission.
+/// Result of a completed mission.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MissionResult {
-    /// Of a static bias test.
+    /// Result of a static bias test.
     BiasTest(BiasTestResult),
-    /// Of a straight line.
+    /// Result of a straight line.
     Straight(StraightResult),
-    /// Of a turn.
+    /// Result of a turn.
     Turn(TurnResult),
     /// The setting is in force.
     Applied,
 }
 
-/// What a static bias test found.
+/// Result of a static bias test.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BiasTestResult {
-    /// Mean of the raw readings, less what the corrections know of it: the bias.
+    /// Mean of the raw readings, minus the part that the corrections explain: the bias.
     #[serde(rename = "mean_rad_per_s")]
     pub mean: AngularRate,
     /// Standard deviation of the readings.
     #[serde(rename = "spread_rad_per_s")]
     pub spread: AngularRate,
-    /// Readings averaged.
+    /// Number of averaged readings.
     pub samples: u32,
-    /// Mean temperature, where the gyro tells it.
+    /// Mean temperature, if the gyro reports it.
     #[serde(rename = "temperature_celsius")]
     pub temperature: Option<Temperature>,
-    /// What the table of bias against temperature gives for that temperature, if there is one.
+    /// The bias from the table at that temperature, if a table is loaded.
     #[serde(rename = "table_rad_per_s")]
     pub table: Option<AngularRate>,
 }
 
-/// How a straight line went.
+/// Result of a straight line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StraightResult {
     /// Travelled minus commanded, by the base's displacement, at rest.
@@ -283,13 +284,13 @@ pub struct StraightResult {
     /// From start to rest.
     #[serde(rename = "duration_ns")]
     pub duration: Span,
-    /// Attempts at the pose download, the accepted one included.
+    /// Attempts at the pose download, including the accepted one.
     pub pose_writes: u8,
     /// Dead-reckoned pose at rest.
     pub pose: Pose,
 }
 
-/// How a turn went.
+/// Result of a turn.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TurnResult {
     /// Turned minus commanded, by the heading source, at rest.
@@ -306,7 +307,7 @@ pub struct TurnResult {
     pub duration: Span,
 }
 
-/// What the controller is doing.
+/// Activity of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Activity {
@@ -328,10 +329,10 @@ pub enum Activity {
     PoseDownload,
 }
 
-/// Where the controller believes it is, and what it sees.
+/// The controller's estimate of its position, and its measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// What it is doing.
+    /// Current activity.
     pub activity: Activity,
     /// Dead-reckoned pose: displacement from the base, heading from the heading source.
     pub pose: Pose,
@@ -347,13 +348,13 @@ pub struct State {
     /// Reference heading minus heading, while a straight line is driven.
     #[serde(rename = "heading_error_rad")]
     pub heading_error: Option<Angle>,
-    /// Mean of the raw readings since the state before, less what the corrections know of the bias.
+    /// Mean of the raw readings since the previous state, minus the part that the corrections explain.
     #[serde(rename = "raw_rate_rad_per_s")]
     pub raw_rate: AngularRate,
     /// Bias in force.
     #[serde(rename = "bias_rad_per_s")]
     pub bias: AngularRate,
-    /// Last temperature, where the gyro tells it.
+    /// Last temperature, if the gyro reports it.
     #[serde(rename = "temperature_celsius")]
     pub temperature: Option<Temperature>,
     /// The base is not known to be at rest.
@@ -364,14 +365,14 @@ pub struct State {
     pub samples_lost: u64,
     /// Gyro samples per host second over nominal, since the clocks were last compared.
     pub clock_ratio: Option<f64>,
-    /// Whether it can be believed.
+    /// Trust level and its reasons.
     pub health: Health,
-    /// How far, where an estimator knows.
+    /// Uncertainty, if the estimator provides it.
     #[serde(default)]
     pub uncertainty: Option<Uncertainty>,
 }
 
-/// One standard deviation, by the estimator's own reckoning, since a pose was last set.
+/// One standard deviation by the estimator's own model, since a pose was last set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Uncertainty {
     /// Of the heading.

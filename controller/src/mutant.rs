@@ -1,75 +1,74 @@
-//! Mistakes that are planted on purpose, one at a time: what finds faults in controllers is measured by
-//! whether it finds these.
+//! Deliberately planted mistakes, one at a time. They measure how many faults of a controller a method finds.
 //!
-//! Each sits where a person would make it. Without the feature `mutants` none can be planted: [`Planted`]
-//! holds nothing and says no, at compile time, and the code is what it would be without this module.
+//! Each is at a place where a person would make it. Without the feature `mutants` none can be planted: [`Planted`] is
+//! empty and answers no at compile time, so that the code is the same as without this module.
 
 /// One mistake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "mutants", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "mutants", serde(rename_all = "kebab-case"))]
 pub enum Mutant {
-    /// A gyro that falls silent shows in health and breaks off no motion.
+    /// A silent gyro shows in health but aborts no motion.
     StaleHeading,
-    /// The calibration's correction is put on the wrong way counter-clockwise.
+    /// The calibration's correction has the wrong sign counter-clockwise.
     CcwSign,
     /// The base may be silent ten times as long in motion.
     WatchdogOffByTen,
-    /// A bias test asks neither the base nor the readings whether it is at rest.
+    /// A bias test checks neither the base nor the readings for rest.
     BiasTestWhileMoving,
-    /// The heading that a turn is to reach is kept below 360 deg, the heading itself is not.
+    /// The target heading of a turn is wrapped at 360 deg, the heading itself is not.
     WrapAt360,
-    /// A gap in the gyro's running numbers goes unnoticed.
+    /// A gap in the gyro's sequence numbers goes unnoticed.
     MissedSequenceGap,
-    /// A straight is over on arrival, and its pose written, before the base has come to rest.
+    /// A straight line ends on arrival, and its pose is written, before the base has come to rest.
     PoseWrittenInMotion,
     /// The heading is kept as a 32-bit count of 0.00001 deg, which overflows after 59 turns.
     OverflowAfterLongRuns,
     /// A rate beyond the gyro's range is integrated as if it were right.
     OverRangeIgnored,
-    /// A sample that came twice is integrated twice.
+    /// A repeated sample is integrated twice.
     RepeatedSampleCounted,
-    /// Readings that noise would change, and that stay the same, are integrated.
+    /// Readings that are stuck in spite of noise are integrated.
     StuckReadingsBelieved,
-    /// A reading that no base could have turned to is integrated.
+    /// A reading that the base cannot have reached is integrated.
     JumpBelieved,
     /// Gyro and steering odometry are never compared.
     HeadingsNotCompared,
-    /// Any temperature is believed, however wild, and one that is frozen.
+    /// Any temperature is believed, even an impossible or frozen one.
     TemperatureBelieved,
-    /// An odometer on its way may lag behind the orders as far as it likes.
+    /// The odometer may lag behind the commands without limit during motion.
     LaggingOdometerBelieved,
-    /// What the gyro turns while the base says that it stands is taken for bias.
+    /// Rotation while the base reports that it stands is taken for bias.
     BumpIgnored,
-    /// A standstill is no occasion to look at the bias.
+    /// The bias is not checked at standstills.
     MovedBiasIgnored,
-    /// A bias test clears what was lost of the heading before it.
+    /// A bias test clears earlier faults of the heading.
     BiasTestForgives,
-    /// The pose that is written to the base is always the origin.
+    /// The pose written to the base is always the origin.
     WrongPoseDownloaded,
-    /// Dead reckoning takes left for right.
+    /// Dead reckoning swaps left and right.
     MirroredReckoning,
-    /// The bias is that of the last test, whatever method was chosen.
+    /// The bias is always that of the last test, whatever the selected method.
     BiasMethodIgnored,
     /// The factors of the two directions are swapped.
     SwappedDirections,
-    /// Of the factors of Eq. 4 the first alone is used.
+    /// Only the first of the factors of Eq. 4 is used.
     FirstFactorAlone,
-    /// A straight is driven as fast as the base can, whatever was ordered.
+    /// A straight line is driven at the base's top speed, whatever the command.
     SpeedIgnored,
-    /// A turn is as fast as the base can, whatever was ordered.
+    /// A turn runs at the base's top rate, whatever the command.
     RateIgnored,
-    /// At rest the heading drifts as the gyro does.
+    /// The heading drifts with the gyro at rest.
     HeadingNotHeld,
-    /// Nothing that is noticed shows in health.
+    /// Nothing shows in health.
     HealthSilent,
-    /// The host's clock is believed where it is set back.
+    /// A host clock that is set back is believed.
     HostClockBelieved,
 }
 
 #[cfg(feature = "mutants")]
 impl Mutant {
-    /// Every one.
+    /// All mutants.
     pub const ALL: &[Self] = &[
         Self::StaleHeading,
         Self::CcwSign,
@@ -101,7 +100,7 @@ impl Mutant {
         Self::HostClockBelieved,
     ];
 
-    /// In words joined by hyphens.
+    /// Words joined by hyphens.
     pub const fn name(self) -> &'static str {
         match self {
             Self::StaleHeading => "stale-heading",
@@ -136,7 +135,7 @@ impl Mutant {
     }
 }
 
-/// Which mistake is planted here, if any.
+/// The planted mistake, if any.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Planted {
     #[cfg(feature = "mutants")]
@@ -149,13 +148,14 @@ impl Planted {
         Self { mutant }
     }
 
-    /// Is it this one?
+    /// True if `mutant` is planted.
     #[cfg(feature = "mutants")]
     pub(crate) const fn is(self, mutant: Mutant) -> bool {
         matches!(self.mutant, Some(planted) if planted as u8 == mutant as u8)
     }
 
-    /// Is it one that a second look would find as well? What that look says would hide what the first lacks.
+    /// True for a mistake that a second check would find as well. Reports of that check would hide the mistake's own
+    /// effect.
     #[cfg(feature = "mutants")]
     pub(crate) const fn blinds_second_looks(self) -> bool {
         matches!(
@@ -170,20 +170,20 @@ impl Planted {
         )
     }
 
-    /// There is none.
+    /// No mistake is planted.
     #[cfg(not(feature = "mutants"))]
     pub(crate) const fn blinds_second_looks(self) -> bool {
         false
     }
 
-    /// There is none.
+    /// No mistake is planted.
     #[cfg(not(feature = "mutants"))]
     pub(crate) const fn is(self, _: Mutant) -> bool {
         false
     }
 }
 
-/// 0.00001 deg in a radian.
+/// Counts of 0.00001 deg in a radian.
 const COUNTS_PER_RAD: f64 = 1e5 * 180.0 / core::f64::consts::PI;
 
 /// `heading` as [`Mutant::OverflowAfterLongRuns`] keeps it.

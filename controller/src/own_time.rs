@@ -1,16 +1,16 @@
 //! The controller's time, which never runs back.
 //!
-//! The host's clock may be set back. What waits for a moment of the future would then wait for longer, and a time-out would
-//! not run out: the base would go on unheard. So the time of the controller goes on from where it was.
+//! The host's clock may be set back. Pending deadlines would then move away and a time-out would not expire, so that
+//! the base would move unsupervised. Therefore the controller's own time continues from its last value.
 
 use crate::mutant::{Mutant, Planted};
 use wire::time::{Span, Timestamp};
 
-/// From the host's clock to time that never runs back.
+/// Converts the host's clock to a time that never runs back.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct OwnTime {
     last: Option<Timestamp>,
-    /// Own time less the host's: by how much its clock has been set back in all.
+    /// Own time minus the host's: the sum of all steps back of its clock.
     ahead: Span,
     planted: Planted,
 }
@@ -20,7 +20,7 @@ impl OwnTime {
         Self { planted, ..Self::default() }
     }
 
-    /// The host's clock says `told`.
+    /// Converts the reading `told` of the host's clock and remembers it.
     pub(crate) fn hear(&mut self, told: Timestamp) -> Timestamp {
         let own = self.at(told);
         self.ahead = own - told;
@@ -28,7 +28,7 @@ impl OwnTime {
         own
     }
 
-    /// The same for one who only looks.
+    /// Converts `told` without remembering it.
     pub(crate) fn at(&self, told: Timestamp) -> Timestamp {
         if self.planted.is(Mutant::HostClockBelieved) {
             return told;
@@ -37,7 +37,7 @@ impl OwnTime {
         self.last.map_or(own, |last| own.max(last))
     }
 
-    /// What the host's clock will say then.
+    /// The reading of the host's clock at the time `own`.
     pub(crate) fn told(&self, own: Timestamp) -> Timestamp {
         if own == Timestamp::MAX { own } else { own - self.ahead }
     }
@@ -75,7 +75,7 @@ mod tests {
                 prop_assert_eq!(time.at(told), passed);
                 prop_assert_eq!(time.hear(told), passed);
                 prop_assert_eq!(time.told(passed), told);
-                // Set back: nothing has passed.
+                // A step back: no time has passed.
                 told += Span::from_millis(set_ms);
                 prop_assert_eq!(time.at(told), passed);
                 prop_assert_eq!(time.hear(told), passed);

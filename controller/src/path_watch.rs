@@ -1,39 +1,39 @@
-//! Does the base go as far as it is told?
+//! Checks that the base goes as far as commanded.
 //!
-//! The base follows the velocities that it is sent, so that what they add up to and what its odometer says differ by
-//! little: an odometer that stands still, or jumps, shows in that difference.
+//! The base follows its velocity commands, so their integral and the odometer differ by little: an odometer that
+//! stands still or jumps shows in that difference.
 
 use wire::time::{Span, Timestamp};
 use wire::units::{Length, Speed};
 
-/// At rest both may differ by this. Assumption: a third of the paper's 10 cm square.
+/// Allowed difference at rest. Assumption: a third of the paper's 10 cm square.
 const APART_MAX: Length = Length::from_m(0.03);
-/// And by this share of the path. Assumption.
+/// Additional allowance as a share of the path. Assumption.
 const APART_SHARE_MAX: f64 = 0.01;
-/// On the way the base is where it was told to be so long ago at worst. Assumption: two periods of the loops, an exchange
-/// on the serial line and a period for its ramps.
+/// Largest lag of the base behind its commands. Assumption: two periods of the loops, an exchange on the serial line
+/// and a period for its ramps.
 const LAG_MAX: Span = Span::from_millis(150);
-/// Orders that are remembered: one a period of 27 ms or so, for [`LAG_MAX`] and a period more.
+/// Number of remembered commands: one per period of about 27 ms, for [`LAG_MAX`] and a period more.
 const ORDERS: usize = 8;
 
 /// Watches one drive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct PathWatch {
-    /// Where the odometer stood at the beginning.
+    /// The odometer at the start.
     from: Length,
     told: Length,
     last: Option<(Timestamp, Speed)>,
-    /// What the orders had come to when each was given; the oldest first.
+    /// The integral of the commands at the time of each; the oldest first.
     orders: [Option<(Timestamp, Length)>; ORDERS],
 }
 
 impl PathWatch {
-    /// A drive that begins where the odometer says `from`.
+    /// Starts a drive at the odometer reading `from`.
     pub(crate) fn new(from: Length) -> Self {
         Self { from, ..Self::default() }
     }
 
-    /// The base is told to drive at `speed` from `now` on.
+    /// The base is commanded to drive at `speed` from `now` on.
     pub(crate) fn tell(&mut self, now: Timestamp, speed: Speed) {
         if let Some((since, before)) = self.last.replace((now, speed)) {
             self.told += before * (now - since);
@@ -42,21 +42,21 @@ impl PathWatch {
         self.orders[ORDERS - 1] = Some((now, self.told));
     }
 
-    /// A base on its way says `displacement` `now`: can that be?
+    /// True if a moving base can report `displacement` at `now`.
     pub(crate) fn could_be_on_the_way(&self, now: Timestamp, displacement: Length) -> bool {
         let went = displacement - self.from;
         let (told, told_before) = (self.told, self.told_before(now - LAG_MAX));
         let slack = self.apart_max();
-        // Forward or backward: between what it was told a while ago and what it is told now.
+        // Forward or backward: between the commanded path a lag ago and now.
         went >= told.min(told_before) - slack && went <= told.max(told_before) + slack
     }
 
-    /// A base at rest says `displacement`: can that be?
+    /// True if a base at rest can report `displacement`.
     pub(crate) fn could_be_there(&self, displacement: Length) -> bool {
         (displacement - self.from - self.told).abs() <= self.apart_max()
     }
 
-    /// What the orders had come to at `then`; as far back as is remembered, where that is not so far.
+    /// The integral of the commands at `then`, or at the oldest remembered command.
     fn told_before(&self, then: Timestamp) -> Length {
         let known = self.orders.iter().flatten();
         let before = known.clone().rfind(|(at, _)| *at <= then);
@@ -72,7 +72,7 @@ impl PathWatch {
 mod tests {
     use super::{Length, PathWatch, Span, Speed, Timestamp};
 
-    /// Told to drive at 0.4 m/s for `seconds`; how far the odometer got is for the caller to say.
+    /// A watch commanded to drive at 0.4 m/s for `seconds`; the caller chooses the odometer reading.
     fn driven(seconds: i64) -> PathWatch {
         let mut watch = PathWatch::new(Length::from_m(7.0));
         for millis in (0..seconds * 1_000).step_by(25) {
@@ -90,7 +90,7 @@ mod tests {
         let on_the_way = |m| watch.could_be_on_the_way(Timestamp::from_secs_f64(10.0), at(m));
         assert!(watch.could_be_there(at(4.0)) && watch.could_be_there(at(3.94)));
         assert!(!watch.could_be_there(at(3.9)) && !watch.could_be_there(at(4.5)));
-        // 0.15 s late and 7 cm off; a quarter of a second of standing still is not that.
+        // 0.15 s late and 7 cm off passes; a standstill of a quarter of a second does not.
         assert!(on_the_way(3.9) && !on_the_way(3.86) && !on_the_way(4.1));
     }
 }

@@ -1,4 +1,4 @@
-//! Writing the dead-reckoned pose to the base: at rest only, and again when it is refused.
+//! Writing the dead-reckoned pose to the base: at rest only, repeated after a refusal.
 
 use crate::config::MotionConfig;
 use crate::mission::{MissionId, MissionResult};
@@ -10,7 +10,7 @@ use wire::units::Pose;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PoseDownload {
     pub(crate) id: MissionId,
-    /// What the mission has come to, to be reported when the pose is written.
+    /// Result of the mission, reported once the pose is written.
     pub(crate) result: MissionResult,
     pose: Pose,
     counter: u8,
@@ -18,21 +18,21 @@ pub(crate) struct PoseDownload {
     retry_at: Timestamp,
 }
 
-/// How a download stands.
+/// Progress of a download.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Progress {
     /// Send this.
     Write(Request),
-    /// Nothing to do yet.
+    /// Nothing to send yet.
     Waiting,
     /// Written, after this many attempts.
     Written(u8),
-    /// Refused as often as it was tried.
+    /// Refused at every attempt.
     Refused,
 }
 
 impl PoseDownload {
-    /// `counter` is that of the last write, whoever made it.
+    /// `counter` is that of the last write, from any source.
     pub(crate) const fn new(
         id: MissionId,
         pose: Pose,
@@ -43,7 +43,7 @@ impl PoseDownload {
         Self { id, result, pose, counter, attempts: 0, retry_at: now }
     }
 
-    /// Looks at the base's last word, `None` if it has not spoken since the last write.
+    /// Checks the base's last answer, `None` if there is none since the last write.
     pub(crate) fn step(
         &mut self,
         now: Timestamp,
@@ -74,7 +74,7 @@ impl PoseDownload {
         self.counter
     }
 
-    /// When to look again without a message.
+    /// Time of the next check without a message.
     pub(crate) const fn retry_at(&self) -> Timestamp {
         self.retry_at
     }

@@ -1,25 +1,25 @@
-//! What the gyro reads while the base stands: its bias, seen anew at every standstill.
+//! The gyro's readings while the base stands: its bias, measured at every standstill.
 //!
-//! Readings count while the base says that it stands and nothing is about to move it, each a little late: where the base
-//! begins to move by itself, what came just before is not taken for rest.
+//! Readings count while the base reports that it stands and no command will move it. Each counts after a delay: if the
+//! base starts to move by itself, the readings just before are not taken for rest.
 
 use crate::bias_test::RunningMean;
 use wire::time::{Span, Timestamp};
 use wire::units::AngularRate;
 
-/// From the base's word to the first reading of rest: a gyro's reading is on its line for 8 ms, and its filter takes as
-/// long again. Assumption: twice that.
+/// From the base's report to the first reading of rest: a reading spends 8 ms on the line and as long in the gyro's
+/// filter. Assumption: twice that.
 const LATENCY: Span = Span::from_millis(30);
-/// Readings of so long may be those of a base that has begun to move.
+/// The latest readings, over this span, may be those of a base that has started to move.
 const DOUBT: Span = Span::from_millis(100);
-/// Rest is looked at in pieces no longer than the paper's bias test.
+/// A standstill is evaluated in pieces no longer than the paper's bias test.
 const PIECE: Span = Span::from_secs(20);
-/// Readings from which a mean tells of a bias that has moved. Assumption: half of the 0.3 s in which a base settles.
+/// Minimum number of readings to detect a changed bias. Assumption: half of the 0.3 s in which a base settles.
 const READINGS_MIN: u32 = 15;
-/// A bias has moved when the mean is off by this many standard errors, and by the largest drift on top.
+/// A bias has changed if the mean is off by this many standard errors plus the largest drift.
 const STANDARD_ERRORS: f64 = 5.0;
 
-/// The standstill under way.
+/// The current standstill.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Standstill {
     since: Option<Timestamp>,
@@ -28,18 +28,18 @@ pub(crate) struct Standstill {
     doubtful_since: Timestamp,
 }
 
-/// What a standstill, or a piece of it, has shown.
+/// Readings of a standstill or a piece of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rest {
     pub(crate) mean: AngularRate,
     pub(crate) readings: u32,
-    /// Of what has become sure just now.
+    /// Mean of the newly confirmed readings.
     pub(crate) piece: AngularRate,
     pub(crate) piece_readings: u32,
 }
 
 impl Standstill {
-    /// A reading came while the base stands. Gives what is known of the rest when a piece of it is sure.
+    /// Takes a reading while the base stands. Returns the rest so far when a piece of it is confirmed.
     pub(crate) fn reading(&mut self, now: Timestamp, rate: AngularRate) -> Option<Rest> {
         let since = *self.since.get_or_insert(now);
         if now - since < LATENCY {
@@ -54,14 +54,14 @@ impl Standstill {
         piece
     }
 
-    /// It is about to be moved, and has stood until now.
+    /// Ends the standstill just before a commanded motion.
     pub(crate) fn ends(&mut self, now: Timestamp) -> Option<Rest> {
         let rest = self.since.is_some().then(|| self.settle(now)).flatten();
         *self = Self::default();
         rest
     }
 
-    /// It moves, and nobody knows since when; or readings are missing.
+    /// Discards the standstill: the base moved at an unknown time, or readings are missing.
     pub(crate) fn is_broken_off(&mut self) {
         *self = Self::default();
     }
@@ -82,7 +82,7 @@ impl Standstill {
 }
 
 impl Rest {
-    /// Is the gyro's bias another than `bias`? `spread` is that of its readings at rest.
+    /// True if the gyro's bias differs from `bias`. `spread` is that of its readings at rest.
     pub(crate) fn moved(
         &self,
         bias: AngularRate,

@@ -1,33 +1,33 @@
-//! Does the gyro say the same thing again and again?
+//! Detects a gyro that repeats the same reading.
 //!
-//! A sensor's own noise keeps its counts moving. How often two readings in a row are alike is counted in each bias
-//! test; from it follows how many in a row may be alike by chance. The longest row of a test is held against the rest
-//! of it: a gyro that stuck during the test shows. A gyro without noise, or one whose counts are coarser than its noise,
-//! says the same when all is well: there the watch says nothing, and what is left is the comparison with the odometry.
+//! A sensor's own noise keeps its counts moving. Each bias test counts how often two consecutive readings are equal;
+//! from this share follows how many in a row can be equal by chance. The longest run of a test is compared with the
+//! rest of it, which reveals a gyro that stuck during the test. A gyro without noise, or with counts coarser than its
+//! noise, repeats itself when all is well: the watch is then off, and only the comparison with the odometry remains.
 
 use wire::gyro::{GyroFormat, OutputMode};
 use wire::time::Span;
 use wire::units::AngularRate;
 
-/// A run of alike readings that begins with any one sample is a false alarm with this chance: at 100 Hz one in
-/// 30,000 h, at 1000 Hz one in 3,000 h.
+/// Probability that a run of equal readings starting at a given sample is a false alarm: at 100 Hz one in 30,000 h, at
+/// 1000 Hz one in 3,000 h.
 const FALSE_ALARM: f64 = 1e-10;
-/// More alike neighbours than this and the noise is too small for its counts to tell anything.
+/// With a larger share of equal neighbours the noise is too small for the counts to show it.
 const ALIKE_SHARE_MAX: f64 = 0.25;
-/// No run shorter than this counts, however fine the counts. Assumption: a twentieth of a second harms nobody.
+/// Shorter runs never count, however fine the counts. Assumption: a twentieth of a second does no harm.
 const SPAN_MIN: Span = Span::from_millis(50);
-/// Neighbours in a test from which a share follows.
+/// Minimum number of pairs in a test to compute the share.
 const PAIRS_MIN: u32 = 50;
 
-/// Counts alike neighbours, in a test and in a row.
+/// Counts equal neighbours, in a test and in a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StuckWatch {
     period: Span,
-    /// Readings that differ by no more are alike: an angle rounds a constant rate up or down.
+    /// Readings that differ by no more are equal: an angle rounds a constant rate up or down.
     alike: AngularRate,
     last: Option<AngularRate>,
     in_a_row: u32,
-    /// Readings alike in a row that are too many; none before a test has shown the noise.
+    /// Run length that counts as stuck; `None` before a test has shown the noise.
     too_many: Option<u32>,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct StuckWatch {
 pub(crate) struct Neighbours {
     pairs: u32,
     alike: u32,
-    /// Alike pairs in a row: now, and at most.
+    /// Equal pairs in a row: current and longest.
     row: u32,
     longest: u32,
 }
@@ -46,7 +46,7 @@ impl StuckWatch {
         let period = format.period();
         let alike = match mode {
             OutputMode::Rate => AngularRate::ZERO,
-            // A format without angles puts none out.
+            // A format without angles never sends them.
             OutputMode::Increment | OutputMode::Integrated => {
                 format.facts().angle_step.unwrap_or_default() * 1.5 / period
             }
@@ -54,7 +54,7 @@ impl StuckWatch {
         Self { period, alike, last: None, in_a_row: 0, too_many: None }
     }
 
-    /// A valid sample came; gives whether it is like the one before.
+    /// Takes a valid sample; returns true if it equals the previous one.
     pub(crate) fn sample(&mut self, rate: AngularRate) -> bool {
         let alike = self.last.is_some_and(|last| (rate - last).abs() <= self.alike);
         self.last = Some(rate);
@@ -62,15 +62,15 @@ impl StuckWatch {
         alike
     }
 
-    /// The readings have been alike for longer than noise allows.
+    /// The readings have been equal for longer than noise allows.
     pub(crate) fn is_stuck(&self) -> bool {
         self.too_many.is_some_and(|too_many| self.in_a_row >= too_many)
     }
 
-    /// A bias test ends: this is what the noise does to neighbours. Gives whether the readings were stuck in it.
+    /// Takes the neighbours of a finished bias test. Returns true if the readings were stuck during it.
     pub(crate) fn learn(&mut self, neighbours: Neighbours) -> bool {
         self.too_many = neighbours.too_many(self.period);
-        // A row of readings has one pair less.
+        // A run of readings has one pair less.
         self.too_many.is_some_and(|too_many| neighbours.longest + 1 >= too_many)
     }
 
@@ -89,19 +89,19 @@ impl Neighbours {
         self.longest = self.longest.max(self.row);
     }
 
-    /// By what stands outside the longest row, which may be no noise at all.
+    /// Uses the pairs outside the longest run, which may not be noise at all.
     fn too_many(self, period: Span) -> Option<u32> {
         let pairs = self.pairs.saturating_sub(self.longest);
         if pairs < PAIRS_MIN {
             return None;
         }
         let alike = f64::from(self.alike.saturating_sub(self.longest));
-        // Two standard deviations more than were counted.
+        // Two standard deviations above the count.
         let share = (alike + 2.0 * libm::sqrt(alike + 1.0)) / f64::from(pairs);
         if share > ALIKE_SHARE_MAX {
             return None;
         }
-        // Of normal noise the likeliest count has sqrt 2 times the chance that two readings are alike.
+        // For normal noise, the likeliest count has sqrt 2 times the probability of two equal readings.
         let likeliest = share * core::f64::consts::SQRT_2;
         let by_chance = 1.0 + libm::log(FALSE_ALARM) / libm::log(likeliest);
         let shortest = SPAN_MIN.as_secs_f64() / period.as_secs_f64();
@@ -113,7 +113,7 @@ impl Neighbours {
 mod tests {
     use super::{AngularRate, GyroFormat, Neighbours, OutputMode, StuckWatch};
 
-    /// `alike` of `pairs`, evenly among the others.
+    /// `alike` of `pairs`, evenly distributed.
     fn noise(pairs: u32, alike: u32) -> Neighbours {
         let mut neighbours = Neighbours::default();
         (0..pairs).for_each(|n| neighbours.add(n * alike / pairs != (n + 1) * alike / pairs));

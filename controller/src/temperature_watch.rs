@@ -1,32 +1,33 @@
-//! Can the temperature that the gyro tells be true?
+//! Checks that the gyro's reported temperature is credible.
 //!
-//! A coil in its housing takes half an hour to follow. What leaves the range of the sensor, or moves faster than any
-//! housing lets it, is not used; and a gyro that says that it is warming up must say a warmer temperature sooner or later.
+//! A coil in its housing takes half an hour to follow. The controller does not use a temperature outside the range of
+//! the sensor, or one that moves faster than any housing permits; and while a gyro reports that it is warming up, its
+//! temperature must rise sooner or later.
 //!
-//! A temperature that is frozen while the gyro is steady cannot be seen here: nobody has told the controller how noisy
-//! the sensor is, and a sensor without noise stands still for hours. It does harm only when the room changes.
+//! A temperature that is frozen while the gyro is steady cannot be detected here: the noise of the sensor is unknown,
+//! and a sensor without noise stands still for hours. It does harm only when the room temperature changes.
 
 use wire::time::{Span, Timestamp};
 use wire::units::Temperature;
 
 /// Fastest change of the mean of a second, K/s. Assumption: fifty times the 20 K in 35 min of a warm-up.
 const KELVIN_PER_S_MAX: f64 = 0.5;
-/// While it warms up a temperature may stand this long. A gyro that is a kelvin from steady warms by 1 K in 35 min, a
-/// step of a sensor of 0.1 K in 3.5 min; assumption: nearly half as much again.
+/// Longest standstill of the temperature during warm-up. A gyro one kelvin from steady warms by 1 K in 35 min, a step
+/// of a 0.1 K sensor in 3.5 min; assumption: nearly half as much again.
 const STILL_MAX: Span = Span::from_secs(300);
 
-/// Looks at each mean of a second.
+/// Checks each mean of a second.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct TemperatureWatch {
     credible: Option<(Timestamp, Temperature)>,
     doubtful: Option<(Timestamp, Temperature)>,
-    /// What was said last, and since when while the gyro warms up.
+    /// The last reported temperature, and since when it has stood still during warm-up.
     said: Option<(Timestamp, Temperature)>,
     is_frozen: bool,
 }
 
 impl TemperatureWatch {
-    /// The gyro told this mean `now`. Can it be so? A second one that agrees with what was not believed is.
+    /// True if the mean at `now` is credible. A second mean that agrees with a rejected one is accepted.
     pub(crate) fn believes(&mut self, now: Timestamp, mean: Temperature) -> bool {
         let told = (now, mean);
         let near = |before: Option<(Timestamp, Temperature)>| {
@@ -44,7 +45,7 @@ impl TemperatureWatch {
         believed
     }
 
-    /// A sample told this.
+    /// Takes the temperature of a sample.
     pub(crate) fn sample(&mut self, now: Timestamp, said: Temperature, warming_up: bool) {
         let same = self.said.is_some_and(|(_, last)| last == said);
         if !same || (!warming_up && !self.is_frozen) {
@@ -53,7 +54,7 @@ impl TemperatureWatch {
         self.is_frozen = same && self.said.is_some_and(|(since, _)| now - since > STILL_MAX);
     }
 
-    /// It stands still while the gyro warms up. That is over when it moves.
+    /// True if the temperature stands still during warm-up; cleared when it moves.
     pub(crate) const fn is_frozen(&self) -> bool {
         self.is_frozen
     }

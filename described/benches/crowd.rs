@@ -1,6 +1,6 @@
-//! How much faster than real time a device of 100 signals at 100 Hz goes: ten seconds of its life, 1,000 times 25 frames of
-//! four signals each, every one of an expression. 10,000 times real time is 1 ms; docs/benchmarks.md says what was measured.
-//! It is processor time: others on the machine disturb it less than the time of day.
+//! Speed relative to real time of a device with 100 signals at 100 Hz: ten seconds, 1,000 times 25 frames of four
+//! signals each, all of them expressions. 10,000 times real time is 1 ms; docs/benchmarks.md has the measured values.
+//! The benchmark measures processor time, which other processes disturb less than wall-clock time.
 
 #[path = "../../harness/benches/processor/mod.rs"]
 mod processor;
@@ -17,7 +17,7 @@ const MESSAGES: usize = 25;
 const SIGNALS_A_MESSAGE: usize = 4;
 const SECONDS: i64 = 10;
 
-/// Cells in series: a state of charge, and what each shows under the current.
+/// Cells in series: the state of charge of each, and its voltage under load.
 fn pack() -> String {
     let mut text =
         "name = \"pack\"\n[parameter.current]\nvalue = 20\n[parameter.resistance]\nvalue = 0.001\n\

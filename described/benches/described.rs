@@ -1,6 +1,6 @@
-//! What a described device costs: per frame that is decoded or encoded, and per second of its life.
+//! Cost of a described device: per decoded or encoded frame, and per second of run time.
 //!
-//! A full bus of 1 Mbit/s carries some 9,000 frames of eight bytes a second.
+//! A full bus of 1 Mbit/s carries about 9,000 frames of eight bytes a second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use described::{Description, Device, Layout, Message};
@@ -82,7 +82,7 @@ fn device(criterion: &mut Criterion) {
         .expect("the file is a description");
     let mut device = Device::new(Arc::new(oven), 1);
     let mut now = Timestamp::ZERO;
-    // A hundred steps of the integration and ten messages.
+    // A hundred integration steps and ten messages.
     criterion.bench_function("a second of the oven", |bencher| {
         bencher.iter(|| {
             now += Span::from_secs(1);

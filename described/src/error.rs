@@ -1,4 +1,4 @@
-//! Why a file that somebody wrote cannot be used: the place in it, what is wrong there, and what would be right.
+//! Mistakes in files written by users: the place, the problem, and the remedy.
 
 use crate::hint;
 use crate::place::Place;
@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A mistake in a plan, a description or another file that people write. Rendered by `miette` it shows the line with
-/// the place marked.
+/// A mistake in a plan, a description or another file written by users. `miette` renders it with the line and the
+/// marked place.
 #[derive(Debug, Clone, Error, Diagnostic)]
 #[error("{message}")]
 pub struct FileError {
@@ -23,40 +23,40 @@ pub struct FileError {
 }
 
 impl FileError {
-    /// What is wrong, as a lower-case fragment.
+    /// The problem, as a lower-case fragment.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// What to do about it, where that is known.
+    /// The remedy, if known.
     pub fn advice(&self) -> Option<&str> {
         self.help.as_deref()
     }
 
-    /// Which file is meant.
+    /// The file with the mistake.
     pub fn file(&self) -> &str {
         self.source_text.name()
     }
 
-    /// Which bytes of the file are meant.
+    /// The bytes of the file with the mistake.
     pub fn range(&self) -> Range<usize> {
         self.at.offset()..self.at.offset() + self.at.len()
     }
 
-    /// A mistake `at` these bytes of `text`, which `file` names.
+    /// A mistake at the bytes `at` of `text`, the content of `file`.
     pub fn new(file: &str, text: &str, at: Range<usize>, message: String) -> Self {
         let source_text = Arc::new(NamedSource::new(file, text.to_owned()));
         Self { message, source_text, at: at.into(), help: None }
     }
 
-    /// With what to do about it.
+    /// Adds the remedy.
     #[must_use]
     pub fn with_help(mut self, help: Option<String>) -> Self {
         self.help = help;
         self
     }
 
-    /// What `toml` found in `text`, said for people.
+    /// An error of `toml` in `text`, as a readable mistake.
     pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         let (at, message) = toml_mistake(text, error);
         let (message, help) = hint::explain(&message);
@@ -64,7 +64,7 @@ impl FileError {
     }
 }
 
-/// A mistake whose place is known by its path in the file.
+/// A mistake whose place is given as a path in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Mistake {
     pub(crate) place: Place,

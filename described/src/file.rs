@@ -1,4 +1,4 @@
-//! What stands in a description, as it is written.
+//! The content of a description file.
 
 mod machine;
 mod message;
@@ -172,7 +172,7 @@ pub(crate) struct SourceTable {
     pub(crate) noise: Option<f64>,
 }
 
-/// [`Parity`], as it is written.
+/// [`Parity`] in its serialised form.
 fn parity_schema(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "enum": ["none", "even", "odd"], "default": "none" })
 }

@@ -1,24 +1,24 @@
-//! The files that a description names.
+//! The files named by a description.
 
 use crate::steps::Steps;
 
-/// Hands over the files that a description names, by the names in it.
+/// Provides the files that a description names.
 pub trait Files {
-    /// The text of a DBC or a CSV file, or why it cannot be had.
+    /// The text of a DBC or a CSV file.
     ///
     /// # Errors
-    /// With words for people.
+    /// With a readable reason.
     fn text(&mut self, name: &str) -> Result<String, String>;
 
-    /// How a sensor whose signal is in `unit` errs by the model in a file, or why that cannot be had. The model's
-    /// temperature and heading are its inputs of these names, in degC and deg.
+    /// The errors of a sensor with a signal in `unit`, by the model in a file. The model's temperature and heading are
+    /// its inputs of these names, in degC and deg.
     ///
     /// # Errors
-    /// With words for people.
+    /// With a readable reason.
     fn errors(&mut self, name: &str, unit: &str) -> Result<Steps, String>;
 }
 
-/// Files of which there is the text, and no reader of models.
+/// Provides the texts of files, but no models.
 pub(crate) struct Texts<'a>(pub(crate) &'a mut dyn FnMut(&str) -> Result<String, String>);
 
 impl Files for Texts<'_> {

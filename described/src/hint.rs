@@ -1,14 +1,13 @@
-//! Turns the messages of serde and toml into ones for people: what was expected moves to the help, and
-//! the nearest known name is proposed.
+//! Makes messages of serde and toml readable: moves the expectation to the help and proposes the nearest known name.
 
-/// Likeness (Jaro-Winkler, 0 to 1) from which on a name is proposed. Assumption: one or two slips of the
-/// finger are above it, another word is below.
+/// Minimum similarity (Jaro-Winkler, 0 to 1) of a proposed name. Assumption: names with one or two typing errors are
+/// above it, other words below.
 const LIKENESS_MIN: f64 = 0.8;
 
-/// So many names are listed where none is near: all kinds of faults. A DBC has hundreds.
+/// Maximum number of names listed if none is near: enough for all kinds of faults. A DBC has hundreds.
 const LISTED_MAX: usize = 50;
 
-/// The message for people, and the help.
+/// The readable message and the help.
 pub fn explain(message: &str) -> (String, Option<String>) {
     if message.contains("wanted exactly 1 element") {
         return ("expected a table with exactly one key here".to_owned(), None);
@@ -31,7 +30,7 @@ pub fn explain(message: &str) -> (String, Option<String>) {
     (what.replacen("unknown variant", "unknown name", 1), Some(proposal(wrong, &known)))
 }
 
-/// "did you mean ...?" where a name is near, and else those that are known.
+/// "did you mean ...?" if a name is near, otherwise the known names.
 pub fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
     if let Some(name) = nearest(wrong, known) {
         return format!("did you mean `{name}`?");
@@ -47,7 +46,7 @@ pub fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
     }
 }
 
-/// The name most like `wrong`, the first of several; none where all are too different.
+/// The name most similar to `wrong`, the first of several; `None` if all are too different.
 fn nearest<'a, S: AsRef<str>>(wrong: &str, known: &'a [S]) -> Option<&'a str> {
     let folded = wrong.to_lowercase();
     let mut best = (LIKENESS_MIN, None);
@@ -60,7 +59,7 @@ fn nearest<'a, S: AsRef<str>>(wrong: &str, known: &'a [S]) -> Option<&'a str> {
     best.1
 }
 
-/// What stands between backticks.
+/// The texts between backticks.
 fn quoted(text: &str) -> Vec<&str> {
     text.split('`').skip(1).step_by(2).collect()
 }

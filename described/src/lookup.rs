@@ -16,25 +16,25 @@ pub(crate) enum Outside {
 pub(crate) struct Lookup {
     /// Increasing, two or more.
     x: Box<[f64]>,
-    /// The same of the second axis; empty in one dimension.
+    /// Likewise for the second axis; empty in one dimension.
     y: Box<[f64]>,
-    /// One a point; in two dimensions all of the second axis for the first `x`, then for the next.
+    /// One per point; in two dimensions all of the second axis for the first `x`, then for the next.
     values: Box<[f64]>,
     outside: Outside,
 }
 
 impl Lookup {
-    /// The caller has seen to it that both axes increase, and that there is a value for each point.
+    /// The caller guarantees that both axes increase, and that there is a value for each point.
     pub(crate) fn new(x: Vec<f64>, y: Vec<f64>, values: Vec<f64>, outside: Outside) -> Self {
         Self { x: x.into(), y: y.into(), values: values.into(), outside }
     }
 
-    /// How many numbers it is looked up with.
+    /// Number of its arguments.
     pub(crate) const fn dimensions(&self) -> usize {
         if self.y.is_empty() { 1 } else { 2 }
     }
 
-    /// The value at `x`, and at `y` where there is a second axis; of what is not a number, not a number.
+    /// The value at `x`, and at `y` for a second axis; NaN for NaN.
     pub(crate) fn value(&self, x: f64, y: f64) -> f64 {
         let (row, along) = place(&self.x, x, self.outside);
         if self.y.is_empty() {
@@ -53,7 +53,7 @@ impl Lookup {
     }
 }
 
-/// The interval of an axis that is used for `x`, and how far in it that lies, from 0 to 1 within the axis.
+/// The interval of an axis used for `x`, and the position in it, from 0 to 1 within the axis.
 fn place(axis: &[f64], x: f64, outside: Outside) -> (usize, f64) {
     let behind = axis.partition_point(|at| *at <= x);
     let interval = behind.saturating_sub(1).min(axis.len().saturating_sub(2));
@@ -67,7 +67,7 @@ fn place(axis: &[f64], x: f64, outside: Outside) -> (usize, f64) {
     }
 }
 
-/// Exact at both ends, which `a + (b - a) * share` is not.
+/// Exact at both ends, unlike `a + (b - a) * share`.
 fn between(a: f64, b: f64, share: f64) -> f64 {
     a * (1.0 - share) + b * share
 }
@@ -129,7 +129,7 @@ mod tests {
             };
             let expected = naive(&rows.iter().map(line).collect::<Vec<_>>(), x, outside);
             let found = table.value(x, y);
-            // Far beyond both ends the differences are those of large numbers.
+            // Far beyond both ends the values are differences of large numbers.
             prop_assert!((found - expected).abs() <= 1e-6 * expected.abs().max(1e4), "{found} {expected}");
         }
     }

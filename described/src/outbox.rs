@@ -1,4 +1,4 @@
-//! What a node sends, until the line takes it.
+//! Output queue of a node.
 
 use crate::layout::{EncodeError, Encoded, Encoder, Layout, Sender};
 use crate::transport::Transport;
@@ -7,23 +7,23 @@ use wire::can::{CanFrame, DATA_BYTES_MAX};
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// Messages of one sender on their way to its line: encoded, and in parts where they are longer than a frame.
+/// Queue of one sender's messages for its line: encoded, and split if they are longer than a frame.
 #[derive(Debug, Clone)]
 pub struct Outbox {
-    /// Its counters go on from one message to the next.
+    /// Its counters advance from message to message.
     encoder: Encoder,
     queue: VecDeque<Waiting>,
-    /// Messages that wait at the most.
+    /// Maximum number of waiting messages.
     room: usize,
-    /// Where messages go in parts.
+    /// Present if messages are sent in parts.
     transport: Option<Box<Transport>>,
     dropped: u64,
 }
 
-/// What waits for the line.
+/// An item waiting for the line.
 #[derive(Debug, Clone)]
 enum Waiting {
-    /// A frame that its first bytes are all of: it is put together when the line takes it, which copies it once.
+    /// A frame given by its first bytes: assembled when the line takes it, so that it is copied only once.
     Plain {
         message: usize,
         first: [u8; DATA_BYTES_MAX],
@@ -32,8 +32,7 @@ enum Waiting {
 }
 
 impl Outbox {
-    /// That of whoever sends these messages of the layout, with room for so many that wait; what comes on top is dropped
-    /// and counted.
+    /// The outbox of `sender` with room for `room` waiting messages; any more are dropped and counted.
     pub fn new(layout: Layout, sender: Sender, room: usize) -> Self {
         Self {
             transport: Transport::of(&layout, sender),
@@ -44,16 +43,16 @@ impl Outbox {
         }
     }
 
-    /// What it encodes.
+    /// The layout that it encodes.
     pub const fn layout(&self) -> &Layout {
         self.encoder.layout()
     }
 
-    /// Sends a message with these values, one a signal and in its unit. Its counter and its checksum are what they have to
-    /// be, but for those that `is_own` says yes to, by their places among the signals.
+    /// Sends a message with these values, one per signal and in its unit. Counter and checksum are computed, except
+    /// for signals that `is_own` accepts by position.
     ///
     /// # Errors
-    /// As [`Layout::encode`]; the counter stays where it is.
+    /// As [`Layout::encode`]; the counter then stays unchanged.
     pub fn send(
         &mut self,
         now: Timestamp,
@@ -80,26 +79,26 @@ impl Outbox {
         Ok(())
     }
 
-    /// A frame was on its line: of use where messages go in parts, and somebody answers.
+    /// Takes a frame from its line: needed for messages in parts that a receiver answers.
     pub fn receive(&mut self, now: Timestamp, frame: &CanFrame) {
         if let Some(transport) = &mut self.transport {
             transport.receive(now, frame);
         }
     }
 
-    /// Does what is due of messages in parts.
+    /// Does the work due for messages in parts.
     pub fn wake(&mut self, now: Timestamp) {
         if let Some(transport) = &mut self.transport {
             transport.wake(now);
         }
     }
 
-    /// When to be woken, if nothing arrives before.
+    /// Time of the next wake-up if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
         self.transport.as_ref().map_or(Timestamp::MAX, |transport| transport.next_wakeup())
     }
 
-    /// The next thing for the line.
+    /// The next output for the line.
     #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
         let next = match self.queue.front() {
@@ -113,7 +112,7 @@ impl Outbox {
         next
     }
 
-    /// Forgets what waits, and its counters begin again, as those of a device do that loses its power.
+    /// Discards the queue and resets the counters, like a device that loses power.
     pub fn reset(&mut self) {
         self.encoder.reset();
         self.queue.clear();
@@ -122,7 +121,8 @@ impl Outbox {
         }
     }
 
-    /// Messages that were not sent: a value was out of its range, too many waited, or in parts nobody answered.
+    /// Number of messages not sent: a value was out of range, the queue was full, or no receiver answered a message in
+    /// parts.
     pub fn dropped(&self) -> u64 {
         self.dropped + self.transport.as_ref().map_or(0, |transport| transport.given_up())
     }

@@ -1,4 +1,4 @@
-//! From a path in a description to its place in the file.
+//! Converts a path in a description to a position in the file.
 
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
@@ -17,7 +17,7 @@ pub(crate) struct Place {
     mark: Mark,
 }
 
-/// What is meant of the value at a path.
+/// The marked part of the value at a path.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 enum Mark {
     #[default]
@@ -42,12 +42,12 @@ impl Place {
         self.and(Segment::Index(index))
     }
 
-    /// Some bytes of the string that is there.
+    /// These bytes of the string at this place.
     pub(crate) fn within(&self, bytes: Range<usize>) -> Self {
         Self { path: self.path.clone(), mark: Mark::Within(bytes) }
     }
 
-    /// The name of what is there, not the value.
+    /// The name of the item instead of its value.
     pub(crate) fn name(&self) -> Self {
         Self { path: self.path.clone(), mark: Mark::Name }
     }
@@ -58,7 +58,7 @@ impl Place {
         Self { path, mark: Mark::Whole }
     }
 
-    /// The bytes of the value, or of the nearest one above it that there is.
+    /// The bytes of the value, or of its nearest existing parent.
     pub(crate) fn locate(&self, text: &str) -> Range<usize> {
         let first_line = 0..text.find('\n').unwrap_or(text.len());
         let Ok(document) = DeTable::parse(text) else { return first_line };
@@ -93,8 +93,7 @@ impl Place {
     }
 }
 
-/// The bytes of a string's part, where the string stands in the file as it is, between one quote and
-/// another.
+/// The bytes of a part of a string, if the string is in the file literally, between two quotes.
 fn inside(
     span: &Range<usize>,
     string: &str,
@@ -127,7 +126,7 @@ mod tests {
         assert_eq!(at(&state.key("list").index(1)), "22");
         assert_eq!(at(&state.key("list").name()), "list");
         assert_eq!(at(&state.name()), "a");
-        // With an escape the parts are elsewhere: the whole is shown.
+        // With an escape the positions differ: the whole is shown.
         assert_eq!(at(&state.key("esc").within(4..5)), "\"\\u0031 + b\"");
     }
 

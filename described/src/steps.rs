@@ -1,51 +1,51 @@
-//! Steps that are done with every value of a signal: how a sensor errs, or how a firmware takes errors off.
+//! Steps applied to every value of a signal: the errors of a sensor, or the corrections of a firmware.
 
 use crate::expression::{Expression, Meaning, Scope, States, Unknown};
 use crate::hint;
 use std::collections::VecDeque;
 
-/// Steps in order, in the language of a description. What the last one comes to is the new value.
+/// Steps in order, in the language of a description. The result of the last one is the new value.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Steps {
-    /// Names that stand for what comes from outside.
+    /// Names of external inputs.
     pub inputs: Vec<(String, Input)>,
     /// The steps.
     pub steps: Vec<Step>,
-    /// How late the late value is, s.
+    /// Delay of [`Input::Late`], s.
     pub delay_s: f64,
 }
 
-/// What comes from outside.
+/// An external input.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Input {
     /// The value itself.
     Value,
-    /// What it was `delay_s` ago, straight between values; before the first one, that.
+    /// The value `delay_s` ago, interpolated linearly; before the first one, the first.
     Late,
     /// Time since power-on, s.
     Time,
-    /// Time since the value before, s.
+    /// Time since the preceding value, s.
     Interval,
-    /// Something else that the device knows, by its name.
+    /// Another quantity that the device knows, by its name.
     Named(String),
 }
 
-/// One step; `NAME_before` in it is what `NAME` was at the value before.
+/// One step; in its expression `NAME_before` is `NAME` at the preceding value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
-    /// What it comes to has this name.
+    /// The name of its result.
     pub name: String,
-    /// What it comes to.
+    /// The expression of its result.
     pub expression: String,
-    /// At the first value, where that is another one.
+    /// The expression for the first value, if different.
     pub first: Option<String>,
 }
 
-/// Steps that were read; `I` is where a named input comes from.
+/// Parsed steps; `I` is the source of a named input.
 #[derive(Debug, Clone)]
 pub(crate) struct Procedure<I> {
     inputs: Vec<(usize, Source<I>)>,
-    /// Name, always and at the first value.
+    /// Slot, expression, and the one for the first value.
     steps: Vec<(usize, Expression, Option<Expression>)>,
     names: usize,
     delay_s: f64,
@@ -60,21 +60,21 @@ enum Source<I> {
     From(I),
 }
 
-/// What a procedure remembers.
+/// State of a procedure.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Memory {
-    /// What names stand for; behind them what they stood for at the value before.
+    /// The values of names, followed by those at the preceding value.
     slots: Vec<f64>,
-    /// The time of the value before, and what came of it.
+    /// The time of the preceding value, and its result.
     last: Option<(f64, f64)>,
-    /// Values that are still on their way, with their times.
+    /// Values within the delay, with their times.
     coming: VecDeque<(f64, f64)>,
 }
 
-/// Values on their way at most: a second at 10 kHz.
+/// Maximum number of values within the delay: a second at 10 kHz.
 const COMING_MAX: usize = 10_000;
 
-/// Names that steps know.
+/// The names known to steps.
 struct Names<'a>(&'a [String]);
 
 impl Scope for Names<'_> {
@@ -106,7 +106,7 @@ impl Scope for Names<'_> {
 }
 
 impl Steps {
-    /// Reads them; `find` says where a named input comes from.
+    /// Parses the steps; `find` returns the source of a named input.
     pub(crate) fn read<I>(
         &self,
         mut find: impl FnMut(&str) -> Result<I, String>,
@@ -149,7 +149,8 @@ impl Steps {
 }
 
 impl<I> Procedure<I> {
-    /// What the steps make of `value` at `time`; it stays where they come to nothing. `seen` is asked for named inputs.
+    /// The result of the steps for `value` at `time`; `value` itself if that is not finite. `seen` returns named
+    /// inputs.
     pub(crate) fn next(
         &self,
         memory: &mut Memory,
@@ -161,7 +162,7 @@ impl<I> Procedure<I> {
         if let Some((at, found)) = memory.last
             && time <= at
         {
-            // Looked at twice at one instant.
+            // Evaluated twice at the same time.
             return found;
         }
         let interval = memory.last.map_or(0.0, |(at, _)| time - at);
@@ -191,7 +192,7 @@ impl<I> Procedure<I> {
 }
 
 impl Memory {
-    /// The value `delay_s` ago, straight between values; before the first one, that.
+    /// The value `delay_s` ago, interpolated linearly; before the first one, the first.
     fn delayed(&mut self, time: f64, value: f64, delay_s: f64) -> f64 {
         if delay_s == 0.0 {
             return value;

@@ -1,25 +1,25 @@
-//! What is wrong with a TOML file, and where, as its parser says it.
+//! The mistake in a TOML file and its position, from its parser's error.
 
 use std::ops::Range;
 
-/// What people are told of tables in tables beyond what the parser takes.
+/// Message for tables nested deeper than the parser accepts.
 const TOO_DEEP: &str = "nested too deeply: more than 80 levels";
 
-/// The place, where there is one, and the message of a parser's error.
+/// The position, if any, and the message of a parser's error.
 pub(crate) fn toml_mistake(text: &str, error: &toml::de::Error) -> (Option<Range<usize>>, String) {
     let (at, message) = match error.message() {
-        // The parser has no place for a key of too many parts.
+        // The parser gives no position for a key of too many parts.
         "recursion limit" => (longest_key(text), TOO_DEEP),
         "cannot recurse further; max recursion depth met" => (error.span(), TOO_DEEP),
         message => (error.span(), message),
     };
-    // What is missing at the end is shown at the last letter there is.
+    // A mistake at the end of the file is shown at the last letter.
     let last = text.trim_end().char_indices().next_back().map_or(0, |(index, _)| index);
     let at = at.map(|at| at.start.min(last)..at.end.min(text.len()));
     (at, message.to_owned())
 }
 
-/// The key of the most parts, where any has several.
+/// The key with the most parts, if any has several.
 fn longest_key(text: &str) -> Option<Range<usize>> {
     let mut begin = 0;
     let keys = text.split_inclusive('\n').map(|line| {

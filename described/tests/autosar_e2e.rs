@@ -1,5 +1,5 @@
-//! Somebody else's end-to-end protection: random messages that the Python package autosar-e2e protected.
-//! `data/protect_with_autosar_e2e.py` wrote the file (autosar-e2e 1.0.0).
+//! Comparison with another implementation of end-to-end protection: random messages protected by the Python package
+//! autosar-e2e. `data/protect_with_autosar_e2e.py` wrote the file (autosar-e2e 1.0.0).
 
 use described::{Description, Layout, Outbox, Verdict};
 use wire::can::CanFrame;
@@ -8,7 +8,7 @@ use wire::time::Timestamp;
 
 const MESSAGES: &str = include_str!("data/autosar_e2e.csv");
 
-/// What begins a packet.
+/// The start byte of a packet.
 const START: u8 = 0xaa;
 
 struct Row<'a> {
@@ -31,7 +31,7 @@ fn row(line: &str) -> Row<'_> {
 }
 
 impl Row<'_> {
-    /// Where the fields of a message are that protect it: name, first bit as a DBC has it, length, byte order.
+    /// The fields of a message that protect it: name, first bit as in a DBC, length, byte order.
     fn fields(&self) -> [(&'static str, usize, usize, usize); 2] {
         let at = 8 * self.at;
         match self.profile {
@@ -41,7 +41,7 @@ impl Row<'_> {
         }
     }
 
-    /// The number of the counter that the row has.
+    /// The row's counter number.
     fn counter(&self) -> f64 {
         let byte = |at: usize| f64::from(self.bytes[at]);
         match self.profile {
@@ -63,7 +63,7 @@ impl Row<'_> {
         )
     }
 
-    /// A message on CAN with the protecting signals; each half of the other bytes is a signal of its own.
+    /// A message on CAN with the protection signals; each half of the other bytes is a signal.
     fn on_can(&self) -> Layout {
         let mut dbc = "VERSION \"\"\n\nBU_: A B\n\nBO_ 1 M: 8 A\n".to_owned();
         let taken = |half: usize| {
@@ -86,7 +86,7 @@ impl Row<'_> {
         description.unwrap_or_else(|error| panic!("{error}\n{text}")).layout().clone()
     }
 
-    /// A packet or a frame of CAN FD, with bytes before and behind the header.
+    /// A packet or a frame of CAN FD, with bytes before and after the header.
     fn of_fields(&self, is_packet: bool) -> Layout {
         let mut fields: Vec<String> =
             (0..self.at).map(|at| format!("{{ name = \"B{at}\", type = \"u8\" }}")).collect();
@@ -141,7 +141,7 @@ fn messages_are_those_of_autosar_e2e() {
 fn compare(line: &str, row: &Row<'_>, layout: &Layout) {
     let signals = &layout.messages()[0].signals;
     let values: Vec<f64> = signals.iter().map(|signal| row.value(&signal.name)).collect();
-    // The counter is that of the row.
+    // The counter of the row is used.
     let is_own = |signal: usize| signals[signal].name == "Alive";
     let mut outbox = Outbox::new(layout.clone(), layout.messages()[0].sender, 1);
     outbox.send(Timestamp::ZERO, 0, &values, is_own).expect("all in range");
@@ -162,7 +162,7 @@ fn compare(line: &str, row: &Row<'_>, layout: &Layout) {
     assert_eq!(verdict, Some(Verdict::Ok), "{line}");
 }
 
-/// Each bit of theirs that is another is noticed.
+/// Every changed bit in their frames is detected.
 #[test]
 fn damage_to_their_frames_is_noticed() {
     for line in MESSAGES.lines().skip(1).map(row).filter(|row| row.profile != "4") {

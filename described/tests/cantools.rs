@@ -1,6 +1,6 @@
-//! Somebody else's codec: frames that cantools encoded, over random layouts of either byte order, signed and
-//! unsigned, and floats, and of multiplexers below multiplexers with ranges. `data/encode_with_cantools.py` wrote both
-//! files (cantools 41.4.3).
+//! Comparison with another codec: frames encoded by cantools over random layouts in both byte orders, signed and
+//! unsigned, floats, and nested multiplexers with ranges. `data/encode_with_cantools.py` wrote both files (cantools
+//! 41.4.3).
 
 use described::{Layout, Signal};
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use wire::device::Transmit;
 const DBC: &str = include_str!("data/cantools.dbc");
 const FRAMES: &str = include_str!("data/cantools.csv");
 
-/// What a double leaves of a count of 40 bits with a factor.
+/// Rounding of a double for a 40-bit count with a factor.
 const ROUNDING: f64 = 1e-3;
 
 #[test]
@@ -27,7 +27,7 @@ fn frames_are_those_of_cantools() {
             .map(|value| value.split_once('=').expect("name=value"))
             .map(|(signal, value)| (signal, value.parse().expect("a number")))
             .collect();
-        // What the frame does not carry is not looked at.
+        // Values that the frame does not carry are ignored.
         let value = |signal: &Signal| said.get(signal.name.as_str()).copied().unwrap_or(f64::NAN);
         let values: Vec<f64> = form.signals.iter().map(value).collect();
         let Ok(Transmit::Frame(frame)) = layout.encode(message, &values) else {

@@ -1,5 +1,5 @@
-//! DBC files as they come: those of your own folder (`HIL_TESTS_DBC_FILES`), held against cantools over random numbers
-//! in every signal. `HIL_TESTS_PYTHON` names a Python that has cantools.
+//! Real DBC files: those of the folder `HIL_TESTS_DBC_FILES`, compared with cantools over random numbers in every
+//! signal. `HIL_TESTS_PYTHON` names a Python with cantools.
 
 #![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]
 
@@ -11,7 +11,7 @@ use std::process::Command;
 use wire::can::{CanFrame, ExtendedId, FdFlags, Id, StandardId};
 use wire::device::Transmit;
 
-/// What a double leaves of a value with a factor and an offset.
+/// Rounding of a double for a value with a factor and an offset.
 const ROUNDING: f64 = 1e-12;
 
 fn folder() -> Option<PathBuf> {
@@ -22,7 +22,7 @@ fn folder() -> Option<PathBuf> {
     folder
 }
 
-/// What the file says; nothing where it has no node and no message.
+/// The layout of the file; `None` if it has no node and no message.
 fn layout(path: &str) -> Option<Layout> {
     let bytes = std::fs::read(path).unwrap();
     let text = dbc_text(&bytes);
@@ -49,7 +49,7 @@ fn frame(message: &Value, data: &str) -> CanFrame {
     }
 }
 
-/// What was seen, by what it is.
+/// Counts by kind of observation.
 #[derive(Debug, Default)]
 struct Counts(BTreeMap<&'static str, usize>);
 
@@ -63,7 +63,7 @@ impl Counts {
     }
 }
 
-/// The values of a frame are those of cantools; what the layout does not have, its notes leave out.
+/// Compares the values of a frame with those of cantools; whatever the layout lacks must be in its notes.
 fn decode(
     decoder: &mut Decoder,
     place: &str,
@@ -102,7 +102,7 @@ fn decode(
     is_whole.then_some((decoded.message, values))
 }
 
-/// The frame with these values is that of cantools; a value that is out of its range is refused.
+/// Compares the frame with that of cantools; values out of range must be refused.
 fn encode(
     layout: &Layout,
     (message, values): (usize, &[f64]),
@@ -140,7 +140,7 @@ fn frames_of_any_dbc_are_those_of_cantools() {
     for line in String::from_utf8(said.stdout).unwrap().lines() {
         let of_file: Value = serde_json::from_str(line).unwrap();
         let path = of_file["file"].as_str().unwrap();
-        // Those that cantools does not read are read too.
+        // Files that cantools cannot read are read too.
         let layout = layout(path);
         counts.add("files", 1);
         let Some(messages) = of_file["messages"].as_array() else { continue };

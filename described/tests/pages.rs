@@ -1,4 +1,4 @@
-//! The pages on devices of one's own: what they write is taken, and the messages are sent so.
+//! The documentation pages on described devices: their examples are valid and send the messages shown.
 
 use described::{Description, Device, Outbox, SendKind};
 use std::sync::Arc;
@@ -56,7 +56,7 @@ fn the_example_of_counters_and_checksums_is_taken() {
     assert_eq!(counters[13..], [13, 14, 0]);
 }
 
-/// All that the device says up to this time, in ms: when, its identifier, and its bytes.
+/// All messages of the device up to `until_ms`: time in ms, identifier, and bytes.
 fn said(device: &mut Device, until_ms: i64) -> Vec<(i64, u32, Vec<u8>)> {
     let mut said = Vec::new();
     loop {
@@ -99,7 +99,7 @@ fn the_pack_of_the_page_does_what_the_page_says() {
         .filter(|(_, id, _)| *id > 0x101)
         .map(|(_, id, data)| (id, data[0]))
         .collect();
-    // Of four two wait, one is refused; the third asks for more than there is.
+    // Of four questions two wait and one is refused; the third asks for more entries than there are.
     assert_eq!(log, [(0x103, 1), (0x102, 3), (0x102, 4), (0x102, 1), (0x102, 2)]);
     device.receive_frame(at(700), &frame("Request", &[1.0, 3000.0]));
     said(&mut device, 3_000);

@@ -1,4 +1,4 @@
-//! The absolute measurement of where the robot stands: rulers and marks on the floor.
+//! The absolute measurement of the robot's position: rulers and marks on the floor.
 
 use crate::parameters::{ParameterError, Parameters as _, parameters};
 use crate::random::RandomStream;
@@ -26,7 +26,7 @@ pub struct AbsoluteMeasurement {
 }
 
 impl AbsoluteMeasurement {
-    /// The measurement `name` in the run with `seed`.
+    /// The measurement `name` in a run with `seed`.
     pub fn new(parameters: AbsoluteParameters, seed: u64, name: &str) -> Self {
         Self { parameters, stream: RandomStream::new(seed, name, "absolute measurement") }
     }
@@ -52,12 +52,12 @@ impl AbsoluteMeasurement {
         Angle::from_deg(self.parameters.heading_limit_deg) / sqrt(3.0)
     }
 
-    /// Sets the parameter of this name.
+    /// Sets the parameter `name`.
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         self.parameters.set(name, value)
     }
 
-    /// The parameters in force.
+    /// The current parameters.
     pub const fn parameters(&self) -> &AbsoluteParameters {
         &self.parameters
     }

@@ -1,8 +1,8 @@
-//! Device files: which devices a run has, and how imperfect each is.
+//! Device files: the devices of a run and their imperfections.
 //!
-//! A **model file** describes one kind of device (`gyros/navigator.toml`); a **device file** puts
-//! models together (`paper.toml`) and may change single parameters. Neither is read from disk here:
-//! the caller deserialises them and hands in a [`ModelSource`] that finds models by name.
+//! A **model file** describes one kind of device (`gyros/navigator.toml`); a **device file** combines models
+//! (`paper.toml`) and may change single parameters. This module does not read from disk: the caller deserialises the
+//! files and passes a [`ModelSource`] that finds models by name.
 //!
 //! ```toml
 //! title = "The paper's robot"
@@ -17,8 +17,8 @@
 //! transport = "can"
 //! ```
 //!
-//! A gyro may have error terms of its own (`[[gyro.terms]]`, see [`Term`]) and those of a model that
-//! was identified (`learned = "name"`).
+//! A gyro may have error terms of its own (`[[gyro.terms]]`, see [`Term`]) and those of an identified model
+//! (`learned = "name"`).
 
 use crate::absolute::AbsoluteParameters;
 use crate::base::{BaseParameters, Transport};
@@ -88,12 +88,12 @@ pub struct GyroSection {
     pub terms: Vec<Term>,
 }
 
-/// What a model that was identified says of a gyro.
+/// An identified model of a gyro.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Learned {
     /// Error terms.
     pub terms: Vec<Term>,
-    /// Parameters that have a name.
+    /// Named parameters.
     pub parameters: BTreeMap<String, f64>,
 }
 
@@ -168,7 +168,7 @@ pub struct TableModel {
     pub parameters: TableParameters,
 }
 
-/// Single parameters of a device; those of a term by its place, as in `terms.0.slope`.
+/// Single parameters of a device; those of a term by its index, as in `terms.0.slope`.
 fn changes_schema<P: Parameters>(_: &mut SchemaGenerator) -> Schema {
     let mut schema = parameters::schema::changes(P::TABLE);
     let terms = json_schema!({ "type": "number" });
@@ -179,12 +179,12 @@ fn changes_schema<P: Parameters>(_: &mut SchemaGenerator) -> Schema {
     schema
 }
 
-/// [`OutputMode`], as it is written.
+/// [`OutputMode`] in its serialised form.
 fn mode_schema(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "enum": ["rate", "increment", "integrated"] })
 }
 
-/// [`GyroStream`], as it is written.
+/// [`GyroStream`] in its serialised form.
 fn stream_schema(generator: &mut SchemaGenerator) -> Schema {
     let mut mode = mode_schema(generator);
     mode.insert("default".to_owned(), "rate".into());
@@ -207,9 +207,9 @@ fn stream_schema(generator: &mut SchemaGenerator) -> Schema {
     })
 }
 
-/// Finds models by name: in files, or in what a program carries along.
+/// Finds models by name, in files or embedded in a program.
 pub trait ModelSource {
-    /// Why a model was not found, or not understood.
+    /// Reason why a model was not found or not understood.
     type Error;
 
     /// The gyro model `name`.
@@ -218,14 +218,14 @@ pub trait ModelSource {
     fn base(&mut self, name: &str) -> Result<BaseModel, Self::Error>;
     /// The table model `name`.
     fn table(&mut self, name: &str) -> Result<TableModel, Self::Error>;
-    /// What the identified model `name` says of a gyro.
+    /// The identified gyro model `name`.
     fn learned(&mut self, name: &str) -> Result<Learned, Self::Error>;
 }
 
-/// Everything it takes to make the devices of a run.
+/// Specification of all devices of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Devices {
-    /// What carries the gyro.
+    /// The carrier of the gyro.
     pub mount: Mount,
     /// The gyro's stream, and its imperfections.
     pub gyro: (GyroStream, GyroParameters),
@@ -238,10 +238,10 @@ pub struct Devices {
 }
 
 impl Devices {
-    /// Sets a parameter of one of the devices, as a step of a plan would; none where this bench has no such device.
+    /// Sets a parameter of a device, as a plan step does; `None` if the bench has no such device.
     ///
     /// # Errors
-    /// When the device has nothing by that name, or the value is out of range.
+    /// If the device has no parameter of that name, or the value is out of range.
     pub fn set(
         &mut self,
         device: &str,
@@ -259,32 +259,32 @@ impl Devices {
     }
 }
 
-/// Why a device file does not describe devices.
+/// Reason why a device file is invalid.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DeviceFileError<E> {
-    /// A model was not found, or not understood.
+    /// A model was not found or not understood.
     #[error("failed to load the model of [{section}]")]
     Model {
         /// The section that names it.
         section: &'static str,
-        /// Why.
+        /// The reason.
         source: E,
     },
-    /// A parameter does not exist or has a value that it may not take.
+    /// A parameter does not exist or its value is out of range.
     #[error("[{section}]: {error}")]
     Parameter {
-        /// The section that has it, or names the model that has it.
+        /// The section that sets it, or names the model that sets it.
         section: &'static str,
-        /// What is wrong.
+        /// The error.
         error: ParameterError,
     },
-    /// The gyro is mounted on something the file does not have.
+    /// The gyro is mounted on a device that the file lacks.
     #[error("the gyro is mounted on the {0:?}, which the file does not have")]
     NoCarrier(Mount),
 }
 
 impl DeviceFile {
-    /// Loads the models and applies what the file changes; every value is checked.
+    /// Loads the models and applies the changes of the file; checks every value.
     pub fn resolve<S: ModelSource>(
         &self,
         models: &mut S,

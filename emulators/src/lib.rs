@@ -1,20 +1,19 @@
-//! What is true on the bench: emulated devices, from their physics to their bytes.
+//! The true state of the bench: emulated devices, from their physics to their bytes.
 //!
 //! * [`gyro`]: a fibre-optic gyro on one of four streams.
 //! * [`base`]: a synchro-drive base on CAN or a serial line.
 //! * [`table`]: a stepper-driven rotary table.
-//! * [`absolute`]: the absolute measurement of pose that runs are judged by.
-//! * [`device_file`]: which devices a run has, and how imperfect each is.
-//! * [`fault`]: what goes wrong in a device on purpose is switched on and off by number.
+//! * [`absolute`]: the absolute measurement of pose that serves as the reference in a run.
+//! * [`device_file`]: the devices of a run and their imperfections.
+//! * [`fault`]: switches deliberate faults of a device on and off by number.
 //! * [`parameters`]: the named numbers that make a device imperfect; [`random`]: its noise.
 //!
-//! A device is a state machine without IO: bytes or frames go in by `receive`, time by `wake`; bytes
-//! or frames come out by `transmit`, and `next_wakeup` says when it wants to be woken. Time is always
-//! an argument. Whoever connects devices hands the true heading of the carrier, turret or table, to
-//! the gyro at the gyro's own instants.
+//! A device is a state machine without IO: `receive` takes bytes or frames, `wake` takes the time; `transmit` returns
+//! bytes or frames, and `next_wakeup` the time of the next wake-up. Time is always an argument. The caller passes the
+//! true heading of the carrier, turret or table, to the gyro at the gyro's own instants.
 //!
-//! Every imperfection is off until a device file turns it on, and every random number belongs to one
-//! device and one purpose. No emulator knows the code that is tested with it.
+//! Every imperfection is off until a device file turns it on, and every random number belongs to one device and one
+//! purpose. No emulator knows the code under test.
 
 pub mod absolute;
 pub mod base;

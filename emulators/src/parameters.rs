@@ -5,7 +5,7 @@ pub(crate) mod schema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// The values a parameter may take. A NaN is never one of them.
+/// The permitted values of a parameter. A NaN is never permitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Domain {
     /// The smallest.
@@ -24,55 +24,55 @@ impl Domain {
     /// More than zero; `inf` stands for "no limit".
     pub const LIMIT: Self = Self { min: f64::MIN_POSITIVE, max: f64::INFINITY };
 
-    /// Degrees Celsius that a room or an instrument may have, generously.
+    /// Degrees Celsius of a room or an instrument, with a wide margin.
     pub const CELSIUS: Self = Self { min: -273.15, max: 1e3 };
     /// Differences of such temperatures.
     pub const KELVIN: Self = Self { min: -1e3, max: 1e3 };
     /// Degrees of latitude, north positive.
     pub const LATITUDE: Self = Self { min: -90.0, max: 90.0 };
-    /// Parts per million by which a clock may be off: half of its rate.
+    /// Error of a clock in parts per million: up to half of its rate.
     pub const CLOCK_ERROR: Self = Self { min: -5e5, max: 5e5 };
-    /// Seconds by which an output may come late: what the emulator's queue of outputs can hold.
+    /// Delay of an output in seconds: up to the capacity of the emulator's queue of outputs.
     pub const LATENCY: Self = Self { min: 0.0, max: 0.1 };
 
-    /// Whether `value` is one of them.
+    /// True if `value` is permitted.
     pub const fn contains(self, value: f64) -> bool {
         value >= self.min && value <= self.max
     }
 }
 
-/// What is known of a parameter before it has a value.
+/// Description of a parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct ParameterInfo {
-    /// Its name, as in a device file; the unit is its last part.
+    /// Name as in a device file; the last part is the unit.
     pub name: &'static str,
-    /// What it is, with source and usual size.
+    /// Meaning, with source and usual size.
     pub doc: &'static str,
-    /// The values it may take.
+    /// Permitted values.
     pub domain: Domain,
-    /// The value it has where a device file does not name it: that of an ideal device.
+    /// Default value in a device file: that of an ideal device.
     pub ideal: f64,
 }
 
-/// Why a parameter was not set.
+/// Reason why a parameter was not set.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ParameterError {
-    /// The device has none of this name.
+    /// The device has no parameter of this name.
     #[error("no parameter `{name}`{}", hint(.nearest))]
     Unknown {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The most similar of the names that exist.
+        /// The most similar existing name.
         nearest: Option<&'static str>,
     },
-    /// The value is not one that the parameter may take.
+    /// The value is not permitted.
     #[error("`{name}` = {value} is not within {} to {}", .domain.min, .domain.max)]
     OutOfDomain {
         /// The parameter.
         name: String,
-        /// The value asked for.
+        /// The requested value.
         value: f64,
-        /// What is allowed.
+        /// The permitted values.
         domain: Domain,
     },
 }
@@ -86,10 +86,10 @@ pub trait Parameters {
     /// Every parameter that is a single number.
     const TABLE: &'static [ParameterInfo];
 
-    /// The place of the parameter `name`, and what may be put there.
+    /// A reference to the parameter `name`, and its permitted values.
     fn slot(&mut self, name: &str) -> Option<(&mut f64, Domain)>;
 
-    /// Sets the parameter `name`, or leaves everything as it was.
+    /// Sets the parameter `name`, or leaves everything unchanged.
     fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let Some((slot, domain)) = self.slot(name) else {
             return Err(ParameterError::Unknown {
@@ -104,7 +104,7 @@ pub trait Parameters {
         Ok(())
     }
 
-    /// Whether every value, however it came there, is one it may be.
+    /// Checks that every value is permitted, whatever its origin.
     fn check(&mut self) -> Result<(), ParameterError> {
         for info in Self::TABLE {
             if let Some((&mut value, domain)) = self.slot(info.name)
@@ -118,8 +118,7 @@ pub trait Parameters {
     }
 }
 
-/// The name with the longest common start, the shortest of several, if it shares at least a word with
-/// `name`.
+/// The name with the longest common start, the shortest of several, if it shares at least a word with `name`.
 fn nearest(name: &str, table: &[ParameterInfo]) -> Option<&'static str> {
     let common = |other: &str| name.bytes().zip(other.bytes()).take_while(|(a, b)| a == b).count();
     let word = name.find('_').unwrap_or(name.len()).max(1);

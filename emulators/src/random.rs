@@ -1,8 +1,8 @@
 //! Random numbers, one stream for each purpose of each device.
 //!
-//! A stream is keyed by the run ([`seed_of_run`]: its seed and its plan), the device's name and the purpose. Whatever one stream
-//! draws, the others stay as they are: a device more on the bench, or a noise term switched on,
-//! shifts nobody's numbers.
+//! A stream is keyed by the run ([`seed_of_run`]: its seed and its plan), the device's name and the purpose. Draws
+//! from one stream never affect another: an additional device on the bench, or a noise term switched on, changes no
+//! other numbers.
 
 use chacha20::ChaCha8Rng;
 use rand::{Rng as _, SeedableRng as _};
@@ -22,7 +22,7 @@ impl Clone for RandomStream {
 }
 
 impl RandomStream {
-    /// The stream of `device` for `purpose` in the run with `seed`.
+    /// The stream of `device` for `purpose` in a run with `seed`.
     pub fn new(seed: u64, device: &str, purpose: &str) -> Self {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&seed.to_le_bytes());
@@ -45,13 +45,13 @@ impl RandomStream {
     }
 }
 
-/// What the streams of one run are made from: its seed and the name of its plan. Two plans of one seed share no noise.
+/// The key of the streams of one run: its seed and the name of its plan. Two plans with the same seed share no noise.
 pub fn seed_of_run(seed: u64, plan: &str) -> u64 {
     fnv1a(&format!("{plan} {seed}"))
 }
 
-/// FNV-1a, 64 bits (Fowler, Noll, Vo; constants of RFC 9923): short, and fixed for all time, which
-/// the hashes of the standard library are not.
+/// FNV-1a, 64 bits (Fowler, Noll, Vo; constants of RFC 9923): short and stable, unlike the hashes of the standard
+/// library.
 fn fnv1a(text: &str) -> u64 {
     const OFFSET_BASIS: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0000_0100_0000_01b3;
@@ -107,7 +107,7 @@ mod tests {
         assert_ne!(one, first(1, "gyro", "drift"));
     }
 
-    /// Pins the numbers themselves: a changed library version would change every record.
+    /// Pins the numbers themselves: a library version with other numbers would change every record.
     #[test]
     fn the_numbers_are_the_same_everywhere() {
         let mut stream = RandomStream::new(7, "gyro", "white");

@@ -1,4 +1,4 @@
-//! The device files that come with the project, and what the devices they describe do.
+//! The device files that ship with the project, and the behaviour of their devices.
 
 use emulators::base::Transport;
 use emulators::device_file::{
@@ -94,7 +94,7 @@ fn the_papers_files_differ_in_what_they_say_and_share_the_rest() {
     assert_eq!(devices("dsp3000-table.toml").gyro.0.mode, OutputMode::Increment);
 }
 
-/// The plan that adds one effect after the other sets what the file of all of them says.
+/// The plan with one effect after another uses the values of the file with all of them.
 #[test]
 fn the_plan_of_single_effects_has_the_sizes_of_the_mounted_robot() {
     let plan: toml::Table = read("../table-to-robot.toml").unwrap();
@@ -125,7 +125,7 @@ fn the_plan_of_single_effects_has_the_sizes_of_the_mounted_robot() {
     assert_eq!(set, added);
 }
 
-/// Angle by the gyro's bytes of one turn of the table, in degrees.
+/// Angle from the gyro's bytes over one turn of the table, in degrees.
 fn turn_by_bytes(devices: &Devices, steps: i32) -> f64 {
     let (stream, parameters) = devices.gyro.clone();
     let nominal_s = stream.format.period().as_secs_f64();
@@ -148,7 +148,7 @@ fn turn_by_bytes(devices: &Devices, steps: i32) -> f64 {
     deg
 }
 
-/// Eq. 5 from the data file, through table, gyro, bytes and decoder, noise and bias left out.
+/// Eq. 5 from the data file, through table, gyro, bytes and decoder, without noise and bias.
 #[test]
 fn the_papers_table_run_gives_equation_5_through_the_bytes() {
     for celsius in [22.0, 30.0, 36.98, 42.0] {
@@ -166,7 +166,7 @@ fn the_papers_table_run_gives_equation_5_through_the_bytes() {
         for steps in [-28_800, 28_800] {
             let error = turn_by_bytes(&devices, steps).abs() - 360.0;
             let equation_5 = -0.52 * celsius + 19.23;
-            // Half a step of the rate, 0.0015 deg/s, for the 14 s of the turn; 0.01 deg of play.
+            // Half a step of the rate, 0.0015 deg/s, for the 14 s of the turn, plus 0.01 deg of play.
             assert!((error - equation_5).abs() < 0.021 + 0.01, "{celsius}: {error} {equation_5}");
         }
     }

@@ -1,18 +1,18 @@
-//! A port of either kind, for who serves a device without minding which.
+//! A port of either kind, for code that serves a device on any of them.
 
 use super::{BytePort, Counters, FramePort, PortError};
 
-/// Bytes or frames cross it.
+/// Carries bytes or frames.
 #[derive(Debug)]
 pub enum AnyPort {
-    /// Boxed: it keeps more than the other.
+    /// Boxed, because it is larger than the other variant.
     Bytes(Box<BytePort>),
     /// Frames of a bus.
     Frames(FramePort),
 }
 
 impl AnyPort {
-    /// What the other side opens; `None` where it is a device.
+    /// Path for the other side to open; `None` if that is a device.
     pub fn far_path(&self) -> Option<&str> {
         match self {
             Self::Bytes(port) => port.far_path(),
@@ -20,10 +20,10 @@ impl AnyPort {
         }
     }
 
-    /// Waits for a port that is gone to come back. May be called off.
+    /// Waits for the return of a lost port. May be cancelled.
     ///
     /// # Errors
-    /// When it stayed away for too long.
+    /// If the port stayed away for too long.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         match self {
             Self::Bytes(port) => port.reopen().await,
@@ -31,7 +31,7 @@ impl AnyPort {
         }
     }
 
-    /// What has crossed it, and what was lost.
+    /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         match self {
             Self::Bytes(port) => port.counters(),

@@ -1,14 +1,14 @@
-//! How long to wait before a vanished port is tried again, and when to stop trying.
+//! Delays between attempts to reopen a lost port, and the limit of attempts.
 
 use std::pin::Pin;
 use std::time::Duration;
 use tokio::time::Sleep;
 
-/// First wait. Assumption: a USB adapter that was reset is back after a few of these.
+/// First delay. Assumption: a USB adapter that was reset is back after a few of these.
 const DELAY_MIN: Duration = Duration::from_millis(100);
-/// Longest wait.
+/// Longest delay.
 const DELAY_MAX: Duration = Duration::from_secs(2);
-/// A port that stays away for this long is given up. Assumption: time to plug it in again.
+/// A port that stays away for longer is given up. Assumption: time to plug it in again.
 pub(super) const TOTAL_MAX: Duration = Duration::from_secs(60);
 
 /// A bounded series of growing delays.
@@ -16,12 +16,12 @@ pub(super) const TOTAL_MAX: Duration = Duration::from_secs(60);
 pub(super) struct Backoff {
     last: Option<Duration>,
     total: Duration,
-    /// Under way; kept here so that a wait that was called off goes on where it was.
+    /// The current delay; kept here so that a cancelled wait continues where it was.
     sleep: Option<Pin<Box<Sleep>>>,
 }
 
 impl Backoff {
-    /// Waits for the next try; `false` when it is time to give up. May be called off.
+    /// Waits for the next attempt; `false` when it is time to give up. May be cancelled.
     pub(super) async fn pause(&mut self) -> bool {
         if self.sleep.is_none() {
             let Some(delay) = self.next_delay() else { return false };

@@ -1,4 +1,4 @@
-//! A port that serial bytes cross.
+//! A port for serial bytes.
 
 use super::Counters;
 use super::error::{PortError, PortLost};
@@ -11,21 +11,21 @@ use wire::serial::SerialSettings;
 /// A port for bytes.
 #[derive(Debug)]
 pub enum BytePort {
-    /// A pty whose far side another program opens.
+    /// A pty whose other side another program opens.
     Pty(PtyPort),
     /// A serial port.
     Serial(SerialPort),
 }
 
-/// What a port for bytes tells.
+/// Events of a port for bytes.
 pub type ByteEvent = SerialEvent;
 
 impl BytePort {
-    /// Opens the port. What `spec` does not say of a serial port is set as is `usual`; a pty paces
-    /// nothing and takes no settings. Called within a tokio runtime that has IO enabled.
+    /// Opens the port. Settings of a serial port missing in `spec` are taken from `usual`; a pty has no pacing and no
+    /// settings. Must be called within a tokio runtime with IO enabled.
     ///
     /// # Errors
-    /// When it cannot be opened, or carries frames.
+    /// If it cannot be opened, or carries frames.
     pub fn open(spec: &PortSpec, usual: SerialSettings) -> Result<Self, PortError> {
         match spec {
             PortSpec::Pty { link } => PtyPort::open(link.as_deref()).map(Self::Pty),
@@ -40,10 +40,10 @@ impl BytePort {
         }
     }
 
-    /// Waits for what comes next. May be called off without losing anything.
+    /// Waits for the next event. May be cancelled without loss.
     ///
     /// # Errors
-    /// When the port is gone; again and again until it was reopened.
+    /// If the port is gone; on every call until it was reopened.
     pub async fn receive(&mut self) -> Result<ByteEvent, PortLost> {
         match self {
             Self::Pty(port) => port.receive().await.map(ByteEvent::Bytes),
@@ -51,7 +51,7 @@ impl BytePort {
         }
     }
 
-    /// Hands bytes to the port at once, and says how many found room. The others are lost and counted.
+    /// Sends bytes at once, and returns how many found room. The others are lost and counted.
     pub fn send(&mut self, bytes: &[u8]) -> usize {
         match self {
             Self::Pty(port) => port.send(bytes),
@@ -62,7 +62,7 @@ impl BytePort {
     /// Holds the line low, until [`end_break`](Self::end_break).
     ///
     /// # Errors
-    /// A pty carries no break; otherwise when the port is gone or its driver cannot do it.
+    /// On a pty, which carries no break; otherwise if the port is gone or its driver has no breaks.
     pub fn begin_break(&mut self) -> io::Result<()> {
         match self {
             Self::Pty(_) => Err(io::ErrorKind::Unsupported.into()),
@@ -70,10 +70,10 @@ impl BytePort {
         }
     }
 
-    /// The end of a break.
+    /// Ends a break.
     ///
     /// # Errors
-    /// As with its beginning.
+    /// As [`begin_break`](Self::begin_break).
     pub fn end_break(&mut self) -> io::Result<()> {
         match self {
             Self::Pty(_) => Err(io::ErrorKind::Unsupported.into()),
@@ -81,11 +81,10 @@ impl BytePort {
         }
     }
 
-    /// Waits until a port that was lost is back. May be called off, and called again. A pty is ours and
-    /// never away.
+    /// Waits for the return of a lost port. May be cancelled, and called again. A pty is created here and never lost.
     ///
     /// # Errors
-    /// When it stayed away for too long.
+    /// If the port stayed away for too long.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         match self {
             Self::Pty(_) => Ok(()),
@@ -93,7 +92,7 @@ impl BytePort {
         }
     }
 
-    /// What the other side opens; `None` where it is a device.
+    /// Path for the other side to open; `None` if that is a device.
     pub fn far_path(&self) -> Option<&str> {
         match self {
             Self::Pty(port) => Some(port.far_path()),
@@ -101,7 +100,7 @@ impl BytePort {
         }
     }
 
-    /// What has crossed it.
+    /// Traffic and losses of the port.
     pub const fn counters(&self) -> Counters {
         match self {
             Self::Pty(port) => port.counters(),

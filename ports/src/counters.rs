@@ -1,46 +1,45 @@
-//! What has crossed a port, and what has not.
+//! Traffic and losses of a port.
 
 use std::ops::Add;
 
-/// Counts of a port since it was opened first. What a medium does not know stays zero; each field says
-/// who knows it.
+/// Counts of a port since it was first opened. Counts that a medium does not have stay zero; each field names its
+/// media.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Bytes received from the line, that of slcan included.
+    /// Bytes received from the line, including that of slcan.
     pub bytes_in: u64,
-    /// Bytes handed to the line.
+    /// Bytes sent to the line.
     pub bytes_out: u64,
-    /// Frames received, remote requests included.
+    /// Frames received, including remote requests.
     pub frames_in: u64,
-    /// Frames handed to the interface.
+    /// Frames sent to the interface.
     pub frames_out: u64,
-    /// Bytes that were to be sent and found no room, or no port.
+    /// Bytes to send that found no room, or no port.
     pub overrun_bytes: u64,
-    /// Frames that were to be sent and found no room (`ENOBUFS`), an interface that is down or an adapter
-    /// that is closed, or no port.
+    /// Frames to send that found no room (`ENOBUFS`), an interface that is down, a closed adapter, or no port.
     pub overrun_frames: u64,
-    /// Frames that arrived and that the receive queue of the socket had no room for (SocketCAN).
+    /// Received frames dropped because the socket's receive queue was full (SocketCAN).
     pub receive_dropped_frames: u64,
-    /// Bytes received with a framing or parity error (serial ports with a UART behind them).
+    /// Bytes received with a framing or parity error (serial ports with a UART).
     pub line_errors: u64,
-    /// Breaks received (likewise).
+    /// Breaks received (serial ports with a UART).
     pub breaks: u64,
     /// Events of the bus received: error frames, and changes of an adapter's error state.
     pub error_frames: u64,
     /// CAN FD frames among those received (SocketCAN).
     pub fd_frames: u64,
-    /// Frames received with more data than a classic frame has; they are not passed on.
+    /// Received frames that are not passed on: of an invalid length, or CAN FD frames (slcan).
     pub unsupported_frames: u64,
-    /// Lines that are none of the slcan protocol (slcan).
+    /// Lines that do not follow the slcan protocol (slcan).
     pub malformed_lines: u64,
-    /// Commands and frames that the adapter refused; here or on the other side (slcan).
+    /// Commands and frames refused by the adapter, here or on the other side (slcan).
     pub refused: u64,
-    /// Times that the port came back after it was lost or its interface was down.
+    /// Number of returns after a loss of the port or an interface that was down.
     pub returns: u64,
 }
 
 impl Counters {
-    /// Whether all that was to cross the port did so whole, as far as the system tells.
+    /// True if all traffic crossed the port intact, as far as the system reports losses.
     pub const fn all_crossed(&self) -> bool {
         self.overrun_bytes == 0
             && self.overrun_frames == 0
@@ -75,7 +74,7 @@ impl Counters {
 impl Add for Counters {
     type Output = Self;
 
-    /// The counts of two ports, or of a port and the line under it, together.
+    /// The sum of two ports, or of a port and its underlying line.
     fn add(self, other: Self) -> Self {
         Self {
             bytes_in: self.bytes_in.saturating_add(other.bytes_in),

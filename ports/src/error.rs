@@ -1,4 +1,4 @@
-//! Why a port cannot be opened, and how it is lost.
+//! Reasons why a port cannot be opened or is lost.
 
 use super::backoff::TOTAL_MAX;
 use super::pty::LinkError;
@@ -7,14 +7,14 @@ use rustix::io::Errno;
 use std::fmt;
 use std::io;
 
-/// Why a port is not open.
+/// Reason why a port is not open.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PortError {
-    /// No pty.
+    /// No pty is available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Pty(#[from] PtyError),
-    /// No link to the far side of a pty.
+    /// The link to the other side of a pty could not be made.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Link(#[from] LinkError),
@@ -24,12 +24,12 @@ pub enum PortError {
     WrongKind {
         /// The port.
         spec: String,
-        /// What was to cross it.
+        /// What the port should carry.
         wanted: &'static str,
-        /// The kinds that carry this.
+        /// The kinds of port that carry this.
         known: &'static str,
     },
-    /// An adapter cannot be told this rate.
+    /// The adapter has no command for this bit rate.
     #[error("failed to open {port}: SLCAN has no {bit_rate} bit/s")]
     #[diagnostic(help("say at what the adapter is to run: `slcan:{port}?bitrate=500000`"))]
     NoBitRate {
@@ -48,7 +48,7 @@ pub enum PortError {
         /// The path.
         port: String,
     },
-    /// The user may not open it.
+    /// The user has no permission to open it.
     #[error("failed to open the serial port {port}: permission denied")]
     #[diagnostic(help(
         "its group must contain you: `ls -l {port}` shows the group, often dialout; then `sudo usermod \
@@ -58,7 +58,7 @@ pub enum PortError {
         /// The path.
         port: String,
     },
-    /// Another program, or another port of this bench, has it.
+    /// Another program, or another port of this bench, uses it.
     #[error("failed to open the serial port {port}: it is in use")]
     #[diagnostic(help(
         "`fuser -v {port}` tells by whom; two roles of a bench cannot share a port; to listen beside \
@@ -68,33 +68,33 @@ pub enum PortError {
         /// The path.
         port: String,
     },
-    /// It does not take its settings, or is no serial port.
+    /// The port rejects its settings, or is not a serial port.
     #[error("failed to set up the serial port {port}")]
     #[diagnostic(help("check that it is a serial port and can do {settings}: `stty -F {port}`"))]
     Settings {
         /// The path.
         port: String,
-        /// What it was to be set to.
+        /// The requested settings.
         settings: String,
-        /// Why not.
+        /// The reason.
         source: io::Error,
     },
-    /// No adapter has that USB id.
+    /// No adapter has this USB id.
     #[error("failed to find the USB adapter {id}: none is plugged in")]
     #[diagnostic(help("plugged in: {there}"))]
     NoUsb {
         /// The id.
         id: String,
-        /// The adapters that there are.
+        /// The existing adapters.
         there: String,
     },
-    /// Several adapters have that USB id.
+    /// Several adapters have this USB id.
     #[error("failed to choose among several USB adapters {id}")]
     #[diagnostic(help("name one by its serial number or its path: {there}"))]
     SeveralUsb {
         /// The id.
         id: String,
-        /// Those that fit.
+        /// The matching adapters.
         there: String,
     },
     /// The kernel has no CAN.
@@ -107,7 +107,7 @@ pub enum PortError {
         /// The interface.
         interface: String,
     },
-    /// There is no such interface, or it is no CAN interface.
+    /// There is no such interface, or it is not a CAN interface.
     #[error("failed to find the CAN interface {interface}")]
     #[diagnostic(help(
         "`ip -brief link show type can` and `type vcan` list them; a virtual one is made by `sudo ip \
@@ -127,17 +127,17 @@ pub enum PortError {
         /// The interface.
         interface: String,
     },
-    /// The interface opens, but not with what is needed of it.
+    /// The interface opens, but a required setting fails.
     #[error("failed to {step} the CAN interface {interface}")]
     Can {
-        /// What was tried.
+        /// The failed step.
         step: &'static str,
         /// The interface.
         interface: String,
-        /// Why not.
+        /// The reason.
         source: io::Error,
     },
-    /// The adapter does not do what it is told.
+    /// The adapter does not obey a command.
     #[error("failed to open the bus of the CAN adapter {port}: it refused to {command}")]
     #[diagnostic(help(
         "is it a slcan adapter, and can it do this bitrate? Unplug it and plug it in again, or choose \
@@ -146,38 +146,38 @@ pub enum PortError {
     AdapterRefused {
         /// The adapter's port.
         port: String,
-        /// What it was told.
+        /// The command.
         command: &'static str,
     },
-    /// The adapter went away while it was set up.
+    /// The adapter disappeared during its setup.
     #[error("failed to set up the CAN adapter {port}")]
     #[diagnostic(help("plug it in again: `ls -l /dev/serial/by-id` lists USB adapters"))]
     AdapterLost {
         /// The adapter's port.
         port: String,
-        /// How.
+        /// The kind of loss.
         source: PortLost,
     },
-    /// It is gone, and did not come back in time.
+    /// The port is gone and did not return in time.
     #[error("failed to reopen {port}: it stayed away for {} s", TOTAL_MAX.as_secs())]
     #[diagnostic(help("is it plugged in, and its interface up? `hil doctor` lists what is there"))]
     GivenUp {
         /// The port.
         port: String,
-        /// What the last try said.
+        /// The error of the last attempt.
         #[source]
         last: Option<Box<PortError>>,
     },
 }
 
 impl PortError {
-    /// Of a port that stayed away; `last` is what the last try said.
+    /// The error of a port that stayed away; `last` is the error of the last attempt.
     pub(super) fn given_up(port: &str, last: Option<Self>) -> Self {
         Self::GivenUp { port: port.to_owned(), last: last.map(Box::new) }
     }
 }
 
-/// How an open port was lost. `reopen` waits for it to come back.
+/// The kind of loss of an open port. `reopen` waits for its return.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum PortLost {
     /// The device is gone, or its other side was closed: hang-up, `EIO`, `ENXIO` or `ENODEV`.
@@ -192,7 +192,7 @@ pub enum PortLost {
 }
 
 impl PortLost {
-    /// What an error of reading a tty means.
+    /// Meaning of an error from reading a tty.
     pub(super) fn from_tty(error: &io::Error) -> Self {
         match Errno::from_io_error(error) {
             Some(Errno::IO | Errno::NXIO | Errno::NODEV) => Self::HungUp,
@@ -201,7 +201,7 @@ impl PortLost {
     }
 }
 
-/// A list for a message: `nothing` where it is empty.
+/// A list for a message: `nothing` if it is empty.
 pub(super) fn listed<T: fmt::Display>(items: &[T]) -> String {
     if items.is_empty() {
         return "nothing".to_owned();

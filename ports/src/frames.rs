@@ -1,4 +1,4 @@
-//! A port that CAN frames cross.
+//! A port for CAN frames.
 
 use super::Counters;
 use super::can_socket::{CanSocketPort, Interface};
@@ -16,32 +16,33 @@ use wire::time::Timestamp;
 pub enum FramePort {
     /// An interface of the kernel.
     Can(Box<CanSocketPort>),
-    /// An adapter that is used from here.
+    /// Uses an adapter.
     SlcanHost(Box<SlcanHost>),
-    /// An adapter that is played here.
+    /// Emulates an adapter.
     SlcanAdapter(Box<SlcanAdapter>),
 }
 
-/// What a port for frames tells.
+/// Events of a port for frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameEvent {
     /// A frame from the bus.
     Frame(CanFrame),
-    /// What the controller says of the bus: an error frame.
+    /// The controller's report on the bus: an error frame.
     Bus(CanErrorEvent),
-    /// The interface was taken down, or the other side has closed the bus of the adapter played here.
+    /// The interface went down, or the other side closed the bus of the emulated adapter.
     Down,
-    /// It is up again, or the other side has opened the bus.
+    /// The interface is up again, or the other side opened the bus.
     Up,
 }
 
 impl FramePort {
-    /// Opens the port of a bus of these rates. An adapter gets the nominal one where `spec` says no other; an
-    /// interface of the kernel runs at what it was set to (`ip link`). Called within a tokio runtime that
-    /// has IO and time enabled.
+    /// Opens the port of a bus with these rates. An adapter gets the nominal rate unless `spec` has another; an
+    /// interface of the kernel keeps its own (`ip link`). Must be called within a tokio runtime with IO and time
+    /// enabled.
     ///
     /// # Errors
-    /// When it cannot be opened, or carries bytes; when there are to be CAN FD frames, and the port carries classic ones alone.
+    /// If the port cannot be opened, or carries bytes; or if CAN FD frames are required and the port carries only
+    /// classic ones.
     pub async fn open(spec: &PortSpec, rates: BitRates) -> Result<Self, PortError> {
         let wrong = |wanted, known| PortError::WrongKind { spec: spec.to_string(), wanted, known };
         let is_fd = rates.data.is_some();
@@ -73,10 +74,10 @@ impl FramePort {
         }
     }
 
-    /// Waits for what comes next. May be called off without losing anything.
+    /// Waits for the next event. May be cancelled without loss.
     ///
     /// # Errors
-    /// When the port is gone; again and again until it was reopened.
+    /// If the port is gone; on every call until it was reopened.
     pub async fn receive(&mut self) -> Result<FrameEvent, PortLost> {
         match self {
             Self::Can(port) => port.receive().await,
@@ -85,8 +86,8 @@ impl FramePort {
         }
     }
 
-    /// Hands a frame to the port at once; what finds no room is lost and counted. An adapter played here
-    /// stamps it with `now` where the other side wants that.
+    /// Sends a frame at once; without room it is lost and counted. An emulated adapter adds the timestamp `now` if the
+    /// other side requests timestamps.
     pub fn send(&mut self, now: Timestamp, frame: &CanFrame) {
         match self {
             Self::Can(port) => port.send(frame),
@@ -95,11 +96,10 @@ impl FramePort {
         }
     }
 
-    /// Tells the other side of an error on the bus, as if the bus were real.
+    /// Reports a bus error to the other side, as a real bus would.
     ///
     /// # Errors
-    /// Where the bus is real, and its errors are not ours to make up (`Unsupported`); else what the system
-    /// reports.
+    /// On a real bus, whose errors cannot be made up (`Unsupported`); otherwise the system's error.
     pub fn report(&mut self, event: &CanErrorEvent) -> io::Result<()> {
         match self {
             Self::Can(port) => port.report(event),
@@ -111,11 +111,10 @@ impl FramePort {
         }
     }
 
-    /// Waits until a port that was lost is back. May be called off, and called again. An adapter played
-    /// here is never away.
+    /// Waits for the return of a lost port. May be cancelled, and called again. An emulated adapter is never lost.
     ///
     /// # Errors
-    /// When it stayed away for too long.
+    /// If the port stayed away for too long.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         match self {
             Self::Can(port) => port.reopen().await,
@@ -124,7 +123,7 @@ impl FramePort {
         }
     }
 
-    /// What the other side opens: an interface or a pty. `None` where it is a device.
+    /// Path for the other side to open: an interface or a pty. `None` if that is a device.
     pub fn far_path(&self) -> Option<&str> {
         match self {
             Self::Can(port) => Some(port.interface()),
@@ -133,7 +132,7 @@ impl FramePort {
         }
     }
 
-    /// What has crossed it.
+    /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         match self {
             Self::Can(port) => port.counters(),

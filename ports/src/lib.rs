@@ -1,19 +1,19 @@
-//! The ports of a bench, in one shape: for the live world, for a device emulated alone, for a log played
-//! back and for the look at what a machine has.
+//! The ports of a bench behind one interface: for the live world, for a single emulated device, for playing back a log
+//! and for inspecting a machine.
 //!
-//! | port | media | what crosses it |
+//! | port | media | traffic |
 //! |---|---|---|
-//! | [`BytePort`] | a pty that is made here, a serial port | serial bytes |
-//! | [`FramePort`] | SocketCAN; slcan, as the adapter's user and as the adapter on a pty | CAN frames |
+//! | [`BytePort`] | a pty that is created here, a serial port | serial bytes |
+//! | [`FramePort`] | SocketCAN; slcan, as user of an adapter and as an adapter on a pty | CAN frames |
 //!
-//! All of them keep to the same rules:
-//! * `receive` waits and may be called off without losing anything. It is what notices that a port is
-//!   gone ([`PortLost`]); `reopen` then waits for it to come back.
-//! * `send` never waits. What finds no room is lost, as in a UART or a controller that nobody empties,
-//!   and is counted.
-//! * Nothing is lost silently where the system tells of it: [`Counters`].
+//! All ports follow the same rules:
+//! * `receive` waits and may be cancelled without loss. It detects that a port is gone ([`PortLost`]); `reopen` then
+//!   waits for its return.
+//! * `send` never waits. Data without room is lost, as in a UART or a controller whose buffer is full, and is counted.
+//! * Every loss that the system reports is counted: [`Counters`].
 //!
-//! [`spec`]: how a port is named. [`pty`], [`serial`], [`can_socket`]: the media. [`unix_socket`]: where requests come from, not traffic.
+//! [`spec`]: names of ports. [`pty`], [`serial`], [`can_socket`]: the media. [`unix_socket`]: a source of requests,
+//! not of traffic.
 
 mod any;
 mod backoff;

@@ -1,4 +1,4 @@
-//! How a port is named: one string, in bench files and on command lines alike.
+//! Names of ports: one string, in bench files and on command lines.
 //!
 //! ```text
 //! pty                       a pty pair, made here          pty:./gyro.pty       with a link to its far side
@@ -9,9 +9,9 @@
 //! slcan-pty                 a CAN adapter on a pty, which we are                 slcan-pty:./can.pty
 //! ```
 //!
-//! Options stand behind the device of `serial` and `slcan`, as in
-//! `serial:/dev/ttyS0?baud=19200&data=7&parity=even&stop=1&flow=none&exclusive=yes`; what is not said is
-//! as is usual for what is connected there. `slcan` has `bitrate` (of the bus, in bit/s) besides.
+//! Options follow the device of `serial` and `slcan`, as in
+//! `serial:/dev/ttyS0?baud=19200&data=7&parity=even&stop=1&flow=none&exclusive=yes`; missing options have the usual
+//! values of the connected device. `slcan` also has `bitrate` (of the bus, in bit/s).
 
 mod parse;
 #[cfg(test)]
@@ -26,9 +26,9 @@ use std::path::PathBuf;
 use wire::serial::{Parity, SerialSettings};
 use wire::slcan::BitRate;
 
-/// Rates that serial hardware is built for, bit/s.
+/// Supported rates of serial hardware, bit/s.
 pub const BAUD: RangeInclusive<u32> = 300..=4_000_000;
-/// Data bits that a UART knows.
+/// Data bits supported by a UART.
 pub const DATA_BITS: RangeInclusive<u8> = 5..=8;
 /// Longest name of a network interface (`IFNAMSIZ` of `linux/if.h`, less the final zero).
 pub const INTERFACE_LEN_MAX: usize = 15;
@@ -37,9 +37,9 @@ pub const INTERFACE_LEN_MAX: usize = 15;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum PortSpec {
-    /// A pty pair; the other program opens its far side.
+    /// A pty pair; the other program opens its other side.
     Pty {
-        /// Where a symbolic link to the far side is made.
+        /// Path of a symbolic link to the other side.
         link: Option<PathBuf>,
     },
     /// A serial port.
@@ -49,50 +49,50 @@ pub enum PortSpec {
         /// Its name, such as `can0`.
         interface: String,
     },
-    /// A CAN adapter on a serial port, which is used from here.
+    /// A CAN adapter on a serial port, used from here.
     Slcan {
         /// The adapter's port.
         serial: SerialSpec,
-        /// What the bus runs at.
+        /// The bit rate of the bus.
         bitrate: Option<BitRate>,
     },
-    /// A CAN adapter that is played here, on a pty.
+    /// A CAN adapter emulated here, on a pty.
     SlcanPty {
-        /// Where a symbolic link to the far side is made.
+        /// Path of a symbolic link to the other side.
         link: Option<PathBuf>,
     },
 }
 
-/// A serial port and what it is set to.
+/// A serial port and its settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SerialSpec {
-    /// Which one.
+    /// The port.
     pub device: SerialDevice,
-    /// What is said about its settings.
+    /// The given settings.
     pub options: SerialOptions,
 }
 
-/// Which serial port.
+/// Identification of a serial port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SerialDevice {
     /// A path such as `/dev/ttyUSB0`.
     Path(String),
-    /// The one USB adapter of that id, wherever it is plugged in.
+    /// The one USB adapter with this id, wherever it is plugged in.
     Usb(UsbId),
 }
 
-/// What a USB adapter calls itself; `lsusb` shows it.
+/// Identification of a USB adapter, as shown by `lsusb`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbId {
     /// Vendor.
     pub vendor: u16,
     /// Product.
     pub product: u16,
-    /// Serial number, where several adapters of the same kind are there.
+    /// Serial number, to distinguish several adapters of the same kind.
     pub serial_number: Option<String>,
 }
 
-/// Settings of a serial port as far as they are said.
+/// The given settings of a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SerialOptions {
     /// Bits per second, within [`BAUD`].
@@ -103,9 +103,9 @@ pub struct SerialOptions {
     pub parity: Option<Parity>,
     /// Stop bits, 1 or 2.
     pub stop_bits: Option<u8>,
-    /// Who is held back, and how; by default nobody.
+    /// Flow control; none by default.
     pub flow: Option<Flow>,
-    /// Who else may open it; by default nobody.
+    /// Sharing with other programs; exclusive by default.
     pub sharing: Option<Sharing>,
 }
 
@@ -121,18 +121,18 @@ pub enum Flow {
     Hardware,
 }
 
-/// Who may have a serial port open at the same time.
+/// Sharing of a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Sharing {
-    /// Nobody else.
+    /// No other program may open it.
     #[default]
     Exclusive,
-    /// Others, too: for a program that listens. They can change the settings.
+    /// Other programs may open it too, such as a listener. They can change the settings.
     Shared,
 }
 
 impl SerialOptions {
-    /// What the port is set to: what is said, and else what is `usual`.
+    /// The complete settings: the given ones, completed from `usual`.
     pub fn settings(&self, usual: SerialSettings) -> SerialSettings {
         SerialSettings {
             baud: self.baud.unwrap_or(usual.baud),
@@ -142,7 +142,7 @@ impl SerialOptions {
         }
     }
 
-    /// In the form `?key=value&...`, with `bitrate` at the end; empty where nothing is said.
+    /// The form `?key=value&...`, with `bitrate` at the end; empty without options.
     fn written(&self, bitrate: Option<BitRate>) -> String {
         let flow = |flow| match flow {
             Flow::None => "none",
@@ -187,14 +187,14 @@ impl PortSpec {
         }
     }
 
-    /// Frames cross it, and not bytes.
+    /// True if it carries frames instead of bytes.
     pub const fn carries_frames(&self) -> bool {
         matches!(self, Self::Can { .. } | Self::Slcan { .. } | Self::SlcanPty { .. })
     }
 }
 
 impl fmt::Display for PortSpec {
-    /// The string that it was read from, options in their usual order.
+    /// The string that it was parsed from, with the options in their usual order.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Pty { link: None } => f.write_str("pty"),

@@ -1,4 +1,4 @@
-//! A socket in the file system that somebody listens to.
+//! A listening socket in the file system.
 
 use std::io;
 use std::os::unix::fs::FileTypeExt as _;
@@ -6,10 +6,10 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use tokio::net::UnixListener;
 
-/// A socket at `path`, in place of one that nobody listens to any more. Called within a tokio runtime that has IO enabled.
+/// A socket at `path`, which replaces an abandoned one. Must be called within a tokio runtime with IO enabled.
 ///
 /// # Errors
-/// When somebody listens there, the path belongs to a file of another kind, or the system does not let us.
+/// If a program listens there, the path belongs to a file of another kind, or the system refuses.
 pub fn listen(path: &Path) -> io::Result<UnixListener> {
     match UnixListener::bind(path) {
         Err(cause) if cause.kind() == io::ErrorKind::AddrInUse && is_socket(path) => {
@@ -28,12 +28,12 @@ pub fn listen(path: &Path) -> io::Result<UnixListener> {
 /// Removes the socket at `path`; a file of another kind stays.
 pub fn remove(path: &Path) {
     if is_socket(path) {
-        // Gone already is as good.
+        // A missing file is fine.
         let _ = std::fs::remove_file(path);
     }
 }
 
-/// A file of somebody's is never in the way: it refuses a connection as a socket does that is left over.
+/// Protects files of other kinds: they refuse a connection just like an abandoned socket.
 fn is_socket(path: &Path) -> bool {
     std::fs::symlink_metadata(path).is_ok_and(|about| about.file_type().is_socket())
 }

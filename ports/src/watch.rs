@@ -1,14 +1,14 @@
-//! Readiness of a descriptor that is not the event loop's own.
+//! Readiness of a descriptor that the event loop does not own.
 
 use std::io;
 use std::os::fd::AsRawFd;
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
-/// Watches `port` until it is dropped. Called within a tokio runtime that has IO enabled.
+/// Watches `port` until dropped. Must be called within a tokio runtime with IO enabled.
 ///
 /// # Errors
-/// When the system watches no more descriptors, or not this kind.
+/// If the system cannot watch more descriptors, or not this kind.
 #[expect(
     deprecated,
     reason = "its successor is unsafe, which is forbidden here; the types that come here own their \

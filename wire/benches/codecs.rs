@@ -1,7 +1,7 @@
-//! What encoding and decoding cost: per sample of a gyro, per exchange with the base, per line of the
-//! table, per frame of an SLCAN adapter and for its length on the bus.
+//! Cost of encoding and decoding: per sample of a gyro, per exchange with the base, per line of the table, per frame
+//! of an SLCAN adapter, and of computing a frame's length on the bus.
 //!
-//! A 16-hour stream at 100 Hz holds 5.76 million samples; a full bus of 1 Mbit/s some 9,000 frames of eight
+//! A 16-hour stream at 100 Hz holds 5.76 million samples; a full bus of 1 Mbit/s carries about 9,000 frames of eight
 //! bytes a second.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -51,7 +51,7 @@ fn gyro(criterion: &mut Criterion, name: &str, format: GyroFormat) {
             }
         });
     });
-    // A decoder for the whole run: the frames of one pass go on where the last pass ended.
+    // A decoder for the whole run: the frames of one pass continue where the last pass ended.
     let mut decoder = GyroDecoder::new(stream);
     group.bench_function("decode", |bencher| {
         bencher.iter(|| decoder.feed(black_box(&bytes), |sample| _ = black_box(sample)));
@@ -124,7 +124,7 @@ fn can(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// One exchange, both ends of it.
+/// One exchange, both ends.
 fn serial(criterion: &mut Criterion) {
     let reply = motion();
     let (mut host, mut device) = (Host::new(), Device::new());
@@ -179,7 +179,7 @@ fn lines(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// How long a frame is on its bus, stuff bits included: classic with eight bytes, and FD with 64.
+/// Length of a frame on its bus, stuff bits included: classic with eight bytes, and FD with 64.
 fn lengths(criterion: &mut Criterion) {
     let id = ExtendedId::new(0x1ABC_0123).expect("29 bits");
     let bytes: [u8; 64] = std::array::from_fn(|place| (place * place) as u8);

@@ -9,25 +9,26 @@ pub use rates::BitRates;
 
 use core::fmt;
 
-/// The most data a classic frame carries.
+/// Maximum data length of a classic frame.
 pub const DATA_BYTES_MAX: usize = 8;
 
-/// The most data a CAN FD frame carries.
+/// Maximum data length of a CAN FD frame.
 pub const FD_BYTES_MAX: usize = 64;
 
-/// Lengths of the data of a CAN FD frame, by its data length code (ISO 11898-1).
+/// Data lengths of a CAN FD frame by data length code (ISO 11898-1).
 pub const FD_LENGTHS: [u8; 16] =
     [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, FD_BYTES_MAX as u8];
 
-/// The least length of a CAN FD frame with so many bytes; `None` above [`FD_BYTES_MAX`].
+/// The smallest data length of a CAN FD frame for `bytes` bytes; `None` above [`FD_BYTES_MAX`].
 pub fn fd_length(bytes: usize) -> Option<usize> {
     FD_LENGTHS.into_iter().map(usize::from).find(|length| *length >= bytes)
 }
 
-/// Bits per second of the base's bus: assumption, the usual rate of machine control (CiA 301 lists 500 kbit/s).
+/// Bit rate of the base's bus, bits per second. Assumption: the usual rate of machine control (CiA 301 lists 500
+/// kbit/s).
 pub const BIT_RATE: u32 = 500_000;
 
-/// A frame: an identifier with up to eight bytes, a remote request for as many, or with CAN FD up to 64 bytes.
+/// A frame: an identifier with up to eight data bytes, a remote request for as many, or up to 64 bytes with CAN FD.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct CanFrame {
     id: Id,
@@ -43,10 +44,10 @@ enum Kind {
     Fd(FdFlags),
 }
 
-/// What a CAN FD frame says beside identifier and data.
+/// Flags of a CAN FD frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FdFlags {
-    /// The data goes at the faster rate (BRS).
+    /// The data phase uses the faster rate (BRS).
     pub bit_rate_switch: bool,
     /// The sender is error-passive (ESI).
     pub error_state: bool,
@@ -57,7 +58,7 @@ const BRS: u8 = 0x01;
 const ESI: u8 = 0x02;
 
 impl FdFlags {
-    /// From the flags of `struct canfd_frame`; others are not read.
+    /// From the flags of `struct canfd_frame`; other flags are ignored.
     pub const fn from_bits(bits: u8) -> Self {
         Self { bit_rate_switch: bits & BRS != 0, error_state: bits & ESI != 0 }
     }
@@ -69,12 +70,12 @@ impl FdFlags {
 }
 
 impl CanFrame {
-    /// A classic data frame; `None` when `data` is longer than [`DATA_BYTES_MAX`].
+    /// A classic data frame; `None` if `data` is longer than [`DATA_BYTES_MAX`].
     pub fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
         (data.len() <= DATA_BYTES_MAX).then(|| Self::of(id.into(), Kind::Data, data))
     }
 
-    /// A CAN FD frame; `None` when such a frame has no data of that [length](FD_LENGTHS).
+    /// A CAN FD frame; `None` if no such frame has data of that [length](FD_LENGTHS).
     pub fn fd(id: impl Into<Id>, flags: FdFlags, data: &[u8]) -> Option<Self> {
         let has_code = FD_LENGTHS.iter().any(|length| usize::from(*length) == data.len());
         has_code.then(|| Self::of(id.into(), Kind::Fd(flags), data))
@@ -92,7 +93,7 @@ impl CanFrame {
         Self { id, kind, length: data.len() as u8, data: bytes }
     }
 
-    /// A frame of the same identifier and kind; `None` when such a frame has no data of that length.
+    /// A frame of the same identifier and kind; `None` if such a frame cannot have data of that length.
     pub fn with_data(&self, data: &[u8]) -> Option<Self> {
         match self.kind {
             Kind::Fd(flags) => Self::fd(self.id, flags, data),
@@ -100,7 +101,7 @@ impl CanFrame {
         }
     }
 
-    /// Puts in these first bytes, as many of them as it has.
+    /// Replaces the first bytes, as many as the frame has.
     #[inline]
     pub fn set_first(&mut self, data: [u8; DATA_BYTES_MAX]) {
         let behind = u64::BITS - u8::BITS * u32::from(self.length.min(DATA_BYTES_MAX as u8));
@@ -118,7 +119,7 @@ impl CanFrame {
         if self.is_remote() { &[] } else { &self.data[..usize::from(self.length)] }
     }
 
-    /// Bytes of data; of a remote request those that it asks for.
+    /// Length of the data in bytes; for a remote request, the requested length.
     pub const fn length(&self) -> usize {
         self.length as usize
     }
@@ -128,7 +129,7 @@ impl CanFrame {
         matches!(self.kind, Kind::Remote)
     }
 
-    /// What a CAN FD frame says beside its data; `None` for a classic frame.
+    /// Flags of a CAN FD frame; `None` for a classic frame.
     pub const fn fd_flags(&self) -> Option<FdFlags> {
         match self.kind {
             Kind::Fd(flags) => Some(flags),
@@ -170,7 +171,7 @@ impl embedded_can::Frame for CanFrame {
         self.id
     }
 
-    /// The data length code: above eight it is not the length.
+    /// The data length code; above eight it differs from the length.
     fn dlc(&self) -> usize {
         FD_LENGTHS.iter().position(|length| *length == self.length).unwrap_or_default()
     }
@@ -180,11 +181,11 @@ impl embedded_can::Frame for CanFrame {
     }
 }
 
-/// In the word of an identifier: it is extended (`CAN_EFF_FLAG` of `linux/can.h`).
+/// Flag in the word of an identifier: extended (`CAN_EFF_FLAG` of `linux/can.h`).
 pub const EXTENDED_FLAG: u32 = 1 << 31;
-/// The frame is a remote request (`CAN_RTR_FLAG`).
+/// Flag of a remote request (`CAN_RTR_FLAG`).
 pub const REMOTE_FLAG: u32 = 1 << 30;
-/// In the flags of `struct canfd_frame`: the frame is one of CAN FD (`CANFD_FDF`).
+/// In the flags of `struct canfd_frame`: a CAN FD frame (`CANFD_FDF`).
 pub const FD_FLAG: u8 = 0x04;
 
 /// The identifier as a word of `linux/can.h`.
@@ -201,8 +202,9 @@ impl CanFrame {
         word(self.id) | if self.is_remote() { REMOTE_FLAG } else { 0 }
     }
 
-    /// The frame of such a word, a length, and at least as many bytes, as a raw socket has it: further bits of the
-    /// identifier are ignored. With the flags of CAN FD it is a frame of that; `None` where it has no such length.
+    /// Decodes a frame in the form of a raw socket: an identifier word, a length, and at least as many bytes. Other
+    /// bits of the identifier are ignored. With `fd` flags it is a CAN FD frame; `None` if such a frame cannot have
+    /// that length.
     pub fn of_word(word: u32, fd: Option<FdFlags>, length: usize, data: &[u8]) -> Option<Self> {
         let id = if word & EXTENDED_FLAG != 0 {
             Id::Extended(ExtendedId::new(word & ExtendedId::MAX.as_raw())?)

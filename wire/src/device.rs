@@ -1,11 +1,11 @@
-//! What every end of a line does: it is fed and emptied, and time is an argument.
+//! The interface of every device on a line: a state machine with time as an argument.
 
 use crate::can::CanFrame;
 use crate::packet::Packet;
 use crate::time::Timestamp;
 use core::fmt::Debug;
 
-/// What is sent at once: some bytes of a serial line, or a frame of a CAN bus.
+/// A unit of transmission: bytes of a serial line, or a frame of a CAN bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Transmit {
     /// On a serial line.
@@ -14,24 +14,24 @@ pub enum Transmit {
     Frame(CanFrame),
 }
 
-/// A port of a device, by its place among them.
+/// A port of a device, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct PortId(pub u8);
 
-/// A device without IO and without a clock: an emulator, or a controller.
+/// A device without IO and without a clock: an emulator or a controller.
 ///
-/// After each of [`receive`](Self::receive) and [`wake`](Self::wake) its owner takes what it has to send, until there is
-/// nothing, and asks when it wants to be woken.
+/// After each call of [`receive`](Self::receive) or [`wake`](Self::wake) the owner calls [`transmit`](Self::transmit)
+/// until it returns `None`, and then asks for the next wake-up.
 pub trait Device: Debug + Send {
-    /// Takes what arrived at a port: bytes as they come, or one frame.
+    /// Takes input of a port: bytes in runs of any length, or one frame.
     fn receive(&mut self, now: Timestamp, port: PortId, what: &Transmit);
 
-    /// Does what is due `now`.
+    /// Does the work due at `now`.
     fn wake(&mut self, now: Timestamp);
 
-    /// When [`wake`](Self::wake) has something to do, if nothing arrives before; [`Timestamp::MAX`]: never.
+    /// Time at which [`wake`](Self::wake) has work if nothing arrives before; [`Timestamp::MAX`]: never.
     fn next_wakeup(&self) -> Timestamp;
 
-    /// What goes out next, and at which port.
+    /// The next output and its port.
     fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)>;
 }

@@ -1,35 +1,35 @@
-//! J1939: what an identifier of 29 bits says, and the frames of the transport protocol (SAE J1939-21).
+//! J1939: fields of a 29-bit identifier, and the frames of the transport protocol (SAE J1939-21).
 
 use crate::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, Id};
 
-/// The address of everybody.
+/// The global address.
 pub const GLOBAL: u8 = 255;
-/// The address of nobody: in a file, whoever sends it.
+/// The null address; in a file it stands for any sender.
 pub const NULL: u8 = 254;
 /// The longest message: 255 packets.
 pub const BYTES_MAX: usize = 255 * PACKET_BYTES;
-/// Bytes of a message in one packet.
+/// Message bytes in one packet.
 pub const PACKET_BYTES: usize = 7;
 
-/// Group of the frames that begin and end a transport (TP.CM).
+/// Group of the frames that start and end a transport (TP.CM).
 const CONNECTION: u32 = 0xEC00;
-/// Group of its packets (TP.DT).
+/// Group of a transport's packets (TP.DT).
 const DATA: u32 = 0xEB00;
-/// What the transport's own frames are sent with.
+/// Priority of the transport's own frames.
 const TRANSPORT_PRIORITY: u8 = 7;
-/// From this byte on a group is for everybody, and the next byte belongs to its number.
+/// From this value of the byte on a group is a broadcast, and the next byte belongs to its number.
 const BROADCAST_FROM: u32 = 240;
 
-/// What an identifier says.
+/// Fields of an identifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identifier {
-    /// 0 to 7, the least first on the bus.
+    /// 0 to 7; lower values win arbitration.
     pub priority: u8,
-    /// Number of the parameter group, 18 bits. Its low byte is zero where it has a destination.
+    /// Number of the parameter group, 18 bits. Its low byte is zero if the group has a destination.
     pub group: u32,
-    /// Who is meant; [`GLOBAL`] where the group is for everybody.
+    /// Destination address; [`GLOBAL`] for a broadcast group.
     pub destination: u8,
-    /// Who speaks.
+    /// Source address.
     pub source: u8,
 }
 
@@ -46,7 +46,7 @@ impl From<ExtendedId> for Identifier {
 }
 
 impl Identifier {
-    /// The identifier that says it.
+    /// The identifier with these fields.
     pub fn id(self) -> ExtendedId {
         let is_broadcast = (self.group >> 8) & 0xFF >= BROADCAST_FROM;
         let specific = if is_broadcast { 0 } else { u32::from(self.destination) };
@@ -55,8 +55,8 @@ impl Identifier {
         ExtendedId::new(raw).unwrap_or(ExtendedId::MAX)
     }
 
-    /// A frame of `heard` is of the group that a file has with this identifier: of any priority, and where the file says
-    /// nobody or everybody, from and to anybody.
+    /// True if a frame with the identifier `heard` belongs to the group that a file lists with this identifier: the
+    /// priority is ignored, and a null source or a null or global destination in the file matches every address.
     pub fn means(self, heard: Self) -> bool {
         self.group == heard.group
             && (self.source == NULL || self.source == heard.source)
@@ -64,7 +64,7 @@ impl Identifier {
     }
 }
 
-/// Frames with such an identifier are of the transport protocol.
+/// True if frames with this identifier belong to the transport protocol.
 pub const fn is_transport(identifier: Identifier) -> bool {
     identifier.group == CONNECTION || identifier.group == DATA
 }
@@ -72,63 +72,63 @@ pub const fn is_transport(identifier: Identifier) -> bool {
 /// A frame of the transport protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Transport {
-    /// TP.CM_RTS: may I send this?
+    /// TP.CM_RTS: request to send.
     RequestToSend {
-        /// What is to be sent.
+        /// The message to be sent.
         extent: Extent,
-        /// How many packets at most for each answer.
+        /// Maximum number of packets per answer.
         at_once: u8,
     },
-    /// TP.CM_CTS: send on.
+    /// TP.CM_CTS: clear to send.
     ClearToSend {
-        /// So many packets; none is: wait.
+        /// Number of packets; zero means wait.
         packets: u8,
-        /// From this one on.
+        /// Number of the first packet to send.
         next: u8,
-        /// Of this group.
+        /// The group of the message.
         group: u32,
     },
-    /// TP.CM_EndOfMsgACK: all of it came.
+    /// TP.CM_EndOfMsgACK: all of the message arrived.
     Acknowledge(Extent),
-    /// TP.CM_BAM: this follows, for everybody.
+    /// TP.CM_BAM: announces a broadcast message.
     Announce(Extent),
-    /// TP.Conn_Abort: no more of it.
+    /// TP.Conn_Abort: the transport ends.
     Abort {
-        /// As table 7 of SAE J1939-21 numbers them.
+        /// Numbered as in table 7 of SAE J1939-21.
         reason: u8,
-        /// Of this group.
+        /// The group of the message.
         group: u32,
     },
     /// TP.DT: a packet.
     Data {
-        /// From 1 on.
+        /// Counts from 1.
         number: u8,
-        /// What it carries of the message.
+        /// The part of the message in this packet.
         bytes: [u8; PACKET_BYTES],
     },
 }
 
-/// A message that goes in packets.
+/// Group and length of a message that is sent in packets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extent {
-    /// Number of its group.
+    /// Number of the group.
     pub group: u32,
-    /// Bytes of all of it.
+    /// Total number of bytes.
     pub bytes: u16,
 }
 
 impl Extent {
-    /// How many packets it needs.
+    /// Number of packets needed.
     pub fn packets(self) -> u8 {
         u8::try_from(usize::from(self.bytes).div_ceil(PACKET_BYTES)).unwrap_or(u8::MAX)
     }
 }
 
-/// [`Transport::Abort`]: the other did not answer in time.
+/// Reason of [`Transport::Abort`]: the peer did not answer in time.
 pub const TIMED_OUT: u8 = 3;
 
 impl Transport {
-    /// What the frame is to a transport; `None` where it is not of one.
+    /// Decodes a frame of the transport protocol; `None` for any other frame.
     pub fn decode(frame: &CanFrame) -> Option<(Identifier, Self)> {
         let Id::Extended(id) = frame.id() else { return None };
         let from = Identifier::from(id);
@@ -156,7 +156,7 @@ impl Transport {
         Some((from, said))
     }
 
-    /// The frame from `source` to `destination`.
+    /// Encodes the frame from `source` to `destination`.
     pub fn encode(self, source: u8, destination: u8) -> CanFrame {
         let of = |first: u8, [a, b, c, d]: [u8; 4], group: u32| {
             let [low, middle, high, _] = group.to_le_bytes();
@@ -180,7 +180,7 @@ impl Transport {
     }
 }
 
-/// Packet `number` (from 1 on) of a message, filled up as the standard says.
+/// Packet `number` (from 1) of a message, padded as the standard requires.
 pub fn packet(message: &[u8], number: u8) -> Transport {
     let from = usize::from(number.saturating_sub(1)) * PACKET_BYTES;
     let mut bytes = [0xFF; PACKET_BYTES];
@@ -196,7 +196,7 @@ mod tests {
     use crate::can::{CanFrame, ExtendedId};
     use proptest::prelude::*;
 
-    /// Engine temperature 1 (SPN 110): group 65262 from the engine, address 0, as J1939-71 has it.
+    /// Engine temperature 1 (SPN 110): group 65262 from the engine, address 0, as in J1939-71.
     #[test]
     fn an_identifier_is_taken_apart() {
         let said = Identifier::from(ExtendedId::new(0x18FE_EE00).unwrap());
@@ -222,7 +222,7 @@ mod tests {
             for group in [raw, 0x1CEC_FF00 | raw & 0xFF, 0x1CEB_FF00 | raw & 0xFF] {
                 let frame = CanFrame::new(ExtendedId::new(group).unwrap(), &data).unwrap();
                 if let Some((from, said)) = Transport::decode(&frame) {
-                    // What is not used of a frame is filled up, so that it need not be the same.
+                    // Unused parts of a frame are padded, so it need not be identical.
                     let again = said.encode(from.source, from.destination);
                     prop_assert_eq!(Transport::decode(&again).map(|(_, again)| again), Some(said));
                 }

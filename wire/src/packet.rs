@@ -1,9 +1,9 @@
-//! A bounded run of serial bytes, sent as one.
+//! A bounded run of serial bytes, sent in one piece.
 
-/// The longest run: the longest exchange of any codec here, with room to spare.
+/// Maximum length: the longest exchange of any codec here, with room to spare.
 pub const BYTES_MAX: usize = 64;
 
-/// Up to [`BYTES_MAX`] bytes; what does not fit is refused, never cut.
+/// Up to [`BYTES_MAX`] bytes; excess input is refused, never cut.
 #[derive(Clone, Copy)]
 pub struct Packet {
     length: u8,
@@ -16,18 +16,18 @@ impl Packet {
         Self { length: 0, bytes: [0; BYTES_MAX] }
     }
 
-    /// The bytes of `slice`; `None` when there are more than [`BYTES_MAX`].
+    /// The bytes of `slice`; `None` if there are more than [`BYTES_MAX`].
     pub fn from_slice(slice: &[u8]) -> Option<Self> {
         let mut packet = Self::new();
         packet.extend(slice).then_some(packet)
     }
 
-    /// Adds one byte; `false`, and nothing added, when the packet is full.
+    /// Adds one byte; `false`, and nothing added, if the packet is full.
     pub fn push(&mut self, byte: u8) -> bool {
         self.extend(&[byte])
     }
 
-    /// Adds all of `slice`; `false`, and nothing added, when it does not fit.
+    /// Adds all of `slice`; `false`, and nothing added, if it does not fit.
     pub fn extend(&mut self, slice: &[u8]) -> bool {
         let start = usize::from(self.length);
         match self.bytes.get_mut(start..start + slice.len()) {
@@ -45,12 +45,12 @@ impl Packet {
         &self.bytes[..usize::from(self.length)]
     }
 
-    /// No bytes.
+    /// True if there are no bytes.
     pub const fn is_empty(&self) -> bool {
         self.length == 0
     }
 
-    /// How many bytes.
+    /// Number of bytes.
     pub const fn len(&self) -> usize {
         self.length as usize
     }

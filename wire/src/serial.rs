@@ -1,4 +1,4 @@
-//! What a serial port is set to, and how long a byte takes on it.
+//! Settings of a serial port, and the duration of a byte.
 
 use crate::time::Span;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ impl SerialSettings {
         1 + self.data_bits as u32 + parity + self.stop_bits as u32
     }
 
-    /// Time on the line for `bytes` bytes without a gap. A baud of zero never delivers.
+    /// Time on the line for `bytes` bytes without a gap. At a baud rate of zero it is infinite.
     pub fn time_for(self, bytes: usize) -> Span {
         let bits = i64::from(self.bits_per_byte()).saturating_mul(bytes as i64);
         bits.saturating_mul(1_000_000_000)

@@ -1,8 +1,7 @@
 //! The line protocol of a stepper-driven rotary table.
 //!
-//! A documented subset in the manner of the ASCII indexers of the 1990s (assumption: the paper does
-//! not name its table's controller): a line is a letter, an optional signed decimal number and CR; the
-//! answer is a line as well.
+//! A documented subset in the style of the ASCII indexers of the 1990s (assumption: the paper does not name its
+//! table's controller): a line is a letter, an optional signed decimal number and CR; the answer is a line as well.
 //!
 //! | line | meaning | answer |
 //! |---|---|---|
@@ -14,16 +13,15 @@
 //! | `?` | state | `=P<steps> M0` at rest, `=P<steps> M1` moving |
 //! | anything else | | `!` and the line's first letter |
 //!
-//! Rates are without a sign, a distance may have one (`+` or `-`), and a number that does not fit 32
-//! bits is *anything else*; so is a line longer than [`LINE_BYTES_MAX`]. Where the first character is
-//! not printable ASCII the refusal is `!` alone. An LF and an empty line are passed over without an
-//! answer, so that a terminal which ends its lines with CR LF can be used.
+//! Rates have no sign, a distance may have one (`+` or `-`). A number that does not fit 32 bits is *anything else*, as
+//! is a line longer than [`LINE_BYTES_MAX`]. If the first character is not printable ASCII the refusal is `!` alone.
+//! An LF and an empty line are ignored, so that a terminal with CR LF line ends works.
 //!
-//! Whether a value makes sense (a rate of zero, say) is for the table to judge, which then answers
-//! with [`Answer::Refused`].
+//! The table itself checks whether a value makes sense (a rate of zero, for example), and answers with
+//! [`Answer::Refused`] if not.
 //!
-//! [`CommandDecoder`] is the table's end, [`AnswerDecoder`] the host's. Every CR ends a line whatever
-//! came before it: after garbage without one, the first line is lost, and the second is understood.
+//! [`CommandDecoder`] is the table's end, [`AnswerDecoder`] the host's. Every CR ends a line, whatever precedes it:
+//! after garbage without one, the first line is lost, and the second is understood.
 
 mod decode;
 mod line;
@@ -41,8 +39,7 @@ pub const SETTINGS: SerialSettings = SerialSettings::new_8n1(9_600);
 /// The longest line, CR not counted: `=P-2147483648 M0`.
 pub const LINE_BYTES_MAX: usize = 16;
 
-/// The first line that begins after any garbage and after a CR is understood; it ends no further than
-/// this beyond that CR.
+/// The first line that starts after any garbage and a CR is understood; it ends within this many bytes after that CR.
 pub const RESYNC_BYTES_MAX: usize = LINE_BYTES_MAX + 1;
 
 const _: () = assert!(LINE_BYTES_MAX < BYTES_MAX, "a line and its CR fit a packet");
@@ -72,7 +69,7 @@ impl Verb {
     pub const ALL: [Self; 6] =
         [Self::TopRate, Self::Ramp, Self::Distance, Self::Go, Self::Stop, Self::State];
 
-    /// The character that stands for it.
+    /// The character of the verb.
     pub const fn letter(self) -> u8 {
         match self {
             Self::TopRate => b'V',
@@ -90,16 +87,16 @@ impl Verb {
     }
 }
 
-/// What a host asks of the table.
+/// Commands of a host to the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Command {
-    /// Step no faster than this, in steps/s.
+    /// Top step rate, in steps/s.
     TopRate(u32),
-    /// Ramp up and down at this, in steps/s^2.
+    /// Ramp, in steps/s^2.
     Ramp(u32),
-    /// Make the next move this long, in steps; counter-clockwise is positive.
+    /// Length of the next move, in steps; counter-clockwise is positive.
     Distance(i32),
-    /// Move.
+    /// Start the move.
     Go,
     /// Stop with the ramp.
     Stop,
@@ -108,7 +105,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// Which command it is.
+    /// The verb of the command.
     pub const fn verb(self) -> Verb {
         match self {
             Self::TopRate(_) => Verb::TopRate,
@@ -138,19 +135,19 @@ impl fmt::Display for Command {
     }
 }
 
-/// What the table answers.
+/// Answers of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Answer {
-    /// The command was carried out or begun. Never [`Verb::State`], whose answer is the state.
+    /// The command was carried out or started. Never [`Verb::State`], whose answer is the state.
     Done(Verb),
-    /// The line was not understood or cannot be carried out now; its first character, where that is
+    /// The line was not understood or cannot be carried out at the moment; with its first character if that is
     /// printable ASCII.
     Refused(Option<u8>),
-    /// Where the table is.
+    /// State of the table.
     State {
         /// Steps sent to the motor since power-up; counter-clockwise is positive.
         position_steps: i32,
-        /// A move is under way.
+        /// A move is in progress.
         moving: bool,
     },
 }
@@ -185,7 +182,7 @@ impl fmt::Display for Answer {
 
 fn encode_line(line: &impl fmt::Display) -> Packet {
     let mut packet = Packet::new();
-    // No line is longer than LINE_BYTES_MAX, and a packet holds one with its CR.
+    // Cannot fail: no line is longer than LINE_BYTES_MAX, and a packet holds one with its CR.
     let written = write!(packet, "{line}").is_ok() && packet.push(CR);
     debug_assert!(written, "a line and its CR fit a packet");
     packet

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct Timestamp(i64);
 
-/// A length of time in nanoseconds; negative where the end precedes the start.
+/// A length of time in nanoseconds; negative if the end precedes the start.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]
@@ -80,7 +80,7 @@ impl Span {
         Self(seconds.saturating_mul(1_000_000_000))
     }
 
-    /// A span of `seconds`, to the nearest nanosecond; saturates, and a NaN is no time at all.
+    /// A span of `seconds`, to the nearest nanosecond; saturates, and a NaN becomes zero.
     pub fn from_secs_f64(seconds: f64) -> Self {
         Self(libm::round(seconds * NANOS_PER_SECOND) as i64)
     }
@@ -96,7 +96,7 @@ impl Span {
     }
 }
 
-/// The sum, saturated. What saturates stands aside: times are added all the time, and do not overflow.
+/// The sum, saturated. Saturation is out of line: times are added all the time and do not overflow.
 #[inline]
 const fn sum(a: i64, b: i64) -> i64 {
     match a.checked_add(b) {
@@ -188,7 +188,7 @@ impl Mul<i64> for Span {
 
 impl Div<i64> for Span {
     type Output = Self;
-    /// A division by zero leaves no time at all.
+    /// A division by zero gives zero.
     fn div(self, count: i64) -> Self {
         Self(self.0.checked_div(count).unwrap_or(0))
     }

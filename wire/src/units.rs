@@ -1,8 +1,8 @@
 //! Quantities in SI units, as newtypes over `f64`.
 //!
-//! Inside the bench every quantity is SI. Degrees, counts and millimetres exist only at the edges:
-//! in constructors and readers that carry the unit in their name. Serialised, a quantity is its SI
-//! number, so that a field's name carries the unit (`heading_rad`, `speed_m_per_s`).
+//! Inside the bench every quantity is SI. Degrees, counts and millimetres exist only at the edges: in constructors and
+//! readers with the unit in their name. A quantity is serialised as its SI number, so a field's name carries the unit
+//! (`heading_rad`, `speed_m_per_s`).
 
 use crate::time::Span;
 use core::f64::consts::{PI, TAU};
@@ -35,17 +35,17 @@ macro_rules! quantity {
                 Self(self.0.abs())
             }
 
-            /// The smaller of two; the other one where either is not a number.
+            /// The smaller of two; if one is not a number, the other.
             pub const fn min(self, other: Self) -> Self {
                 Self(self.0.min(other.0))
             }
 
-            /// The larger of two; the other one where either is not a number.
+            /// The larger of two; if one is not a number, the other.
             pub const fn max(self, other: Self) -> Self {
                 Self(self.0.max(other.0))
             }
 
-            /// The value, no further from zero than `limit`. Not-a-number stays what it is.
+            /// The value limited to `limit` on either side of zero. Not-a-number is unchanged.
             pub const fn limited(self, limit: Self) -> Self {
                 let limit = limit.0.abs();
                 if self.0 > limit {
@@ -168,7 +168,7 @@ quantity!(
     Acceleration, from_m_per_s2, m_per_s2, "metres per second squared"
 );
 quantity!(
-    /// A temperature on the Celsius scale, as the sensors and the paper give it.
+    /// A temperature on the Celsius scale, as in the sensors and the paper.
     Temperature, from_celsius, celsius, "degrees Celsius"
 );
 
@@ -247,7 +247,7 @@ impl AngularAcceleration {
     }
 }
 
-/// Where something stands on the floor and which way it faces.
+/// Position and heading on the floor.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Pose {
     /// East of the origin.
@@ -262,7 +262,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// All three numbers are finite.
+    /// True if all three numbers are finite.
     pub const fn is_finite(self) -> bool {
         self.x.is_finite() && self.y.is_finite() && self.heading.is_finite()
     }

@@ -1,4 +1,4 @@
-//! The forms of terms: their values, and which numbers they may have.
+//! The forms of terms: their values and the permitted numbers.
 
 use super::{Driver, Form, Point};
 use core::f64::consts::TAU;
@@ -7,7 +7,7 @@ use core::f64::consts::TAU;
 const HARMONIC_MAX: u8 = 2;
 
 impl Form {
-    /// The term where its driver is `x` and, for a product, its second driver `y`.
+    /// The term's value if its driver is `x` and, for a product, its second driver `y`.
     pub(super) fn value(&self, x: f64, y: f64) -> f64 {
         let waves =
             |cos: f64, sin: f64, angle: f64| cos * libm::cos(angle) + sin * libm::sin(angle);
@@ -39,7 +39,7 @@ impl Form {
         }
     }
 
-    /// The second driver of a product; nothing otherwise.
+    /// The second driver of a product; `Driver::None` otherwise.
     pub(super) const fn second(&self) -> Driver {
         match self {
             Self::Product { second, .. } => *second,
@@ -80,7 +80,7 @@ impl Form {
     }
 }
 
-/// Linear between points, constant beyond them; nothing without points.
+/// Linear between points, constant beyond them; zero without points.
 fn between(points: &[Point], x: f64) -> f64 {
     let above = points.partition_point(|point| point.x < x);
     match (above.checked_sub(1).and_then(|below| points.get(below)), points.get(above)) {

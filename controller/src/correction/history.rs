@@ -1,14 +1,14 @@
-//! Temperatures of the past, by which terms with a memory begin as if they had always been there.
+//! Past temperatures. Terms with a memory start from them as if they had been present from the beginning.
 
 use heapless::Vec;
 use wire::time::{Span, Timestamp};
 
-/// Most temperatures that are kept.
+/// Maximum number of stored temperatures.
 pub(super) const POINTS_MAX: usize = 256;
-/// So far apart at first. Assumption: a coil's time constant is half an hour (see the emulated gyro).
+/// Initial spacing. Assumption: a coil's time constant is half an hour (see the emulated gyro).
 const SPACING: Span = Span::from_secs(10);
 
-/// Temperatures since the first one, ever farther apart as they become many.
+/// Temperatures since the first one; the spacing grows as they become many.
 #[derive(Debug, Clone)]
 pub(super) struct History {
     points: Vec<(Timestamp, f64), POINTS_MAX>,
@@ -22,7 +22,7 @@ impl Default for History {
 }
 
 impl History {
-    /// Takes a reading, unless one has just been kept.
+    /// Takes a reading, unless the last stored one is too recent.
     pub(super) fn add(&mut self, now: Timestamp, celsius: f64) {
         if self.points.last().is_some_and(|(at, _)| now - *at < self.spacing) {
             return;
@@ -35,11 +35,11 @@ impl History {
             });
             self.spacing = self.spacing + self.spacing;
         }
-        // There is room: half was taken out where there was none.
+        // Cannot fail: a full list was halved above.
         let _ = self.points.push((now, celsius));
     }
 
-    /// Each temperature and the time since the one before, s.
+    /// Each temperature with the time since the previous one, s.
     pub(super) fn steps(&self) -> impl Iterator<Item = (f64, f64)> {
         let before = [None].into_iter().chain(self.points.iter().map(|(at, _)| Some(*at)));
         self.points.iter().zip(before).map(|(&(at, celsius), before)| {
@@ -47,7 +47,7 @@ impl History {
         })
     }
 
-    /// Time from the last that was kept until `now`, s.
+    /// Time from the last stored temperature until `now`, s.
     pub(super) fn since_last(&self, now: Timestamp) -> f64 {
         self.points.last().map_or(0.0, |(at, _)| (now - *at).as_secs_f64())
     }

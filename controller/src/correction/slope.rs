@@ -1,18 +1,18 @@
-//! How fast a temperature changes, estimated as it comes.
+//! Running estimate of the rate of change of a temperature.
 
 use heapless::Deque;
 use wire::time::{Span, Timestamp};
 
-/// The slope is that of the readings so far back. Assumption: a coil's time constant is half an hour
-/// (see the emulated gyro), so that a slope half of this old is off by 2 %; a sensor's noise of 0.05 K
-/// a second leaves 4e-4 K/s.
+/// The slope covers the readings of this window. Assumption: a coil's time constant is half an hour (see the emulated
+/// gyro), so that a slope that is half a window old is off by 2 %; a sensor noise of 0.05 K per second leaves 4e-4
+/// K/s.
 pub const SLOPE_WINDOW: Span = Span::from_secs(60);
-/// Fewer readings than this give no slope: noise would be most of it. Assumption.
+/// Minimum number of readings for a slope: with fewer, noise dominates. Assumption.
 pub const SLOPE_POINTS_MIN: usize = 10;
-/// One reading a second, and one at each end.
+/// One reading a second, plus one at each end.
 const SLOPE_POINTS_MAX: usize = 62;
 
-/// Least-squares slope over a window that goes along.
+/// Least-squares slope over a sliding window.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Slope {
     points: Deque<(Timestamp, f64), SLOPE_POINTS_MAX>,
@@ -20,7 +20,7 @@ pub(super) struct Slope {
 }
 
 impl Slope {
-    /// Units a second; none before there are [`SLOPE_POINTS_MIN`] readings.
+    /// Units per second; `None` until there are [`SLOPE_POINTS_MIN`] readings.
     pub(super) const fn per_s(&self) -> Option<f64> {
         self.per_s
     }
@@ -32,7 +32,7 @@ impl Slope {
         {
             self.points.pop_front();
         }
-        // There is room: one was taken out where there was none.
+        // Cannot fail: the oldest reading of a full window was removed above.
         let _ = self.points.push_back((now, value));
         self.per_s = self.fit();
     }
@@ -43,7 +43,7 @@ impl Slope {
         if count < SLOPE_POINTS_MIN {
             return None;
         }
-        // Times and values from the newest, so that nothing large is subtracted from its like.
+        // Times and values relative to the newest, to avoid subtracting large numbers of similar size.
         let near = || self.points.iter().map(|&(at, x)| ((at - last).as_secs_f64(), x - newest));
         let mean_t = near().map(|(t, _)| t).sum::<f64>() / count as f64;
         let (above, below) = near().fold((0.0, 0.0), |(above, below), (t, x)| {

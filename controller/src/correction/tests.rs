@@ -1,4 +1,4 @@
-//! The terms as a heading sees them.
+//! Effect of the terms on a heading.
 
 use super::{Acts, Driver, Form, POWER_OFF_MIN, Point, TABLE_POINTS_MAX, TERMS_MAX, Term, Watch};
 use crate::calibration::Calibration;
@@ -15,7 +15,7 @@ fn at_s(seconds: f64) -> Timestamp {
     Timestamp::from_secs_f64(seconds)
 }
 
-/// Bias and scale that one term comes to, after `seconds` of temperatures.
+/// Bias and scale of one term after `seconds` of temperatures.
 fn after(term: Term, seconds: u32, celsius: fn(f64) -> f64, rate_deg_per_s: f64) -> (f64, f64) {
     let terms = [term].into_iter().collect();
     let mut watch = Watch::default();
@@ -47,7 +47,7 @@ fn each_driver_is_what_it_says() {
     for (driver, celsius, expected) in [
         (Driver::Temperature, ramp, 26.0),
         (Driver::TemperatureRate, ramp, 0.01),
-        // Behind a ramp of slope r a lag L settles at r L.
+        // A lag L behind a ramp of slope r settles at r L.
         (Driver::TemperatureLag { time_constant_s: 50.0 }, ramp, 26.0 - 0.5),
         (branch, ramp, -0.5),
         (branch, up_and_down, 0.5),
@@ -60,7 +60,7 @@ fn each_driver_is_what_it_says() {
         (Driver::Uptime, ramp, 600.0),
     ] {
         let (_, scale) = after(term(Acts::Scale, driver, identity.clone()), 600, celsius, -30.0);
-        // A lag of 50 s sees steps of a second as half a second of age.
+        // A lag of 50 s sees steps of one second as half a second of age.
         assert!((scale * 1e6 - expected).abs() < 6e-3, "{driver:?}: {}", scale * 1e6);
     }
 }
@@ -98,7 +98,7 @@ fn what_is_not_known_yet_corrects_nothing() {
     assert_eq!(after(of_slope, 5, |t| t, 0.0), (0.0, 0.0));
 }
 
-/// What a sensor with these terms reads comes back as the true rate.
+/// Correcting what a sensor with these terms reads gives the true rate.
 #[test]
 fn a_scale_over_the_rate_itself_is_undone() {
     let cubic =
@@ -112,7 +112,7 @@ fn a_scale_over_the_rate_itself_is_undone() {
         let read = w * (1.0 - 0.02 * w * w) + 1e-3 * w.signum();
         let sum = watch.sum(Timestamp::ZERO, &terms, read, Angle::ZERO, AngularRate::ZERO, |_| 1.0);
         let corrected = (read - sum.bias) / sum.scale;
-        // The terms are up to 5 %, so that two repetitions leave 0.05^3 and its slope of two.
+        // The terms are up to 5 %, so that two iterations leave 0.05^3 and its slope of two.
         assert!((corrected / w - 1.0).abs() < 1e-3, "{deg_per_s}: {}", corrected / w - 1.0);
     }
 }
@@ -219,7 +219,7 @@ proptest! {
     }
 }
 
-/// Loaded late, a term with a memory is where it would be had it been there from the beginning.
+/// A term with a memory that is loaded late has the state that it would have had from the beginning.
 #[test]
 fn what_is_loaded_late_has_the_same_memory() {
     let identity = Form::Linear { slope: 1e-6, origin: 0.0 };

@@ -1,4 +1,4 @@
-//! What the terms see, kept up to date, and what they come to.
+//! Keeps the drivers of the terms up to date and computes the sums of the terms.
 
 use super::history::History;
 use super::slope::Slope;
@@ -6,34 +6,34 @@ use super::{Acts, BIAS_SUM_MAX, Corrections, Driver, SCALE_SUM_MAX, TERMS_MAX, T
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
 
-/// After a longer silence the gyro counts as switched on anew. Assumption: a line that is pulled and
-/// put back takes less; a gyro that is switched off and on takes more.
+/// After a longer silence the gyro counts as switched on again. Assumption: unplugging a line and plugging it in again
+/// takes less; switching a gyro off and on takes more.
 pub const POWER_OFF_MIN: Span = Span::from_secs(5);
-/// Slower rates have no direction. Assumption: seven times the 0.014 deg/s of noise that 5
-/// deg/h/sqrt(Hz) gives at 100 Hz, and a third of the controller's slowest turn.
+/// Slower rates have no direction. Assumption: seven times the 0.014 deg/s of noise that 5 deg/h/sqrt(Hz) gives at 100
+/// Hz, and a third of the controller's slowest turn.
 pub const REST_RATE: AngularRate = AngularRate::from_deg_per_s(0.1);
 
-/// The rate that terms see is the corrected one, which they determine: so often it is put in anew.
-/// Each time the error falls by the size of the terms, a percent or less.
+/// Number of iterations: the terms depend on the corrected rate, which depends on the terms. Each iteration reduces
+/// the error to the size of the terms, a percent or less.
 const RATE_ITERATIONS: usize = 2;
 
-/// Drivers with a memory: one of a term and one of its second driver.
+/// State of the drivers with a memory: of a term and of its second driver.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Memory {
     first: Option<f64>,
     second: Option<f64>,
 }
 
-/// What the terms come to for one reading.
+/// Sums of the terms for one reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sum {
-    /// What the sensor added, rad/s; at most [`BIAS_SUM_MAX`].
+    /// The sensor's additive error, rad/s; at most [`BIAS_SUM_MAX`].
     pub(crate) bias: f64,
-    /// By what it multiplied; off one by at most [`SCALE_SUM_MAX`].
+    /// The sensor's scale; differs from one by at most [`SCALE_SUM_MAX`].
     pub(crate) scale: f64,
 }
 
-/// Keeps what terms see.
+/// Keeps the drivers of the terms.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Watch {
     temperature: Option<f64>,
@@ -47,7 +47,7 @@ pub(crate) struct Watch {
     sees_rate: bool,
 }
 
-/// What is seen at the moment of one reading.
+/// Values of the drivers at the moment of one reading.
 #[derive(Clone, Copy)]
 struct Moment {
     rate: f64,
@@ -58,7 +58,7 @@ struct Moment {
 }
 
 impl Watch {
-    /// Other terms from now on: their memories are those of the temperatures so far.
+    /// Installs other terms: their memories are computed from the temperatures so far.
     pub(crate) fn begin(&mut self, terms: &Corrections) {
         self.memories = [Memory::default(); TERMS_MAX];
         self.sees_rate = terms.iter().any(Term::sees_rate);
@@ -71,7 +71,7 @@ impl Watch {
         }
     }
 
-    /// A sample came `now`.
+    /// A sample arrived at `now`.
     pub(crate) fn hear(&mut self, now: Timestamp) {
         if self.heard.is_none_or(|heard| now - heard > POWER_OFF_MIN) {
             self.switched_on = Some(now);
@@ -80,7 +80,7 @@ impl Watch {
         self.heard = Some(now);
     }
 
-    /// The gyro told its temperature; about once a second.
+    /// The gyro reported its temperature, about once a second.
     pub(crate) fn tell(&mut self, now: Timestamp, temperature: Temperature, terms: &Corrections) {
         let celsius = temperature.celsius();
         let passed_s = self.told.map_or(0.0, |told| (now - told).as_secs_f64());
@@ -91,9 +91,8 @@ impl Watch {
         remember(&mut self.memories, terms, celsius, passed_s);
     }
 
-    /// What `terms` come to at `now`. `less_bias` is the raw rate less the tested bias in rad/s;
-    /// `tested_bias` is what terms see of the latter; `gain` gives the factors of Eq. 4 for a
-    /// direction.
+    /// Sums of `terms` at `now`. `less_bias` is the raw rate minus the tested bias in rad/s; `tested_bias` is the
+    /// value of the driver of that name; `gain` gives the factors of Eq. 4 for a direction.
     pub(crate) fn sum(
         &self,
         now: Timestamp,
@@ -170,7 +169,7 @@ fn remember(memories: &mut [Memory; TERMS_MAX], terms: &Corrections, celsius: f6
     }
 }
 
-/// Where a driver with a memory goes when the temperature has been `celsius` for `passed_s`.
+/// The new state of a driver with a memory after `passed_s` at the temperature `celsius`.
 fn follow(driver: Driver, memory: Option<f64>, celsius: f64, passed_s: f64) -> Option<f64> {
     match driver {
         Driver::TemperatureLag { time_constant_s } => {
@@ -185,7 +184,7 @@ fn follow(driver: Driver, memory: Option<f64>, celsius: f64, passed_s: f64) -> O
     }
 }
 
-/// Within `limit` of zero; nothing where a sum has overflowed.
+/// Limits `sum` to `limit` on either side of zero; zero where the sum overflowed.
 fn bounded(sum: f64, limit: f64) -> f64 {
     if sum.is_nan() { 0.0 } else { sum.clamp(-limit, limit) }
 }

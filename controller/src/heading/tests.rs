@@ -25,7 +25,7 @@ fn at(n: u32) -> Timestamp {
     Timestamp::ZERO + PERIOD * i64::from(n)
 }
 
-/// One turn in 12 s, in whichever form.
+/// Angle at sample `n`: one turn in 12 s, in any format.
 fn turn(n: u32) -> Angle {
     Angle::from_deg(360.0 / 1_200.0 * f64::from(n))
 }
@@ -68,8 +68,8 @@ fn bias_and_factors_are_those_of_eq_4() {
     assert!((integrator.heading().deg() - expected).abs() < 1e-9);
 }
 
-/// Half of what a bias test found is noise: half of it is taken off, and a new test starts from the raw
-/// rate, not from the old bias.
+/// Half of the tested bias is noise: half of it is removed, and a new test starts from the raw rate, not from the old
+/// bias.
 #[test]
 fn a_correction_over_the_tested_bias_leaves_the_next_test_alone() {
     let mut integrator = HeadingIntegrator::new(&GyroConfig::default());

@@ -1,4 +1,4 @@
-//! A covariance: symmetric, of a fixed size.
+//! A covariance matrix: symmetric, of fixed size.
 
 /// States of the filter.
 pub(super) const STATES: usize = 12;
@@ -6,10 +6,10 @@ pub(super) const STATES: usize = 12;
 /// One number for each state.
 pub(super) type Vector = [f64; STATES];
 
-/// Rounding may leave a variance this share of the largest product below zero.
+/// Rounding may leave a variance below zero by this share of the largest product.
 const ROUNDING: f64 = 1e-18;
 
-/// Both halves are kept, and kept equal.
+/// Stores both halves and keeps them equal.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Symmetric {
     rows: [Vector; STATES],
@@ -28,13 +28,13 @@ impl Symmetric {
         self.rows[state][state] += variance;
     }
 
-    /// The state becomes another, that has nothing to do with the rest.
+    /// Replaces a state by one with `variance` that is uncorrelated with the others.
     pub(super) fn forget(&mut self, state: usize, variance: f64) {
         self.scale(state, 0.0);
         self.rows[state][state] = variance;
     }
 
-    /// The state is multiplied.
+    /// Multiplies a state by `factor`.
     pub(super) fn scale(&mut self, state: usize, factor: f64) {
         for other in 0..STATES {
             self.rows[state][other] *= factor;
@@ -42,7 +42,7 @@ impl Symmetric {
         }
     }
 
-    /// To the state so much of others is added.
+    /// Adds multiples of other states to a state.
     pub(super) fn add_to(&mut self, state: usize, others: &[(usize, f64)]) {
         for &(other, factor) in others {
             for column in 0..STATES {
@@ -60,7 +60,7 @@ impl Symmetric {
         self.rows.map(|row| dot(&row, vector))
     }
 
-    /// What a measurement of `variance`, whose covariance with the states is `with`, takes off.
+    /// Subtracts the reduction by a measurement of `variance` whose covariance with the states is `with`.
     pub(super) fn take_off(&mut self, with: &Vector, variance: f64) {
         for row in 0..STATES {
             for column in 0..=row {
@@ -75,7 +75,7 @@ impl Symmetric {
         self.rows.iter().flatten().all(|x| x.is_finite())
     }
 
-    /// No variance is below zero, and no covariance beyond what its variances allow.
+    /// True if no variance is below zero and no covariance exceeds the limit set by its variances.
     pub(super) fn is_positive(&self) -> bool {
         (0..STATES).all(|row| {
             self.variance(row) >= -ROUNDING

@@ -48,12 +48,12 @@ fn a_bias_test_finds_the_bias_and_a_lap_loses_it_slowly() {
         let now = last + Span::from_millis(100) * n;
         kalman.go_on(&Step { now, ..step(0.0, 0.1) }).unwrap();
     }
-    // What the data sheet's drift and a 20 s test leave of 64 s: 0.18 deg.
+    // The effect of the data sheet's drift and a 20 s test over 64 s: 0.18 deg.
     let heading = kalman.uncertainty().heading.deg();
     assert!((0.12..0.24).contains(&heading), "{heading}");
 }
 
-/// Half of a drive ran on a wrong bias, which the standstill behind it shows: the heading goes back.
+/// The first half of a drive uses a wrong bias, which the following standstill shows: the heading is corrected.
 #[test]
 fn a_standstill_mends_what_was_driven_before_it() {
     let mut kalman = filter();
@@ -96,7 +96,7 @@ fn each_thing_that_must_not_be_has_its_name() {
     assert_eq!(kalman.go_on(&wrapped), Err(Fault::PathJumped));
     kalman.covariance.set_variance(HEADING, -1.0);
     assert_eq!(kalman.go_on(&step(6.0, 0.1)), Err(Fault::NotPositive));
-    // Time that stands still is no fault, and changes nothing.
+    // A step without elapsed time is not a fault and changes nothing.
     let mut kalman = filter();
     kalman.go_on(&step(5.0, 0.1)).unwrap();
     let before = kalman;
@@ -118,7 +118,7 @@ fn a_covariance_is_kept_symmetric() {
 }
 
 proptest! {
-    /// Whatever it is fed with: no panic, and what it calls well is a covariance.
+    /// For any input: no panic, and a state that it calls valid is a covariance.
     #[test]
     fn it_survives_anything(
         feed in prop::collection::vec((0u8..4, any::<f64>(), -3.0f64..3.0, 0.0f64..2.0), 1..200),

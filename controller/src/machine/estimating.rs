@@ -1,4 +1,4 @@
-//! The estimator beside the paper's way: fed with what arrives, asked for what is believed.
+//! The estimator beside the paper's method: takes the inputs, provides corrections and bias.
 
 use super::{Controller, Task};
 use crate::config::BRIDGE_MAX;
@@ -8,7 +8,7 @@ use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
 
-/// The filter and what it has been told.
+/// The filter and its inputs so far.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimating {
     filter: Kalman,
@@ -16,11 +16,11 @@ pub(super) struct Estimating {
     free_s: f64,
     heading: Angle,
     displacement: Length,
-    /// Odometry less heading when a pose was set.
+    /// Odometry minus heading when a pose was set.
     odometry_zero: Angle,
-    /// When gyro and base were last heard together.
+    /// State when gyro and base were last both up to date.
     anchor: Option<Anchor>,
-    /// Before a silence that is being bridged.
+    /// State before a silence that is being bridged.
     before: Option<(Kalman, Anchor)>,
 }
 
@@ -32,7 +32,7 @@ struct Anchor {
 }
 
 impl Controller {
-    /// Takes this estimator from now on.
+    /// Selects the estimator.
     pub(super) fn set_estimator(&mut self, estimator: Estimator) {
         self.estimator_failed = false;
         self.estimating = match estimator {
@@ -56,7 +56,7 @@ impl Controller {
         self.update_bias();
     }
 
-    /// Of one reading at rest: as the last bias test found it, and never less than half a count.
+    /// Noise of one reading at rest: from the last bias test, at least half a count.
     fn noise(&self) -> AngularRate {
         let spread = match self.tested_bias {
             Some(_) => self.tested_spread,
@@ -65,7 +65,7 @@ impl Controller {
         spread.max(self.config.gyro.stream.format.rate_step() * 0.5)
     }
 
-    /// A pose is set, or nobody has set one yet.
+    /// Restarts the estimate when a pose is set, or before any pose.
     pub(super) fn estimate_from_here(&mut self) {
         let heading = self.gyro.integrator().heading();
         let zero = self.reckoning.odometry_heading() - heading;
@@ -77,7 +77,7 @@ impl Controller {
         }
     }
 
-    /// A bias test has told how noisy the readings are. What stands on no base is known to stand by the test alone.
+    /// Takes the noise of the readings from a bias test. Without a base, only the test shows that the gyro stands.
     pub(super) fn estimate_with_test(&mut self, now: Timestamp, test: &BiasTestResult) {
         let noise = self.noise();
         let Some(estimating) = &mut self.estimating else { return };
@@ -100,7 +100,7 @@ impl Controller {
         self.estimating.as_ref().map(|estimating| estimating.filter.uncertainty())
     }
 
-    /// The base has spoken, or stands for certain: all that has passed goes into the filter.
+    /// Advances the filter to now, after a motion message or at a certain standstill.
     pub(super) fn estimate(&mut self, now: Timestamp) {
         if self.gyro.is_silent(now) {
             self.bridge(now);
@@ -131,7 +131,7 @@ impl Controller {
         }
     }
 
-    /// A standstill, or a piece of it: the gyro reads its bias, and the odometry is at rest.
+    /// Updates at a standstill or a piece of it: the gyro reads its bias, and the odometry is at rest.
     pub(super) fn estimate_at_rest(&mut self, now: Timestamp, rest: &Rest) {
         if self.estimating.is_none() {
             return;
@@ -148,7 +148,7 @@ impl Controller {
         self.update_bias();
     }
 
-    /// Samples have come that last so long.
+    /// Adds the duration of new samples.
     pub(super) fn estimate_passed(estimating: &mut Option<Estimating>, passed: Span, held: bool) {
         if let Some(estimating) = estimating {
             estimating.passed_s += passed.as_secs_f64();
@@ -156,7 +156,7 @@ impl Controller {
         }
     }
 
-    /// The gyro is silent, and the odometry stands in for it.
+    /// True while the gyro is silent and the odometry replaces it.
     pub(super) fn is_bridging(&self, now: Timestamp) -> bool {
         self.estimating.as_ref().is_some_and(|estimating| estimating.anchor.is_some())
             && self.source == HeadingSource::Gyro
@@ -166,7 +166,7 @@ impl Controller {
             && now <= self.base_silent_at()
     }
 
-    /// When a silence of the gyro that may be bridged is one no more.
+    /// End of the longest silence of the gyro that is tolerated now.
     pub(super) fn gyro_lost_at(&self) -> Timestamp {
         if self.health.causes.bridging {
             self.gyro.silent_for_at(BRIDGE_MAX)
@@ -195,7 +195,7 @@ impl Controller {
         self.take(came);
     }
 
-    /// The gyro is heard again. What was late and not lost tells more than the bridge did.
+    /// Ends the bridge when samples arrive again. Samples that were delayed, not lost, are better than the bridge.
     pub(super) fn end_bridge(&mut self, now: Timestamp, stalled: bool, rate: AngularRate) {
         let since = self.base.as_ref().and_then(|base| base.motion()).map(|(heard, _)| heard);
         let Some(estimating) = &mut self.estimating else { return };
@@ -205,7 +205,7 @@ impl Controller {
             estimating.heading = anchor.heading;
             return;
         }
-        // From the base's last word to the gyro's first.
+        // From the last motion message to the first sample.
         let unseen = since.map_or(Span::ZERO, |since| now - since);
         let bias = estimating.filter.bias();
         let by = (rate - bias) * unseen;

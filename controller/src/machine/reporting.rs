@@ -1,4 +1,4 @@
-//! What is told: state, and a queue that never grows beyond its bound.
+//! Reports: the state, and a queue of bounded size.
 
 use super::{Controller, REPORTS_MAX, STATE_PERIOD_AT_REST, Task};
 use crate::bias_test::RunningMean;
@@ -44,7 +44,7 @@ impl Controller {
         self.push_report(Report::State(state));
     }
 
-    /// The oldest state gives way to a new report; if there is none, the new report is lost.
+    /// Drops the oldest state to make room for a new report; without one, the new report is lost.
     pub(super) fn push_report(&mut self, report: Report) {
         if let Err(report) = self.reports.push_back(report) {
             self.reports_lost = true;
@@ -54,7 +54,7 @@ impl Controller {
                 if !made_room && matches!(waiting, Report::State(_)) {
                     made_room = true;
                 } else {
-                    // As many places as there were.
+                    // Cannot fail: same capacity.
                     let _ = kept.push_back(waiting);
                 }
             }

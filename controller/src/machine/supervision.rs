@@ -1,4 +1,4 @@
-//! What is watched while a mission runs and between missions: inputs, rest, health.
+//! Monitoring during and between missions: inputs, rest, health.
 
 use super::{Controller, Heard, Task};
 use crate::base_driver::BaseDriver;
@@ -11,7 +11,7 @@ use wire::time::Timestamp;
 use wire::units::AngularRate;
 
 impl Controller {
-    /// The heading is held while the base is known to stand and nothing is about to move it.
+    /// Holds the heading while the base stands and no command will move it.
     pub(super) fn update_hold(&mut self, now: Timestamp) {
         let about_to_move = matches!(self.task, Task::Drive(_)) || self.stopping;
         let held = self.base.is_some() && !about_to_move && !self.is_moving(now);
@@ -19,7 +19,7 @@ impl Controller {
         self.gyro.integrator_mut().hold(held);
     }
 
-    /// What the base says of its motion, held against what it was told and against the gyro.
+    /// Compares the base's reported motion with the commands and with the gyro.
     pub(super) fn look_at_motion(&mut self, now: Timestamp, motion: &Motion) {
         if self.config.planted().blinds_second_looks() {
             return;
@@ -28,7 +28,7 @@ impl Controller {
             && !drive.could_be_on_the_way(now, self.reckoning.displacement())
             && !self.config.planted().is(Mutant::LaggingOdometerBelieved)
         {
-            // Said, and no reason to stop: a line that loses commands leads there as well.
+            // Reported, but no reason to stop: a line that loses commands has the same effect.
             self.odometry_doubtful = true;
         }
         let rate = match &self.task {
@@ -43,14 +43,14 @@ impl Controller {
             rate,
         };
         if self.gyro.is_silent(now) {
-            // That is said, and nobody knows what it would have read.
+            // Already reported; the rotation during the silence is unknown.
             self.headings.begin();
         }
         let differ = self.headings.differs(now, heard);
         self.headings_disagree |= differ && !self.config.planted().is(Mutant::HeadingsNotCompared);
     }
 
-    /// The base begins or ends to stand.
+    /// Tracks the start and end of a standstill.
     fn update_standstill(&mut self, now: Timestamp) {
         let commanding = matches!(&self.task, Task::Drive(drive) if drive.is_commanding());
         let moving = self.is_moving(now);
@@ -64,7 +64,7 @@ impl Controller {
         self.stands = stands;
     }
 
-    /// At a standstill the gyro reads its bias.
+    /// Checks the bias at a standstill, where the gyro reads it.
     pub(super) fn look_at_rest(&mut self, now: Timestamp, rest: Option<Rest>) {
         let Some(rest) = rest else { return };
         let bias = self.gyro.integrator().bias();
@@ -84,7 +84,7 @@ impl Controller {
             && !planted.blinds_second_looks();
     }
 
-    /// The base is not known to be at rest.
+    /// True unless the base is known to be at rest.
     pub(super) fn is_moving(&self, now: Timestamp) -> bool {
         match &self.base {
             None => self.mean_raw_rate().abs() > self.config.gyro.bias_max,
@@ -95,7 +95,7 @@ impl Controller {
         }
     }
 
-    /// Mean of the raw readings since the last state; that state's where there has been none since.
+    /// Mean of the raw readings since the last state; without new readings, that state's mean.
     pub(super) fn mean_raw_rate(&self) -> AngularRate {
         if self.raw_rate.count() == 0 {
             return self.last_raw_rate;
@@ -103,8 +103,8 @@ impl Controller {
         AngularRate::from_rad_per_s(self.raw_rate.mean())
     }
 
-    /// When the base's silence becomes a fault. Its messages come slowly while it stands, so a base that
-    /// has been told to move is given the short time from that moment on.
+    /// Time at which the base's silence becomes a fault. A stationary base sends slowly, so the short time-out starts
+    /// at the command to move.
     pub(super) fn base_silent_at(&self) -> Timestamp {
         let (Some(base), Some(config)) = (&self.base, &self.config.base) else {
             return Timestamp::MAX;
@@ -123,7 +123,7 @@ impl Controller {
         }
     }
 
-    /// Looks for what forbids the running mission.
+    /// Aborts the running mission if an input forbids it.
     pub(super) fn watch_inputs(&mut self, now: Timestamp) {
         let needs_gyro = match &self.task {
             Task::Idle => return,
@@ -155,8 +155,8 @@ impl Controller {
         }
     }
 
-    /// The base stopped by itself while a mission drove it. It goes on saying so until it hears the
-    /// next velocity, so that nothing it says before that is meant for this mission.
+    /// True if the base stopped by itself during a mission. The base reports this until it receives the next velocity,
+    /// so reports before that do not concern this mission.
     pub(super) fn has_command_timed_out(&self, now: Timestamp) -> bool {
         let (Task::Drive(drive), Some(config), Some(base)) =
             (&self.task, &self.config.base, &self.base)

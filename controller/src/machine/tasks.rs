@@ -1,4 +1,4 @@
-//! Missions: what is accepted, what each does step by step, and how it ends.
+//! Missions: acceptance, the steps of each, and their ends.
 
 use super::{
     ANGLE_RAD_MAX, BIAS_TEST_S_MAX, Controller, DISTANCE_M_MAX, RATE_MIN, SPEED_MIN, Task,
@@ -17,7 +17,7 @@ use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose};
 
 impl Controller {
-    /// Takes a mission; the answer is a report.
+    /// Takes a mission; a report answers it.
     pub fn command(&mut self, now: Timestamp, mission: Mission) {
         let now = self.time.hear(now);
         let id = mission.id;
@@ -124,7 +124,7 @@ impl Controller {
             return Err(Refusal::BaseNotReady);
         }
         if self.source == HeadingSource::Gyro {
-            // One that was never heard is silent as well, though no fault before everything has started.
+            // A gyro that never sent counts as silent too, although that is no fault during the start.
             if self.gyro.is_silent(now) || causes.gyro_fault {
                 return Err(Refusal::NoGyro);
             }
@@ -197,8 +197,8 @@ impl Controller {
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
         self.headings.begin();
-        // It stands, or this mission were refused: a stop that was given at rest is over, and would take the reference
-        // from this one.
+        // The base stands, or this mission would have been refused: a stop commanded at rest is over and must not
+        // change this mission's reference.
         self.stopping = false;
         let MotionRamps { drive: acceleration, steer } = self.base_ramps();
         if let Some(base) = &mut self.base {
@@ -307,10 +307,10 @@ impl Controller {
                 let id = drive.id;
                 if !drive.could_be_there(sight.displacement) {
                     self.odometry_doubtful = true;
-                    // Said before the mission is called done.
+                    // Must precede the report of completion.
                     self.update_health(now);
                 }
-                // Only a heading that the base does not have itself is worth writing.
+                // Only a heading that the base does not already have is worth writing.
                 if self.source == HeadingSource::Gyro {
                     self.begin_pose_download(now, id, sight.pose, result);
                 } else {
@@ -333,14 +333,14 @@ impl Controller {
         };
         self.bias_test_failed |= matches!(self.task, Task::BiasTest { .. });
         if matches!(self.task, Task::Drive(_)) {
-            // What was to be reached is void: the next mission starts from where this one ended.
+            // The target is void: the next mission starts from where this one ended.
             self.reference = self.heading();
         }
         self.task = Task::Idle;
         self.push_report(Report::Aborted { id, reason });
     }
 
-    /// Stops the base and goes on telling it until it says that it is at rest.
+    /// Stops the base and repeats the command until the base reports that it is at rest.
     pub(super) fn stop_base(&mut self, now: Timestamp) {
         if let Some(base) = &mut self.base {
             base.request(Request::Stop);
@@ -361,7 +361,7 @@ impl Controller {
         self.push_report(Report::Done { id, result });
     }
 
-    /// The bias in force follows the method.
+    /// Sets the bias in force according to the method.
     pub(super) fn update_bias(&mut self) {
         if let Some(bias) = self.chosen_bias() {
             self.gyro.integrator_mut().set_bias(bias);

@@ -1,4 +1,4 @@
-//! Each mutant misbehaves, and the same scenario without it does not.
+//! Each mutant misbehaves; the same scenario without it does not.
 
 mod noticed;
 mod plant;
@@ -24,7 +24,7 @@ fn straight() -> Command {
     Command::Straight(Straight { distance: Length::from_m(2.0), speed: Speed::from_m_per_s(0.4) })
 }
 
-/// The scenario says whether the controller misbehaves in it.
+/// `misbehaves` runs the scenario and tells whether the controller misbehaved.
 fn only_with(mutant: Mutant, misbehaves: fn(&mut Plant) -> bool) {
     assert!(misbehaves(&mut Plant::ready(Some(mutant))), "{mutant:?} shows nothing");
     assert!(!misbehaves(&mut Plant::ready(None)), "it shows without {mutant:?}");

@@ -1,4 +1,5 @@
-//! Messages that answer others: when, how often, and what becomes of a question while another is being answered.
+//! Messages that answer others: conditions, number and timing, and the handling of a question while another is being
+//! answered.
 
 use super::formula::formula;
 use super::messages::{PERIOD_S_MIN, Sent, question, seconds};
@@ -11,38 +12,38 @@ use crate::layout::Message;
 use crate::place::Place;
 use wire::time::Span;
 
-/// How many messages wait to be answered where the file does not say.
+/// Default number of messages waiting to be answered.
 const QUEUE: usize = 8;
 
-/// The most of them. Assumption: no device remembers more.
+/// Maximum of that number. Assumption: no device stores more.
 const QUEUE_MAX: usize = 1000;
 
-/// The most messages of one answer.
+/// Maximum number of messages in one answer.
 pub(crate) const TIMES_MAX: f64 = 10_000.0;
 
 /// How a message answers another.
 #[derive(Debug, Clone)]
 pub(crate) struct Answer {
-    /// The place of the message that it answers.
+    /// The index of the message that it answers.
     pub(crate) question: usize,
     pub(crate) delay: Span,
-    /// As the variables are when the question has been heard.
+    /// Condition, evaluated when the question arrives.
     pub(crate) when: Option<Expression>,
-    /// How many messages it is, and how long after one another they come.
+    /// Number of messages, and the time between them.
     pub(crate) times: Option<(Expression, Span)>,
-    /// It answers what is refused.
+    /// Answers refused questions.
     pub(crate) busy: bool,
 }
 
-/// What becomes of a message as long as one is being answered.
+/// Handling of a message while another is being answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum WhileAnswering {
     Refuse,
-    /// So many wait.
+    /// Up to this many wait.
     Queue(usize),
 }
 
-/// What the keys of an answer say, none of which stands alone.
+/// Parses the keys of an answer, which are valid only together with `answers`.
 pub(super) fn answer(
     rules: &MessageRules,
     variables: &Variables,
@@ -97,7 +98,7 @@ pub(super) fn answer(
     Ok(Some(Answer { question, delay, when: when.transpose()?, times, busy }))
 }
 
-/// What becomes of a message that is heard while one is being answered.
+/// Parses the handling of a message that arrives while another is being answered.
 pub(super) fn while_answering(
     rules: &MessageRules,
     place: &Place,
@@ -115,7 +116,7 @@ pub(super) fn while_answering(
     }
 }
 
-/// Where something is done while answering there is an answer, and where there is a `busy` answer something is refused.
+/// Checks that `while_answering` has an answer to it, and that a `busy` answer has something to refuse.
 pub(super) fn agree(
     messages: &[Message],
     (sent, places): (&[Sent], &dyn Fn(usize) -> Place),

@@ -1,34 +1,34 @@
-//! Tables whose name has an index: `[state."cell[1..96]"]` is `cell1` to `cell96`, and the array `cell`.
+//! Tables with an index in their name: `[state."cell[1..96]"]` is `cell1` to `cell96` and the array `cell`.
 
 use crate::error::Mistake;
 use crate::place::Place;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The most elements of one array. Assumption: no device here says more of a kind.
+/// Maximum number of elements in one array. Assumption: no device here reports more of a kind.
 const ELEMENTS_MAX: u32 = 1000;
 
 /// The name of the index in the expressions of an array.
 pub(super) const INDEX: &str = "i";
 
-/// A table of the file, or one of the several that it stands for.
+/// A table of the file, or one of several that it expands to.
 #[derive(Debug, Clone)]
 pub(super) struct Entry<'a, T> {
     pub(super) name: String,
-    /// As it stands in the file.
+    /// The key in the file.
     pub(super) key: &'a str,
-    /// Where its name has one.
+    /// Its index, if its name has one.
     pub(super) index: Option<u32>,
     pub(super) table: &'a T,
 }
 
-/// An array: which entries are its elements.
+/// An array and its range of entries.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Family {
     pub(super) name: String,
-    /// The index of the first one.
+    /// The index of the first element.
     pub(super) first: u32,
     pub(super) count: u32,
-    /// The place of the first one among the entries.
+    /// The position of the first element among the entries.
     pub(super) begin: usize,
 }
 
@@ -38,12 +38,12 @@ struct Numbered<'a> {
     before: &'a str,
     first: u32,
     last: u32,
-    /// With zeros up to so many digits.
+    /// Padded with zeros to this width.
     width: usize,
     behind: &'a str,
 }
 
-/// The range in a name; none where there are no brackets.
+/// Parses the range in a name; `None` without brackets.
 fn numbered(key: &str) -> Result<Option<Numbered<'_>>, &'static str> {
     let Some((before, rest)) = key.split_once('[') else { return Ok(None) };
     let form = "an array is written with its first and its last index: `cell[1..96]`";
@@ -64,7 +64,7 @@ fn numbered(key: &str) -> Result<Option<Numbered<'_>>, &'static str> {
     Ok(Some(Numbered { before, first, last, width, behind }))
 }
 
-/// The tables of a section, one for each element of an array, and the arrays.
+/// Expands the tables of a section, one for each element of an array, and collects the arrays.
 pub(super) fn entries<'a, T>(
     tables: &'a BTreeMap<String, T>,
     section: &str,
@@ -91,7 +91,7 @@ pub(super) fn entries<'a, T>(
     Ok((entries, families))
 }
 
-/// Each array and each element has a name of its own, in all of the sections.
+/// Checks that the names of arrays and elements are unique across all sections.
 pub(super) fn distinct<'a>(
     names: impl Iterator<Item = (&'a str, &'a str, &'a str)>,
 ) -> Result<(), Mistake> {
@@ -106,7 +106,7 @@ pub(super) fn distinct<'a>(
     Ok(())
 }
 
-/// In a file with an array nothing else has the name of the index.
+/// Checks that nothing has the name of the index in a file with arrays.
 pub(super) fn index_is_free<P, S, G>(
     parameters: &BTreeMap<String, P>,
     states: &BTreeMap<String, S>,

@@ -1,4 +1,4 @@
-//! Expressions of a file, whose mistakes are shown where they are.
+//! Expressions of a file, with the positions of their mistakes.
 
 use super::scope::Local;
 use crate::error::Mistake;
@@ -6,7 +6,7 @@ use crate::expression::Expression;
 use crate::file::Formula;
 use crate::place::Place;
 
-/// The expression of a number or a text.
+/// Parses the expression of a number or a text.
 pub(super) fn formula(
     formula: &Formula,
     scope: &Local<'_>,

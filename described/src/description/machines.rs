@@ -1,4 +1,4 @@
-//! Machines of states: what leads from one to another, and what is set on the way.
+//! State machines: their transitions and assignments.
 
 use super::formula::formula;
 use super::messages::{PERIOD_S_MIN, question, seconds};
@@ -17,36 +17,36 @@ use wire::time::Span;
 /// A machine.
 #[derive(Debug, Clone)]
 pub(crate) struct Machine {
-    /// The place of its first state.
+    /// The index of its initial state.
     pub(crate) start: usize,
-    /// As they are written.
+    /// In the order of the file.
     pub(crate) transitions: Vec<Transition>,
-    /// What is set when it comes to a state: one a state.
+    /// Assignments on entering a state: one list per state.
     pub(crate) enter: Vec<Vec<Setting>>,
 }
 
-/// What leads to a state: all that it has of conditions has to be.
+/// A transition to a state. All of its conditions must hold.
 #[derive(Debug, Clone)]
 pub(crate) struct Transition {
-    /// Whether it leads from a state: one a state.
+    /// Whether it leads from each state.
     pub(crate) from: Vec<bool>,
     pub(crate) to: usize,
     pub(crate) when: Option<Expression>,
-    /// The message that is heard.
+    /// The message that triggers it.
     pub(crate) on: Option<usize>,
-    /// So long in the state.
+    /// Minimum time in the state.
     pub(crate) after: Option<Span>,
     pub(crate) set: Vec<Setting>,
 }
 
-/// What a state variable becomes.
+/// An assignment to a state variable.
 #[derive(Debug, Clone)]
 pub(crate) struct Setting {
     pub(crate) slot: usize,
     pub(crate) value: Expression,
 }
 
-/// The tables as they are written, one behind the other.
+/// The tables in the order of the file.
 pub(super) fn in_order(
     tables: &BTreeMap<String, Spanned<MachineTable>>,
 ) -> Vec<(&str, &MachineTable)> {
@@ -55,7 +55,7 @@ pub(super) fn in_order(
     order.into_iter().map(|(name, table)| (name.as_str(), table.get_ref())).collect()
 }
 
-/// The names of the state variables that machines set, each of which there is.
+/// The names of the state variables that machines assign; checks that each exists.
 pub(super) fn set<'a>(
     tables: &[(&'a str, &'a MachineTable)],
     variables: &Variables,
@@ -81,7 +81,7 @@ pub(super) fn set<'a>(
     Ok(names)
 }
 
-/// The machines by their names and those of their states.
+/// The names of the machines and of their states.
 pub(super) fn names(tables: &[(&str, &MachineTable)]) -> Result<Vec<MachineNames>, Mistake> {
     for (name, table) in tables {
         let place = Place::file().key("machine").key(name).key("states");
@@ -103,7 +103,7 @@ pub(super) fn names(tables: &[(&str, &MachineTable)]) -> Result<Vec<MachineNames
     Ok(named.collect())
 }
 
-/// The machines, as they are written.
+/// Parses the machines, in the order of the file.
 pub(super) fn machines(
     tables: &[(&str, &MachineTable)],
     states: &[State],
@@ -141,7 +141,7 @@ impl Reader<'_> {
         Ok(Machine { start, transitions, enter })
     }
 
-    /// The place of a state by its name.
+    /// The index of a state by name.
     fn state(&self, name: &str, place: &Place) -> Result<usize, Mistake> {
         self.table.states.iter().position(|known| known == name).ok_or_else(|| {
             let text = format!("`{}` has no state `{name}`", self.name);
@@ -184,7 +184,7 @@ impl Reader<'_> {
         Ok(Transition { from, to, when, on: on.transpose()?, after: after.transpose()?, set })
     }
 
-    /// Each state can be come to from the first one.
+    /// Checks that every state is reachable from the initial one.
     fn reached(&self, start: usize, transitions: &[Transition]) -> Result<(), Mistake> {
         let mut reached = vec![false; self.table.states.len()];
         reached[start] = true;
@@ -218,7 +218,7 @@ impl Reader<'_> {
             let (slots, first) = match self.variables.variable(name) {
                 Ok(Meaning::Slot(slot)) => (slot..slot + 1, None),
                 Ok(Meaning::Array(array)) => (array.slots(), Some(array.first)),
-                // All of them are states, as `set` has seen.
+                // All of them are states, as `set` has checked.
                 _ => (0..0, None),
             };
             for (index, slot) in (0..).zip(slots) {

@@ -1,4 +1,4 @@
-//! When messages are sent, and what is heard as long as none comes.
+//! When messages are sent, and the values of received messages until one arrives.
 
 use super::answers::{self, Answer, WhileAnswering};
 use super::arrays;
@@ -16,33 +16,33 @@ use crate::place::Place;
 use std::collections::BTreeMap;
 use wire::time::Span;
 
-/// No message is sent more often. Assumption: twice what a bus of 1 Mbit/s carries.
+/// Shortest period of a message. Assumption: half the frame time of a bus of 1 Mbit/s.
 pub(super) const PERIOD_S_MIN: f64 = 50e-6;
 
-/// Longer than any run: a time behind it is a slip of the pen.
+/// Longer than any run: a larger time is a typing mistake.
 const TIME_S_MAX: f64 = 1e6;
 
 /// A message that the device sends.
 #[derive(Debug, Clone)]
 pub(crate) struct Sent {
-    /// Its place in the layout.
+    /// Its index in the layout.
     pub(crate) message: usize,
     pub(crate) period: Option<Span>,
-    /// When else it is sent.
+    /// Other reasons to send it.
     pub(crate) send: SendRule,
     pub(crate) answers: Option<Answer>,
-    /// One a signal.
+    /// One per signal.
     pub(crate) signals: Vec<SignalSource>,
-    /// The values of those that are expressions, each at its place among the signals.
+    /// The signals that are expressions, each with its position among the signals.
     pub(crate) expressions: Batch,
-    /// The places of all others.
+    /// The positions of all other signals.
     pub(crate) others: Box<[usize]>,
-    /// What a multiplexer that nobody drives goes through: of each signal, empty for others.
+    /// The numbers that an undriven multiplexer cycles through: per signal, empty for others.
     pub(crate) pages: Vec<Vec<u64>>,
 }
 
 impl Sent {
-    /// Sorts its signals by how they come to their values.
+    /// Sorts its signals by the kind of their source.
     fn sort(&mut self) {
         fn expression((place, signal): (usize, &SignalSource)) -> Option<(usize, &Expression)> {
             match &signal.source {
@@ -57,24 +57,24 @@ impl Sent {
     }
 }
 
-/// A message that the device hears.
+/// A message that the device receives.
 #[derive(Debug, Clone)]
 pub(crate) struct Heard {
-    /// Its place in the layout.
+    /// Its index in the layout.
     pub(crate) message: usize,
-    /// So long after the last one its signals are as they were at first.
+    /// After this time without the message its signals return to their initial values.
     pub(crate) timeout: Option<Span>,
-    /// What becomes of it while one is being answered; it is used where this is absent.
+    /// Handling of the message while another is being answered; `None` means that it is always used.
     pub(crate) while_answering: Option<WhileAnswering>,
 }
 
-/// Where the file speaks of a message: in a table of its name, or in a list.
+/// The place of a message in the file: a table of its name, or an entry of a list.
 pub(super) fn place(index: usize, message: &Message, listed: bool) -> Place {
     let all = Place::file().key("message");
     if listed { all.index(index) } else { all.key(&message.name) }
 }
 
-/// The layout with the periods and first values of the file.
+/// The layout with the periods and initial values of the file.
 pub(super) fn ruled(
     layout: Layout,
     rules: &BTreeMap<String, MessageRules>,
@@ -121,7 +121,7 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
     Ok(())
 }
 
-/// What is sent and what is heard.
+/// Messages sent and received.
 pub(super) fn messages(
     rules: &BTreeMap<String, MessageRules>,
     sources: &BTreeMap<String, SourceTable>,
@@ -190,7 +190,8 @@ pub(super) fn messages(
     Ok((sent, heard))
 }
 
-/// What would have to be selected for a signal to be sent where its multiplexer is another constant, and that.
+/// For a signal that is never sent because its multiplexer is a different constant: the required selection, and that
+/// constant.
 fn never<'a>(message: &'a Message, sent: &Sent, signal: usize) -> Option<(&'a Selection, f64)> {
     message.selections(signal).find_map(|selection| {
         let source = &sent.signals[selection.multiplexer].source;
@@ -268,7 +269,7 @@ fn hear(
     Ok(Heard { message: index, timeout: timeout.transpose()?, while_answering })
 }
 
-/// The place of a message that is heard.
+/// The index of a received message.
 pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usize, Mistake> {
     let heard = |message: &&Message| message.sender == Sender::Host;
     layout.find(name).filter(|index| layout.messages()[*index].sender == Sender::Host).ok_or_else(
@@ -281,7 +282,7 @@ pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usi
     )
 }
 
-/// A time of a file.
+/// Parses a time of a file.
 pub(super) fn seconds(value: f64, least: f64, place: &Place) -> Result<Span, Mistake> {
     if (least..=TIME_S_MAX).contains(&value) {
         return Ok(Span::from_secs_f64(value));

@@ -1,4 +1,4 @@
-//! What a description says of a device.
+//! The content of a description.
 
 mod answers;
 mod arrays;
@@ -35,42 +35,42 @@ use std::collections::BTreeMap;
 use variables::Named;
 use wire::time::Span;
 
-/// The step of the integration where the file says none.
+/// Default step of the integration.
 const STEP_S: f64 = 0.01;
 
-/// Steps shorter than this are not worth their time. Assumption: no line here resolves less.
+/// Minimum step. Assumption: no line here resolves less.
 const STEP_S_MIN: f64 = 10e-6;
 
-/// A device as its user describes it, checked.
+/// A device as described by its user, checked.
 #[derive(Debug, Clone)]
 pub struct Description {
-    /// Its name, which its random numbers belong to.
+    /// Name, the key of its random numbers.
     pub name: String,
-    /// What it is, in a line.
+    /// One-line description.
     pub title: String,
-    /// Where its numbers come from.
+    /// The source of its numbers.
     pub source: String,
     layout: Layout,
     parameters: Vec<Parameter>,
-    /// Of parameters, states and machines.
+    /// Notes on parameters, states and machines.
     notes: BTreeMap<String, Note>,
     pub(crate) model: Model,
 }
 
-/// What a file says of a parameter or a state beside its numbers.
+/// Documentation and unit of a parameter or a state.
 #[derive(Debug, Clone)]
 struct Note {
     unit: String,
     doc: String,
 }
 
-/// What a device computes.
+/// The computations of a device.
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
     pub(crate) step: Span,
     pub(crate) variables: Variables,
     pub(crate) states: Vec<State>,
-    /// The states with a value, each behind those that it needs.
+    /// The states with a value, each after those that it depends on.
     pub(crate) order: Vec<usize>,
     pub(crate) machines: Vec<Machine>,
     pub(crate) sent: Vec<Sent>,
@@ -78,8 +78,8 @@ pub(crate) struct Model {
 }
 
 impl Description {
-    /// Reads a description without identified models. `file` is its name in messages; `read` hands over the files
-    /// that it names (a DBC, CSV) by the name in the description, or says why it cannot.
+    /// Reads a description without identified models. `file` is its name in error messages; `read` returns the files
+    /// that it names (a DBC, CSV) by the name in the description, or the reason why it cannot.
     ///
     /// # Errors
     /// As [`Description::parse_with`].
@@ -91,7 +91,7 @@ impl Description {
         Self::parse_with(file, text, &mut Texts(read))
     }
 
-    /// Reads a description. `file` is its name in messages.
+    /// Reads a description. `file` is its name in error messages.
     ///
     /// # Errors
     /// With the place of the first mistake, in the description or in a file that it names.
@@ -140,23 +140,24 @@ impl Description {
         Ok(Self { name, title, source, layout, parameters, notes, model })
     }
 
-    /// The same by another name, and so with other random numbers: of several devices of one description each has its own.
+    /// The description under another name, and so with other random numbers: each of several devices of one
+    /// description needs its own.
     #[must_use]
     pub fn named(&self, name: &str) -> Self {
         Self { name: name.to_owned(), ..self.clone() }
     }
 
-    /// Its messages and their signals.
+    /// The messages and their signals.
     pub const fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Its parameters: name, value and unit, by name.
+    /// The parameters: name, value and unit, ordered by name.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, f64, &str)> {
         self.parameters.iter().map(|known| (known.name.as_str(), known.value, known.unit.as_str()))
     }
 
-    /// The unit of a parameter, a state or a signal, as its file writes it.
+    /// The unit of a parameter, a state or a signal, as written in the file.
     pub fn unit(&self, name: &str) -> Option<&str> {
         let signal = |(message, signal): (usize, usize)| {
             self.layout.messages()[message].signals[signal].unit.as_str()
@@ -167,7 +168,7 @@ impl Description {
             .or_else(|| self.layout.signal(name).map(signal))
     }
 
-    /// What the file says of a parameter, a state or a signal.
+    /// The documentation of a parameter, a state or a signal.
     pub fn doc(&self, name: &str) -> Option<&str> {
         let signal = |(message, signal): (usize, usize)| {
             self.layout.messages()[message].signals[signal].doc.as_str()
@@ -178,11 +179,11 @@ impl Description {
             .or_else(|| self.layout.signal(name).map(signal))
     }
 
-    /// Gives a parameter, or all of an array of them, another value from the start, which states begin with too. [`Device::set_parameter`]
-    /// changes it on the way.
+    /// Sets the start value of a parameter, or of all elements of an array, which also affects states that start with
+    /// it. [`Device::set_parameter`] changes it during a run.
     ///
     /// # Errors
-    /// As [`Description::check_parameter`], and nothing is changed.
+    /// As [`Description::check_parameter`]; nothing is changed then.
     ///
     /// [`Device::set_parameter`]: crate::Device::set_parameter
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), String> {
@@ -193,26 +194,26 @@ impl Description {
         Ok(())
     }
 
-    /// The places of the parameters that have the name: one, or all of an array.
+    /// The indices of the parameters with this name: one, or all of an array.
     pub(crate) fn parameters_named(&self, name: &str) -> Vec<usize> {
         parameters::named(&self.parameters, name)
     }
 
-    /// Its states by name, and its machines.
+    /// The names of its states and machines.
     pub fn states(&self) -> impl Iterator<Item = &str> {
         self.model.variables.states()
     }
 
-    /// Whether the parameter exists and may have this value.
+    /// Checks that the parameter exists and may have this value.
     ///
     /// # Errors
-    /// With a message for people: the nearest name, or the range.
+    /// With a readable message: the nearest name, or the range.
     pub fn check_parameter(&self, name: &str, value: f64) -> Result<(), String> {
         parameters::check(&self.parameters, name, value)
     }
 }
 
-/// What the file says of parameters, states and machines.
+/// The notes of parameters, states and machines.
 fn notes(
     parameters: &[Entry<'_, ParameterTable>],
     states: &[Entry<'_, StateTable>],
@@ -226,7 +227,7 @@ fn notes(
     parameters.chain(states).chain(machines).collect()
 }
 
-/// Every variable, array, table and machine has a name of its own.
+/// Checks that the names of variables, arrays, tables and machines are unique.
 fn distinct<'a>(
     parameters: &'a [Entry<'_, ParameterTable>],
     states: &'a [Entry<'_, StateTable>],

@@ -11,9 +11,9 @@ use crate::place::Place;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Parameter {
     pub(crate) name: String,
-    /// The array that it is an element of.
+    /// The array that contains it.
     array: Option<String>,
-    /// Before anybody sets it.
+    /// The initial value.
     pub(crate) value: f64,
     pub(crate) unit: String,
     minimum: f64,
@@ -37,14 +37,15 @@ impl Parameter {
     }
 }
 
-/// The places of those that have the name: one, or all of an array.
+/// The indices of the parameters with this name: one, or all of an array.
 pub(super) fn named(parameters: &[Parameter], name: &str) -> Vec<usize> {
     let is_meant = |known: &Parameter| known.name == name || known.array.as_deref() == Some(name);
     let places = parameters.iter().enumerate().filter(|(_, known)| is_meant(known));
     places.map(|(place, _)| place).collect()
 }
 
-/// Whether one of `parameters`, or an array of them, has the name and may have the value; else a message for people.
+/// Checks that one of `parameters`, or an array of them, has this name and may have the value; otherwise returns a
+/// readable message.
 pub(super) fn check(parameters: &[Parameter], name: &str, value: f64) -> Result<(), String> {
     let places = named(parameters, name);
     if places.is_empty() {
@@ -55,7 +56,7 @@ pub(super) fn check(parameters: &[Parameter], name: &str, value: f64) -> Result<
     places.into_iter().try_for_each(|place| parameters[place].allows(value))
 }
 
-/// Names of variables are words, mean nothing else, and are each of one variable.
+/// Checks that names of variables are words, not reserved, and unique.
 pub(super) fn names(
     parameters: &[Entry<'_, ParameterTable>],
     states: &[Entry<'_, StateTable>],
@@ -86,7 +87,7 @@ pub(super) fn names(
     Ok(())
 }
 
-/// The parameters by name, with those of arrays.
+/// Parses the parameters, including those of arrays.
 pub(super) fn parameters(
     entries: &[Entry<'_, ParameterTable>],
     families: &[Family],

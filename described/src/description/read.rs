@@ -1,4 +1,4 @@
-//! The forms that a description has, and the layout that it names or writes out.
+//! The two forms of a description, and the layout that it names or contains.
 
 use crate::error::{FileError, Mistake};
 use crate::file::{File, MessageRules, MessageTable};
@@ -8,10 +8,10 @@ use crate::place::Place;
 use std::collections::BTreeMap;
 use toml::de::DeTable;
 
-/// The file with rules for its messages, and the tables that say all of them where it has any.
+/// The file with rules for its messages, and the tables that define them completely, if any.
 pub(super) type Split = (File<BTreeMap<String, MessageRules>>, Option<Vec<MessageTable>>);
 
-/// Reads the file in that of its two forms that it has.
+/// Reads the file in whichever of the two forms it has.
 pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
     let wrong = |error: &toml::de::Error| FileError::from_toml(file, text, error);
     let document = DeTable::parse(text).map_err(|error| wrong(&error))?;
@@ -39,7 +39,7 @@ pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
     Ok((said, Some(whole.message)))
 }
 
-/// The layout, as the file or its DBC says it.
+/// The layout from the file or its DBC.
 pub(super) fn layout<M>(
     file: &str,
     text: &str,

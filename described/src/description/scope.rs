@@ -1,4 +1,4 @@
-//! What names mean in the expressions of a file.
+//! Meaning of names in the expressions of a file.
 
 use super::arrays::{Family, INDEX};
 use super::variables::{PART, TIME, Variables};
@@ -6,7 +6,7 @@ use crate::expression::{Array, Meaning, Scope, States, Unknown};
 use crate::hint;
 use crate::layout::{Sender, SignalName};
 
-/// The name of the part of an answer that is sent, from 1.
+/// The name of the current part of an answer, from 1.
 const PART_NAME: &str = "part";
 
 /// The arrays by name.
@@ -14,12 +14,12 @@ const PART_NAME: &str = "part";
 pub(super) struct Arrays {
     parameters: Vec<(String, Array)>,
     states: Vec<(String, Array)>,
-    /// Of states as they were one step before.
+    /// States at the end of the previous step.
     last: Vec<(String, Array)>,
 }
 
 impl Arrays {
-    /// Those of parameters and their first slot; those of states, and the first slots of these now and one step before.
+    /// Arrays of parameters with their first slot; arrays of states with their first slots now and one step before.
     pub(super) fn new(parameters: (&[Family], usize), states: (&[Family], usize, usize)) -> Self {
         let arrays = |families: &[Family], slot: usize| {
             let array = |family: &Family| {
@@ -120,7 +120,7 @@ impl Scope for Variables {
     }
 }
 
-/// Parameters and tables alone: what the start of a state may be made of.
+/// Scope with parameters and tables only, for the start of a state.
 pub(super) struct ParametersOnly<'a>(pub(super) &'a Variables);
 
 impl Scope for ParametersOnly<'_> {
@@ -153,7 +153,7 @@ impl Scope for ParametersOnly<'_> {
     }
 }
 
-/// Names that only some expressions know: the index of an array, and the part of an answer.
+/// Names known to some expressions only: the index of an array, and the part of an answer.
 #[derive(Clone, Copy)]
 pub(super) struct Local<'a> {
     pub(super) scope: &'a dyn Scope,
@@ -167,7 +167,7 @@ impl Scope for Local<'_> {
             return Ok(Meaning::Number(f64::from(index)));
         }
         match self.scope.variable(name) {
-            // A variable of the file's own comes first.
+            // A variable of the file takes precedence.
             Err(_) if self.has_parts && name == PART_NAME => Ok(Meaning::Slot(PART)),
             found => found,
         }

@@ -1,4 +1,4 @@
-//! When a message is sent, as a file says it and as its DBC does.
+//! When a message is sent, from its file and its DBC.
 
 use super::messages::{PERIOD_S_MIN, seconds};
 use crate::error::Mistake;
@@ -6,7 +6,7 @@ use crate::file::MessageRules;
 use crate::layout::{Message, SendKind};
 use crate::place::Place;
 
-/// Changes the message's period and its other occasions to what the file says.
+/// Applies the file's period and other send conditions to the message.
 pub(super) fn ruled(
     message: &mut Message,
     rules: &MessageRules,
@@ -22,7 +22,7 @@ pub(super) fn ruled(
                 .help("both is `send = \"cyclic_and_on_change\"`"));
         }
         (Some(kind), _) => message.send.kind = kind,
-        // A period is a period, whatever else the DBC says.
+        // The file's period applies, whatever the DBC specifies.
         (None, Some(_)) if !message.send.is_cyclic() => {
             message.send.kind = SendKind::CyclicAndOnChange;
         }
@@ -32,7 +32,7 @@ pub(super) fn ruled(
         message.period = period;
     }
     if rules.answers.is_some() && period.is_none() || !message.send.is_cyclic() {
-        // An answer is not periodic, whatever the DBC says.
+        // An answer is not periodic, whatever the DBC specifies.
         message.period = None;
     }
     if rules.send.is_some_and(|_| message.send.is_cyclic()) && message.period.is_none() {
@@ -42,7 +42,7 @@ pub(super) fn ruled(
     occasions(message, rules, place)
 }
 
-/// What holds after a change.
+/// Applies the rules for sending after a change.
 fn occasions(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(), Mistake> {
     let after_change = [
         ("fast_period_s", rules.fast_period_s.is_some()),

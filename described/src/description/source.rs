@@ -1,4 +1,4 @@
-//! Where the value of a signal that is sent comes from.
+//! Sources of the values of sent signals.
 
 use super::formula::formula;
 use super::scope::Local;
@@ -10,24 +10,24 @@ use crate::hint;
 use crate::place::Place;
 use crate::steps::Procedure;
 
-/// The longest series. Assumption: sixteen hours at 17 Hz are enough of a trace.
+/// Maximum length of a series. Assumption: sixteen hours at 17 Hz are enough for a trace.
 const SERIES_MAX: usize = 1_000_000;
 
-/// What a signal that is sent shows.
+/// The source of a sent signal.
 #[derive(Debug, Clone)]
 pub(crate) struct SignalSource {
     pub(crate) source: Source,
-    /// Standard deviation of the noise on each value that is sent, in the unit of the signal.
+    /// Standard deviation of the noise on each sent value, in the signal's unit.
     pub(crate) noise: f64,
 }
 
-/// Where a value comes from.
+/// The source of a value.
 #[derive(Debug, Clone)]
 pub(crate) enum Source {
-    /// Nobody says: the signal's start value, and a multiplexer takes its pages in turn.
+    /// Undriven: the signal's start value; a multiplexer cycles through its pages.
     Unsaid,
     Expression(Expression),
-    /// One a state of the machine whose state is in this slot.
+    /// One expression per state of the machine whose state is in this slot.
     States(usize, Box<[Expression]>),
     Series(Series),
     Sensor(Box<Sensor>),
@@ -36,14 +36,14 @@ pub(crate) enum Source {
 /// Values over the time since power-on.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Series {
-    /// Time in seconds, which increases, and value. Not empty.
+    /// Time in seconds, increasing, and value. Not empty.
     points: Vec<(f64, f64)>,
     interpolate: bool,
     repeat: bool,
 }
 
 impl Series {
-    /// The value at `t` seconds: the first one before, the last one behind.
+    /// The value at `t` seconds: the first value before the series, the last one after it.
     pub(crate) fn value(&self, t: f64) -> f64 {
         let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
             return f64::NAN;
@@ -60,7 +60,7 @@ impl Series {
     }
 }
 
-/// What a `[signal.NAME]` says; `unit` is the signal's.
+/// Parses a `[signal.NAME]`; `unit` is the signal's.
 pub(super) fn source(
     table: &SourceTable,
     unit: &str,
@@ -100,7 +100,7 @@ pub(super) fn source(
     Ok(SignalSource { source, noise })
 }
 
-/// What is said without a model.
+/// Parses the source without a model.
 fn said(
     table: &SourceTable,
     scope: &Local<'_>,
@@ -139,7 +139,7 @@ fn said(
     Ok(Source::Series(series))
 }
 
-/// What is said in the states of a machine.
+/// Parses the values per state of a machine.
 fn in_states(table: &SourceTable, scope: &Local<'_>, place: &Place) -> Result<Source, Mistake> {
     let all = place.key("in");
     let mut machines = table.in_states.iter();
@@ -189,7 +189,7 @@ fn check(series: &Series, place: &Place) -> Result<(), Mistake> {
     Ok(())
 }
 
-/// Two columns of a CSV file by their names in the first line; without names the first two.
+/// Two columns of a CSV file by the names in its first line; without names the first two.
 fn points(
     file: &str,
     text: &str,
@@ -224,17 +224,16 @@ fn points(
     Ok(points)
 }
 
-/// A sensor that errs.
+/// A sensor with errors.
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor {
-    /// What is true, in the signal's unit.
+    /// The true value, in the signal's unit.
     pub(crate) truth: Source,
-    /// What the sensor makes of it.
+    /// The error model of the sensor.
     pub(crate) errs: Procedure<Expression>,
 }
 
-/// The sensor that a `[signal.NAME]` with a `model` describes: that of `truth`, with the model's file and the signal's
-/// unit.
+/// The sensor of a `[signal.NAME]` with a `model`: measures `truth`, with the model's file and the signal's unit.
 pub(super) fn sensor(
     table: &SourceTable,
     truth: Source,
@@ -247,7 +246,7 @@ pub(super) fn sensor(
         Mistake::new(place.key("model"), format!("failed to use `{file}`: {error}"))
     };
     let steps = files.errors(file, unit).map_err(unfit)?;
-    // What is wrong with an expression of a file is said in its place, and not in that of the model.
+    // A mistake in an expression of the file is reported at its own place, not at that of the model.
     let mut wrong = None;
     let given = |key: &str, given: &Option<Formula>| match given {
         Some(given) => formula(given, scope, &place.key(key)),

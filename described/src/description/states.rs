@@ -1,4 +1,4 @@
-//! Inner states: those that change at a rate, and those that follow from the others.
+//! Internal states: those with a rate, and those computed from others.
 
 use super::arrays::Entry;
 use super::formula::formula;
@@ -13,26 +13,26 @@ use std::collections::BTreeSet;
 /// A state.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
-    /// Its value at power-on; made of parameters.
+    /// The value at power-on, an expression of parameters.
     pub(crate) start: Expression,
     pub(crate) law: Law,
 }
 
-/// How a state goes on.
+/// How a state evolves.
 #[derive(Debug, Clone)]
 pub(crate) enum Law {
     /// Its derivative, in its unit per second.
     Rate(Expression),
-    /// Its value, at every moment.
+    /// Its value at every moment.
     Value(Expression),
-    /// Its value, made of what was one step before: it changes at the ends of steps alone. Else a switch
-    /// would be thrown between the stages of a step, and not be remembered.
+    /// Its value as an expression of the previous step: it changes only at the ends of steps. Otherwise a switch would
+    /// toggle between the stages of a step and lose its memory.
     Latched(Expression),
-    /// What a machine has set it to.
+    /// Keeps the value assigned by a machine.
     Held,
 }
 
-/// The states by name, and the order in which those with a value follow from one another. Some of them are set by machines.
+/// Parses the states, and the evaluation order of those with a value. Machines assign some of them.
 pub(super) fn states(
     entries: &[Entry<'_, StateTable>],
     set: &BTreeSet<&str>,
@@ -79,7 +79,7 @@ pub(super) fn states(
     Ok((states, order))
 }
 
-/// The states with a value, each behind those that it needs; or a circle, with its begin at both ends.
+/// The states with a value, each after those that it depends on; on error a cycle, with the same state at both ends.
 fn order(states: &[State], variables: &Variables) -> Result<Vec<usize>, Vec<usize>> {
     let mut order = Vec::new();
     let mut path = Vec::new();

@@ -8,10 +8,10 @@ use crate::place::Place;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Both axes, the second one empty in one dimension, and the values.
+/// Both axes, the second empty in one dimension, and the values.
 type Points = (Vec<f64>, Vec<f64>, Vec<f64>);
 
-/// The tables by name.
+/// Parses the tables.
 pub(super) fn tables(
     tables: &BTreeMap<String, LookupTable>,
     files: &mut dyn Files,
@@ -85,7 +85,7 @@ fn axis(points: &[f64], name: &str, place: &Place) -> Result<(), Mistake> {
     }
 }
 
-/// Two columns; or, where the first line has numbers behind its first cell, the second axis there and the first one below.
+/// Two columns; or, if the first line has numbers after its first cell, the second axis there and the first one below.
 fn from_csv(file: &str, text: &str, place: &Place) -> Result<Points, Mistake> {
     let failed = |error: csv::Error| Mistake::new(place.clone(), format!("`{file}`: {error}"));
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());

@@ -1,4 +1,4 @@
-//! What is said of descriptions that are wrong, and where.
+//! Messages and places of mistakes in descriptions.
 
 mod states;
 
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 const DBC: &str = include_str!("../../tests/data/oven.dbc");
 const OVEN: &str = include_str!("../../tests/data/oven.toml");
 
-/// What a terminal shows of the mistake.
+/// The mistake as a terminal shows it.
 fn refused(text: &str) -> String {
     let read = &mut |name: &str| match name {
         "oven.dbc" => Ok(DBC.to_owned()),
@@ -39,7 +39,7 @@ pub(crate) fn shown(error: &FileError) -> String {
     shown
 }
 
-/// The mistakes that a change of the oven makes, one below the other.
+/// The mistakes caused by changes to the oven, one below the other.
 fn changed(changes: &[(&str, &str)]) -> String {
     let show = |(from, to): &(&str, &str)| {
         assert!(OVEN.contains(from), "the oven has no {from}");
@@ -66,7 +66,7 @@ fn the_examples_of_the_manual_are_descriptions() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Files come from outside: whatever is in them, there is a description or a mistake with its place.
+    /// Files come from outside: any content gives a description or a mistake with its place.
     #[test]
     fn no_file_makes_it_panic(
         at in any::<prop::sample::Index>(), length in 0usize..30, with in "[ -~\n]{0,12}", in_dbc: bool

@@ -1,5 +1,5 @@
-//! The variables of a device, each in a slot: time, parameters, states, states one step before, machines, and the signals of
-//! the messages that it hears.
+//! The variables of a device, each in a slot: time, parameters, states, states one step before, machines, and the
+//! signals of received messages.
 
 use super::arrays::Family;
 use super::scope::Arrays;
@@ -12,20 +12,20 @@ use std::sync::Arc;
 /// The slot of the time since power-on, in seconds.
 pub(crate) const TIME: usize = 0;
 
-/// The slot of the part of an answer that is being sent, from 1.
+/// The slot of the part of an answer being sent, from 1.
 pub(crate) const PART: usize = 1;
 
-/// The slots before those of the parameters.
+/// Number of slots before those of the parameters.
 const FIXED: usize = 2;
 
-/// A machine by its name, and its states by theirs.
+/// The name of a machine and of its states.
 #[derive(Debug, Clone)]
 pub(super) struct MachineNames {
     pub(super) name: String,
     pub(super) states: Vec<String>,
 }
 
-/// What has a name beside parameters and states.
+/// Named items besides parameters and states.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Named {
     pub(super) machines: Vec<MachineNames>,
@@ -34,7 +34,7 @@ pub(super) struct Named {
     pub(super) state_arrays: Vec<Family>,
 }
 
-/// Which name is in which slot.
+/// Maps names to slots.
 #[derive(Debug, Clone)]
 pub(crate) struct Variables {
     pub(super) parameters: Vec<String>,
@@ -43,7 +43,7 @@ pub(crate) struct Variables {
     pub(super) tables: BTreeMap<String, Arc<Lookup>>,
     pub(super) arrays: Arrays,
     pub(super) layout: Layout,
-    /// The first slot of each message that is heard.
+    /// The first slot of each received message.
     heard: Vec<Option<usize>>,
     count: usize,
 }
@@ -73,18 +73,18 @@ impl Variables {
         Self { parameters, states, machines, tables, arrays, layout, heard, count }
     }
 
-    /// The names of the states and the machines.
+    /// The names of states and machines.
     pub(crate) fn states(&self) -> impl Iterator<Item = &str> {
         let machines = self.machines.iter().map(|machine| machine.name.as_str());
         self.states.iter().map(String::as_str).chain(machines)
     }
 
-    /// The names of the states, and of arrays of them.
+    /// The names of states and of arrays of them.
     pub(super) fn state_names(&self) -> Vec<String> {
         self.arrays.of_states().chain(self.states.iter().cloned()).collect()
     }
 
-    /// How many slots there are.
+    /// Number of slots.
     pub(crate) const fn count(&self) -> usize {
         self.count
     }
@@ -97,22 +97,22 @@ impl Variables {
         FIXED + self.parameters.len() + index
     }
 
-    /// The state as it was at the end of the step before.
+    /// The slot of a state at the end of the previous step.
     pub(crate) const fn last_state(&self, index: usize) -> usize {
         self.state(index) + self.states.len()
     }
 
-    /// The slot of the state that a machine is in, by its place among them.
+    /// The slot of a machine's current state, by the index of the machine.
     pub(crate) const fn machine(&self, index: usize) -> usize {
         self.last_state(self.states.len()) + index
     }
 
-    /// The slot of the time at which a machine came to its state.
+    /// The slot of the time at which a machine entered its state.
     pub(crate) const fn entered(&self, index: usize) -> usize {
         self.machine(index) + self.machines.len()
     }
 
-    /// The slot of a signal that is heard.
+    /// The slot of a received signal.
     pub(crate) fn signal(&self, message: usize, signal: usize) -> Option<usize> {
         self.heard.get(message).copied().flatten().map(|first| first + signal)
     }
@@ -127,17 +127,17 @@ impl Variables {
             .or_else(|| machine().map(|index| self.machine(index)))
     }
 
-    /// Which state's slot it is.
+    /// The index of the state in this slot.
     pub(super) fn state_in(&self, slot: usize) -> Option<usize> {
         slot.checked_sub(self.state(0)).filter(|index| *index < self.states.len())
     }
 
-    /// Whether the slot has a state as it was one step before.
+    /// True if the slot holds a state of the previous step.
     pub(super) fn is_last(&self, slot: usize) -> bool {
         (self.last_state(0)..self.last_state(self.states.len())).contains(&slot)
     }
 
-    /// What is said of a name that no variable has.
+    /// Message and help for an unknown name.
     pub(super) fn unknown(&self, name: &str) -> (String, String) {
         if self.layout.resolve_among(name, Some(Sender::Device)).is_ok() {
             let help = "write the states and parameters that it shows".to_owned();

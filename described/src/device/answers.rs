@@ -1,36 +1,36 @@
-//! Answers that wait for their time, and questions that wait for answers.
+//! Answers waiting for their time, and questions waiting for answers.
 
 use super::{Device, dynamics::finite};
 use crate::description::{Answer, Model, WhileAnswering};
 use std::collections::VecDeque;
 use wire::time::Timestamp;
 
-/// Answers that wait for their delay; what comes on top is dropped and counted.
+/// Maximum number of delayed answers; any more are dropped and counted.
 pub(super) const ANSWERS_MAX: usize = 64;
 
-/// An answer, or what is left of one.
+/// An answer, or the rest of one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Waiting {
-    /// When its next message is sent.
+    /// Time of its next message.
     pub(super) at: Timestamp,
-    /// Its place among the messages that are sent.
+    /// Its index among the sent messages.
     pub(super) sent: usize,
-    /// Which message of it that is, from 1, and how many there are.
+    /// The number of that message, from 1, and the total.
     pub(super) part: u32,
     parts: u32,
-    /// It is to a question that others wait for.
+    /// Other questions wait for its end.
     holds: bool,
 }
 
-/// What a device has been asked.
+/// Pending questions and answers of a device.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Answers {
     waiting: VecDeque<Waiting>,
-    /// Questions that are heard once those before them have been answered: the place of the message, and its values.
+    /// Questions that wait for the preceding answers: the index of the message, and its values.
     questions: VecDeque<(usize, Vec<Option<f64>>)>,
-    /// Questions that were refused because another was being answered.
+    /// Number of questions refused because another was being answered.
     pub(super) refused: u64,
-    /// Answers that had no room.
+    /// Number of answers dropped because the queue was full.
     pub(super) dropped: u64,
 }
 
@@ -40,12 +40,12 @@ impl Answers {
         self.questions.clear();
     }
 
-    /// When each is due.
+    /// The due times.
     pub(super) fn times(&self) -> impl Iterator<Item = Timestamp> {
         self.waiting.iter().map(|waiting| waiting.at)
     }
 
-    /// The earliest that is due, of several the first, and its place.
+    /// The earliest due answer, the first of several, and its position.
     #[inline]
     pub(super) fn due(&self, now: Timestamp) -> Option<(Timestamp, usize)> {
         if self.waiting.is_empty() {
@@ -55,7 +55,7 @@ impl Answers {
         times.filter(|(at, _)| *at <= now && *at != super::NEVER).min()
     }
 
-    /// The next message of the answer at this place; what is left of it waits on.
+    /// The next message of the answer at `place`; the rest of the answer keeps waiting.
     pub(super) fn next(&mut self, model: &Model, place: usize) -> Option<Waiting> {
         let next = self.waiting.remove(place)?;
         let every = model.sent[next.sent].answers.as_ref().and_then(|answer| answer.times.as_ref());
@@ -69,7 +69,7 @@ impl Answers {
         self.waiting.iter().any(|waiting| waiting.holds)
     }
 
-    /// The question whose turn it is.
+    /// The next question whose turn it is.
     pub(super) fn question(&mut self) -> Option<(usize, Vec<Option<f64>>)> {
         if self.questions.is_empty() || self.is_busy() {
             return None;
@@ -79,7 +79,7 @@ impl Answers {
 }
 
 impl Device {
-    /// Whether a message that came is used now: else it waits, or is refused.
+    /// True if an arriving message is used now; otherwise it waits or is refused.
     pub(super) fn accepts(
         &mut self,
         model: &Model,
@@ -104,7 +104,7 @@ impl Device {
         false
     }
 
-    /// Has the answers to a message wait for their time: those to one that is used, or those to one that is refused.
+    /// Schedules the answers to a used message, or to a refused one.
     pub(super) fn answer(&mut self, model: &Model, now: Timestamp, question: usize, busy: bool) {
         let heard = model.heard.iter().find(|heard| heard.message == question);
         let holds = !busy && heard.is_some_and(|heard| heard.while_answering.is_some());
@@ -121,7 +121,7 @@ impl Device {
         }
     }
 
-    /// Of how many messages an answer is; none where it is not one to this question.
+    /// Number of messages of an answer; `None` if it is not an answer to this question.
     fn parts(&mut self, answer: &Answer) -> Option<u32> {
         let values = self.dynamics.values();
         if let Some(when) = &answer.when
@@ -131,7 +131,7 @@ impl Device {
         }
         let Some((times, _)) = &answer.times else { return Some(1) };
         let times = finite(times.value(values), 0.0, &mut self.not_finite);
-        // What is below 1 is none, and a fraction of a message is not sent.
+        // Less than 1 means none; fractions are cut off.
         let times = times.clamp(0.0, crate::description::TIMES_MAX) as u32;
         (times > 0).then_some(times)
     }

@@ -1,4 +1,4 @@
-//! Errors that are taken off a signal before it is sent, as a firmware would do it.
+//! Corrections applied to a signal before it is sent, as in a firmware.
 
 use super::Device;
 use super::sending::{Correction, Seen};
@@ -6,11 +6,10 @@ use crate::layout::Sender;
 use crate::steps::{Memory, Steps};
 
 impl Device {
-    /// From now on `steps` are done with every value of the signal, noise and all, before it is sent; none any more
-    /// where there are none.
+    /// Applies `steps` to every value of the signal, noise included, before it is sent; `None` removes them.
     ///
     /// # Errors
-    /// Says what the device does not send or does not know.
+    /// If the device does not send the signal or does not know an input.
     pub fn correct(&mut self, signal: &str, steps: Option<&Steps>) -> Result<(), String> {
         let (sending, place) =
             self.place_of(signal).ok_or_else(|| format!("the device sends no `{signal}`"))?;
@@ -22,14 +21,14 @@ impl Device {
         Ok(())
     }
 
-    /// The message among those that it sends, and the place in it, of a signal.
+    /// The index of a signal's message among the sent ones, and its position in it.
     fn place_of(&self, name: &str) -> Option<(usize, usize)> {
         let (message, place) = self.description.layout().sent_signal(Sender::Device, name)?;
         let sent = &self.description.model.sent;
         sent.iter().position(|one| one.message == message).map(|sending| (sending, place))
     }
 
-    /// What a firmware sees under a name: its own, what it hears, or what it sends.
+    /// The value that a firmware sees under a name: an internal, a received or a sent one.
     fn seen(&self, name: &str) -> Result<Seen, String> {
         let model = &self.description.model;
         let heard = || {

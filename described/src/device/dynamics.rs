@@ -1,27 +1,27 @@
-//! The variables of a device as time goes on.
+//! The variables of a device over time.
 
 use super::laws::{Laws, Moment};
 use super::machines::Machines;
 use crate::description::{Model, TIME};
 use wire::time::{Span, Timestamp};
 
-/// The most steps that one call integrates; the time behind them passes without. Assumption: a world wakes a
-/// device more often than once a day.
+/// Maximum number of steps integrated in one call; time beyond is skipped. Assumption: a world wakes a device more
+/// often than once a day.
 const STEPS_MAX: u32 = 10_000_000;
 
-/// The stages of the classic Runge-Kutta method: how far each goes with the slope before it, and its weight.
+/// The stages of the classic Runge-Kutta method: the step share with the preceding slope, and the weight.
 const STAGES: [(f64, f64); 4] = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)];
 const WEIGHTS: f64 = 6.0;
 
-/// What the variables are now.
+/// Current values of the variables.
 #[derive(Debug, Clone)]
 pub(super) struct Dynamics {
     pub(super) values: Vec<f64>,
     pub(super) laws: Laws,
     pub(super) machines: Machines,
-    /// Where a stage tries.
+    /// Variables of the current stage.
     trial: Vec<f64>,
-    /// One a state with a rate, for the stage and over all of them.
+    /// One per state with a rate, for the stage and in total.
     slope: Vec<f64>,
     sum: Vec<f64>,
     start: Timestamp,
@@ -30,7 +30,7 @@ pub(super) struct Dynamics {
 }
 
 impl Dynamics {
-    /// With all variables at zero and not yet started.
+    /// All variables at zero, not started.
     pub(super) fn new(model: &Model) -> Self {
         let slots = model.variables.count();
         let laws = Laws::of(model);
@@ -48,7 +48,7 @@ impl Dynamics {
         }
     }
 
-    /// Power on: time at zero, states at their start.
+    /// Power-on: time is zero, states have their start values.
     pub(super) fn start(&mut self, model: &Model, now: Timestamp) {
         (self.start, self.now) = (now, now);
         self.values[TIME] = 0.0;
@@ -76,12 +76,13 @@ impl Dynamics {
         &self.values
     }
 
-    /// Values that were not finite, where what was before stayed.
+    /// Number of non-finite values, for which the previous value was kept.
     pub(super) const fn not_finite(&self) -> u64 {
         self.not_finite
     }
 
-    /// Integrates over the whole steps that end by `now`, and up to the moments at which a machine goes on by itself.
+    /// Integrates over the whole steps that end by `now`, and up to the times at which a machine changes state by
+    /// itself.
     pub(super) fn advance(&mut self, model: &Model, now: Timestamp) {
         if model.states.is_empty() && model.machines.is_empty() || now <= self.now {
             return;
@@ -97,14 +98,14 @@ impl Dynamics {
             self.step(model, next);
         }
         self.now = now;
-        // What was waited for meanwhile is over.
+        // Deadlines passed meanwhile are void.
         self.plan(model, now);
     }
 
-    /// Integrates up to `now`, the last step a shorter one.
+    /// Integrates up to `now`, with a shorter last step.
     #[inline]
     pub(super) fn reach(&mut self, model: &Model, now: Timestamp) {
-        // Most messages are sent in a moment in which another one was.
+        // Usually another message was sent at the same time.
         if now <= self.now {
             return;
         }
@@ -155,15 +156,15 @@ impl Dynamics {
         }
     }
 
-    /// Gives the states with a value theirs, after something else has changed. From now on all states are
-    /// those of one step before.
+    /// Updates the states with a value after an external change. From now on the current states count as those of the
+    /// previous step.
     pub(super) fn settle(&mut self) {
         self.laws.follow(&mut self.values, Moment::EndOfStep, &mut self.not_finite);
         self.laws.remember(&mut self.values);
     }
 }
 
-/// The value, or what was before where it is not finite.
+/// The value, or `before` if it is not finite.
 pub(super) fn finite(value: f64, before: f64, not_finite: &mut u64) -> f64 {
     if value.is_finite() {
         return value;

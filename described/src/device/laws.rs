@@ -1,14 +1,14 @@
-//! What the states of a device follow, as it is needed at each step.
+//! The laws of a device's states, in the form needed at each step.
 
 use super::dynamics::finite;
 use crate::description::{Law, Model};
 use crate::expression::Expression;
 use std::ops::Range;
 
-/// When states with a value are given theirs.
+/// When states with a value are updated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Moment {
-    /// What is latched stays.
+    /// Latched states keep their value.
     WithinStep,
     EndOfStep,
 }
@@ -17,11 +17,11 @@ pub(super) enum Moment {
 #[derive(Debug, Clone)]
 pub(super) struct Laws {
     rates: Box<[(usize, Expression)]>,
-    /// Each behind those that it needs; whether it is latched.
+    /// Each after those that it depends on; with a flag for latched ones.
     values: Box<[(usize, Expression, bool)]>,
-    /// Of all states.
+    /// Slots of all states.
     states: Range<usize>,
-    /// Of all states as they were one step before.
+    /// First slot of all states of the previous step.
     last: usize,
 }
 
@@ -45,12 +45,12 @@ impl Laws {
         }
     }
 
-    /// Those that change at a rate, by their slots.
+    /// The states with a rate, by slot.
     pub(super) const fn rates(&self) -> &[(usize, Expression)] {
         &self.rates
     }
 
-    /// Gives the states with a value theirs, each behind those that it needs.
+    /// Updates the states with a value, each after those that it depends on.
     pub(super) fn follow(&self, values: &mut [f64], moment: Moment, not_finite: &mut u64) {
         for (slot, value, is_latched) in &self.values {
             if !is_latched || moment == Moment::EndOfStep {
@@ -59,12 +59,12 @@ impl Laws {
         }
     }
 
-    /// From now on all states are those of one step before.
+    /// Stores all states as those of the previous step.
     pub(super) fn remember(&self, values: &mut [f64]) {
         values.copy_within(self.states.clone(), self.last);
     }
 
-    /// The states with a value, as they are in `from`.
+    /// Restores the states with a value from `from`.
     pub(super) fn restore(&self, values: &mut [f64], from: &[f64]) {
         for (slot, ..) in &self.values {
             values[*slot] = from[*slot];

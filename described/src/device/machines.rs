@@ -1,4 +1,4 @@
-//! Machines of states at work.
+//! Execution of state machines.
 
 use super::NEVER;
 use super::dynamics::{Dynamics, finite};
@@ -6,19 +6,19 @@ use super::laws::Moment;
 use crate::description::{Machine, Model, Setting};
 use wire::time::Timestamp;
 
-/// What the machines of a device remember beside their variables.
+/// State of the machines beside their variables.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Machines {
-    /// When each came to its state.
+    /// When each entered its state.
     entered: Vec<Timestamp>,
-    /// When the next of them has been in its state for a time that is waited for; never where none is.
+    /// The next time at which a machine's time in its state matters; `None` for never.
     pub(super) deadline: Option<Timestamp>,
-    /// What is set next: by slot.
+    /// Pending assignments, by slot.
     settings: Vec<(usize, f64)>,
 }
 
 impl Dynamics {
-    /// Power on.
+    /// Power-on.
     pub(super) fn start_machines(&mut self, model: &Model, now: Timestamp) {
         self.machines.entered.clear();
         self.machines.entered.resize(model.machines.len(), now);
@@ -29,12 +29,12 @@ impl Dynamics {
         self.plan(model, now);
     }
 
-    /// When a machine has been in its state for a time that is waited for.
+    /// The next time at which a machine's time in its state matters.
     pub(super) fn deadline(&self) -> Timestamp {
         self.machines.deadline.unwrap_or(NEVER)
     }
 
-    /// Each machine goes on by one transition where one may: by the first one as they are written.
+    /// Makes at most one transition per machine: the first possible one in the order of the file.
     pub(super) fn go_on(&mut self, model: &Model, now: Timestamp, heard: Option<usize>) {
         let mut has_changed = false;
         for (index, machine) in model.machines.iter().enumerate() {
@@ -47,7 +47,7 @@ impl Dynamics {
             self.values[model.variables.entered(index)] = self.seconds(now);
             self.machines.entered[index] = now;
             self.apply(&machine.enter[transition.to]);
-            // The next one sees what has become of it.
+            // The next machine sees the result.
             self.laws.follow(&mut self.values, Moment::WithinStep, &mut self.not_finite);
             has_changed = true;
         }
@@ -59,7 +59,7 @@ impl Dynamics {
         }
     }
 
-    /// The first transition that may be made.
+    /// The first possible transition.
     fn transition(
         &mut self,
         model: &Model,
@@ -81,7 +81,7 @@ impl Dynamics {
         })
     }
 
-    /// All are worked out from what was before, and then set.
+    /// Evaluates all assignments on the old values, then assigns.
     fn apply(&mut self, settings: &[Setting]) {
         let mut worked_out = std::mem::take(&mut self.machines.settings);
         worked_out.clear();
@@ -95,7 +95,7 @@ impl Dynamics {
         self.machines.settings = worked_out;
     }
 
-    /// When time alone is the next to lead on.
+    /// Computes the next time at which a transition may be due to time alone.
     pub(super) fn plan(&mut self, model: &Model, now: Timestamp) {
         let each = model.machines.iter().zip(&self.machines.entered).enumerate();
         let times = each.flat_map(|(index, (machine, entered))| {

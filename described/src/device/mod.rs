@@ -21,17 +21,17 @@ use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// Messages that wait to be sent, where there are not more that it sends; what comes on top is dropped and counted.
-/// Assumption: no device has as many ready at once.
+/// Maximum number of messages waiting to be sent, or the number of sent messages if greater; any more are dropped and
+/// counted. Assumption: no device has as many ready at once.
 const QUEUE_MAX: usize = 64;
 
-/// What has no time. It is not due at the end of all time either.
+/// Stands for no time. It is not due even at the end of all time.
 const NEVER: Timestamp = Timestamp::MAX;
 
-/// A described device at work.
+/// A running described device.
 ///
-/// What it does depends on what it receives and when, not on how often it is woken: states go in fixed
-/// steps from power-on, and in a shorter one to each message.
+/// Its behaviour depends on what it receives and when, not on how often it is woken: states advance in fixed steps
+/// from power-on, with a shorter one to each message.
 #[derive(Debug, Clone)]
 pub struct Device {
     description: Arc<Description>,
@@ -41,20 +41,19 @@ pub struct Device {
     on: bool,
     senders: Vec<Sending>,
     agenda: Agenda,
-    /// When each message that is heard is taken for lost.
+    /// The time at which each received message counts as lost.
     lost: Vec<Timestamp>,
     answers: Answers,
-    /// Of the message that is being heard, one a signal.
+    /// Values of the message being received, one per signal.
     heard: Vec<Option<f64>>,
     clipped: u64,
     not_finite: u64,
-    /// Messages whose counter or checksum was not right.
+    /// Number of messages with a wrong counter or checksum.
     refused: u64,
 }
 
 impl Device {
-    /// The device, switched on at the start of the run. Its random numbers belong to the seed, its name
-    /// and the signal.
+    /// A device switched on at the start of the run. Its random numbers depend on the seed, its name and the signal.
     pub fn new(description: Arc<Description>, seed: u64) -> Self {
         let layout = description.layout();
         let model = &description.model;
@@ -85,12 +84,12 @@ impl Device {
         device
     }
 
-    /// The file that says what it does.
+    /// Its description.
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// A frame was on the bus.
+    /// Takes a frame from the bus.
     pub fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) {
         if !self.on {
             return;
@@ -109,7 +108,7 @@ impl Device {
         self.heard = values;
     }
 
-    /// Bytes came on the serial line.
+    /// Takes bytes from the serial line.
     pub fn receive_bytes(&mut self, now: Timestamp, bytes: &[u8]) {
         if !self.on {
             return;
@@ -125,7 +124,7 @@ impl Device {
         }
     }
 
-    /// Does what is due.
+    /// Does the work due at `now`.
     pub fn wake(&mut self, now: Timestamp) {
         if !self.on {
             return;
@@ -137,13 +136,13 @@ impl Device {
         self.outbox.wake(now);
     }
 
-    /// What it sends next.
+    /// The next output.
     #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
         self.outbox.transmit()
     }
 
-    /// When to be woken, if nothing arrives before.
+    /// Time of the next wake-up if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
         if !self.on {
             return NEVER;
@@ -154,8 +153,9 @@ impl Device {
         self.agenda.first().min(answer).min(lost).min(parts).min(self.dynamics.deadline())
     }
 
-    /// Changes a parameter, or all of an array of them; `false`, and nothing changed, where [`Description::check_parameter`] refuses.
-    /// States that start with it do so at the next power-on; [`Description::set_parameter`] is for the first.
+    /// Changes a parameter, or all elements of an array; if [`Description::check_parameter`] refuses, returns `false`
+    /// and changes nothing. States that start with the parameter use it at the next power-on;
+    /// [`Description::set_parameter`] is for the first.
     pub fn set_parameter(&mut self, now: Timestamp, name: &str, value: f64) -> bool {
         let description = Arc::clone(&self.description);
         let model = &description.model;
@@ -176,8 +176,8 @@ impl Device {
         true
     }
 
-    /// Off it is silent and deaf; on again its states are at their start, and its parameters as they were
-    /// set.
+    /// Switches the power. Off, the device neither sends nor receives. On again, its states have their start values,
+    /// and its parameters stay as set.
     pub fn power(&mut self, now: Timestamp, on: bool) {
         if on == self.on {
             return;
@@ -208,8 +208,8 @@ impl Device {
         }
     }
 
-    /// What is true: the value of a state, a parameter or a signal. Of one that is sent without noise, as it
-    /// is now; of one that is heard as the device knows it.
+    /// The true value of a state, a parameter or a signal. A sent signal is evaluated now, without noise; a received
+    /// one has the value that the device knows.
     pub fn value(&self, name: &str) -> Option<f64> {
         let model = &self.description.model;
         if let Some(slot) = model.variables.inner(name) {
@@ -224,38 +224,38 @@ impl Device {
         let last = *sending.last.get(signal)?;
         let value = match &model.sent[index].signals.get(signal)?.source {
             Source::Unsaid => last,
-            // To look is not to read: the sensor stays as it was.
+            // Looking is not reading: the sensor stays unchanged.
             source => source.value(self.dynamics.values(), &mut sending.sensors[signal].clone()),
         };
         Some(if value.is_finite() { value } else { last })
     }
 
-    /// Messages that were not sent because too many waited, or in parts because nobody answered.
+    /// Number of messages not sent because the queue was full or because no receiver answered a message in parts.
     pub fn dropped(&self) -> u64 {
         self.outbox.dropped() + self.answers.dropped
     }
 
-    /// Values that were sent as the end of their signal's range, because they were beyond it.
+    /// Number of sent values that were clipped to their signal's range.
     pub const fn clipped(&self) -> u64 {
         self.clipped
     }
 
-    /// Values of states and signals that were not finite: what was before stayed.
+    /// Number of non-finite values of states and signals, for which the previous value was kept.
     pub const fn not_finite(&self) -> u64 {
         self.not_finite + self.dynamics.not_finite()
     }
 
-    /// What was received and is no message, see [`Decoder::damaged`].
+    /// Input that is not a message; see [`Decoder::damaged`].
     pub const fn damaged(&self) -> u64 {
         self.decoder.damaged()
     }
 
-    /// Questions that it did not use, because another was being answered.
+    /// Number of questions not used because another was being answered.
     pub const fn refused_busy(&self) -> u64 {
         self.answers.refused
     }
 
-    /// Messages that it did not use, because their counter or their checksum among the signals was not right.
+    /// Number of messages not used because of a wrong counter or checksum among the signals.
     pub const fn refused(&self) -> u64 {
         self.refused
     }
@@ -270,7 +270,7 @@ impl Device {
         self.do_what_is_due(model, now);
     }
 
-    /// Uses a message that it has heard.
+    /// Uses a received message.
     fn take(&mut self, model: &Model, now: Timestamp, message: usize, values: &[Option<f64>]) {
         self.dynamics.reach(model, now);
         for (signal, value) in values.iter().enumerate() {
@@ -291,7 +291,7 @@ impl Device {
         self.look_at_all(model, now);
     }
 
-    /// Sends what is due; a question whose turn comes with that is heard.
+    /// Sends what is due, and takes questions whose turn comes with that.
     fn do_what_is_due(&mut self, model: &Model, now: Timestamp) {
         self.send_what_is_due(model, now);
         while let Some((message, values)) = self.answers.question() {
@@ -300,7 +300,7 @@ impl Device {
         }
     }
 
-    /// Messages that did not come in time, and machines that go on by themselves, in the order of time.
+    /// Handles message time-outs and timed transitions of machines, in the order of time.
     fn pass(&mut self, model: &Model, now: Timestamp) {
         loop {
             let lost = self.lost.iter().enumerate().min_by_key(|(_, at)| **at);
@@ -323,7 +323,7 @@ impl Device {
         }
     }
 
-    /// The signals of a message as they are before the first one.
+    /// Resets the signals of a message to their initial values.
     fn hear_nothing(&mut self, heard: usize) {
         let model = &self.description.model;
         let message = model.heard[heard].message;

@@ -1,21 +1,21 @@
-//! When a message is sent that is not only cyclic: what it looks at, and what is still to be sent after a change.
+//! Sending of messages on changes: detection of changes, and repetitions after a change.
 
 use super::NEVER;
 use crate::layout::{SendKind, SendRule};
 use wire::time::{Span, Timestamp};
 
-/// What a message that is sent on changes remembers.
+/// State of a message that is sent on changes.
 #[derive(Debug, Clone)]
 pub(super) struct Occasion {
-    /// When its values are looked at next; never where they are of no interest.
+    /// Next time at which its values are checked; never if they do not matter.
     pub(super) look: Timestamp,
-    /// When it is sent next because of a change.
+    /// Next time at which it is sent because of a change.
     pub(super) due: Timestamp,
-    /// How often it is sent again after that.
+    /// Remaining repetitions after that.
     again: u32,
-    /// When it was sent last, for whatever reason.
+    /// Last time at which it was sent, for any reason.
     sent: Option<Timestamp>,
-    /// What was seen last: a number on the wire for each signal that counts.
+    /// Last checked values: a number on the wire for each relevant signal.
     seen: Vec<Option<u64>>,
 }
 
@@ -24,7 +24,7 @@ impl Occasion {
         Self { look: NEVER, due: NEVER, again: 0, sent: None, seen: Vec::new() }
     }
 
-    /// Power on, with these numbers of the signals. What they are at first is no change.
+    /// Power-on, with these numbers of the signals. The initial values are not a change.
     pub(super) fn start(
         &mut self,
         rule: &SendRule,
@@ -36,7 +36,7 @@ impl Occasion {
         *self = Self { look, seen, ..Self::new() };
     }
 
-    /// The values are looked at, at the ends of the steps of the integration.
+    /// Checks the values, at the ends of the integration steps.
     pub(super) fn look(
         &mut self,
         rule: &SendRule,
@@ -61,7 +61,7 @@ impl Occasion {
         }
     }
 
-    /// It is sent now, for whatever reason.
+    /// Records that it is sent now, for any reason.
     pub(super) fn sent(&mut self, rule: &SendRule, now: Timestamp) {
         self.sent = Some(now);
         if self.due > now {

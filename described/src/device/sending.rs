@@ -1,4 +1,4 @@
-//! What a device sends, and when.
+//! Sending of messages and its times.
 
 use super::dynamics::finite;
 use super::occasion::Occasion;
@@ -9,42 +9,42 @@ use crate::steps::{Memory, Procedure};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
 
-/// One of the messages that are sent.
+/// One of the sent messages.
 #[derive(Debug, Clone)]
 pub(super) struct Sending {
-    /// When it is sent next, where it is periodic.
+    /// Next due time of a periodic message.
     pub(super) due: Timestamp,
-    /// When it is sent because of a change.
+    /// Sending because of a change.
     pub(super) occasion: Occasion,
-    /// Which page a multiplexer that nobody drives has next: of each signal.
+    /// Next page of an undriven multiplexer, per signal.
     pages: Vec<usize>,
-    /// What each signal was last, without noise.
+    /// Last value of each signal, without noise.
     pub(super) last: Vec<f64>,
-    /// The least and the greatest value of each.
+    /// Smallest and largest value of each signal.
     limits: Box<[(f64, f64)]>,
-    /// The places of the multiplexers among them.
+    /// Positions of the multiplexers among the signals.
     multiplexers: Box<[usize]>,
-    /// One for each signal that has any, so that none shifts the numbers of another: its place, and its stream.
+    /// One stream per noisy signal, so that none shifts the numbers of another: its position and its stream.
     noise: Box<[(usize, RandomStream)]>,
-    /// One a signal: what the sensor remembers that it is read from.
+    /// State of the sensor of each signal.
     pub(super) sensors: Vec<Memory>,
-    /// How errors are taken off what is sent: of which signals.
+    /// Corrections of sent signals, by position.
     pub(super) corrections: Vec<(usize, Correction)>,
 }
 
-/// How errors are taken off a signal before it is sent.
+/// The correction of a signal before it is sent.
 #[derive(Debug, Clone)]
 pub(super) struct Correction {
     pub(super) steps: Procedure<Seen>,
     pub(super) memory: Memory,
 }
 
-/// Where a correction finds what it sees.
+/// The source of a correction's input.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Seen {
     /// The variable in this slot.
     Slot(usize),
-    /// A signal of another message or this one, as it was sent last.
+    /// A signal of this or another message, as last sent.
     Sent { sending: usize, place: usize },
 }
 
@@ -69,7 +69,7 @@ impl Sending {
         }
     }
 
-    /// Power on: the first one comes a period later.
+    /// Power-on: the first message is sent one period later.
     pub(super) fn start(&mut self, description: &Description, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| now + period);
         self.pages.fill(0);
@@ -83,25 +83,25 @@ impl Sending {
         }
     }
 
-    /// Nothing is done to these values before they are sent: all are in range, and nothing is added or taken off.
+    /// True if the values can be sent unchanged: all are in range, with no noise and no corrections.
     #[inline]
     fn is_sent_as_it_is(&self, values: &[f64]) -> bool {
         let mut each = values.iter().zip(&self.limits);
-        // What is not a number is not between two.
+        // A NaN fails the comparison.
         self.noise.is_empty()
             && self.corrections.is_empty()
             && each.all(|(value, (least, greatest))| least <= value && value <= greatest)
     }
 
-    /// When something is to be done for it.
+    /// Next time at which it needs attention.
     pub(super) fn next(&self) -> Timestamp {
         self.due.min(self.occasion.look).min(self.occasion.due)
     }
 
-    /// Woken late it sends once: a device has no past to catch up with.
+    /// If woken late, the device sends once: it does not catch up with missed periods.
     fn next_period(&mut self, sent: &Sent, now: Timestamp) {
         self.due = sent.period.map_or(NEVER, |period| {
-            // What is in time needs no division.
+            // The usual case, on time, needs no division.
             let missed = match now.since(self.due) {
                 late if late < period => 1,
                 late => late.as_nanos() / period.as_nanos().max(1) + 1,
@@ -111,17 +111,17 @@ impl Sending {
     }
 }
 
-/// When each of the messages that are sent is due.
+/// Due times of the sent messages.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Agenda {
     next: Vec<Timestamp>,
-    /// Those that are due now, the earliest first.
+    /// Those due now, the earliest first.
     due: Vec<(Timestamp, usize)>,
-    /// How many of them are done.
+    /// Number of them already handled.
     done: usize,
-    /// What is looked at: a number on the wire for each signal that counts.
+    /// Checked values: a number on the wire for each relevant signal.
     numbers: Vec<Option<u64>>,
-    /// What is sent: one a signal.
+    /// Sent values: one per signal.
     values: Vec<f64>,
 }
 
@@ -134,12 +134,12 @@ impl Agenda {
         self.next[index] = next;
     }
 
-    /// When the first one is due.
+    /// The earliest due time.
     pub(super) fn first(&self) -> Timestamp {
         self.next.iter().copied().min().unwrap_or(NEVER)
     }
 
-    /// Begins anew with all that is due.
+    /// Restarts with everything that is due.
     fn begin(&mut self, now: Timestamp) {
         self.due.clear();
         self.done = 0;
@@ -154,7 +154,7 @@ impl Agenda {
         self.due.get(self.done).copied()
     }
 
-    /// The earliest is done, and due again at `next`.
+    /// Marks the earliest as handled, and due again at `next`.
     fn go_on(&mut self, index: usize, next: Timestamp, now: Timestamp) {
         self.next[index] = next;
         self.done += 1;
@@ -166,7 +166,7 @@ impl Agenda {
 }
 
 impl Device {
-    /// Sends messages that are due by their period or a change, and answers, the earliest first.
+    /// Sends messages due by their period, by a change, or as answers, the earliest first.
     pub(super) fn send_what_is_due(&mut self, model: &Model, now: Timestamp) {
         self.agenda.begin(now);
         loop {
@@ -197,7 +197,7 @@ impl Device {
                 (Some(_), None) => return,
             };
             self.sent(model, index, now);
-            // An answer may be due by its period too, or because of a change that it shows.
+            // An answer may also be due by its period, or because of a change that it shows.
             self.agenda.plan(index, self.senders[index].next());
             self.agenda.begin(now);
         }
@@ -209,7 +209,7 @@ impl Device {
         self.send(model, index, now);
     }
 
-    /// Looks at all messages that a change has sent.
+    /// Checks all messages that are sent on changes.
     pub(super) fn look_at_all(&mut self, model: &Model, now: Timestamp) {
         for index in 0..model.sent.len() {
             self.look(model, index, now);
@@ -217,7 +217,7 @@ impl Device {
         }
     }
 
-    /// Looks whether a change has a message sent.
+    /// Checks whether a change triggers a message.
     fn look(&mut self, model: &Model, index: usize, now: Timestamp) {
         let sent = &model.sent[index];
         if sent.send.kind == SendKind::Cyclic {
@@ -234,7 +234,8 @@ impl Device {
         self.agenda.numbers = numbers;
     }
 
-    /// What the signals would be sent as now, without noise: nothing for those that no change of counts.
+    /// The numbers that the signals would be sent as now, without noise; `None` for signals whose changes do not
+    /// count.
     pub(super) fn numbers(&self, model: &Model, index: usize, numbers: &mut Vec<Option<u64>>) {
         let sent = &model.sent[index];
         let signals = &self.description.layout().messages()[sent.message].signals;
@@ -242,7 +243,7 @@ impl Device {
             if !sent.send.looks_at(place) || matches!(from.source, Source::Unsaid) {
                 return None;
             }
-            // To look is not to read: the sensor stays as it was.
+            // Looking is not reading: the sensor stays unchanged.
             let mut memory = self.senders[index].sensors[place].clone();
             let value = from.source.value(self.dynamics.values(), &mut memory);
             let (least, greatest) = (signals[place].minimum, signals[place].maximum);
@@ -270,7 +271,7 @@ impl Device {
             false => self.make_fit(sent, index, &mut values),
         }
         let sending = &mut self.senders[index];
-        // One below another goes on when it has been sent, so that all of its pages are.
+        // A nested multiplexer advances only after it was sent, so that all of its pages are sent.
         for place in &sending.multiplexers {
             let message = &self.description.layout().messages()[sent.message];
             if message.carries(*place, &values) {
@@ -278,12 +279,12 @@ impl Device {
             }
         }
         let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
-        // Values are in range by now; what has no room is counted.
+        // Values are in range here; messages without room are counted.
         let _ = self.outbox.send(now, sent.message, &values, is_own);
         self.agenda.values = values;
     }
 
-    /// Puts something else in the place of what is not finite, adds noise, takes errors off, and keeps all in range.
+    /// Replaces non-finite values, adds noise, applies corrections, and clips to the range.
     fn make_fit(&mut self, sent: &Sent, index: usize, values: &mut [f64]) {
         let sending = &mut self.senders[index];
         for (value, last) in values.iter_mut().zip(&mut sending.last) {
@@ -303,7 +304,7 @@ impl Device {
         }
     }
 
-    /// The values of the signals that are no expressions.
+    /// The values of the signals that are not expressions.
     fn other_values(&mut self, sent: &Sent, index: usize, values: &mut [f64]) {
         let sending = &mut self.senders[index];
         let signals = &self.description.layout().messages()[sent.message].signals;
@@ -319,9 +320,9 @@ impl Device {
         }
     }
 
-    /// What the corrections make of what is sent.
+    /// Applies the corrections to the values.
     fn take_errors_off(&mut self, index: usize, values: &mut [f64]) {
-        // Out of the device, so that it sees what else was sent.
+        // Taken out of the device, so that they can read what else was sent.
         let mut corrections = std::mem::take(&mut self.senders[index].corrections);
         for (place, Correction { steps, memory }) in &mut corrections {
             let (now, value) = (self.dynamics.get(TIME), values[*place]);
@@ -335,7 +336,7 @@ impl Device {
 }
 
 impl Source {
-    /// The value with these variables; of nothing, not a number. `memory` is that of the sensor, where it is one.
+    /// The value with these variables; NaN without a source. `memory` is the state of the sensor, if it is one.
     pub(super) fn value(&self, variables: &[f64], memory: &mut Memory) -> f64 {
         match self {
             Self::Unsaid => f64::NAN,

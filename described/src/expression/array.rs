@@ -1,58 +1,58 @@
-//! Values in slots one behind the other: `cell[3]`, `max(cell)`.
+//! Consecutive slots as an array: `cell[3]`, `max(cell)`.
 
 use super::operation::Binary;
 
 /// An array of variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Array {
-    /// The slot of the first one.
+    /// The slot of the first element.
     pub(crate) slot: u32,
-    /// How many there are; at least one.
+    /// Number of elements; at least one.
     pub(crate) count: u32,
-    /// The index of the first one.
+    /// The index of the first element.
     pub(crate) first: u32,
 }
 
 impl Array {
-    /// The slots, in the order of the indices.
+    /// The slots, in order of the indices.
     pub(crate) const fn slots(self) -> std::ops::Range<usize> {
         self.slot as usize..(self.slot + self.count) as usize
     }
 
-    /// The index of the last one.
+    /// The index of the last element.
     pub(crate) const fn last(self) -> u32 {
         self.first + self.count - 1
     }
 
-    /// The slot of an index; none where there is no such element.
+    /// The slot of an index; `None` if there is no such element.
     pub(crate) fn at(self, index: f64) -> Option<usize> {
         let is_one = index >= f64::from(self.first) && index <= f64::from(self.last());
-        // Whole numbers of 32 bits are the same as doubles.
+        // Doubles represent whole numbers of 32 bits exactly.
         let whole = is_one.then_some(index as u32).filter(|whole| f64::from(*whole) == index)?;
         Some((self.slot + (whole - self.first)) as usize)
     }
 
-    /// Of an index that there is not, not a number.
+    /// The element; NaN for an invalid index.
     pub(super) fn element(self, index: f64, variables: &[f64]) -> f64 {
         let slot = self.at(index);
         slot.and_then(|slot| variables.get(slot)).copied().unwrap_or(f64::NAN)
     }
 }
 
-/// What a function makes of a whole array.
+/// A function of a whole array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Aggregate {
     Min,
     Max,
     Sum,
     Mean,
-    /// The index of the least, of the first one where there are several.
+    /// The index of the smallest element, the first of several.
     ArgMin,
     ArgMax,
 }
 
 impl Aggregate {
-    /// Where one is not a number, neither is the result.
+    /// If an element is NaN, the result is too.
     pub(super) fn of(self, array: Array, variables: &[f64]) -> f64 {
         let values = variables.get(array.slots()).unwrap_or_default();
         let fold = |binary: Binary| values.iter().copied().reduce(|a, b| binary.apply(a, b));

@@ -1,31 +1,32 @@
-//! Expressions that are evaluated together. Those of one shape, as the cells of a battery have, go through one list of
-//! instructions, each for all of them: what differs is numbers and slots. The values are those of the expressions one by one.
+//! Expressions that are evaluated together. Expressions of the same shape, such as those of the cells of a battery,
+//! share one list of instructions and differ only in numbers and slots. The results equal those of separate
+//! evaluation.
 
 use super::Expression;
 use super::operation::{Binary, Unary};
 use super::program::{From, Instruction};
 
-/// Expressions that go through their instructions together: what a processor adds and multiplies at once. Of more, the
-/// next ones do so behind them; of fewer, the last one stands for those that are missing.
+/// Number of expressions evaluated together: what a processor adds and multiplies at once. Larger groups are split; in
+/// smaller ones the last expression fills the missing lanes.
 const LANES: usize = 4;
 
-/// Expressions, each with the place that its value has.
+/// Expressions, each with the position of its value.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Batch {
     alike: Box<[Alike]>,
-    /// Those of a shape that no other has, or of one that waits for something on the way.
+    /// Expressions with a unique shape, or with one that needs the stack.
     alone: Box<[(usize, Expression)]>,
 }
 
 /// Expressions of one shape.
 #[derive(Debug, Clone, PartialEq)]
 struct Alike {
-    /// The last one stands for those that are missing.
+    /// Missing lanes repeat the last one.
     places: [usize; LANES],
     steps: Box<[Step]>,
 }
 
-/// An instruction for all of them: of each kind the one of [`Instruction`].
+/// An instruction for all lanes; each variant corresponds to one of [`Instruction`].
 #[derive(Debug, Clone, PartialEq)]
 enum Step {
     Load(Operands),
@@ -36,7 +37,7 @@ enum Step {
     SubtractProduct(Operands, Operands),
 }
 
-/// What an instruction takes, for each expression.
+/// The operand of an instruction in each lane.
 #[derive(Debug, Clone, PartialEq)]
 enum Operands {
     SameSlot(u32),
@@ -66,7 +67,7 @@ impl Batch {
         Self { alike: alike.into(), alone: alone.into() }
     }
 
-    /// The places of those that are evaluated together.
+    /// The positions of the expressions that are evaluated together.
     #[cfg(test)]
     pub(super) fn shapes(&self) -> Vec<Vec<usize>> {
         let alike = self.alike.iter().map(|several| {
@@ -77,7 +78,7 @@ impl Batch {
         alike.chain(self.alone.iter().map(|(place, _)| vec![*place])).collect()
     }
 
-    /// Puts the value of each at its place; not a number where one has none.
+    /// Stores the value of each at its position; NaN if it has none.
     #[inline]
     pub(crate) fn values(&self, variables: &[f64], values: &mut [f64]) {
         for several in &self.alike {
@@ -91,14 +92,14 @@ impl Batch {
     }
 }
 
-/// Whether the two have the same instructions, but for numbers and slots.
+/// True if both have the same instructions, apart from numbers and slots.
 fn are_alike(a: &Expression, b: &Expression) -> bool {
     let (a, b) = (a.program.instructions(), b.program.instructions());
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Step::of(&[*a, *b]).is_some())
 }
 
 impl Alike {
-    /// `None` for one alone, and for what is no [`Step`].
+    /// `None` for a single expression, and for instructions without a [`Step`].
     fn of(shape: &[(usize, &Expression)]) -> Option<Self> {
         let [(_, first), .., (last, _)] = shape else { return None };
         let step = |index: usize| {
@@ -124,7 +125,7 @@ impl Alike {
     }
 }
 
-/// What is the same in instructions that are done together.
+/// The common part of instructions that are executed together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Load,
@@ -135,7 +136,7 @@ enum Kind {
     SubtractProduct,
 }
 
-/// The kind of an instruction and its operands, as many as that has.
+/// The kind of an instruction and its operands, unused ones as NaN.
 fn parts(instruction: &Instruction) -> Option<(Kind, [From; 2])> {
     const NONE: From = From::Number(f64::NAN);
     Some(match *instruction {
@@ -150,7 +151,7 @@ fn parts(instruction: &Instruction) -> Option<(Kind, [From; 2])> {
 }
 
 impl Step {
-    /// The one that the same instruction of several expressions is; `None` where they differ, or one needs the stack or more
+    /// Combines the same instruction of several expressions; `None` if they differ, or if one needs the stack or more
     /// than two operands.
     fn of(each: &[Instruction]) -> Option<Self> {
         let parts: Vec<_> = each.iter().map(parts).collect::<Option<_>>()?;
@@ -175,7 +176,7 @@ impl Step {
         match self {
             Self::Load(a) => a.values(variables),
             Self::Unary(unary) => hands.map(|hand| unary.apply(hand)),
-            // Those that expressions have most of, without a question for each value.
+            // The most frequent operators, without a branch per value.
             Self::Right(Binary::Add, a) => both(hands, a.values(variables), |hand, a| hand + a),
             Self::Right(Binary::Subtract, a) => {
                 both(hands, a.values(variables), |hand, a| hand - a)
@@ -203,7 +204,7 @@ impl Step {
 }
 
 impl Operands {
-    /// `None` where one is on the stack, or where some are numbers and some are slots.
+    /// `None` if an operand is on the stack, or if numbers and slots are mixed.
     fn of(each: impl Iterator<Item = From>) -> Option<Self> {
         let each: Vec<From> = each.collect();
         let last = *each.last()?;
@@ -235,7 +236,7 @@ fn both(a: [f64; LANES], b: [f64; LANES], becomes: impl Fn(f64, f64) -> f64) -> 
     std::array::from_fn(|lane| becomes(a[lane], b[lane]))
 }
 
-/// Each of them, where none is missing.
+/// All values, if none is missing.
 fn all<T: Copy>(lanes: [Option<T>; LANES]) -> Option<[T; LANES]> {
     let first = lanes[0]?;
     lanes.iter().all(Option::is_some).then(|| lanes.map(|lane| lane.unwrap_or(first)))

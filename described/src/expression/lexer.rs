@@ -1,30 +1,30 @@
-//! The words of an expression, each with its place.
+//! Tokens of an expression, with their positions.
 
 use super::ExpressionError;
 use std::ops::Range;
 
-/// A word.
+/// A token.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Token<'a> {
     Number(f64),
-    /// A name, perhaps with its message: `Command.Setpoint`.
+    /// A name, possibly with its message: `Command.Setpoint`.
     Name(&'a str),
-    /// The name of a value, in quotes of either kind.
+    /// The name of a value, in single or double quotes.
     Text(&'a str),
     /// An operator, a parenthesis or a comma.
     Symbol(&'a str),
     End,
 }
 
-/// The longer ones first.
+/// Longer symbols first.
 const SYMBOLS: [&str; 17] =
     ["<=", ">=", "==", "!=", "<", ">", "+", "-", "*", "/", "%", "^", "(", ")", ",", "[", "]"];
 
-/// What other languages write, and what is written here.
+/// Symbols of other languages, and their equivalents here.
 const ELSEWHERE: [(&str, &str); 6] =
     [("**", "^"), ("&&", "and"), ("||", "or"), ("!", "not"), ("=", "=="), ("?", "if(a, b, c)")];
 
-/// The word at `from`, behind blanks, and its place.
+/// The token at `from`, after blanks, and its position.
 pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>), ExpressionError> {
     let rest = text.get(from..).unwrap_or_default();
     let start = from + (rest.len() - rest.trim_start().len());
@@ -72,7 +72,7 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
     })
 }
 
-/// How many bytes look like a number: digits, a point, digits, an exponent.
+/// Length in bytes of the number at the start: digits, a point, digits, an exponent.
 fn number_length(text: &[u8]) -> usize {
     let digits = |from: usize| text[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let mut at = digits(0);

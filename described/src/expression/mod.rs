@@ -1,7 +1,7 @@
-//! Expressions: read once, then evaluated at every step without allocation.
+//! Expressions: parsed once, then evaluated at every step without allocation.
 //!
-//! The language is in the head of the crate. Transcendental functions are those of `libm`: the same
-//! numbers on every platform.
+//! The head of the crate documents the language. Transcendental functions come from `libm`: the same numbers on every
+//! platform.
 
 mod array;
 mod batch;
@@ -23,13 +23,13 @@ use program::Program;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Values that wait for their operator while an expression is evaluated; more is refused when it is read.
+/// Maximum height of the stack during evaluation; a deeper expression is refused when parsed.
 pub(crate) const STACK_MAX: usize = 32;
 
-/// The longest expression. Assumption: what is longer is a model of its own.
+/// Maximum length of an expression. Assumption: a longer one is a model of its own.
 pub(crate) const EXPRESSION_BYTES_MAX: usize = 2_000;
 
-/// An expression that was read.
+/// A parsed expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Expression {
     program: Program,
@@ -37,7 +37,7 @@ pub(crate) struct Expression {
     variables: Box<[usize]>,
 }
 
-/// What to do, operands before operators.
+/// An operation; operands precede operators.
 #[derive(Debug, Clone, PartialEq)]
 enum Operation {
     Constant(f64),
@@ -45,27 +45,27 @@ enum Operation {
     Variable(usize),
     Unary(Unary),
     Binary(Binary),
-    /// Condition, then and else become one of the latter two.
+    /// Replaces a condition and two values by one of the values.
     Choose,
-    /// Value, least and greatest become the value between them.
+    /// Replaces a value and two limits by the limited value.
     Clamp,
-    /// An index becomes the element of the array.
+    /// Replaces an index by the element of the array.
     Element(Array),
     Aggregate(Aggregate, Array),
-    /// One number or two become the value of the table there.
+    /// Replaces one or two numbers by the table's value.
     LookUp(Arc<Lookup>),
 }
 
-/// Why a text is no expression.
+/// Reason why a text is not an expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct ExpressionError {
-    /// Which bytes of it are meant.
+    /// The bytes with the mistake.
     pub(crate) at: Range<usize>,
     pub(crate) message: String,
     pub(crate) help: Option<String>,
 }
 
-/// What a name stands for.
+/// Meaning of a name.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Meaning {
     /// The value in this slot.
@@ -76,7 +76,7 @@ pub(crate) enum Meaning {
     Table(Arc<Lookup>),
 }
 
-/// A machine: the slots of its state and of the time at which it came to that, and the names of its states.
+/// A machine: the slots of its state and of the time at which it entered that, and the names of its states.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct States<'a> {
     pub(crate) slot: usize,
@@ -84,25 +84,25 @@ pub(crate) struct States<'a> {
     pub(crate) names: &'a [String],
 }
 
-/// The message and the help where a name means nothing.
+/// Message and help for an unknown name.
 pub(crate) type Unknown = (String, String);
 
-/// Where names are found.
+/// Resolves names.
 pub(crate) trait Scope {
-    /// What the name of a variable or a table stands for.
+    /// The meaning of the name of a variable or a table.
     fn variable(&self, name: &str) -> Result<Meaning, Unknown>;
-    /// Where a state's value is, or those of an array of them, at the end of the step before.
+    /// The slot of a state, or the slots of an array of states, at the end of the previous step.
     fn last(&self, name: &str) -> Result<Meaning, Unknown>;
     /// The states of a machine.
     fn states(&self, machine: &str) -> Result<States<'_>, Unknown>;
-    /// The number that a variable has where it is `value`, which is a name.
+    /// The number of a variable for its named value `value`.
     fn named(&self, variable: &str, value: &str) -> Result<f64, Unknown>;
     /// The slot of the time since power-on.
     fn time(&self) -> usize;
 }
 
 impl Expression {
-    /// Always the same.
+    /// A constant.
     pub(crate) fn constant(value: f64) -> Self {
         Self::of(&[Operation::Constant(value)])
     }
@@ -116,7 +116,7 @@ impl Expression {
         Self { program: Program::of(operations), variables: variables.collect() }
     }
 
-    /// Reads an expression whose variables are in `scope`.
+    /// Parses an expression with variables of `scope`.
     pub(crate) fn parse(text: &str, scope: &dyn Scope) -> Result<Self, ExpressionError> {
         if text.len() > EXPRESSION_BYTES_MAX {
             let message = format!("an expression has at most {EXPRESSION_BYTES_MAX} characters");
@@ -131,12 +131,12 @@ impl Expression {
         self.variables.iter().copied()
     }
 
-    /// Its value where it is the same whatever the variables are.
+    /// Its value if it is constant.
     pub(crate) fn known(&self) -> Option<f64> {
         self.variables.is_empty().then(|| self.value(&[]))
     }
 
-    /// Its value with these variables; not a number where it has none.
+    /// Its value with these variables; NaN if it has none.
     #[inline]
     pub(crate) fn value(&self, variables: &[f64]) -> f64 {
         self.program.run(variables)

@@ -1,8 +1,8 @@
-//! What operators and functions do.
+//! Operators and functions.
 
 use super::array::Aggregate;
 
-/// Of one value.
+/// Functions of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unary {
     Negate,
@@ -25,7 +25,7 @@ pub(super) enum Unary {
     Tanh,
 }
 
-/// Of two values.
+/// Functions of two values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Binary {
     Or,
@@ -47,12 +47,12 @@ pub(super) enum Binary {
     Atan2,
 }
 
-/// A function by its name.
+/// A named function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Function {
     Of1(Unary),
     Of2(Binary),
-    /// Of two values or more, from the left.
+    /// Applied to two values or more, from the left.
     Fold(Binary),
     /// `clamp(x, low, high)`.
     Clamp,
@@ -60,13 +60,13 @@ pub(super) enum Function {
     If,
     /// `last(state)`.
     Last,
-    /// Of an array.
+    /// Applied to an array.
     Aggregate(Aggregate),
     /// `time_in(machine)`.
     TimeIn,
 }
 
-/// The functions, by name.
+/// The functions by name.
 pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("if", Function::If),
     ("min", Function::Fold(Binary::Min)),
@@ -92,7 +92,7 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("tanh", Function::Of1(Unary::Tanh)),
 ];
 
-/// Functions whose names may be those of variables too: they stand before a parenthesis.
+/// Functions whose names variables may have too: they are recognised by the parenthesis.
 pub(super) const FUNCTIONS_OF_NAMES: &[(&str, Function)] = &[
     ("sum", Function::Aggregate(Aggregate::Sum)),
     ("mean", Function::Aggregate(Aggregate::Mean)),
@@ -101,23 +101,23 @@ pub(super) const FUNCTIONS_OF_NAMES: &[(&str, Function)] = &[
     ("time_in", Function::TimeIn),
 ];
 
-/// All functions, by name.
+/// All functions by name.
 pub(super) fn functions() -> impl Iterator<Item = &'static (&'static str, Function)> {
     FUNCTIONS.iter().chain(FUNCTIONS_OF_NAMES)
 }
 
-/// Whether a function has the name.
+/// True if a function has this name.
 pub(crate) fn is_function(name: &str) -> bool {
     functions().any(|(known, _)| *known == name)
 }
 
-/// Names that mean something in every expression.
+/// True for names with a meaning in every expression.
 pub(crate) fn is_reserved(name: &str) -> bool {
     matches!(name, "t" | "pi" | "and" | "or" | "not")
         || FUNCTIONS.iter().any(|(known, _)| *known == name)
 }
 
-/// 1 for what is true, and 0 for what is not.
+/// 1 for true, 0 for false.
 fn truth(is: bool) -> f64 {
     f64::from(u8::from(is))
 }
@@ -151,11 +151,11 @@ impl Unary {
 }
 
 impl Binary {
-    /// What is not a number stays so: a comparison does not make it false, nor a minimum the other one.
+    /// NaN propagates: a comparison does not turn it into false, nor a minimum into the other value.
     #[inline]
     pub(super) fn apply(self, a: f64, b: f64) -> f64 {
         match self {
-            // What is not a number stays so by itself.
+            // NaN propagates by itself.
             Self::Add => a + b,
             Self::Subtract => a - b,
             Self::Multiply => a * b,

@@ -1,7 +1,7 @@
-//! From words to operations, by precedence climbing.
+//! From tokens to operations, by precedence climbing.
 //!
-//! From the loosest to the tightest: `or`, `and`, `not`, comparisons (which do not chain), `+ -`,
-//! `* / %`, the sign, `^` (from the right). As in mathematics `-x^2` is `-(x^2)`.
+//! From the loosest to the tightest: `or`, `and`, `not`, comparisons (which do not chain), `+ -`, `* / %`, the sign,
+//! `^` (right-associative). As in mathematics `-x^2` is `-(x^2)`.
 
 mod call;
 mod name;
@@ -11,7 +11,7 @@ use super::operation::{Binary, Unary};
 use super::{ExpressionError, Operation, STACK_MAX, Scope};
 use std::ops::Range;
 
-/// Parentheses, functions and signs within one another. Assumption: nobody reads more.
+/// Maximum nesting of parentheses, functions and signs. Assumption: deeper expressions are unreadable.
 const NESTING_MAX: usize = 100;
 
 const NOT: u8 = 3;
@@ -24,7 +24,7 @@ struct Parser<'a> {
     next: Token<'a>,
     at: Range<usize>,
     operations: Vec<Operation>,
-    /// Values on the stack behind the last operation.
+    /// Height of the stack after the last operation.
     height: usize,
     nesting: usize,
 }
@@ -41,7 +41,7 @@ pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Vec<Operation>, Exp
     }
 }
 
-/// How tightly an operator binds on its left and what it does.
+/// Binding power of an operator, and its operation.
 fn operator(token: Token<'_>) -> Option<(u8, Binary)> {
     Some(match token {
         Token::Name("or") => (1, Binary::Or),
@@ -63,7 +63,7 @@ fn operator(token: Token<'_>) -> Option<(u8, Binary)> {
 }
 
 impl<'a> Parser<'a> {
-    /// An expression of operators that bind at least as tightly as `least`.
+    /// Parses operators that bind at least as tightly as `least`.
     fn expression(&mut self, least: u8) -> Result<(), ExpressionError> {
         self.nesting += 1;
         if self.nesting > NESTING_MAX {
@@ -76,7 +76,7 @@ impl<'a> Parser<'a> {
         };
         let begin = self.operations.len();
         self.operand()?;
-        // Alone on the left of a comparison it may be compared with the name of a value.
+        // A single variable on the left of a comparison may be compared with the name of a value.
         let variable =
             variable.filter(|_| matches!(self.operations[begin..], [Operation::Variable(_)]));
         while let Some((power, binary)) = operator(self.next) {
@@ -95,7 +95,7 @@ impl<'a> Parser<'a> {
                 self.emit(Operation::Binary(binary))?;
                 continue;
             }
-            // What binds from the right leaves its equals to its right side.
+            // A right-associative operator leaves its equals to its right side.
             self.expression(if binary == Binary::Power { SIGN } else { power + 1 })?;
             self.emit(Operation::Binary(binary))?;
             if power == COMPARISON && operator(self.next).is_some_and(|(next, _)| next == power) {

@@ -1,7 +1,7 @@
-//! An expression as a flat program: one value at hand, and a stack for those that wait.
+//! An expression as a flat program with one accumulator and a stack.
 //!
-//! What is written operand by operand becomes an instruction for each operator, which fetches its own operands; a product
-//! that is added or taken away is one instruction. The numbers are those of the operators one by one.
+//! Each operator becomes one instruction that fetches its own operands; adding or subtracting a product is one
+//! instruction. The results equal those of evaluating the operators one by one.
 
 use super::array::{Aggregate, Array};
 use super::operation::{Binary, Unary};
@@ -9,10 +9,10 @@ use super::{Operation, STACK_MAX};
 use crate::lookup::Lookup;
 use std::sync::Arc;
 
-/// What most expressions need of the stack.
+/// Stack size that is enough for most expressions.
 const STACK_SMALL: usize = 2;
 
-/// Where an operand is.
+/// Location of an operand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum From {
     Number(f64),
@@ -23,47 +23,47 @@ pub(super) enum From {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Instruction {
-    /// It is at hand from now on.
+    /// Loads the accumulator.
     Load(From),
-    /// What is at hand waits.
+    /// Pushes the accumulator on the stack.
     Push,
     Unary(Unary),
-    /// With what is at hand on the left.
+    /// Operator with the accumulator on the left.
     Right(Binary, From),
-    /// With what is at hand on the right.
+    /// Operator with the accumulator on the right.
     Left(Binary, From),
-    /// A product is added to what is at hand.
+    /// Adds a product to the accumulator.
     AddProduct(From, From),
-    /// A product is taken from what is at hand.
+    /// Subtracts a product from the accumulator.
     SubtractProduct(From, From),
     /// Condition, then and else.
     Choose(From, From, From),
-    /// Value, least and greatest.
+    /// Value, smallest and largest.
     Clamp(From, From, From),
-    /// Of the array, that of the number at hand.
+    /// The element of the array at the index in the accumulator.
     Element(Array),
     Aggregate(Aggregate, Array),
-    /// The look-up table of this place, with what is at hand.
+    /// Looks the accumulator up in the table with this index.
     LookUp(u32),
-    /// And in two dimensions.
+    /// Looks up in a two-dimensional table.
     LookUpPlane(u32, From, From),
 }
 
-/// Instructions, and the tables that they look into.
+/// Instructions and their look-up tables.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Program {
     instructions: Box<[Instruction]>,
     tables: Box<[Arc<Lookup>]>,
-    /// How many values wait at the most.
+    /// Maximum height of the stack.
     height: usize,
 }
 
-/// An operand that is not yet used.
+/// An operand that is not used yet.
 #[derive(Debug, Clone, Copy)]
 enum Pending {
-    /// It can be had at any time.
+    /// Available at any time.
     Simple(From),
-    /// At hand, or on the stack where another is at hand.
+    /// In the accumulator, or on the stack if `waits`.
     Computed { waits: bool },
 }
 
@@ -75,7 +75,7 @@ struct Compiler {
 }
 
 impl Program {
-    /// Of operations, operands before operators.
+    /// Compiles operations in which operands precede operators.
     pub(super) fn of(operations: &[Operation]) -> Self {
         let mut compiler = Compiler::default();
         for operation in operations {
@@ -92,7 +92,7 @@ impl Program {
         &self.instructions
     }
 
-    /// The value where it is the same whatever the variables are.
+    /// The value, if it is constant.
     pub(super) fn constant(&self) -> Option<f64> {
         match *self.instructions {
             [Instruction::Load(From::Number(number))] => Some(number),
@@ -146,7 +146,7 @@ impl Program {
     }
 }
 
-/// One of two, by a condition that is a number.
+/// One of two values, by a numeric condition.
 pub(super) fn choose(condition: f64, then: f64, otherwise: f64) -> f64 {
     match condition {
         unknown if unknown.is_nan() => f64::NAN,
@@ -155,7 +155,7 @@ pub(super) fn choose(condition: f64, then: f64, otherwise: f64) -> f64 {
     }
 }
 
-/// The compiler has seen to it that it never overflows.
+/// The compiler guarantees that it never overflows.
 struct Stack<'a, const DEPTH: usize> {
     values: [f64; DEPTH],
     height: usize,
@@ -241,17 +241,17 @@ impl Compiler {
             }
             (a, Simple(b)) => self.of_one(a, Instruction::Right(binary, b)),
             (Simple(a), b) => self.of_one(b, Instruction::Left(binary, a)),
-            // The left one came first: it waits.
+            // The left operand came first: it is on the stack.
             (Computed { .. }, b) => self.of_one(b, Instruction::Left(binary, From::Stack)),
         }
     }
 
-    /// The last operand that is not yet used.
+    /// The last unused operand.
     fn take(&mut self) -> Pending {
         self.pending.pop().unwrap_or(Pending::Simple(From::Number(f64::NAN)))
     }
 
-    /// What an instruction makes of one operand.
+    /// Emits an instruction with one operand.
     fn of_one(&mut self, operand: Pending, instruction: Instruction) {
         self.bring(operand);
         self.computed(instruction);
@@ -262,7 +262,7 @@ impl Compiler {
         self.pending.push(Pending::Computed { waits: false });
     }
 
-    /// Has the operand at hand.
+    /// Brings the operand into the accumulator.
     fn bring(&mut self, operand: Pending) {
         match operand {
             Pending::Simple(from) => {
@@ -276,7 +276,7 @@ impl Compiler {
         }
     }
 
-    /// Has what is at hand wait on the stack, where it is still to be used.
+    /// Pushes the accumulator on the stack if its value is still needed.
     fn free_hand(&mut self) {
         for pending in &mut self.pending {
             if let Pending::Computed { waits: waits @ false } = pending {
@@ -286,7 +286,7 @@ impl Compiler {
         }
     }
 
-    /// The last operands, those that are computed on the stack.
+    /// The last operands; computed ones are on the stack.
     fn waiting<const COUNT: usize>(&mut self) -> [From; COUNT] {
         self.free_hand();
         let mut operands = [From::Stack; COUNT];
@@ -304,12 +304,12 @@ impl Compiler {
     }
 }
 
-/// The same with products that are added or taken away in one instruction.
+/// Fuses products that are added or subtracted into one instruction.
 fn fused(instructions: &[Instruction]) -> Vec<Instruction> {
     use Instruction::{AddProduct, Left, Load, Push, Right, SubtractProduct};
     let mut fused: Vec<Instruction> = Vec::with_capacity(instructions.len());
     for instruction in instructions {
-        // With what is at hand on its left, which is not yet there where a simple operand is.
+        // The accumulator is then on the left; a simple operand must be loaded first.
         let (sum, first) = match instruction {
             Left(sum @ (Binary::Add | Binary::Subtract), first) => (*sum, *first),
             other => {
@@ -340,7 +340,7 @@ fn fused(instructions: &[Instruction]) -> Vec<Instruction> {
     fused
 }
 
-/// How many values wait at the most.
+/// Maximum height of the stack.
 fn highest(instructions: &[Instruction]) -> usize {
     let of_stack = |from: &From| usize::from(*from == From::Stack);
     let (mut height, mut highest) = (0_usize, 0);

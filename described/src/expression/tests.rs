@@ -1,4 +1,4 @@
-//! What expressions mean, and what is said of those that mean nothing.
+//! Meaning of expressions, and messages for invalid ones.
 
 use super::array::Array;
 use super::operation::Binary;
@@ -11,8 +11,8 @@ use crate::lookup::{Lookup, Outside};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// `t`, `x`, `y` and `Command.Setpoint` are the slots 0 to 3; `last(x)` is slot 4; the array `cell` from 1 to 3 is in the
-/// slots 5 to 7, and the machine `mode`, entered at slot 9, in slot 8.
+/// `t`, `x`, `y` and `Command.Setpoint` are the slots 0 to 3; `last(x)` is slot 4; the array `cell` from 1 to 3 is in
+/// the slots 5 to 7, and the machine `mode`, entered at slot 9, in slot 8.
 struct Names;
 
 const CELL: Array = Array { slot: 5, count: 3, first: 1 };
@@ -239,7 +239,7 @@ fn what_is_too_deep_is_refused() {
     assert_eq!(value(&format!("1{}", "+1".repeat(900))), 901.0);
 }
 
-/// The value by the operations one by one, with nothing worked out before.
+/// The value by evaluating the operations one by one, without constant folding.
 fn naive(operations: &[Operation], variables: &[f64]) -> f64 {
     let mut stack = Vec::new();
     for operation in operations {
@@ -273,7 +273,7 @@ fn naive(operations: &[Operation], variables: &[f64]) -> f64 {
     stack.pop().unwrap()
 }
 
-/// Texts of expressions of all that there is.
+/// Texts of expressions with all features.
 fn expressions() -> impl Strategy<Value = String> {
     let leaf = prop::sample::select(vec![
         "1",
@@ -312,7 +312,7 @@ proptest! {
 
     #[test]
     fn the_program_is_what_is_written(text in expressions(), variables in prop::array::uniform10(-5.0f64..5.0)) {
-        // What is too deep, or has no element of an index, is refused before.
+        // Expressions that are too deep, or with an invalid index, are refused by the parser.
         let Ok(operations) = parser::parse(&text, &Names) else { return Ok(()) };
         let (found, expected) = (Expression::of(&operations).value(&variables), naive(&operations, &variables));
         prop_assert!(found == expected || (found.is_nan() && expected.is_nan()), "{text}: {found} {expected}");
@@ -322,13 +322,13 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
 
-    /// What is done for several together is what each comes to by itself, alike or not.
+    /// A batch gives the value of each expression, whatever their shapes.
     #[test]
     fn a_batch_is_its_expressions(
         texts in prop::collection::vec((expressions(), 1_usize..7), 1..5),
         variables in prop::array::uniform10(-5.0f64..5.0),
     ) {
-        // Of each some that differ in what they read, in turn with the others.
+        // Several variants of each with other inputs, interleaved with the others.
         let written = texts.iter().flat_map(|(text, count)| (0..*count).map(move |index| (index, text)));
         let mut written: Vec<(usize, String)> = written
             .map(|(index, text)| (index, if index % 2 == 0 { text.clone() } else { text.replace('x', "y") }))
@@ -344,7 +344,7 @@ proptest! {
     }
 }
 
-/// Cells of a pack are done together, and one that is said otherwise by itself.
+/// Cells of a pack are evaluated together, and one with another shape by itself.
 #[test]
 fn those_of_one_shape_are_found() {
     let texts =

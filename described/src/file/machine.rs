@@ -1,4 +1,4 @@
-//! Machines of states in a description.
+//! State machines in a description.
 
 use super::Formula;
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! Messages in a description: what a DBC does not say of them, or all.
+//! Messages in a description: additions to a DBC, or complete definitions.
 
 use super::Formula;
 use crate::layout::{ByteOrder, SendKind, Sender};
@@ -71,7 +71,7 @@ pub(crate) struct MessageRules {
 }
 
 impl MessageRules {
-    /// What protects it.
+    /// Its counter and checksum.
     pub(crate) fn protection(&self) -> ProtectionTable {
         ProtectionTable {
             counter: self.counter.clone(),

@@ -1,7 +1,7 @@
-//! A message that was sent, with something else in it: what a fault of one message, one signal, a counter or a checksum is.
+//! Altered messages, as faults of one message, one signal, a counter or a checksum produce them.
 //!
-//! Bits that are not meant stay as they are. Where the change is not in the checksum, the checksum is made anew: a receiver
-//! sees a sound message.
+//! Other bits stay unchanged. Unless the change is in the checksum itself, the checksum is recomputed, so that the
+//! receiver sees a valid message.
 
 use super::Layout;
 use super::message::{Carrier, Found, Message};
@@ -11,7 +11,7 @@ use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
 
 impl Layout {
-    /// Whether `what`, sent by `sender`, is the whole of the message at this place.
+    /// True if `what`, sent by `sender`, is the complete message with this index.
     pub fn is_message(&self, message: usize, sender: Sender, what: &Transmit) -> bool {
         let Some(message) = self.messages().get(message) else { return false };
         message.sender == sender
@@ -29,28 +29,28 @@ impl Layout {
 }
 
 impl Message {
-    /// The place of its counter among its signals, where it is one of them.
+    /// The position of its counter among its signals, if it is one of them.
     pub fn counter_signal(&self) -> Option<usize> {
         self.protected.as_ref()?.counter
     }
 
-    /// The place of its checksum among its signals, where it is one of them.
+    /// The position of its checksum among its signals, if it is one of them.
     pub fn checksum_signal(&self) -> Option<usize> {
         self.protected.as_ref()?.checksum
     }
 
-    /// A counter is put in when it is sent.
+    /// True if a counter is filled in on sending.
     pub fn has_counter(&self) -> bool {
         self.protected.as_ref().is_some_and(|one| one.protection.counter.is_some())
     }
 
-    /// A checksum is put in when it is sent: among its signals, or at the end of a packet.
+    /// True if a checksum is filled in on sending: among its signals, or at the end of a packet.
     pub fn has_checksum(&self) -> bool {
         self.protected.as_ref().is_some_and(|one| one.protection.seal.is_some())
             || matches!(self.carrier, Carrier::Packet { trailer: Some(_), .. })
     }
 
-    /// The value of the signal at this place in the message `what`; `None` where that does not carry it.
+    /// The value of the signal at this position in the message `what`; `None` if the message does not carry it.
     pub fn value(&self, what: &Transmit, signal: usize) -> Option<f64> {
         let mut values = Vec::new();
         match (what, &self.carrier) {
@@ -61,8 +61,8 @@ impl Message {
         values.get(signal).copied().flatten()
     }
 
-    /// The same message with another value of the signal at this place: the nearest that its bits can carry, whatever
-    /// its declared range. `None` where the message does not carry the signal.
+    /// The message with another value of the signal at this position: the nearest that its bits can represent,
+    /// whatever its declared range. `None` if the message does not carry the signal.
     pub fn with_value(&self, what: &Transmit, signal: usize, value: f64) -> Option<Transmit> {
         let before = self.value(what, signal)?;
         let of = &self.signals[signal];
@@ -78,14 +78,14 @@ impl Message {
         self.edited(what, |data| field.set(data, raw))
     }
 
-    /// The number of the counter in the message `what`.
+    /// The counter's number in the message `what`.
     pub fn count(&self, what: &Transmit) -> Option<u64> {
         let counter = self.protected.as_ref()?.protection.counter?;
         let (data, length) = bytes_of(what);
         Some(counter.field.get(data.get(..length)?.get(self.payload())?))
     }
 
-    /// The same message with another number of its counter.
+    /// The message with another counter number.
     pub fn with_count(&self, what: &Transmit, number: u64) -> Option<Transmit> {
         let counter = self.protected.as_ref()?.protection.counter?;
         let payload = self.payload();
@@ -96,17 +96,17 @@ impl Message {
         })
     }
 
-    /// The same message, so many numbers of its counter on.
+    /// The message with its counter advanced by `by`.
     pub fn with_count_ahead(&self, what: &Transmit, by: u64) -> Option<Transmit> {
         let counter = self.protected.as_ref()?.protection.counter?;
         let start = self.count(what)?;
-        // The counter comes round: there are no more numbers than it has.
+        // The counter wraps: reduce `by` to its number range.
         let round = counter.greatest.saturating_add(1);
         let ahead = (0..by % round.max(1)).fold(start, |number, _| counter.next(number));
         self.with_count(what, ahead)
     }
 
-    /// The same message with a checksum that is wrong in each bit.
+    /// The message with every bit of its checksum inverted.
     pub fn with_wrong_checksum(&self, what: &Transmit) -> Option<Transmit> {
         let (mut data, length) = bytes_of(what);
         let data = data.get_mut(..length)?;
@@ -128,7 +128,7 @@ impl Message {
         again(what, data)
     }
 
-    /// The same message with other bytes, and the checksums that those need.
+    /// The message with other bytes and matching checksums.
     fn edited(&self, what: &Transmit, edit: impl FnOnce(&mut [u8])) -> Option<Transmit> {
         let (mut data, length) = bytes_of(what);
         let data = data.get_mut(..length)?;
@@ -144,7 +144,7 @@ impl Message {
 }
 
 impl Signal {
-    /// The bits of the value that is nearest to this one, whatever the declared range.
+    /// The bits of the value nearest to `value`, whatever the declared range.
     fn bits_nearest(&self, value: f64) -> Option<u64> {
         let Storage::Bits { field, coding } = self.storage else { return None };
         let (least, greatest) = coding.limits(field.length());
@@ -163,7 +163,7 @@ fn bytes_of(what: &Transmit) -> ([u8; BYTES_MAX], usize) {
     (data, bytes.len())
 }
 
-/// As `what` is carried, with these bytes.
+/// These bytes on the same carrier as `what`.
 fn again(what: &Transmit, data: &[u8]) -> Option<Transmit> {
     match what {
         Transmit::Frame(frame) => frame.with_data(data).map(Transmit::Frame),
@@ -184,7 +184,7 @@ mod tests {
         cells(&format!("{E2E}{PLAIN}")).unwrap_or_else(|error| panic!("{error}")).layout().clone()
     }
 
-    /// Each value that is carried, and what counter and checksum say.
+    /// Each carried value, and the verdict on counter and checksum.
     fn heard(decoder: &mut Decoder, what: &Transmit) -> (Vec<Option<f64>>, Option<Verdict>) {
         let mut all = Vec::new();
         match what {

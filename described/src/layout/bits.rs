@@ -1,14 +1,14 @@
-//! Where the bits of a signal lie in the bytes of its message.
+//! Position of a signal's bits in the bytes of its message.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::ops::RangeInclusive;
 
-/// The most bits that one signal has.
+/// Maximum number of bits in a signal.
 pub const SIGNAL_BITS_MAX: u32 = 64;
 
-/// A signal of [`SIGNAL_BITS_MAX`] bits that starts within a byte touches nine bytes: a window of sixteen
-/// holds all of them.
+/// A signal of [`SIGNAL_BITS_MAX`] bits that starts within a byte touches nine bytes: a window of sixteen holds all of
+/// them.
 const WINDOW_BYTES: usize = 16;
 const WINDOW_BITS: u32 = 8 * WINDOW_BYTES as u32;
 
@@ -27,14 +27,14 @@ pub enum ByteOrder {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BitField {
     order: ByteOrder,
-    /// Little: the least significant bit. Big: the most significant one.
+    /// Little-endian: the least significant bit. Big-endian: the most significant bit.
     start: usize,
     /// From 1 to [`SIGNAL_BITS_MAX`].
     length: u32,
 }
 
 impl BitField {
-    /// `None` where the bits are none, too many, or do not lie in `bytes` bytes.
+    /// `None` if there are no bits, too many, or some outside of `bytes` bytes.
     pub(crate) fn new(order: ByteOrder, start: u64, length: u64, bytes: usize) -> Option<Self> {
         let start = usize::try_from(start).ok().filter(|start| *start < 8 * bytes)?;
         let length = u32::try_from(length).ok().filter(|n| (1..=SIGNAL_BITS_MAX).contains(n))?;
@@ -49,12 +49,12 @@ impl BitField {
         self.length
     }
 
-    /// The bits as a number. Bytes that `data` does not have read as zero.
+    /// The bits as a number. Bytes missing in `data` read as zero.
     pub(crate) fn get(self, data: &[u8]) -> u64 {
         ((self.load(data) >> self.shift()) as u64) & self.mask()
     }
 
-    /// Replaces the bits by the lowest ones of `raw`.
+    /// Replaces the bits by the lowest bits of `raw`.
     pub(crate) fn set(self, data: &mut [u8], raw: u64) {
         let place = u128::from(self.mask()) << self.shift();
         let bits = u128::from(raw & self.mask()) << self.shift();
@@ -68,7 +68,7 @@ impl BitField {
         }
     }
 
-    /// Whether the two have a bit in common.
+    /// True if both have a bit in common.
     pub(crate) fn overlaps(self, other: Self) -> bool {
         let (ours, theirs) = (self.bytes(), other.bytes());
         let is_near = ours.start() <= theirs.end() && theirs.start() <= ours.end();
@@ -89,26 +89,26 @@ impl BitField {
         self.order
     }
 
-    /// How far its lowest bit is above that of the first eight bytes as one number in its order; `None` where it goes on
-    /// behind them.
+    /// Distance of its lowest bit from the lowest bit of the first eight bytes, taken as one number in its byte order;
+    /// `None` if it extends beyond them.
     pub(super) fn shift_in_word(self) -> Option<u32> {
         let start = self.start as u32;
         match self.order {
             ByteOrder::Little => (start + self.length <= u64::BITS).then_some(start),
             ByteOrder::Big => {
-                // The last bit along the line is the lowest one.
+                // The last transmitted bit is the lowest one.
                 let end = 8 * (start / 8) + (7 - start % 8) + self.length;
                 u64::BITS.checked_sub(end)
             }
         }
     }
 
-    /// The same in bytes without the first few, none of which it touches.
+    /// The field in a message without its first `bytes` bytes, none of which it touches.
     pub(crate) const fn behind(self, bytes: usize) -> Self {
         Self { start: self.start.saturating_sub(8 * bytes), ..self }
     }
 
-    /// The two have each bit at the same place. Within a byte the order of bytes makes no difference.
+    /// True if both have each bit at the same position. Within one byte the byte order does not matter.
     pub(crate) fn is_same(self, other: Self) -> bool {
         let lowest_first = |field: Self| {
             let mut bits: Vec<usize> = field.bits().collect();
@@ -120,19 +120,19 @@ impl BitField {
         lowest_first(self) == lowest_first(other)
     }
 
-    /// Number of each bit, along the field.
+    /// The number of each bit, along the field.
     pub(crate) fn bits(self) -> impl Iterator<Item = usize> {
         (0..self.length as usize).map(move |index| match self.order {
             ByteOrder::Little => self.start + index,
             ByteOrder::Big => {
-                // Counted along the line, where the most significant bit of each byte comes first.
+                // Counted in transmission order, with the most significant bit of each byte first.
                 let along = 8 * (self.start / 8) + (7 - self.start % 8) + index;
                 8 * (along / 8) + (7 - along % 8)
             }
         })
     }
 
-    /// It has room for the number.
+    /// True if it has room for the number.
     pub(super) const fn reaches(self, number: u64) -> bool {
         number <= self.mask()
     }
@@ -141,7 +141,7 @@ impl BitField {
         u64::MAX >> (SIGNAL_BITS_MAX - self.length)
     }
 
-    /// How far above the window's lowest bit the field's lowest is.
+    /// Distance between the lowest bits of window and field.
     const fn shift(self) -> u32 {
         let within_byte = (self.start % 8) as u32;
         match self.order {

@@ -8,7 +8,7 @@ use crate::protection::Checksum;
 pub(crate) struct Trailer {
     pub(crate) checksum: Checksum,
     pub(crate) order: ByteOrder,
-    /// The first byte that it covers; the last is the one before it.
+    /// The first byte that it covers; the last is the one before the checksum.
     pub(crate) from: usize,
 }
 
@@ -21,13 +21,13 @@ impl Trailer {
         }
     }
 
-    /// Whether the last bytes of `packet` are the checksum of those before.
+    /// True if the last bytes of `packet` are the checksum of the preceding ones.
     pub(crate) fn holds(self, packet: &[u8]) -> bool {
         let (sum, at) = self.sum(packet);
         packet.get(at..).is_some_and(|found| found == &sum[..self.checksum.length()])
     }
 
-    /// The checksum in the order of the line, and where it stands.
+    /// The checksum in transmission order, and its position.
     fn sum(self, packet: &[u8]) -> ([u8; 4], usize) {
         let length = self.checksum.length();
         let at = packet.len().saturating_sub(length);

@@ -1,4 +1,4 @@
-//! Frames and bytes back to values. On a serial line it finds the next good message behind damage.
+//! Decodes frames and bytes to values. On a serial line it finds the next good message after damage.
 
 use super::message::{Carrier, Found, Message};
 use super::{Decoded, Layout, Sender};
@@ -8,23 +8,23 @@ use wire::can::{CanFrame, Id};
 use wire::j1939::{self, Identifier};
 use wire::packet::BYTES_MAX;
 
-/// Finds messages in what is received.
+/// Finds messages in received data.
 ///
-/// On a serial line nothing is kept of more than [`BYTES_MAX`] bytes: behind damage the next good message
-/// is found at the latest that many bytes after it is whole.
+/// On a serial line it keeps at most [`BYTES_MAX`] bytes: after damage, the next good message is found at most that
+/// many bytes after its end.
 #[derive(Debug, Clone)]
 pub struct Decoder {
     layout: Layout,
     sender: Option<Sender>,
     /// At most [`BYTES_MAX`] bytes that may become a message.
     buffer: Vec<u8>,
-    /// Of the last message, one a signal.
+    /// Values of the last message, one per signal.
     values: Vec<Option<f64>>,
-    /// One a message.
+    /// One per message.
     received: Vec<Received>,
-    /// What is under way in parts, where there are messages that go so.
+    /// Messages being received in parts, if the layout has any.
     reassembly: Option<Box<Reassembly>>,
-    /// What comes next is not the middle of a line of text.
+    /// The next byte is not in the middle of a line of text.
     line_begins: bool,
     damaged: u64,
     checksum_failures: u64,
@@ -45,17 +45,17 @@ impl Decoder {
         }
     }
 
-    /// What it reads.
+    /// The layout that it decodes.
     pub const fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// Whose messages it hears; those of all where there is none.
+    /// The sender whose messages it decodes; `None` for all.
     pub const fn sender(&self) -> Option<Sender> {
         self.sender
     }
 
-    /// A frame of this identifier is a message that is heard, or a part of one.
+    /// True if a frame with this identifier is a message to decode, or a part of one.
     pub fn takes(&self, id: Id) -> bool {
         match self.layout.identifiers.find(id) {
             Some(index) => hears(self.sender, &self.layout.messages[index]),
@@ -63,7 +63,7 @@ impl Decoder {
         }
     }
 
-    /// Somebody who is heard sends frames of J1939's transport protocol with this identifier.
+    /// True if a decoded sender sends frames of J1939's transport protocol with this identifier.
     fn is_of_transport(&self, id: Id) -> bool {
         let Id::Extended(id) = id else { return false };
         let from = Identifier::from(id);
@@ -72,8 +72,8 @@ impl Decoder {
             && groups.any(|one| one.group.is_some_and(|of| of.source == from.source))
     }
 
-    /// The message in a CAN frame, or that it completes; `None` where no message has its identifier, for a remote request,
-    /// and where the frame has fewer bytes than the message.
+    /// The message in a CAN frame, or the one that it completes; `None` if no message has its identifier, for a remote
+    /// request, and if the frame has fewer bytes than the message.
     #[inline]
     pub fn frame(&mut self, frame: &CanFrame) -> Option<Decoded<'_>> {
         let Some(index) = self.layout.identifiers.find(frame.id()) else {
@@ -93,7 +93,7 @@ impl Decoder {
         Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
-    /// The message in parts that a frame completes.
+    /// The message that a frame of the transport protocol completes.
     #[cold]
     fn part(&mut self, frame: &CanFrame) -> Option<Decoded<'_>> {
         let (messages, sender) = (&self.layout.messages, self.sender);
@@ -124,7 +124,7 @@ impl Decoder {
         Some(Decoded { message: index, form: message, values: &self.values, verdict })
     }
 
-    /// Hands each message over that these bytes complete.
+    /// Passes each message that these bytes complete to `each`.
     pub fn bytes(&mut self, bytes: &[u8], each: &mut dyn FnMut(Decoded<'_>)) {
         let mut rest = bytes;
         loop {
@@ -139,7 +139,7 @@ impl Decoder {
         }
     }
 
-    /// Forgets what was begun, as a device does that loses its power.
+    /// Discards partial messages, like a device that loses power.
     pub fn reset(&mut self) {
         self.buffer.clear();
         if let Some(reassembly) = &mut self.reassembly {
@@ -149,17 +149,17 @@ impl Decoder {
         self.received.fill(Received::default());
     }
 
-    /// Bytes of a serial line that belong to no message, and CAN frames that are too short for theirs.
+    /// Bytes of a serial line outside of messages, and CAN frames that are too short for their message.
     pub const fn damaged(&self) -> u64 {
         self.damaged
     }
 
-    /// Messages of a serial line whose checksum was another.
+    /// Number of messages on a serial line with a wrong checksum.
     pub const fn checksum_failures(&self) -> u64 {
         self.checksum_failures
     }
 
-    /// Takes from the buffer what is certain, and leaves room in it for at least one byte.
+    /// Takes complete content from the buffer, and leaves room for at least one byte.
     fn search(&mut self, each: &mut dyn FnMut(Decoded<'_>)) {
         let mut at = 0;
         while at < self.buffer.len() {
@@ -185,7 +185,8 @@ impl Decoder {
         self.buffer.drain(..at);
     }
 
-    /// The first message of the file that the bytes behind `at` are, or else that they may become, and its place.
+    /// The first message of the file that matches the bytes from `at` on, or otherwise that they may become, with its
+    /// index.
     fn first(&mut self, at: usize) -> (usize, Found) {
         let mut best = (0, Found::Nothing);
         for (index, message) in self.layout.messages.iter().enumerate() {
@@ -208,7 +209,7 @@ fn hears(sender: Option<Sender>, message: &Message) -> bool {
     sender.is_none_or(|sender| message.sender == sender)
 }
 
-/// What counter and checksum among the signals say of a message with these bytes.
+/// Checks counter and checksum among the signals of a message with these bytes.
 #[inline]
 fn judge(message: &Message, data: &[u8], received: &mut Received) -> Option<Verdict> {
     let protected = message.protected.as_ref()?;

@@ -1,4 +1,4 @@
-//! Values to frames and bytes, with counters that go on from one message to the next.
+//! Encodes values as frames and bytes, with counters that advance from message to message.
 
 use super::{EncodeError, Layout};
 use crate::protection::{Own, Sent};
@@ -6,17 +6,17 @@ use crate::transport::InParts;
 use wire::can::{CanFrame, DATA_BYTES_MAX};
 use wire::device::Transmit;
 
-/// A message that is ready to be sent.
+/// An encoded message.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Encoded {
-    /// At once.
+    /// Sent at once.
     Whole(Transmit),
-    /// By a [`Transport`](crate::transport::Transport).
+    /// Sent by a [`Transport`](crate::transport::Transport).
     InParts(InParts),
 }
 
 impl Encoded {
-    /// What is sent at once; `None` where it goes in parts.
+    /// The message, if it is sent at once; `None` if in parts.
     pub fn whole(self) -> Option<Transmit> {
         match self {
             Self::Whole(what) => Some(what),
@@ -25,32 +25,32 @@ impl Encoded {
     }
 }
 
-/// Encodes the messages of one sender: puts in counters and checksums, and remembers how far the counters are.
+/// Encodes the messages of one sender: fills in counters and checksums, and keeps the counters.
 #[derive(Debug, Clone)]
 pub struct Encoder {
     layout: Layout,
-    /// One a message.
+    /// One per message.
     sent: Vec<Sent>,
 }
 
 impl Encoder {
-    /// Of somebody who has sent nothing yet.
+    /// An encoder that has sent nothing yet.
     pub fn new(layout: Layout) -> Self {
         Self { sent: vec![Sent::default(); layout.messages().len()], layout }
     }
 
-    /// What it encodes.
+    /// The layout that it encodes.
     pub const fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// The counters begin again, as those of a device do that loses its power.
+    /// Resets the counters, like a device that loses power.
     pub fn reset(&mut self) {
         self.sent.fill(Sent::default());
     }
 
-    /// The first bytes of what [`encode`](Self::encode) makes of it, where that is a frame without counter and checksum:
-    /// [`plain_frame`](Self::plain_frame) is the frame. `None` where it is something else or an error.
+    /// The first bytes of the result of [`encode`](Self::encode), if that is a frame without counter and checksum:
+    /// [`plain_frame`](Self::plain_frame) makes the frame. `None` for other results and errors.
     #[inline]
     pub(crate) fn first_bytes(
         &self,
@@ -70,12 +70,12 @@ impl Encoder {
         Some(self.layout.plain_writer(message)?.frame(first))
     }
 
-    /// The message with these values, one a signal and in its unit. Its counter and its checksum are what they have to be,
-    /// and not their values: but for those that `is_own` says yes to, by their places among the signals. The counter goes
-    /// on then too.
+    /// The message with these values, one per signal and in its unit. Counter and checksum are computed instead of
+    /// using their values, except for signals that `is_own` accepts by position. The counter advances in that case
+    /// too.
     ///
     /// # Errors
-    /// As [`Layout::encode`]; the counter stays where it is.
+    /// As [`Layout::encode`]; the counter then stays unchanged.
     pub fn encode(
         &mut self,
         message: usize,

@@ -1,4 +1,4 @@
-//! Writing CAN frames: what is known of a message before any is sent is worked out once.
+//! Writes CAN frames with values precomputed per message.
 
 use super::bits::ByteOrder;
 use super::message::Message;
@@ -6,14 +6,14 @@ use super::number::Scale;
 use super::signal::{Signal, Storage};
 use wire::can::{CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX};
 
-/// Below this a double has a fraction, and as a whole number is exact.
+/// Below this a double can have a fraction, and whole numbers are exact.
 const WHOLE_FROM: f64 = (1_u64 << 52) as f64;
 
-/// A signal as a frame is written: some bits of the eight bytes as one number.
+/// A signal prepared for writing: some bits of the eight bytes as one number.
 #[derive(Debug, Clone)]
 struct Field {
     scale: Scale,
-    /// Of numbers from the first to the last one the fraction is cut off, and what is left is a count that it can have.
+    /// Numbers in this range are truncated to a permitted count.
     cut: (f64, f64),
     mask: u64,
     shift: u32,
@@ -21,7 +21,7 @@ struct Field {
 }
 
 impl Field {
-    /// `None` for a signal that does not lie in the bytes of a frame, or not in each of them, or is no whole number.
+    /// `None` for a signal outside the frame's bytes, one not in every frame, or one that is not an integer.
     fn of(signal: &Signal) -> Option<Self> {
         let Storage::Bits { field, coding } = signal.storage else { return None };
         if signal.carried.selection().is_some() || coding.is_float() {
@@ -44,38 +44,39 @@ impl Field {
         })
     }
 
-    /// The bits of the value; `None` where it is out of range, or so great that [`Signal::number_of`] has to say.
+    /// The bits of the value; `None` if it is out of range, or so large that [`Signal::number_of`] must decide.
     #[inline]
     fn raw(&self, value: f64) -> Option<u64> {
         let number = to_cut(self.scale.number(value));
-        // What is not a number is not between two.
+        // A NaN fails the comparison.
         let is_within = self.cut.0 <= number && number <= self.cut.1;
         is_within.then_some(number as i64 as u64 & self.mask)
     }
 }
 
-/// The number whose fraction is cut off to come to the nearest whole one, of two the one further from zero. For less than
+/// The number whose truncation is the nearest whole number, rounding halves away from zero. For numbers below
 /// [`WHOLE_FROM`].
 #[inline]
 fn to_cut(number: f64) -> f64 {
-    // With a whole half the greatest double below it would be rounded up.
+    // Exactly a half would round up the largest double below a half.
     const HALF: f64 = 0.5 - f64::EPSILON / 4.0;
     number + HALF.copysign(number)
 }
 
-/// The signals of a message on CAN, each of which is in every frame.
+/// The signals of a CAN message, each of which is in every frame.
 #[derive(Debug, Clone)]
 pub(super) struct FrameWriter {
-    /// One a signal.
+    /// One per signal.
     fields: Box<[Field]>,
-    /// The frame with nothing in it.
+    /// The empty frame.
     blank: CanFrame,
-    /// A counter or a checksum is among the signals.
+    /// True if a counter or a checksum is among the signals.
     is_protected: bool,
 }
 
 impl FrameWriter {
-    /// `None` for a message that is no frame with signals in its first eight bytes, or whose frames differ in what they carry.
+    /// `None` unless the message is a frame with all signals in its first eight bytes, and all frames carry the same
+    /// signals.
     pub(super) fn of(message: &Message) -> Option<Self> {
         let fields: Option<Vec<Field>> = message.signals.iter().map(Field::of).collect();
         Some(Self {
@@ -85,13 +86,13 @@ impl FrameWriter {
         })
     }
 
-    /// What its sender's memory has a part in: a counter or a checksum.
+    /// True if the message has a counter or a checksum, which depend on the sender's state.
     #[inline]
     pub(super) const fn is_protected(&self) -> bool {
         self.is_protected
     }
 
-    /// The frame with these values; `None` where they are too many or too few, or one is out of range.
+    /// The frame with these values; `None` if their number is wrong, or one is out of range.
     pub(super) fn write(&self, values: &[f64]) -> Option<CanFrame> {
         Some(self.frame(self.first_bytes(values)?))
     }
@@ -104,7 +105,7 @@ impl FrameWriter {
         frame
     }
 
-    /// What the first bytes are with these values; `None` where they are too many or too few, or one is out of range.
+    /// The first bytes with these values; `None` if their number is wrong, or one is out of range.
     #[inline]
     pub(super) fn first_bytes(&self, values: &[f64]) -> Option<[u8; DATA_BYTES_MAX]> {
         if values.len() != self.fields.len() {
@@ -143,7 +144,7 @@ mod tests {
             }
         }
 
-        /// The frame of the messages that have a writer is the one that is put together signal by signal.
+        /// The writer's frame equals the one that is assembled signal by signal.
         #[test]
         fn a_frame_is_that_of_its_signals(shares in prop::collection::vec(-0.1f64..1.1, 64)) {
             let layout = cantools();

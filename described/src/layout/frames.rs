@@ -1,4 +1,4 @@
-//! Reading CAN frames: what is known of a message before any comes is worked out once.
+//! Reads CAN frames with values precomputed per message.
 
 use super::bits::ByteOrder;
 use super::message::Message;
@@ -8,20 +8,20 @@ use super::signal::{Signal, Storage};
 use wire::can::{DATA_BYTES_MAX, Id};
 use wire::j1939::Identifier;
 
-/// Identifiers of 11 bits.
+/// Number of 11-bit identifiers.
 const STANDARD_IDS: usize = 1 << 11;
 
-/// What stands for no message. A layout of as many does not exist: its file would have gigabytes.
+/// Stands for no message. No layout has as many: its file would have gigabytes.
 const NONE: u32 = u32::MAX;
 
-/// Which message has which identifier.
+/// Maps identifiers to messages.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Identifiers {
-    /// One each, [`NONE`] where it is of no message. Empty where no message has an identifier of 11 bits.
+    /// One entry per identifier, [`NONE`] without a message. Empty if no message has an 11-bit identifier.
     standard: Box<[u32]>,
     /// In ascending order.
     extended: Box<[(u32, u32)]>,
-    /// Parameter groups of J1939 that one frame carries: by what they mean, since others may send them too.
+    /// Parameter groups of J1939 carried by one frame: matched by their fields, since other nodes may send them too.
     groups: Box<[(Identifier, u32)]>,
 }
 
@@ -48,7 +48,7 @@ impl Identifiers {
         Self { standard: standard.into(), extended: extended.into(), groups: groups.into() }
     }
 
-    /// The place of the message.
+    /// The index of the message.
     pub(super) fn find(&self, id: Id) -> Option<usize> {
         let place = match id {
             Id::Standard(id) => *self.standard.get(usize::from(id.as_raw()))?,
@@ -66,27 +66,27 @@ impl Identifiers {
     }
 }
 
-/// A signal as a frame is read: the eight bytes are one number, and it is some bits of that.
+/// A signal prepared for reading: some bits of the eight bytes as one number.
 #[derive(Debug, Clone)]
 struct Field {
     order: ByteOrder,
-    /// Takes away what is above the field.
+    /// Left shift that removes the bits above the field.
     left: u32,
-    /// Then what is below it.
+    /// Right shift that then removes the bits below it.
     right: u32,
     coding: Coding,
     scale: Scale,
     when: Option<Selection>,
 }
 
-/// The bytes of a frame as one number in either order.
+/// The bytes of a frame as one number in each byte order.
 struct Words {
     little: u64,
     big: u64,
 }
 
 impl Field {
-    /// `None` for a signal that does not lie in the bytes of a frame.
+    /// `None` for a signal outside the frame's bytes.
     fn of(signal: &Signal) -> Option<Self> {
         let Storage::Bits { field, coding } = signal.storage else { return None };
         let right = u64::BITS - field.length();
@@ -114,7 +114,7 @@ impl Field {
         let upper = self.upper(words);
         let number = match self.coding {
             Coding::Signed => (upper as i64 >> self.right) as f64,
-            // One instruction, which a number of all 64 bits is too large for.
+            // One instruction, which does not work for numbers of all 64 bits.
             Coding::Unsigned if self.right > 0 => (upper >> self.right) as i64 as f64,
             Coding::Unsigned => upper as f64,
             Coding::Float32 => f64::from(f32::from_bits((upper >> self.right) as u32)),
@@ -124,7 +124,7 @@ impl Field {
     }
 }
 
-/// The signals of a message on CAN; `None` where one of them lies behind the eighth byte.
+/// The signals of a CAN message; `None` if one lies beyond the eighth byte.
 #[derive(Debug, Clone, Default)]
 pub(super) struct FrameReader {
     fields: Option<Box<[Field]>>,
@@ -136,7 +136,7 @@ impl FrameReader {
         Self { fields: fields.map(Vec::into) }
     }
 
-    /// Puts the values of a frame with these bytes into `values`, one a signal.
+    /// Stores the values of a frame with these bytes in `values`, one per signal.
     #[inline]
     pub(super) fn read(&self, message: &Message, data: &[u8], values: &mut Vec<Option<f64>>) {
         let Some(fields) = &self.fields else { return message.read(data, values) };

@@ -1,4 +1,4 @@
-//! One message: its signals, and how it is carried.
+//! One message: its signals and its carrier.
 
 use super::EncodeError;
 use super::checksum::Trailer;
@@ -34,38 +34,38 @@ pub enum Sender {
 pub struct Message {
     /// Its name, unique in the layout.
     pub name: String,
-    /// Who sends it.
+    /// The sender.
     pub sender: Sender,
-    /// How often it is sent, where that is periodic.
+    /// The period, if it is periodic.
     pub period: Option<Span>,
-    /// When else it is sent.
+    /// Other conditions for sending it.
     pub send: SendRule,
     /// Its signals, in the order of the file.
     pub signals: Vec<Signal>,
-    /// What the file says of it.
+    /// Documentation from the file.
     pub doc: String,
     pub(super) carrier: Carrier,
-    /// What its identifier says, where it is a parameter group of J1939.
+    /// The identifier's fields, if it is a parameter group of J1939.
     pub(super) group: Option<Identifier>,
-    /// Its counter and its checksum among the signals, where it has any.
+    /// Its counter and its checksum among the signals, if any.
     pub(crate) protected: Option<Protected>,
 }
 
-/// What carries a message.
+/// The carrier of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Carrier {
-    /// A CAN frame with so many bytes, of CAN FD where that has flags.
+    /// A CAN frame of this length; CAN FD if it has flags.
     Frame { id: Id, length: usize, fd: Option<FdFlags> },
-    /// So many bytes in the packets of J1939's transport protocol: more than a frame has.
+    /// This many bytes in the packets of J1939's transport protocol: more than a frame holds.
     Parts { id: ExtendedId, length: usize },
-    /// Bytes with a start of their own, and a checksum at the end.
+    /// Bytes with a fixed start, and a checksum at the end.
     Packet { start: Vec<u8>, length: usize, trailer: Option<Trailer> },
     /// A line of text.
     Line(Pattern),
 }
 
 impl Message {
-    /// The numbers of a multiplexer that select signals, in ascending order: of ranges the ends.
+    /// The numbers of a multiplexer that select signals, in ascending order: the ends of ranges.
     pub fn pages(&self, multiplexer: usize) -> BTreeSet<u64> {
         let selections = self.signals.iter().filter_map(|signal| signal.carried.selection());
         let of_it = selections.filter(|selection| selection.multiplexer == multiplexer);
@@ -74,12 +74,12 @@ impl Message {
         ends.filter(|number| self.signals[multiplexer].reaches(*number)).collect()
     }
 
-    /// What has to be selected for a signal to be carried: of its multiplexer, of that one's own, and so on.
+    /// The selections required for a signal to be carried: of its multiplexer, of that one's own, and so on.
     pub fn selections(&self, signal: usize) -> impl Iterator<Item = &Selection> {
         selection::needs(&self.signals, signal)
     }
 
-    /// Its identifier, on CAN; where it goes [in parts](Self::is_in_parts), the one that a frame of it would have.
+    /// Its identifier on CAN; for a message [in parts](Self::is_in_parts), the one that its frame would have.
     pub const fn can_id(&self) -> Option<Id> {
         match self.carrier {
             Carrier::Frame { id, .. } => Some(id),
@@ -88,17 +88,17 @@ impl Message {
         }
     }
 
-    /// What its identifier says, where it is a parameter group of J1939.
+    /// The identifier's fields, if it is a parameter group of J1939.
     pub const fn group(&self) -> Option<Identifier> {
         self.group
     }
 
-    /// It is longer than a frame: J1939's transport protocol carries it.
+    /// True if it is longer than a frame: J1939's transport protocol carries it.
     pub const fn is_in_parts(&self) -> bool {
         matches!(self.carrier, Carrier::Parts { .. })
     }
 
-    /// How many frames carry it, in parts with the one that announces it.
+    /// Number of frames that carry it, including the announcement of a message in parts.
     pub fn frames(&self) -> i64 {
         match self.carrier {
             Carrier::Parts { length, .. } => 1 + length.div_ceil(PACKET_BYTES) as i64,
@@ -106,25 +106,25 @@ impl Message {
         }
     }
 
-    /// It is a CAN FD frame.
+    /// True for a CAN FD frame.
     pub const fn is_fd(&self) -> bool {
         matches!(self.carrier, Carrier::Frame { fd: Some(_), .. })
     }
 
-    /// The places of its multiplexers among its signals.
+    /// The positions of its multiplexers among its signals.
     pub fn multiplexers(&self) -> impl Iterator<Item = usize> {
         let signals = self.signals.iter().enumerate();
         signals.filter(|(_, signal)| signal.multiplexes).map(|(place, _)| place)
     }
 
-    /// Whether the frame with these values, one a signal and in its unit, carries the signal at this place.
+    /// True if the frame with these values, one per signal and in its unit, carries the signal at this position.
     pub fn carries(&self, signal: usize, values: &[f64]) -> bool {
         selection::carries(&self.signals, signal, &|multiplexer| {
             self.signals[multiplexer].number_of(*values.get(multiplexer)?)
         })
     }
 
-    /// The bytes whose counter and checksum may be among its signals: but for start bytes and a checksum at the end.
+    /// The bytes that counter and checksum signals may cover: all but start bytes and a checksum at the end.
     pub(super) fn payload(&self) -> Range<usize> {
         match &self.carrier {
             Carrier::Frame { length, .. } | Carrier::Parts { length, .. } => 0..*length,
@@ -136,7 +136,7 @@ impl Message {
         }
     }
 
-    /// The frame with these bytes, as many of them as it has; none where it is no frame.
+    /// The frame with these bytes, truncated to its length; `None` if it is not a frame.
     pub(super) fn frame(&self, data: &[u8]) -> Option<CanFrame> {
         let Carrier::Frame { id, length, fd } = self.carrier else { return None };
         let data = data.get(..length)?;
@@ -146,7 +146,7 @@ impl Message {
         }
     }
 
-    /// The message with these values; its counter and its checksum are put in where a sender's memory of them is given.
+    /// The message with these values; fills in counter and checksum if the sender's state is given.
     pub(super) fn encode(
         &self,
         values: &[f64],
@@ -168,7 +168,7 @@ impl Message {
                 frame.ok_or_else(|| self.too_long())
             }
             Carrier::Parts { id, length } => {
-                // As the packets are filled up.
+                // The padding of packets.
                 let mut data = vec![0xFF; *length];
                 self.put(values, &mut data)?;
                 self.seal(&mut data, sent);
@@ -201,7 +201,7 @@ impl Message {
         }
     }
 
-    /// Puts in counter and checksum.
+    /// Fills in counter and checksum.
     fn seal(&self, data: &mut [u8], sent: Option<(&mut Sent, Own)>) {
         if let (Some(protected), Some((sent, own))) = (&self.protected, sent)
             && let Some(data) = data.get_mut(self.payload())
@@ -219,7 +219,7 @@ impl Message {
         Ok(())
     }
 
-    /// Puts the values in the bytes of a packet into `values`, one a signal.
+    /// Stores the values in the bytes of a packet in `values`, one per signal.
     pub(super) fn read(&self, data: &[u8], values: &mut Vec<Option<f64>>) {
         let number = |multiplexer: usize| Some(self.signals[multiplexer].selector(data));
         values.clear();
@@ -228,7 +228,7 @@ impl Message {
         }));
     }
 
-    /// What the first bytes of a serial line are to this message. Where it is whole, its values are put into `values`.
+    /// Matches the first bytes of a serial line with this message. If it is complete, stores its values in `values`.
     pub(super) fn find(&self, data: &[u8], values: &mut Vec<Option<f64>>) -> Found {
         match &self.carrier {
             Carrier::Frame { .. } | Carrier::Parts { .. } => Found::Nothing,
@@ -276,14 +276,14 @@ impl Message {
     }
 }
 
-/// What bytes of a serial line are to a message.
+/// Match of serial bytes with a message.
 pub(super) enum Found {
     /// It does not begin here.
     Nothing,
-    /// It may begin here: more bytes will tell.
+    /// It may begin here: more bytes are needed.
     Beginning,
-    /// All of it but for a checksum that is another.
+    /// Complete, except for a wrong checksum.
     WrongChecksum,
-    /// It, of so many bytes.
+    /// Complete, with this length.
     Whole(usize),
 }

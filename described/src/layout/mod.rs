@@ -46,7 +46,7 @@ use std::sync::Arc;
 use thiserror::Error;
 use wire::serial::SerialSettings;
 
-/// What carries the messages of a layout.
+/// The medium of a layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Medium {
     /// Classic CAN.
@@ -61,28 +61,28 @@ pub struct Layout {
     medium: Medium,
     messages: Arc<[Message]>,
     identifiers: Arc<Identifiers>,
-    /// One a message.
+    /// One per message.
     frames: Arc<[FrameReader]>,
-    /// One a message; none of those whose frames differ in what they carry.
+    /// One per message; `None` if its frames differ in the signals that they carry.
     writers: Arc<[Option<FrameWriter>]>,
     notes: Arc<[Note]>,
 }
 
-/// A message that was received.
+/// A received message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decoded<'a> {
-    /// Its place in [`Layout::messages`].
+    /// Its index in [`Layout::messages`].
     pub message: usize,
-    /// What it is.
+    /// Its definition.
     pub form: &'a Message,
-    /// One value a signal, in the signal's unit; `None` where this frame does not carry it.
+    /// One value per signal, in the signal's unit; `None` if this frame does not carry it.
     pub values: &'a [Option<f64>],
-    /// What its counter and its checksum say, where it is protected by any.
+    /// Verdict on its counter and its checksum, if it has any.
     pub verdict: Option<Verdict>,
 }
 
 impl Decoded<'_> {
-    /// A receiver uses it: nothing protects it, or counter and checksum are right.
+    /// True if a receiver uses it: it is unprotected, or counter and checksum are right.
     pub const fn is_sound(&self) -> bool {
         match self.verdict {
             Some(verdict) => verdict.is_sound(),
@@ -90,7 +90,7 @@ impl Decoded<'_> {
         }
     }
 
-    /// The places of the signals that have a value which no sender may say.
+    /// The positions of the signals with a value that no sender may send.
     pub fn out_of_range(&self) -> impl Iterator<Item = usize> {
         let is_out = |(value, signal): (&Option<f64>, &Signal)| {
             value.is_some_and(|value| signal.is_out_of_range(value))
@@ -100,20 +100,20 @@ impl Decoded<'_> {
     }
 }
 
-/// Why values do not become a message.
+/// Reason why values cannot be encoded.
 #[derive(Debug, Clone, PartialEq, Error, Diagnostic)]
 pub enum EncodeError {
     /// The layout has no such message.
     #[error("failed to encode message number {0}: the layout has fewer")]
     NoMessage(usize),
-    /// A value too many or too few.
+    /// The number of values is wrong.
     #[error("failed to encode `{message}`: it has {expected} signals, and {found} values came")]
     Count {
         /// The message.
         message: String,
-        /// How many signals it has.
+        /// Number of signals.
         expected: usize,
-        /// How many values there were.
+        /// Number of values.
         found: usize,
     },
     /// A value that the signal cannot have.
@@ -123,20 +123,20 @@ pub enum EncodeError {
         signal: String,
         /// The value.
         value: f64,
-        /// The least that it can have.
+        /// The smallest possible value.
         minimum: f64,
-        /// The greatest that it can have.
+        /// The largest possible value.
         maximum: f64,
         /// Unit of all three.
         unit: String,
     },
-    /// It has no frame of its own.
+    /// It does not fit into one frame.
     #[error("`{message}` is longer than a frame: it goes in parts")]
     InParts {
         /// The message.
         message: String,
     },
-    /// A line of text that is longer than what is sent at once.
+    /// A line of text that exceeds the maximum packet length.
     #[error("failed to encode `{message}`: it is longer than {} bytes", wire::packet::BYTES_MAX)]
     TooLong {
         /// The message.
@@ -144,31 +144,31 @@ pub enum EncodeError {
     },
 }
 
-/// Why a name is not that of one signal.
+/// Reason why a name does not identify one signal.
 #[derive(Debug, Clone, PartialEq, Eq, Error, Diagnostic)]
 pub enum SignalName {
-    /// No message has it.
+    /// No message has a signal of this name.
     #[error("no signal `{name}`")]
     Unknown {
         /// The name.
         name: String,
-        /// What was perhaps meant.
+        /// A suggestion.
         #[help]
         help: String,
     },
-    /// Several messages have one of this name.
+    /// Several messages have a signal of this name.
     #[error("several messages have a signal `{name}`")]
     Ambiguous {
         /// The name.
         name: String,
-        /// Which are meant.
+        /// The candidates.
         #[help]
         help: String,
     },
 }
 
 impl SignalName {
-    /// What to write instead.
+    /// The suggested name.
     pub fn advice(&self) -> &str {
         match self {
             Self::Unknown { help, .. } | Self::Ambiguous { help, .. } => help,
@@ -196,18 +196,18 @@ impl Layout {
         Self { notes: notes.into(), ..self }
     }
 
-    /// What its file says that cannot be used as it is, or not at all.
+    /// Parts of the file that cannot be used as written, or not at all.
     pub fn notes(&self) -> &[Note] {
         &self.notes
     }
 
-    /// The note by which a message or a signal of this name was left out: `Status`, `Temperature` or
+    /// The note that explains why a message or a signal of this name was left out: `Status`, `Temperature` or
     /// `Status.Temperature`.
     pub fn left_out(&self, name: &str) -> Option<&Note> {
         self.notes.iter().find(|note| note.leaves_out(name))
     }
 
-    /// The same with other periods and starts: what `change` makes of each message.
+    /// The layout with other periods and start values, set by `change` for each message.
     pub(crate) fn changed(
         self,
         mut change: impl FnMut(usize, &mut Message) -> Result<(), Mistake>,
@@ -220,12 +220,12 @@ impl Layout {
         Ok(Self { writers, messages: messages.into(), ..self })
     }
 
-    /// Its first message that only CAN FD carries.
+    /// Its first message that needs CAN FD.
     pub fn fd_message(&self) -> Option<&Message> {
         self.messages.iter().find(|message| message.is_fd())
     }
 
-    /// What carries the messages.
+    /// The medium of the messages.
     pub const fn medium(&self) -> Medium {
         self.medium
     }
@@ -235,13 +235,13 @@ impl Layout {
         &self.messages
     }
 
-    /// The place of the message with this name.
+    /// The index of the message with this name.
     pub fn find(&self, message: &str) -> Option<usize> {
         self.messages.iter().position(|known| known.name == message)
     }
 
-    /// The places of the signal's message, and of the signal in it: `Temperature` where one message has
-    /// it, or `Status.Temperature`. [`Layout::resolve`] says why there is none.
+    /// The index of the signal's message, and the position of the signal in it: `Temperature` if only one message has
+    /// it, otherwise `Status.Temperature`. [`Layout::resolve`] explains a failure.
     pub fn signal(&self, name: &str) -> Option<(usize, usize)> {
         self.resolve(name).ok()
     }
@@ -251,7 +251,7 @@ impl Layout {
         self.resolve_among(name, Some(sender)).ok()
     }
 
-    /// As [`Layout::signal`], with the nearest names where there is no such signal.
+    /// As [`Layout::signal`], with the nearest names if there is no such signal.
     pub fn resolve(&self, name: &str) -> Result<(usize, usize), SignalName> {
         self.resolve_among(name, None)
     }
@@ -293,19 +293,19 @@ impl Layout {
         }
     }
 
-    /// Every signal, with the places of its message and of itself.
+    /// Every signal, with the index of its message and its own position.
     fn places(&self) -> impl Iterator<Item = (usize, usize, &Signal)> {
         self.messages.iter().enumerate().flat_map(|(message, known)| {
             known.signals.iter().enumerate().map(move |(signal, known)| (message, signal, known))
         })
     }
 
-    /// The message with these values, one a signal and in its unit. Values of signals that a
-    /// multiplexed frame does not carry are not looked at. A counter and a checksum among the signals are their values
-    /// here; an [`Outbox`](crate::Outbox) puts in what they have to be.
+    /// The message with these values, one per signal and in its unit. Values of signals that a multiplexed frame does
+    /// not carry are ignored. A counter and a checksum among the signals have the given values; an
+    /// [`Outbox`](crate::Outbox) computes them.
     ///
     /// # Errors
-    /// As [`EncodeError`] says; of a message that goes in parts too.
+    /// See [`EncodeError`]; also for a message that is sent in parts.
     pub fn encode(&self, message: usize, values: &[f64]) -> Result<Transmit, EncodeError> {
         let whole = self.encoded(message, values)?.whole();
         whole.ok_or_else(|| EncodeError::InParts { message: self.messages[message].name.clone() })
@@ -315,23 +315,23 @@ impl Layout {
         let found = self.messages.get(message).ok_or(EncodeError::NoMessage(message))?;
         match self.writers[message].as_ref().and_then(|writer| writer.write(values)) {
             Some(frame) => Ok(Encoded::Whole(Transmit::Frame(frame))),
-            // It is none, or says why it is none.
+            // No writer, or it refused: this call encodes the message or reports the reason.
             None => found.encode(values, None),
         }
     }
 
-    /// What writes the frames of a message in which its sender's memory has no part; `None` where there is none.
+    /// The writer for frames of an unprotected message; `None` if there is none.
     #[inline]
     fn plain_writer(&self, message: usize) -> Option<&FrameWriter> {
         self.writers.get(message)?.as_ref().filter(|writer| !writer.is_protected())
     }
 
-    /// A decoder that hears all messages, whoever sends them.
+    /// A decoder for all messages, from any sender.
     pub fn decoder(&self) -> Decoder {
         Decoder::new(self.clone(), None)
     }
 
-    /// A decoder that hears only what `sender` sends, as the other end of a serial line does.
+    /// A decoder only for messages of `sender`, as at the other end of a serial line.
     pub fn decoder_for(&self, sender: Sender) -> Decoder {
         Decoder::new(self.clone(), Some(sender))
     }

@@ -1,8 +1,8 @@
-//! What a file says that is not used as it stands there.
+//! Parts of a file that are not used as written.
 
 use std::fmt;
 
-/// What a message or a signal of a file lacks, while the rest of the file is used.
+/// A defect of a message or a signal in a file of which the rest is used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
     /// The file.
@@ -11,16 +11,16 @@ pub struct Note {
     pub line: usize,
     /// The message.
     pub message: String,
-    /// The signal of it; none where the message as a whole is meant.
+    /// The signal; `None` if the note concerns the whole message.
     pub signal: Option<String>,
-    /// The layout does not have it.
+    /// True if the layout does not contain it.
     pub is_left_out: bool,
-    /// What is wrong, and what is done about it.
+    /// The defect and how it is handled.
     pub what: String,
 }
 
 impl Note {
-    /// The name is that of what is left out, or of something in it.
+    /// True if the name is that of the omitted item, or of something in it.
     pub(super) fn leaves_out(&self, name: &str) -> bool {
         let of_message = name.split_once('.').map_or(name, |(message, _)| message);
         self.is_left_out

@@ -2,10 +2,10 @@
 
 use super::bits::SIGNAL_BITS_MAX;
 
-/// How far, in counts, a value may lie beside the end of a range: what decimal fractions leave in binary ones.
+/// Allowed excess over the end of a range, in counts: the rounding error of decimal fractions in binary.
 pub(super) const RANGE_SLACK_COUNTS: f64 = 1e-6;
 
-/// How the bits of a signal are a number.
+/// Encoding of a number in the bits of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Coding {
     Unsigned,
@@ -40,7 +40,7 @@ impl Scale {
         (physical - self.offset) / self.factor
     }
 
-    /// The range between two numbers on the wire, the lesser first; as far as there are doubles.
+    /// The range between two numbers on the wire, the smaller value first; limited to finite doubles.
     pub(crate) fn range(self, first: f64, last: f64) -> (f64, f64) {
         let end = |number: f64| self.physical(number).clamp(f64::MIN, f64::MAX);
         let (a, b) = (end(first), end(last));
@@ -49,7 +49,7 @@ impl Scale {
 }
 
 impl Coding {
-    /// The least and the greatest number in `bits` bits.
+    /// The smallest and the largest number in `bits` bits.
     pub(crate) fn limits(self, bits: u32) -> (f64, f64) {
         let reach = |bits: u32| libm::exp2(f64::from(bits));
         match self {
@@ -64,7 +64,7 @@ impl Coding {
         matches!(self, Self::Float32 | Self::Float64)
     }
 
-    /// The number that the lowest `bits` bits of `raw` are.
+    /// The number encoded by the lowest `bits` bits of `raw`.
     pub(crate) fn number(self, raw: u64, bits: u32) -> f64 {
         let above = SIGNAL_BITS_MAX - bits;
         match self {
@@ -75,7 +75,7 @@ impl Coding {
         }
     }
 
-    /// The number that a receiver takes this one for.
+    /// The number that a receiver reads for this one.
     fn rounded(self, number: f64) -> f64 {
         match self {
             Self::Unsigned | Self::Signed => libm::round(number),
@@ -84,8 +84,8 @@ impl Coding {
         }
     }
 
-    /// The bits of `physical`, rounded to the nearest count; `None` where that count is beyond the
-    /// bits or beyond those of `minimum` and `maximum`, and for what is not a number.
+    /// The bits of `physical`, rounded to the nearest count; `None` for NaN, and if that count exceeds the bits or the
+    /// counts of `minimum` and `maximum`.
     pub(crate) fn raw(
         self,
         physical: f64,
@@ -103,7 +103,7 @@ impl Coding {
         }
         let unused = SIGNAL_BITS_MAX - bits;
         Some(match self {
-            // A double has the greatest of more than 53 bits one too large.
+            // As a double, the largest number of more than 53 bits is one too large.
             Self::Unsigned => (number as u64).min(u64::MAX >> unused),
             Self::Signed => (number as i64).min(i64::MAX >> unused) as u64,
             Self::Float32 => u64::from((number as f32).to_bits()),
@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(raw(0.31, (0.1, 0.3)), None);
         assert_eq!(raw(0.304, (0.1, 0.304)), Some(30));
         assert_eq!(raw(0.304, (0.1, 0.3)), Some(30));
-        // What 0.309 is sent as is in the range that goes up to it.
+        // The value sent for 0.309 is within the range that ends there.
         assert_eq!(raw(0.31, (0.1, 0.309)), Some(31));
         assert_eq!(raw(f64::NAN, ALL), None);
         assert_eq!(raw(f64::INFINITY, ALL), None);

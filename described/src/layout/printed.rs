@@ -1,29 +1,29 @@
-//! Numbers as digits: how one is printed, and where one ends that is read.
+//! Numbers as digits: printing, and finding their end in a text.
 
 use std::fmt::Write as _;
 use wire::packet::{BYTES_MAX, Packet};
 
-/// More decimals than this say nothing that a double holds.
+/// More decimals exceed the precision of a double.
 const DECIMALS_MAX: usize = 17;
 
-/// So many decimals are printed at most where the pattern does not say how many.
+/// Default maximum of printed decimals.
 const DECIMALS_UNSAID: usize = 9;
 
-/// Beyond this a double has no decimals.
+/// Above this a double has no decimals.
 const WHOLE_FROM: f64 = 1e15;
 
-/// What bytes are to a pattern.
+/// Match of bytes with a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Match {
-    /// The first so many bytes are the line.
+    /// The first bytes, this many, are the line.
     Whole(usize),
     /// They may become the line.
     Partial,
-    /// They are not the line, whatever comes.
+    /// They cannot become the line.
     No,
 }
 
-/// How a number is printed.
+/// Format of a printed number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Format {
     plus: bool,
@@ -45,18 +45,18 @@ impl Format {
         fits.then_some(Self { plus, zeros, width, decimals })
     }
 
-    /// Half of this is the most that printing changes a number by.
+    /// Printing changes a number by at most half of this.
     pub(crate) fn resolution(self) -> f64 {
         libm::exp10(-(self.decimals.unwrap_or(DECIMALS_UNSAID) as f64))
     }
 
-    /// How many bytes the number has at most.
+    /// Maximum length of the number in bytes.
     pub(super) fn longest(self, number: f64) -> usize {
         let decimals = self.decimals.unwrap_or(DECIMALS_UNSAID);
         format!("{number:+.decimals$}").len().max(self.width)
     }
 
-    /// Appends `number`; `false` where the packet is full.
+    /// Appends `number`; `false` if the packet is full.
     pub(super) fn print(self, number: f64, to: &mut Packet) -> bool {
         let width = self.width;
         let number = match self.decimals {
@@ -80,7 +80,7 @@ impl Format {
     }
 }
 
-/// How many bytes at the beginning of `data` are a number. What the data end in may go on.
+/// Length of the number at the start of `data`. A number at the end of the data may continue.
 pub(super) fn number_length(data: &[u8], padded: bool) -> Match {
     let count = |from: usize, test: fn(&u8) -> bool| {
         data[from..].iter().take_while(|byte| test(byte)).count()

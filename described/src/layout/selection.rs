@@ -7,9 +7,9 @@ use std::ops::RangeInclusive;
 /// Which frames of a message carry a signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Carried {
-    /// Each.
+    /// All frames.
     Always,
-    /// Those that carry its multiplexer, and in which that has one of some numbers.
+    /// Frames that carry its multiplexer with one of these numbers.
     When(Selection),
 }
 
@@ -22,22 +22,22 @@ impl Carried {
     }
 }
 
-/// What a multiplexer has to be.
+/// Required numbers of a multiplexer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selection {
-    /// The multiplexer's place among the signals of the message.
+    /// The multiplexer's position among the signals of the message.
     pub multiplexer: usize,
     /// Its numbers on the wire. Not empty.
     pub numbers: Vec<RangeInclusive<u64>>,
 }
 
 impl Selection {
-    /// The number is one of them.
+    /// True if the number is one of them.
     pub fn has(&self, number: u64) -> bool {
         self.numbers.iter().any(|range| range.contains(&number))
     }
 
-    /// The two have a number in common.
+    /// True if both have a number in common.
     fn meets(&self, other: &Self) -> bool {
         let meet = |one: &RangeInclusive<u64>, another: &RangeInclusive<u64>| {
             one.start() <= another.end() && another.start() <= one.end()
@@ -60,7 +60,7 @@ impl fmt::Display for Selection {
     }
 }
 
-/// Whether the frame carries the signal at this place in which the multiplexers have these numbers, by their places.
+/// True if the frame with these multiplexer numbers, by position, carries the signal at this position.
 pub(super) fn carries(
     signals: &[Signal],
     signal: usize,
@@ -70,13 +70,13 @@ pub(super) fn carries(
         .all(|selection| number(selection.multiplexer).is_some_and(|number| selection.has(number)))
 }
 
-/// What has to be selected for a signal to be carried, from itself upwards.
+/// The selections required for a signal to be carried, from its own upwards.
 pub(super) fn needs(signals: &[Signal], signal: usize) -> impl Iterator<Item = &Selection> {
     let above = |signal: usize| signals.get(signal)?.carried.selection();
     std::iter::successors(above(signal), move |selection| above(selection.multiplexer))
 }
 
-/// The places of two signals that have a bit in common, the first before the second.
+/// The positions of two signals with a common bit, the first before the second.
 pub(super) fn overlap(signals: &[Signal]) -> Option<(usize, usize)> {
     signals.iter().enumerate().find_map(|(second, signal)| {
         let clashes =
@@ -85,7 +85,7 @@ pub(super) fn overlap(signals: &[Signal]) -> Option<(usize, usize)> {
     })
 }
 
-/// No frame carries both: they need different numbers of one multiplexer.
+/// True if no frame carries both: they need different numbers of one multiplexer.
 fn exclude(signals: &[Signal], one: usize, another: usize) -> bool {
     needs(signals, one).any(|selection| {
         let same = |other: &&Selection| other.multiplexer == selection.multiplexer;

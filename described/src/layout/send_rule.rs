@@ -1,4 +1,4 @@
-//! When a message is sent beside its period: on a change of its values, and faster for a while after one.
+//! Sending a message beside its period: on a change of its values, and with a faster period for a while after it.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -19,26 +19,26 @@ pub enum SendKind {
     CyclicAndOnChange,
 }
 
-/// When a message is sent, beside its period.
+/// Conditions for sending a message, beside its period.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct SendRule {
-    /// What makes it be sent.
+    /// The kind of condition.
     pub kind: SendKind,
-    /// The places of the signals whose change counts; of all where this is absent.
+    /// The positions of the signals whose changes count; `None` for all.
     pub signals: Option<Vec<usize>>,
-    /// After a change it is sent so often again, this long after one another.
+    /// Repetitions after a change: the time between them, and their number.
     pub fast: Option<(Span, u32)>,
-    /// At least so long behind the one before, where a change has it sent.
+    /// Minimum time after the preceding message, if a change triggers it.
     pub min_delay: Span,
 }
 
 impl SendRule {
-    /// It has a period.
+    /// True if it has a period.
     pub const fn is_cyclic(&self) -> bool {
         matches!(self.kind, SendKind::Cyclic | SendKind::CyclicAndOnChange)
     }
 
-    /// A change of this signal has it sent.
+    /// True if a change of this signal triggers the message.
     pub fn looks_at(&self, signal: usize) -> bool {
         let all = || self.signals.as_ref().is_none_or(|signals| signals.contains(&signal));
         self.kind != SendKind::Cyclic && all()

@@ -5,7 +5,7 @@ use super::number::{Coding, RANGE_SLACK_COUNTS, Scale};
 use super::printed::Format;
 use super::selection::Carried;
 
-/// How far a printed number may lie beside the range that it rounds into, in units of the last decimal.
+/// Allowed excess of a printed number over the range into which it rounds, in units of the last decimal.
 const PRINTED_SLACK: f64 = 0.5 + 1e-6;
 
 /// A number in a message.
@@ -13,27 +13,27 @@ const PRINTED_SLACK: f64 = 0.5 + 1e-6;
 pub struct Signal {
     /// Its name, unique within its message.
     pub name: String,
-    /// Unit of its values, as the file writes it; empty where it has none.
+    /// Unit of its values, as written in the file; may be empty.
     pub unit: String,
-    /// The least value that is sent, in its unit.
+    /// The smallest value that is sent, in its unit.
     pub minimum: f64,
-    /// The greatest value that is sent, in its unit.
+    /// The largest value that is sent, in its unit.
     pub maximum: f64,
-    /// What the file says of it.
+    /// Documentation from the file.
     pub doc: String,
     /// Which of the message's frames carry it.
     pub carried: Carried,
-    /// It is a multiplexer: its number on the wire says which multiplexed signals a frame has.
+    /// True for a multiplexer: its number on the wire selects the multiplexed signals of a frame.
     pub multiplexes: bool,
-    /// Names of values, as far as the file has any: the number on the wire and its name.
+    /// Named values of the file: the number on the wire and its name.
     pub named_values: Vec<(i64, String)>,
-    /// Its value before anything says another, in its unit (`GenSigStartValue` of a DBC).
+    /// Its value until another is set, in its unit (`GenSigStartValue` of a DBC).
     pub start: f64,
     pub(super) scale: Scale,
     pub(super) storage: Storage,
 }
 
-/// How a signal's number is in its message.
+/// Storage of a signal's number in its message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Storage {
     Bits { field: BitField, coding: Coding },
@@ -41,7 +41,7 @@ pub(super) enum Storage {
 }
 
 impl Signal {
-    /// The difference that one count makes, in its unit; zero for floating-point numbers.
+    /// The value of one count, in its unit; zero for floating-point numbers.
     pub fn resolution(&self) -> f64 {
         let step = match self.storage {
             Storage::Bits { coding, .. } if coding.is_float() => 0.0,
@@ -51,10 +51,11 @@ impl Signal {
         step * self.scale.factor.abs()
     }
 
-    /// Takes a declared range where its bits can carry a value in it; `false`, and nothing changed, where they cannot.
+    /// Applies a declared range if its bits can represent a value in it; otherwise returns `false` and changes
+    /// nothing.
     pub(super) fn narrow(&mut self, minimum: f64, maximum: f64) -> bool {
         let narrowed = (self.minimum.max(minimum), self.maximum.min(maximum));
-        // Neither is true of what is not a number.
+        // Both comparisons are false for NaN.
         if !(minimum <= maximum && narrowed.0 <= narrowed.1) {
             return false;
         }
@@ -67,7 +68,7 @@ impl Signal {
         is_within
     }
 
-    /// Takes the range of its bits.
+    /// Sets the range to that of its bits.
     pub(super) fn widen(&mut self) {
         if let Storage::Bits { field, coding } = self.storage {
             let (least, greatest) = coding.limits(field.length());
@@ -75,25 +76,25 @@ impl Signal {
         }
     }
 
-    /// The value in the range next to this one, as its bits carry it; of the range's end where that has one.
+    /// The value clamped to the range, or moved to the next count inwards if rounding would leave the range.
     pub(super) fn nearest(&self, value: f64) -> f64 {
         let value = value.clamp(self.minimum, self.maximum);
         if self.holds(self.as_sent(value)) {
             return value;
         }
-        // Rounded it is beyond the range: the next count inwards.
+        // If rounding leaves the range, use the next count inwards.
         let count = libm::round(self.scale.number(value));
         let beside = [count - 1.0, count + 1.0].map(|count| self.scale.physical(count));
         beside.into_iter().find(|value| self.holds(*value)).unwrap_or(value)
     }
 
-    /// The value is in the range, but for what decimal fractions leave in binary ones.
+    /// True if the value is in the range, apart from the rounding error of decimal fractions in binary.
     fn holds(&self, value: f64) -> bool {
         let slack = RANGE_SLACK_COUNTS * self.scale.factor.abs();
         (self.minimum - slack..=self.maximum + slack).contains(&value)
     }
 
-    /// The name of `value` where the file has one.
+    /// The name of `value`, if the file has one.
     pub fn name_of(&self, value: f64) -> Option<&str> {
         let number = libm::round(self.scale.number(value));
         self.named_values
@@ -102,19 +103,19 @@ impl Signal {
             .map(|(_, name)| name.as_str())
     }
 
-    /// The values that have a name, in its unit.
+    /// The named values, in its unit.
     pub fn names(&self) -> impl Iterator<Item = (&str, f64)> {
         let value = |number: i64| self.scale.physical(number as f64);
         self.named_values.iter().map(move |(number, name)| (name.as_str(), value(*number)))
     }
 
-    /// Writes the value into the bytes of its message; `false` where it is out of range.
+    /// Writes the value to the bytes of its message; `false` if it is out of range.
     pub(super) fn put(&self, value: f64, data: &mut [u8]) -> bool {
         let Storage::Bits { field, .. } = self.storage else { return true };
         self.number_of(value).map(|raw| field.set(data, raw)).is_some()
     }
 
-    /// The number that is printed for the value; `None` where it is out of range.
+    /// The number printed for the value; `None` if it is out of range.
     pub(super) fn printed(&self, value: f64) -> Option<f64> {
         let slack = PRINTED_SLACK * self.resolution();
         (self.minimum - slack..=self.maximum + slack)
@@ -132,13 +133,13 @@ impl Signal {
         }
     }
 
-    /// The greatest number on the wire, where that is a whole one without a sign.
+    /// The largest number on the wire, if that is an unsigned integer.
     pub(super) fn greatest_number(&self) -> Option<u64> {
         let Storage::Bits { coding: Coding::Unsigned, .. } = self.storage else { return None };
         self.number_of(self.maximum)
     }
 
-    /// How many bits it has; none where it is printed.
+    /// Number of bits; zero for a printed number.
     pub(super) const fn bits(&self) -> u32 {
         match self.storage {
             Storage::Bits { field, .. } => field.length(),
@@ -146,7 +147,7 @@ impl Signal {
         }
     }
 
-    /// The bits that it has in these bytes.
+    /// Its bits in these bytes.
     pub(super) fn selector(&self, data: &[u8]) -> u64 {
         match self.storage {
             Storage::Bits { field, .. } => field.get(data),
@@ -154,13 +155,13 @@ impl Signal {
         }
     }
 
-    /// The bits that this value is sent as, as one number; `None` where it is out of range.
+    /// The bits that encode this value, as one number; `None` if it is out of range.
     pub fn number_of(&self, value: f64) -> Option<u64> {
         let Storage::Bits { field, coding } = self.storage else { return None };
         coding.raw(value, field.length(), self.scale, (self.minimum, self.maximum))
     }
 
-    /// Whether a received value is outside the range that a sender may send.
+    /// True if a received value is outside the range of a sender.
     pub fn is_out_of_range(&self, value: f64) -> bool {
         let is_within = self.minimum <= value && value <= self.maximum;
         // The end of a range may lie between two counts.
@@ -171,8 +172,8 @@ impl Signal {
             }
     }
 
-    /// What a receiver takes the value for: the nearest that its bits can carry. The value itself where it is out of
-    /// range.
+    /// The value that a receiver reads: the nearest that the bits can represent. Returns the value itself if it is out
+    /// of range.
     pub fn as_sent(&self, value: f64) -> f64 {
         let Storage::Bits { field, coding } = self.storage else { return value };
         let number = self.number_of(value).map(|raw| coding.number(raw, field.length()));
@@ -189,7 +190,7 @@ impl Signal {
         }
     }
 
-    /// Its bits can be this number.
+    /// True if its bits can represent this number.
     pub(super) fn reaches(&self, selector: u64) -> bool {
         match self.storage {
             Storage::Bits { field, .. } => field.reaches(selector),
@@ -197,7 +198,7 @@ impl Signal {
         }
     }
 
-    /// Whether the two have a bit in common, whichever frames carry them.
+    /// True if both have a bit in common, in any frames.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         match (self.storage, other.storage) {
             (Storage::Bits { field, .. }, Storage::Bits { field: another, .. }) => {

@@ -1,4 +1,4 @@
-//! Layouts that a description writes out: frames of whole bytes, packets and lines.
+//! Layouts defined in a description: frames of whole bytes, packets and lines.
 
 use super::bits::{BitField, ByteOrder};
 use super::checksum::Trailer;
@@ -17,8 +17,8 @@ use crate::protection::Checksum;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FdFlags, Id, StandardId, fd_length};
 use wire::packet::BYTES_MAX;
 
-/// Printed numbers without a range are at most this. Assumption: with a few decimals a dozen of them fit
-/// a packet, and no device prints more.
+/// Limit of printed numbers without a range. Assumption: with a few decimals a dozen of them fit a packet, and no
+/// device prints larger ones.
 const PRINTED_MAX: f64 = 1e9;
 
 impl Layout {
@@ -130,7 +130,7 @@ fn packet(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>),
     Ok((Carrier::Packet { start, length: end + sealed, trailer }, signals))
 }
 
-/// The fields one behind the other from byte `first` on, and where they end: at `limit` at the latest.
+/// The consecutive fields from byte `first` on, and their end, which must not exceed `limit`.
 fn fields(
     table: &MessageTable,
     first: usize,
@@ -219,7 +219,7 @@ fn line(
     Ok((Carrier::Line(pattern), signals))
 }
 
-/// A signal with what its field says; `limits` are those of the number on the wire.
+/// The signal of a field; `limits` are those of the number on the wire.
 fn signal(
     field: &FieldTable,
     storage: Storage,
@@ -255,7 +255,7 @@ fn signal(
     })
 }
 
-/// Refuses what says nothing where it stands.
+/// Refuses keys without a meaning at this place.
 fn unused(place: &Place, where_: &str, keys: &[(&str, bool)]) -> Result<(), Mistake> {
     match keys.iter().find(|(_, given)| *given) {
         Some((key, _)) => {
@@ -265,7 +265,7 @@ fn unused(place: &Place, where_: &str, keys: &[(&str, bool)]) -> Result<(), Mist
     }
 }
 
-/// Two messages of one sender have to be told apart by how they begin.
+/// Two messages of one sender must differ in their beginnings.
 fn distinct(message: &Message, other: &Message, place: &Place) -> Result<(), Mistake> {
     if message.name == other.name {
         let text = format!("two messages have the name `{}`", message.name);
@@ -291,7 +291,7 @@ fn distinct(message: &Message, other: &Message, place: &Place) -> Result<(), Mis
 }
 
 impl FieldType {
-    /// How its bits are a number, and how many they are.
+    /// Encoding of the number, and its number of bits.
     const fn coding(self) -> (Coding, usize) {
         match self {
             Self::U8 => (Coding::Unsigned, 8),

@@ -1,4 +1,4 @@
-//! Whole layouts: round trips, damage, and the hand-written codec of the same messages.
+//! Complete layouts: round trips, damage, and comparison with the hand-written codec of the same messages.
 
 use super::bits::BitField;
 use super::message::{Carrier, Found, Message, Sender};
@@ -56,7 +56,7 @@ fn bytes(wired: Transmit) -> Vec<u8> {
     }
 }
 
-/// A message that was read: its place, and its values.
+/// A decoded message: its index, and its values.
 type Read = (usize, Vec<Option<f64>>);
 
 fn read(decoded: Decoded<'_>) -> Read {
@@ -130,7 +130,7 @@ fn a_line_is_not_read_from_its_middle() {
     let (found, damaged) = heard(layout.layout(), b"noise 15\n2.5\n");
     assert_eq!(found, [(0, vec![Some(2.5)])]);
     assert_eq!(damaged, 9);
-    // A number without an end is given up, and not kept.
+    // A number without an end is discarded, not kept.
     let (found, damaged) = heard(layout.layout(), &[b'1'; 10 * BYTES_MAX]);
     assert_eq!(found, []);
     assert!(damaged > 9 * BYTES_MAX as u64);
@@ -235,7 +235,7 @@ proptest! {
             let error = (found.unwrap() - value).abs();
             prop_assert!(error <= 0.5 * signal.resolution() * (1.0 + 1e-3), "{error} {signal:?}");
         }
-        // And what is on the wire goes there again.
+        // Encoding the decoded values gives the same bytes.
         let again: Vec<f64> = decoded.values.iter().copied().flatten().collect();
         prop_assert_eq!(layout.encode(0, &again).unwrap(), Transmit::Frame(frame));
     }
@@ -250,8 +250,8 @@ proptest! {
         prop_assert_eq!((whole, decoder.damaged()), (data.len() == 8, u64::from(data.len() < 8)));
     }
 
-    /// Whatever comes before, a good packet is found when at most a packet more has come; unless what comes before is a
-    /// good packet of another message together with the first bytes of it, as a checksum of eight bits may have it.
+    /// After any garbage, a good packet is found once at most one more packet's bytes have arrived; unless the garbage
+    /// together with the packet's first bytes forms a good packet of another message, which an 8-bit checksum permits.
     #[test]
     fn behind_garbage_the_next_packet_is_found(
         garbage in prop::collection::vec(prop_oneof![

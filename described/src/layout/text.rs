@@ -1,8 +1,8 @@
-//! Lines of text: one pattern writes them and reads them.
+//! Lines of text: one pattern writes and reads them.
 //!
-//! A pattern is text with fields in braces: `T={Temperature:.2} H={HeaterOn:.0}\r\n`. Behind the colon
-//! stand, each optional: `+` (a sign always), `0` (filled with zeros instead of blanks), the width, and
-//! the number of decimals behind a point. `{{` and `}}` are braces themselves.
+//! A pattern is text with fields in braces: `T={Temperature:.2} H={HeaterOn:.0}\r\n`. The colon is followed by
+//! optional parts: `+` (always a sign), `0` (padding with zeros instead of blanks), the width, and the number of
+//! decimals after a point. `{{` and `}}` are literal braces.
 
 use super::printed::{Format, Match, number_length};
 use thiserror::Error;
@@ -12,7 +12,7 @@ use wire::packet::Packet;
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Part {
     Literal(Vec<u8>),
-    /// A number: which of the pattern's fields.
+    /// A number: the index of the field.
     Number(usize),
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct Pattern {
     pub(crate) fields: Vec<Field>,
 }
 
-/// Why a text is no pattern.
+/// Reason why a text is not a pattern.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub(crate) enum PatternError {
     #[error("a brace without its other half; a brace itself is written twice")]
@@ -74,7 +74,7 @@ impl Pattern {
 
     fn push_literal(&mut self, literal: &mut Vec<u8>) -> Result<(), PatternError> {
         let Some(first) = literal.first() else { return Ok(()) };
-        // A number ends where something comes that cannot belong to it.
+        // A number ends at a character that cannot belong to it.
         let continues = first.is_ascii_digit() || matches!(first, b'.' | b'e' | b'E');
         if let (true, Some(Part::Number(index))) = (continues, self.parts.last()) {
             return Err(PatternError::Ambiguous(self.fields[*index].name.clone()));
@@ -98,7 +98,7 @@ impl Pattern {
         Ok(())
     }
 
-    /// How many bytes the line has at most, with numbers between these ends.
+    /// Maximum length of the line in bytes, with numbers between these ends.
     pub(crate) fn longest(&self, ends: impl Fn(usize) -> [f64; 2]) -> usize {
         let length = |part: &Part| match part {
             Part::Literal(text) => text.len(),
@@ -110,13 +110,13 @@ impl Pattern {
         self.parts.iter().map(length).sum()
     }
 
-    /// The line with these numbers, one a field; `None` where it is longer than a packet.
+    /// The line with these numbers, one per field; `None` if it is longer than a packet.
     pub(crate) fn write(&self, numbers: impl Fn(usize) -> f64) -> Option<Packet> {
         let mut line = Packet::new();
         for part in &self.parts {
             let fits = match part {
                 Part::Literal(text) => line.extend(text),
-                // Zero is added for the sign of a negative zero, which no reader expects.
+                // Adding zero removes the sign of a negative zero, which no reader expects.
                 Part::Number(index) => {
                     self.fields[*index].format.print(numbers(*index) + 0.0, &mut line)
                 }
@@ -128,7 +128,7 @@ impl Pattern {
         Some(line)
     }
 
-    /// Reads the line at the beginning of `data`, and puts its numbers into `numbers`.
+    /// Reads the line at the start of `data`, and stores its numbers in `numbers`.
     pub(crate) fn read(&self, data: &[u8], numbers: &mut Vec<f64>) -> Match {
         numbers.clear();
         let mut at = 0;
@@ -221,7 +221,7 @@ mod tests {
             let mut numbers = Vec::new();
             let found = pattern.read(packet.as_slice(), &mut numbers);
             prop_assert_eq!(found, Match::Whole(packet.len()));
-            // What a double resolves at 1e9, for the shortest steps.
+            // The resolution of a double at 1e9, for the smallest steps.
             let half = 0.5 * pattern.fields[0].format.resolution() + 1e-6;
             prop_assert!((numbers[0] - a).abs() <= half && (numbers[1] - b).abs() <= half);
         }

@@ -5,12 +5,12 @@ use crate::hint;
 use crate::place::Place;
 use crc::{Algorithm, Crc, NoTable};
 
-/// How a checksum is calculated.
+/// A checksum algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Checksum {
     /// The sum of the bytes modulo 256.
     Sum8,
-    /// All bytes by exclusive or.
+    /// Exclusive or of all bytes.
     Xor8,
     Crc8(&'static Algorithm<u8>),
     Crc16(&'static Algorithm<u16>),
@@ -31,7 +31,7 @@ impl Checksum {
             .or_else(|| find(CRC_32, name).map(Self::Crc32))
     }
 
-    /// The checksum whose name stands at `place`.
+    /// The checksum whose name is at `place`.
     pub(crate) fn at(name: &str, place: &Place) -> Result<Self, Mistake> {
         Self::named(name).ok_or_else(|| {
             let known: Vec<_> = Self::names().collect();
@@ -40,7 +40,7 @@ impl Checksum {
         })
     }
 
-    /// Every name that [`Checksum::named`] knows.
+    /// All names known to [`Checksum::named`].
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         ["sum8", "xor8"]
             .into_iter()
@@ -49,7 +49,7 @@ impl Checksum {
             .chain(CRC_32.iter().map(|(name, _)| *name))
     }
 
-    /// How many bytes it has.
+    /// Length in bytes.
     pub(crate) const fn length(self) -> usize {
         match self {
             Self::Sum8 | Self::Xor8 | Self::Crc8(_) => 1,
@@ -63,7 +63,7 @@ impl Checksum {
         match self {
             Self::Sum8 => u32::from(data.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte))),
             Self::Xor8 => u32::from(data.iter().fold(0, |sum, byte| sum ^ byte)),
-            // Without tables: a message has few bytes, and its layout stays small.
+            // Without tables: messages are short, and the layout stays small.
             Self::Crc8(algorithm) => u32::from(Crc::<u8, NoTable>::new(algorithm).checksum(data)),
             Self::Crc16(algorithm) => u32::from(Crc::<u16, NoTable>::new(algorithm).checksum(data)),
             Self::Crc32(algorithm) => Crc::<u32, NoTable>::new(algorithm).checksum(data),

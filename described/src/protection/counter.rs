@@ -1,32 +1,32 @@
-//! A counter that goes on from one message to the next.
+//! A counter that advances from message to message.
 
 use super::Verdict;
 use crate::layout::BitField;
 
-/// So many steps are tried to find how a counter came from one number to another, where it counts by more than one.
+/// Maximum number of steps tried to get from one number to another, for counters with a step above one.
 const STEPS_TRIED: u128 = 1 << 16;
 
-/// Where the counter of a message is, and how it counts.
+/// The position of a message's counter, and its rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Counter {
     pub(crate) field: BitField,
-    /// In the first message.
+    /// Number in the first message.
     pub(crate) first: u64,
-    /// From one message to the next; not zero, and at most `greatest`.
+    /// Increment per message; not zero, and at most `greatest`.
     pub(crate) step: u64,
-    /// The last number before it begins again.
+    /// The last number before it wraps.
     pub(crate) greatest: u64,
-    /// The greatest difference that a receiver takes, in steps; it takes each where this is absent.
+    /// The largest difference that a receiver accepts, in steps; `None` for any.
     pub(crate) max_delta: Option<u64>,
 }
 
 impl Counter {
-    /// The number behind `number`.
+    /// The number after `number`.
     pub(crate) fn next(&self, number: u64) -> u64 {
         ((u128::from(number) + u128::from(self.step)) % self.modulo()) as u64
     }
 
-    /// What the number says to a receiver that took `last` before.
+    /// The verdict on the number of a receiver whose last number was `last`.
     pub(super) fn judge(&self, last: Option<u64>, number: u64) -> Verdict {
         if number > self.greatest {
             return Verdict::WrongCounter;
@@ -43,7 +43,7 @@ impl Counter {
         }
     }
 
-    /// How often it counted from one number to the other, at the least.
+    /// The smallest number of steps from one number to the other.
     fn steps(&self, from: u64, to: u64) -> Option<u64> {
         let modulo = self.modulo();
         if self.step == 1 {

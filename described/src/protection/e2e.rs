@@ -1,4 +1,4 @@
-//! End-to-end protection as AUTOSAR has it: profiles 1, 2, 4 and 5 of its "E2E Protocol Specification" (document 849).
+//! AUTOSAR's end-to-end protection: profiles 1, 2, 4 and 5 of its "E2E Protocol Specification" (document 849).
 
 use crate::layout::{BitField, ByteOrder};
 use crc::{Crc, NoTable};
@@ -11,7 +11,7 @@ pub(crate) const PROFILE_1_COUNTER_MAX: u64 = 14;
 pub(crate) enum E2e {
     /// CRC-8 of SAE J1850, in one byte anywhere.
     Profile1 { data_id: DataId, crc_at: usize },
-    /// CRC-8 of the polynomial 0x2f in byte 0; each number of the counter has a data id.
+    /// CRC-8 of the polynomial 0x2f in byte 0; one data id per counter number.
     Profile2 { data_ids: [u8; 16] },
     /// CRC-32 of the polynomial 0xf4acfb13; length and data id are sent. `at`: the first byte of the header.
     Profile4 { data_id: u32, at: usize },
@@ -19,32 +19,32 @@ pub(crate) enum E2e {
     Profile5 { data_id: u16, at: usize },
 }
 
-/// How profile 1 uses its data id.
+/// Use of the data id in profile 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum DataId {
     /// 1A: both bytes are in the CRC.
     Both(u16),
-    /// 1B: the low byte where the counter is even, the high one where it is odd.
+    /// 1B: the low byte for even counter numbers, the high one for odd ones.
     Alternating(u16),
-    /// 1C: the low byte is in the CRC, and the low nibble of the high one is sent, from this bit on.
+    /// 1C: the low byte is in the CRC, and the low nibble of the high byte is sent, from this bit on.
     Nibble(u16, usize),
 }
 
 impl E2e {
-    /// Puts in what is sent beside counter and CRC.
+    /// Fills in the fields beside counter and CRC.
     pub(super) fn prepare(&self, data: &mut [u8]) {
         for (field, number) in self.header(data.len()).into_iter().flatten() {
             field.set(data, number);
         }
     }
 
-    /// What [`E2e::prepare`] puts in is there.
+    /// True if the fields of [`E2e::prepare`] have their values.
     pub(super) fn is_prepared(&self, data: &[u8]) -> bool {
         let mut header = self.header(data.len()).into_iter().flatten();
         header.all(|(field, number)| field.get(data) == number)
     }
 
-    /// Fields that are the same in each message of a length, and their numbers.
+    /// Fields that are equal in all messages of a length, with their values.
     fn header(&self, length: usize) -> [Option<(BitField, u64)>; 2] {
         let big = |byte: usize, bits: u64| {
             BitField::new(ByteOrder::Big, 8 * byte as u64 + 7, bits, length)
@@ -62,7 +62,7 @@ impl E2e {
         }
     }
 
-    /// Where the CRC is, in a message of so many bytes.
+    /// The position of the CRC in a message of this length.
     pub(crate) fn crc_field(&self, length: usize) -> Option<BitField> {
         match self {
             Self::Profile1 { crc_at, .. } => {
@@ -78,12 +78,12 @@ impl E2e {
         }
     }
 
-    /// The CRC of a message with these bytes and this number of the counter.
+    /// The CRC of a message with these bytes and this counter number.
     pub(super) fn crc(&self, data: &[u8], counter: u64) -> u64 {
         match self {
             Self::Profile1 { data_id, crc_at } => {
-                // The polynomial of SAE J1850. AUTOSAR's routine begins at 0xff and inverts at the end, and the profile
-                // calls it so that neither is left: the catalogue has that as one of GSM.
+                // The polynomial of SAE J1850. AUTOSAR's routine starts at 0xff and inverts at the end, and the
+                // profile's calls cancel both: the catalogue lists this variant under GSM.
                 let crc = Crc::<u8, NoTable>::new(&crc::CRC_8_GSM_A);
                 let mut digest = crc.digest();
                 match data_id {
@@ -126,7 +126,7 @@ impl E2e {
     }
 }
 
-/// What lies before and behind `length` bytes from byte `at` on.
+/// The bytes before and after `length` bytes from byte `at` on.
 fn around(data: &[u8], at: usize, length: usize) -> (&[u8], &[u8]) {
     (data.get(..at).unwrap_or(data), data.get(at + length..).unwrap_or_default())
 }

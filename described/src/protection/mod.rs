@@ -1,6 +1,6 @@
-//! Counters and checksums in messages, as vehicles have them: put in by who sends, judged by who receives.
+//! Counters and checksums in messages, as in vehicles: the sender fills them in, the receiver checks them.
 //!
-//! Nothing here knows of signals: a counter and a checksum are bits of a message.
+//! This module does not know signals: a counter and a checksum are bits of a message.
 
 mod catalogue;
 mod counter;
@@ -17,7 +17,7 @@ pub(crate) use sum::FrameSum;
 pub use table::ProtectionTable;
 pub(crate) use table::{ChecksumTable, CounterTable, E2eTable, Profile};
 
-/// What protects a message.
+/// The protection of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Protection {
     pub(crate) counter: Option<Counter>,
@@ -29,58 +29,58 @@ pub(crate) struct Protection {
 pub(crate) enum Seal {
     /// In a signal.
     Sum(FrameSum),
-    /// As AUTOSAR has it.
+    /// AUTOSAR's protection.
     E2e(E2e),
 }
 
-/// What a receiver of a protected message finds.
+/// A receiver's verdict on a protected message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Checksum and counter are right. The first message has no counter before it, and that is right too.
+    /// Checksum and counter are right. The first message, without a preceding counter, counts as right too.
     Ok,
-    /// The checksum is right, and so many messages before this one did not come.
+    /// The checksum is right, and this many messages were lost before this one.
     Lost(u64),
-    /// The checksum is right, and the counter that of the message before.
+    /// The checksum is right, and the counter equals that of the preceding message.
     Repeated,
-    /// The checksum is right, and more messages are missing than are allowed: so many.
+    /// The checksum is right, and more messages are missing than allowed: this many.
     WrongSequence(u64),
-    /// The checksum is right, and the counter a number that it never has.
+    /// The checksum is right, and the counter has an impossible number.
     WrongCounter,
-    /// The checksum is another, or the data id, or the length.
+    /// The checksum, the data id or the length is wrong.
     WrongChecksum,
 }
 
 impl Verdict {
-    /// A receiver uses the message.
+    /// True if a receiver uses the message.
     pub const fn is_sound(self) -> bool {
         matches!(self, Self::Ok | Self::Lost(_))
     }
 }
 
-/// Which protecting signals have a value of their own, that stays as it is.
+/// Protection signals with a value of their own, which stays unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Own {
     pub(crate) counter: bool,
     pub(crate) checksum: bool,
 }
 
-/// What the sender of a message remembers.
+/// The sender's state of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Sent {
-    /// The number of the counter in the last message.
+    /// The counter in the last message.
     last: Option<u64>,
 }
 
-/// What the receiver of a message remembers.
+/// The receiver's state of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Received {
-    /// The number of the counter in the last message whose checksum was right.
+    /// The counter in the last message with a correct checksum.
     last: Option<u64>,
 }
 
 impl Protection {
-    /// Puts the next number of the counter and the checksum into the bytes of a message. The counter goes on in a message
-    /// that has a number of its own too, so that it alone is out of line.
+    /// Fills in the next counter number and the checksum in the bytes of a message. The counter also advances in a
+    /// message with a number of its own, so that only that message is out of sequence.
     pub(crate) fn protect(&self, data: &mut [u8], sent: &mut Sent, own: Own) {
         if let Some(counter) = &self.counter {
             let number = sent.last.map_or(counter.first, |last| counter.next(last));
@@ -97,21 +97,21 @@ impl Protection {
         }
     }
 
-    /// Puts the checksum of the bytes as they are into them.
+    /// Recomputes the checksum of the bytes.
     pub(crate) fn reseal(&self, data: &mut [u8]) {
         if let Some((field, sum)) = self.sum(data) {
             field.set(data, sum);
         }
     }
 
-    /// Puts in a checksum that is wrong in each bit.
+    /// Writes a checksum with every bit inverted.
     pub(crate) fn spoil(&self, data: &mut [u8]) {
         if let Some((field, sum)) = self.sum(data) {
             field.set(data, !sum);
         }
     }
 
-    /// Judges the bytes of a message.
+    /// Checks the bytes of a message.
     pub(crate) fn check(&self, data: &[u8], received: &mut Received) -> Verdict {
         let is_whole = match &self.seal {
             Some(Seal::E2e(e2e)) => e2e.is_prepared(data),
@@ -123,14 +123,14 @@ impl Protection {
         let Some(counter) = &self.counter else { return Verdict::Ok };
         let number = counter.field.get(data);
         let verdict = counter.judge(received.last, number);
-        // Behind a gap that is too long too: else nothing would ever be right again.
+        // Also after a gap that is too long: otherwise no later message would be accepted.
         if verdict != Verdict::WrongCounter {
             received.last = Some(number);
         }
         verdict
     }
 
-    /// Where the checksum belongs, and what it is.
+    /// The position and the value of the checksum.
     fn sum(&self, data: &[u8]) -> Option<(crate::layout::BitField, u64)> {
         match self.seal.as_ref()? {
             Seal::Sum(sum) => Some((sum.field, sum.of(data))),

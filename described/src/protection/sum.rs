@@ -4,18 +4,18 @@ use super::catalogue::Checksum;
 use crate::layout::BitField;
 use std::ops::Range;
 
-/// The checksum of a message, in a signal of its own.
+/// The checksum of a message in its own signal.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FrameSum {
     pub(crate) checksum: Checksum,
     /// As wide as the checksum.
     pub(crate) field: BitField,
-    /// The bytes that it covers; all that have no bit of its own where this is absent. Where it covers some of its own
-    /// bits, they count as zero.
+    /// The covered bytes; `None` for all bytes without bits of the checksum. Covered bits of the checksum itself count
+    /// as zero.
     pub(crate) covers: Option<Range<usize>>,
-    /// Bytes that are not sent, before those of the message: a data id.
+    /// Bytes before those of the message that are covered but not sent: a data id.
     pub(crate) before: Vec<u8>,
-    /// And behind them.
+    /// Likewise after the message.
     pub(crate) behind: Vec<u8>,
 }
 
@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn it_covers_all_bytes_but_its_own() {
         assert_eq!(sum(8, 8).of(&[1, 0x80, 4, 8]), 13);
-        // Across two bytes: both are its own.
+        // Across two bytes: both belong to the checksum.
         assert_eq!(sum(4, 8).of(&[1, 0x80, 4, 8]), 12);
     }
 

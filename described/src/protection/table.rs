@@ -1,4 +1,4 @@
-//! What protects a message, as it is written.
+//! The protection of a message, in its serialised form.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -16,7 +16,7 @@ pub struct ProtectionTable {
 }
 
 impl ProtectionTable {
-    /// Of a message whose counter is this signal, as counters are where nobody says more.
+    /// The default counter of a message in this signal.
     pub(crate) fn counting(signal: String) -> Self {
         let (first, step, modulo, max_delta) = Default::default();
         let counter = CounterTable { signal, first, step, modulo, max_delta };
@@ -114,7 +114,7 @@ impl Profile {
         }
     }
 
-    /// The greatest data id.
+    /// The largest data id.
     pub(crate) const fn data_id_max(self) -> u32 {
         match self {
             Self::P1A | Self::P1B | Self::P5 => 0xffff,
@@ -125,7 +125,7 @@ impl Profile {
         }
     }
 
-    /// How many bits the counter has, and how many the CRC.
+    /// Numbers of bits of the counter and of the CRC.
     pub(crate) const fn bits(self) -> (u32, u32) {
         match self {
             Self::P1A | Self::P1B | Self::P1C | Self::P2 => (4, 8),

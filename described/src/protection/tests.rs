@@ -1,4 +1,4 @@
-//! AUTOSAR's own examples, what a receiver says, and each flipped bit.
+//! AUTOSAR's own examples, a receiver's verdicts, and detection of every flipped bit.
 
 use super::{
     Checksum, Counter, DataId, E2e, FrameSum, Own, PROFILE_1_COUNTER_MAX, Protection, Received,
@@ -39,7 +39,7 @@ fn profile_5(at: usize, bytes: usize) -> Protection {
     e2e(E2e::Profile5 { data_id: 0x1234, at }, counter, 0xff)
 }
 
-/// The first messages of so many bytes, all zero before they are protected, without the bytes before `from`.
+/// The first messages of this length, all zero before protection, without the bytes before `from`.
 fn sent<const MESSAGES: usize>(
     protection: &Protection,
     bytes: usize,
@@ -54,8 +54,8 @@ fn sent<const MESSAGES: usize>(
     })
 }
 
-/// "E2E Protocol Specification" (AUTOSAR document 849, from release 1.5.0 on), "E2E Profile 1 Protocol Examples": data id
-/// 0x123, eight bytes of zero, counters 0 and 1; as the tests of the Python package autosar-e2e 1.0.0 (MIT) have them.
+/// "E2E Protocol Specification" (AUTOSAR document 849, from release 1.5.0 on), "E2E Profile 1 Protocol Examples": data
+/// id 0x123, eight bytes of zero, counters 0 and 1; as in the tests of the Python package autosar-e2e 1.0.0 (MIT).
 #[test]
 fn profile_1_has_the_checksums_of_autosars_examples() {
     let both = profile_1(DataId::Both(0x123), 0, 8);
@@ -64,13 +64,13 @@ fn profile_1_has_the_checksums_of_autosars_examples() {
     assert_eq!(sent(&alternating, 8, 0), ["ce00000000000000", "0201000000000000"]);
     let nibble = profile_1(DataId::Nibble(0x123, 12), 0, 8);
     assert_eq!(sent(&nibble, 8, 0), ["2a10000000000000", "7711000000000000"]);
-    // Behind eight bytes of another header; from those tests too.
+    // After eight bytes of another header; also from those tests.
     let behind = profile_1(DataId::Nibble(0x123, 76), 8, 16);
     assert_eq!(sent(&behind, 16, 8), ["7d10000000000000", "2011000000000000"]);
 }
 
-/// The examples of profile 2, as the tests of autosar-e2e 1.0.0 (MIT) have them: data ids 1 to 16, eight bytes of zero.
-/// Theirs begin with the counter 1, and so does AUTOSAR's sender.
+/// The examples of profile 2, as in the tests of autosar-e2e 1.0.0 (MIT): data ids 1 to 16, eight bytes of zero. They
+/// begin with the counter 1, and so does AUTOSAR's sender.
 #[test]
 fn profile_2_has_the_checksums_of_the_examples() {
     let first_to_last = [
@@ -88,8 +88,8 @@ fn profile_2_has_the_checksums_of_the_examples() {
     assert_eq!(data, [0x61, 1, 2, 3, 4, 5, 6, 7]);
 }
 
-/// "E2E Protocol Specification", "E2E Profile 4 Protocol Examples": data id 0x0a0b0c0d, 16 bytes of zero, and 24 with the
-/// header behind the first eight.
+/// "E2E Protocol Specification", "E2E Profile 4 Protocol Examples": data id 0x0a0b0c0d, 16 bytes of zero, and 24 with
+/// the header after the first eight.
 #[test]
 fn profile_4_has_the_checksums_of_autosars_examples() {
     assert_eq!(
@@ -102,8 +102,8 @@ fn profile_4_has_the_checksums_of_autosars_examples() {
     );
 }
 
-/// "E2E Protocol Specification", "E2E Profile 5 Protocol Examples": data id 0x1234, 8 bytes of zero, and 16 with the header
-/// behind the first eight.
+/// "E2E Protocol Specification", "E2E Profile 5 Protocol Examples": data id 0x1234, 8 bytes of zero, and 16 with the
+/// header after the first eight.
 #[test]
 fn profile_5_has_the_checksums_of_autosars_examples() {
     assert_eq!(sent(&profile_5(0, 8), 8, 0), ["1cca000000000000", "cf8d010000000000"]);
@@ -129,7 +129,7 @@ fn a_receiver_tells_what_is_wrong() {
     let mut damaged = next();
     damaged[7] ^= 0x10;
     assert_eq!(protection.check(&damaged, &mut heard), Verdict::WrongChecksum);
-    // The one that was damaged is missing.
+    // The damaged message counts as missing.
     assert_eq!(protection.check(&next(), &mut heard), Verdict::Lost(1));
     let of_another = profile_1(DataId::Nibble(0x124, 12), 0, 8);
     assert_eq!(of_another.check(&next(), &mut heard), Verdict::WrongChecksum);

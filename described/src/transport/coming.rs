@@ -1,4 +1,4 @@
-//! A message that somebody sends to this node: what it answers. The bytes are read by who decodes.
+//! A message being sent to this node: its answers. The decoder reads the bytes.
 
 use super::{ANSWER, NEXT_PACKET};
 use std::collections::VecDeque;
@@ -8,12 +8,12 @@ use wire::time::Timestamp;
 
 #[derive(Debug, Clone)]
 pub(super) struct Coming {
-    /// Whose message it is, and to whom.
+    /// Sender and receiver of the message.
     from: Identifier,
     extent: Extent,
-    /// How many packets it wants to send at once, at most.
+    /// Maximum number of packets that the sender sends at once.
     at_once: u8,
-    /// The next packet, and the last one that it may send.
+    /// The next expected packet, and the last one granted.
     next: u8,
     granted: u8,
     due: Timestamp,
@@ -57,7 +57,7 @@ impl Coming {
                     self.say(Transport::Acknowledge(self.extent), ready);
                     self.is_over = true;
                 } else if number >= self.granted {
-                    // The next ones, and again those behind one that is missing.
+                    // Grants the next packets, or repeats those after a missing one.
                     self.grant(now, ready);
                 }
             }
@@ -66,7 +66,7 @@ impl Coming {
         }
     }
 
-    /// Nothing came in time.
+    /// Gives up after a time-out.
     pub(super) fn give_up(&mut self, ready: &mut VecDeque<CanFrame>) {
         self.say(Transport::Abort { reason: TIMED_OUT, group: self.extent.group }, ready);
         self.is_over = true;

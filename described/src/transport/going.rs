@@ -1,4 +1,4 @@
-//! A message on its way out.
+//! An outgoing message.
 
 use super::{ANSWER, BETWEEN_PACKETS, HELD, InParts};
 use std::collections::VecDeque;
@@ -18,11 +18,11 @@ pub(super) struct Going {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Behind another.
+    /// Waits for another message.
     Waiting,
-    /// For everybody, a packet at a time.
+    /// Broadcast, one packet at a time.
     Announced,
-    /// Until the receiver says how to go on.
+    /// Waits for the receiver's permission.
     Asking,
     Done,
     Failed,
@@ -39,7 +39,7 @@ impl Going {
         self.message.about.destination
     }
 
-    /// The frame is from whom it is sent to, to who sends it.
+    /// True if the frame is from the receiver of the message to its sender.
     pub(super) fn is_with(&self, from: Identifier) -> bool {
         self.state == State::Asking
             && from.source == self.destination()
@@ -73,7 +73,7 @@ impl Going {
         }
     }
 
-    /// The receiver speaks.
+    /// Takes a frame of the receiver.
     pub(super) fn hear(&mut self, now: Timestamp, said: Transport, ready: &mut VecDeque<CanFrame>) {
         match said {
             Transport::ClearToSend { packets: 0, group, .. } if group == self.extent.group => {

@@ -1,6 +1,6 @@
-//! Messages of J1939 that are longer than a frame: sent to everybody, or to one node that answers (SAE J1939-21, 5.10).
+//! J1939 messages that are longer than a frame: broadcast, or sent to one node that answers (SAE J1939-21, 5.10).
 //!
-//! A node sends one message at a time to each destination, and takes any number at once. Who only listens reads with a
+//! A node sends one message at a time to each destination, and receives any number at once. A pure listener uses a
 //! [`Decoder`](crate::Decoder), which needs no time.
 
 mod coming;
@@ -19,21 +19,22 @@ use wire::can::CanFrame;
 use wire::j1939::{self, GLOBAL, Identifier};
 use wire::time::{Span, Timestamp};
 
-/// From one packet of a message for everybody to the next: the least that the standard allows, 50 to 200 ms.
+/// Time between two packets of a broadcast: the minimum of the standard, which allows 50 to 200 ms.
 const BETWEEN_PACKETS: Span = Span::from_millis(50);
-/// T1: a receiver waits so long for the next packet.
+/// T1: a receiver's wait for the next packet.
 const NEXT_PACKET: Span = Span::from_millis(750);
-/// T2 and T3: for the first packet behind a clear to send, and for the answer to what was sent.
+/// T2 and T3: wait for the first packet after a clear to send, and for the answer to sent packets.
 const ANSWER: Span = Span::from_millis(1250);
-/// T4: for more behind an answer that says to wait.
+/// T4: wait for more after an answer that requests a pause.
 const HELD: Span = Span::from_millis(1050);
-/// Messages that wait to be sent; what comes on top is dropped and counted. Assumption: as many as frames of a device.
+/// Maximum number of messages waiting to be sent; any more are dropped and counted. Assumption: as many as frames of a
+/// device.
 const WAITING_MAX: usize = 64;
 
-/// A message as it goes over the bus in parts.
+/// A message to be sent in parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InParts {
-    /// What a frame of its group would have for an identifier.
+    /// The identifier that a single frame of its group would have.
     pub(crate) about: Identifier,
     /// 9 to [`j1939::BYTES_MAX`] bytes.
     pub(crate) data: Box<[u8]>,
@@ -42,7 +43,7 @@ pub struct InParts {
 /// A node's end of the transport protocol.
 #[derive(Debug, Clone, Default)]
 pub struct Transport {
-    /// The addresses that it has: those that it sends from.
+    /// The node's own addresses, from which it sends.
     addresses: BTreeSet<u8>,
     going: Vec<Going>,
     coming: Vec<Coming>,
@@ -51,7 +52,7 @@ pub struct Transport {
 }
 
 impl Transport {
-    /// That of whoever sends these messages of a layout; `None` where none of a layout's messages goes in parts.
+    /// The transport of `sender`; `None` if none of the layout's messages is sent in parts.
     pub fn of(layout: &Layout, sender: Sender) -> Option<Box<Self>> {
         let messages = layout.messages();
         if !messages.iter().any(|message| message.is_in_parts()) {
@@ -63,14 +64,14 @@ impl Transport {
         Some(Box::new(Self { addresses, ..Self::default() }))
     }
 
-    /// Forgets everything, as a device does that loses its power.
+    /// Discards everything, like a device that loses power.
     pub fn reset(&mut self) {
         self.going.clear();
         self.coming.clear();
         self.ready.clear();
     }
 
-    /// Sends a message, behind those that are under way to the same destination.
+    /// Sends a message, after those in progress to the same destination.
     pub fn send(&mut self, now: Timestamp, message: InParts) {
         if self.going.len() >= WAITING_MAX {
             self.given_up += 1;
@@ -84,7 +85,7 @@ impl Transport {
         }
     }
 
-    /// A frame was on the bus.
+    /// Takes a frame from the bus.
     pub fn receive(&mut self, now: Timestamp, frame: &CanFrame) {
         let Some((from, said)) = j1939::Transport::decode(frame) else { return };
         if from.destination == GLOBAL || !self.addresses.contains(&from.destination) {
@@ -104,7 +105,7 @@ impl Transport {
         self.coming.retain(|coming| !coming.is_over());
     }
 
-    /// Does what is due.
+    /// Does the work due at `now`.
     pub fn wake(&mut self, now: Timestamp) {
         for going in self.going.iter_mut().filter(|going| going.due() <= now) {
             going.wake(now, &mut self.ready);
@@ -116,7 +117,7 @@ impl Transport {
         self.go_on(now);
     }
 
-    /// When to be woken, if nothing arrives before.
+    /// Time of the next wake-up if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
         let going = self.going.iter().map(Going::due);
         going.chain(self.coming.iter().map(Coming::due)).min().unwrap_or(Timestamp::MAX)
@@ -127,12 +128,12 @@ impl Transport {
         self.ready.pop_front()
     }
 
-    /// Messages that were not sent: nobody answered in time, or too many waited.
+    /// Number of messages not sent: the receiver did not answer in time, or the queue was full.
     pub const fn given_up(&self) -> u64 {
         self.given_up
     }
 
-    /// Takes away what is over, and begins what waited for it.
+    /// Removes finished messages, and starts those that waited for them.
     fn go_on(&mut self, now: Timestamp) {
         self.given_up += self.going.iter().filter(|going| going.has_failed()).count() as u64;
         self.going.retain(|going| !going.is_over());

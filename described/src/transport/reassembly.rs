@@ -1,12 +1,13 @@
-//! Packets put together again, by whoever listens.
+//! Reassembles packets on the listener's side.
 
 use wire::can::CanFrame;
 use wire::j1939::{Extent, GLOBAL, Identifier, PACKET_BYTES, Transport};
 
-/// Messages that are under way at once; the oldest makes room for another. Assumption: one a node and a few to single ones.
+/// Maximum number of messages in progress; a new one replaces the oldest. Assumption: one per node and a few to single
+/// nodes.
 const UNDER_WAY_MAX: usize = 64;
 
-/// The messages that are under way on a bus.
+/// The messages in progress on a bus.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Reassembly {
     under_way: Vec<UnderWay>,
@@ -21,13 +22,13 @@ struct UnderWay {
     data: Vec<u8>,
 }
 
-/// What a frame was to the messages under way.
+/// Effect of a frame on the messages in progress.
 pub(crate) enum Heard {
-    /// Nothing that is of use by itself.
+    /// Nothing complete.
     Nothing,
-    /// A packet that came out of turn.
+    /// A packet out of sequence.
     Stray,
-    /// The last packet of a message of this group; as a frame of it would have been.
+    /// The last packet of a message; with the identifier that a single frame of its group would have.
     Whole(Identifier, Vec<u8>),
 }
 
@@ -36,7 +37,8 @@ impl Reassembly {
         self.under_way.clear();
     }
 
-    /// Takes a frame of the transport. Messages that nobody `wants`, as frames of theirs would be, are passed over.
+    /// Takes a frame of the transport. `wants` receives the identifier that a single frame would have; messages that
+    /// it rejects are ignored.
     pub(crate) fn frame(
         &mut self,
         frame: &CanFrame,
@@ -64,9 +66,9 @@ impl Reassembly {
                 };
                 let one = &mut self.under_way[place];
                 match number.cmp(&one.next) {
-                    // Sent again.
+                    // A repetition.
                     std::cmp::Ordering::Less => return Heard::Nothing,
-                    // To one node it may be sent again, to everybody it is not.
+                    // A packet to one node may be repeated, a broadcast is not.
                     std::cmp::Ordering::Greater => {
                         if from.destination == GLOBAL {
                             self.under_way.swap_remove(place);
@@ -85,7 +87,7 @@ impl Reassembly {
                 Heard::Whole(Identifier { group: one.extent.group, ..from }, one.data)
             }
             Transport::Abort { .. } => {
-                // Either end may break it off.
+                // Either end may abort.
                 self.under_way.retain(|one| {
                     let other_way =
                         one.from.source == from.destination && one.from.destination == from.source;

@@ -1,4 +1,4 @@
-//! Two nodes and who listens: the message comes, whole, by either way; what is lost is noticed.
+//! Two nodes and a listener: messages arrive complete by both methods, and losses are detected.
 
 use crate::layout::{Decoder, Encoded, Encoder, Layout, Sender};
 use crate::transport::Transport;
@@ -7,7 +7,7 @@ use wire::can::CanFrame;
 use wire::j1939::{self, Identifier};
 use wire::time::{Span, Timestamp};
 
-/// The engine, address 0, tells everybody its fault codes (DM1, group 65226), and the display, address 40, a text.
+/// The engine, address 0, broadcasts its fault codes (DM1, group 65226), and the display, address 40, a text.
 const DBC: &str = r#"
 BU_: Engine Display
 BO_ 2566834942 Dm1: 20 Engine
@@ -36,13 +36,13 @@ fn at_ms(ms: i64) -> Timestamp {
     Timestamp::ZERO + Span::from_millis(ms)
 }
 
-/// The engine, the display, and somebody who listens to the engine.
+/// The engine, the display, and a listener to the engine.
 struct Bus {
     nodes: [Box<Transport>; 2],
     encoders: [Encoder; 2],
     ear: Decoder,
     now: Timestamp,
-    /// Frames by number that nobody gets.
+    /// Numbers of the frames that are lost.
     lost: Vec<usize>,
     frames: Vec<(Timestamp, CanFrame)>,
     heard: Vec<(Timestamp, String, Vec<Option<f64>>)>,
@@ -106,7 +106,7 @@ fn what_is_for_everybody_goes_a_packet_each_50_ms() {
     bus.run(at_ms(1_000));
     let times: Vec<Timestamp> = bus.frames.iter().map(|(at, _)| *at).collect();
     assert_eq!(times, [0, 50, 100, 150].map(at_ms));
-    // As J1939-21 has it: 20 bytes in 3 packets, of group 65226 (0x00FECA).
+    // As in J1939-21: 20 bytes in 3 packets, of group 65226 (0x00FECA).
     assert_eq!(bus.frames[0].1.data(), [32, 20, 0, 3, 255, 0xCA, 0xFE, 0]);
     assert_eq!(bus.frames[3].1.data()[..7], [3, 255, 255, 255, 255, 255, 9]);
     let heard = vec![(at_ms(150), "Dm1".to_owned(), vec![Some(4.0), Some(9.0)])];
@@ -124,7 +124,7 @@ fn two_for_everybody_go_one_behind_the_other() {
     assert_eq!(bus.ear.damaged(), 0);
 }
 
-/// The identifier of `Answer` says address 40 to address 0.
+/// The identifier of `Answer` is from address 40 to address 0.
 #[test]
 fn what_is_for_one_node_waits_for_its_leave() {
     let mut bus = Bus::new();
@@ -159,7 +159,7 @@ fn who_gets_no_answer_gives_up_and_says_so() {
     assert_eq!((at, abort.data()[0], abort.data()[1]), (at_ms(1_250), 255, j1939::TIMED_OUT));
     assert_eq!(bus.nodes[1].given_up(), 1);
     assert_eq!(bus.heard.len(), 1, "the next one is sent all the same");
-    // The receiver gives up too where the packets do not come.
+    // The receiver also gives up if the packets do not come.
     let mut bus = Bus::new();
     bus.send(1, "Answer", &[77.0]);
     bus.lost = vec![2, 3];
@@ -192,7 +192,7 @@ fn the_longest_message_comes() {
 fn a_group_is_known_whoever_sends_it_with_whatever_priority() {
     let layout = layout("Engine");
     let speed = layout.find("Speed").unwrap();
-    // The file leaves the source open, and says that the engine has address 0.
+    // The file leaves the source open, and gives the engine address 0.
     let sent = layout.messages()[speed].group().unwrap();
     assert_eq!((sent.group, sent.source, sent.priority), (61_444, 0, 3));
     let mut decoder = layout.decoder();
@@ -206,7 +206,7 @@ fn a_group_is_known_whoever_sends_it_with_whatever_priority() {
 }
 
 proptest! {
-    /// Whatever is on the bus: nothing panics, and nothing is kept for ever.
+    /// For any frames on the bus: no panic, and nothing is kept forever.
     #[test]
     fn no_frames_are_too_much(
         frames in prop::collection::vec((0..3u32, any::<[u8; 2]>(), any::<[u8; 8]>(), any::<bool>()), 0..300)

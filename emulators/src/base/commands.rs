@@ -1,4 +1,4 @@
-//! What a base does with a command, and when one runs out.
+//! Execution of commands by a base, and their time-out.
 
 use super::BaseEmulator;
 use super::curvature::Harmonic;
@@ -13,7 +13,7 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose, S
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 
 impl BaseEmulator {
-    /// Goes on to `now`, a stop that comes late carried out on the way.
+    /// Advances to `now` and carries out a delayed stop on the way.
     pub(super) fn advance(&mut self, now: Timestamp) {
         if let Some((at, request)) = self.late_stop.take_if(|(at, _)| *at <= now) {
             self.drive_on(at);
@@ -39,14 +39,14 @@ impl BaseEmulator {
         self.kinematics.advance(now);
     }
 
-    /// When a ramp ends, a command runs out or noise is drawn; [`Timestamp::MAX`] for never.
+    /// Time of the next ramp end, command time-out or noise draw; [`Timestamp::MAX`] for never.
     pub(super) fn next_change(&self) -> Timestamp {
         let noise_due = if self.kinematics.is_moving() { self.noise_due } else { Timestamp::MAX };
         let deadline = self.deadline.unwrap_or(Timestamp::MAX);
         self.kinematics.phase_end().min(deadline).min(noise_due)
     }
 
-    /// The noise of both rates, for a while from `now`.
+    /// Draws the noise of both rates at `now`, for the next while.
     fn draw_noise(&mut self, now: Timestamp) {
         let p = &self.parameters;
         if p.drive_noise_m_per_s == 0.0 && p.steering_noise_deg_per_s == 0.0 {
@@ -56,7 +56,7 @@ impl BaseEmulator {
         self.noise_due = now + NOISE_HELD;
         self.drive_noise.draw();
         self.steering_noise.draw();
-        // A phase begins here, with the commands as they are.
+        // Starts a phase here, with the current commands.
         self.start_phase(now, self.kinematics.targets(), self.accelerations());
         self.apply_track_model(now);
     }
@@ -96,7 +96,7 @@ impl BaseEmulator {
         steer: AngularAcceleration,
     ) {
         let (drive, steer) = (drive.m_per_s2(), steer.rad_per_s2());
-        // The codec refuses others; with them the base could never stop.
+        // The codec refuses other values; with them the base could never stop.
         if drive > 0.0 && steer > 0.0 {
             self.limits = (drive, steer);
             self.ramp_to(now, self.kinematics.targets(), self.accelerations());
@@ -124,7 +124,7 @@ impl BaseEmulator {
         self.reports.motion_is_due(now);
     }
 
-    /// Stops as hard as the hardware can where a stop or a fault is present.
+    /// Stops as hard as the hardware can while an emergency stop or a fault is active.
     pub(super) fn inhibit(&mut self, now: Timestamp) {
         if self.status.emergency_stop || self.status.fault {
             self.deadline = None;
@@ -161,7 +161,7 @@ impl BaseEmulator {
         (self.limits.0.min(max.0), self.limits.1.min(max.1))
     }
 
-    /// How the odometer's rates become motion, by the parameters and the last draws.
+    /// Sets the conversion of the odometer's rates to motion, from the parameters and the last draws.
     pub(super) fn apply_track_model(&mut self, now: Timestamp) {
         let p = &self.parameters;
         let turn_scale_error = p.turn_scale_error + p.turn_scale_spread * self.turn_scale.last;
@@ -197,7 +197,7 @@ impl BaseEmulator {
     }
 }
 
-/// A standard normal number that is drawn anew, such as at each start from rest.
+/// A standard normal number that is redrawn on an event, such as each start from rest.
 #[derive(Debug, Clone)]
 pub(super) struct Spread {
     stream: RandomStream,

@@ -1,7 +1,7 @@
-//! Why a synchro-drive base does not drive straight.
+//! Reasons why a synchro-drive base does not drive straight.
 //!
-//! All wheels steer and drive together; the body does not turn with them, and should not turn at
-//! all. Two things turn it, both in proportion to the path:
+//! All wheels steer and drive together; the body does not turn with them and should not turn at all. Two effects turn
+//! it, both in proportion to the path:
 //!
 //! * **Unequal wheels.** With the wheels pointing along d (left normal n), foot i at p_i from the
 //!   centre of all feet, relative radius error e_i and toe d_i, foot i wants to move by
@@ -10,15 +10,14 @@
 //!   kappa = sum(d_i (p_i . d) - e_i (p_i . n)) / sum |p_i|^2,
 //!
 //!   a first harmonic of the wheels' direction relative to the body. It cancels over a closed square.
-//! * **Leakage.** The drive shaft runs inside the steering shaft and drags it. At a steady speed its
-//!   torque balances rolling resistance and so has the sign of the speed v. The body takes up that
-//!   torque by side forces at the feet, and a rolling wheel creeps sideways in proportion to the force
-//!   and to the distance rolled. Per metre of path the body turns by k0 sign(v), whichever way the
-//!   wheels point: it adds up over a square, with the lap's sign or against it.
+//! * **Leakage.** The drive shaft runs inside the steering shaft and drags it. At a steady speed its torque balances
+//!   rolling resistance and so has the sign of the speed v. Side forces at the feet transfer this torque to the body,
+//!   and a rolling wheel creeps sideways in proportion to the force and to the distance rolled. Per metre of path the
+//!   body turns by k0 sign(v), in any direction of the wheels: over a square it adds up, with the lap's sign or against
+//!   it.
 //!
-//! Both change sign with v, so that the body's rate is (kappa + k0) v. They differ when the same floor
-//! direction is driven forward and, with the steering turned by half a turn, backward: kappa is the
-//! same for both, k0 changes sign.
+//! Both change sign with v, so the body's rate is (kappa + k0) v. To tell them apart, drive the same floor direction
+//! forward and, with the steering turned by half a turn, backward: kappa is the same for both, k0 changes sign.
 
 use super::direction::Direction;
 use super::parameters::Wheel;
@@ -37,7 +36,7 @@ impl Harmonic {
     /// Equal wheels.
     pub const NONE: Self = Self { along_rad_per_m: 0.0, across_rad_per_m: 0.0 };
 
-    /// The harmonic of these wheels; none where all feet are in one place.
+    /// The harmonic of these wheels; zero if all feet are in one place.
     pub fn of(wheels: &[Wheel]) -> Self {
         let spread: f64 = wheels.iter().map(|w| w.x_m * w.x_m + w.y_m * w.y_m).sum();
         if spread == 0.0 {
@@ -106,7 +105,7 @@ mod tests {
     }
 
     proptest! {
-        /// The formula as it is written, with d and n as vectors.
+        /// The formula as written, with d and n as vectors.
         #[test]
         fn the_harmonic_is_the_formula(
             errors in prop::collection::vec((-0.5f64..0.5, -0.5f64..0.5, -0.01f64..0.01, -1f64..1.0), 1..6),

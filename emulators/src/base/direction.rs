@@ -1,4 +1,4 @@
-//! A direction on the floor as cosine and sine, and one close to it.
+//! A direction on the floor as cosine and sine, and small rotations of it.
 
 /// Cosine and sine of an angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -7,17 +7,17 @@ pub(super) struct Direction {
     pub(super) sin: f64,
 }
 
-/// Up to this angle the series below are right to the last bit: their next terms are less than 1e-16.
+/// Up to this angle the series below are exact to the last bit: their next terms are less than 1e-16.
 const CLOSE_RAD: f64 = 0.06;
 
 impl Direction {
-    /// Of an angle in rad.
+    /// The direction of an angle in rad.
     pub(super) fn of(angle: f64) -> Self {
         let (sin, cos) = libm::sincos(angle);
         Self { cos, sin }
     }
 
-    /// Turned by `angle` rad, which costs little where that is small.
+    /// Turns by `angle` rad; cheap for small angles.
     pub(super) fn turned(self, angle: f64) -> Self {
         let by = if angle.abs() < CLOSE_RAD { Self::close(angle) } else { Self::of(angle) };
         Self {
@@ -47,7 +47,7 @@ mod tests {
             angle in -10f64..10.0, by in prop_oneof![-CLOSE_RAD..CLOSE_RAD, -3f64..3.0],
         ) {
             let (turned, sum) = (Direction::of(angle).turned(by), Direction::of(angle + by));
-            // Two roundings, and that of the sum itself.
+            // Two roundings, plus that of the sum itself.
             prop_assert!((turned.cos - sum.cos).abs() < 2e-15);
             prop_assert!((turned.sin - sum.sin).abs() < 2e-15);
         }

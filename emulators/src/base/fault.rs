@@ -1,4 +1,4 @@
-//! What can go wrong in a base, on purpose. Its line or bus is somebody else's.
+//! Deliberate faults of a base. Faults of its line or bus are elsewhere.
 
 use super::BaseEmulator;
 use crate::random::RandomStream;
@@ -6,28 +6,28 @@ use wire::base::{Motion, Request};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, Pose};
 
-/// A fault of a base that lasts.
+/// A persistent fault of a base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BaseFault {
-    /// It takes no velocity; a stop it takes.
+    /// It refuses velocities but accepts stops.
     RefuseCommands,
-    /// Its reports say the same displacement, heading and pose as the first since it is on.
+    /// Its reports repeat the displacement, heading and pose of the first report after the fault began.
     StuckOdometry,
     /// The wheels slip.
     WheelSlip {
-        /// Share of the way that is lost, within 0 to 1.
+        /// Lost share of the path, within 0 to 1.
         lost: f64,
     },
-    /// A stop, or a velocity of zero, is carried out later. A velocity in the meantime replaces it.
+    /// A stop, or a velocity of zero, is carried out late. A velocity in the meantime replaces it.
     LateStop {
-        /// By this.
+        /// The delay.
         by: Span,
     },
     /// The emergency stop is pressed.
     EmergencyStop,
 }
 
-/// A fault with what it keeps of the time when it began.
+/// A fault with the reports that it repeats.
 #[derive(Debug, Clone)]
 pub(super) struct Kept {
     fault: BaseFault,
@@ -36,7 +36,7 @@ pub(super) struct Kept {
 }
 
 impl BaseEmulator {
-    /// Switches a fault on; `number` is what it is known by.
+    /// Switches a fault on under `number`.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
@@ -52,7 +52,7 @@ impl BaseEmulator {
         }
     }
 
-    /// Switches a fault off; how many commands or reports it has changed.
+    /// Switches a fault off; returns the number of commands or reports it has changed.
     pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
         self.advance(now);
         let Some((acted, kept)) = self.faults.switch_off(number) else { return 0 };
@@ -60,15 +60,15 @@ impl BaseEmulator {
         acted
     }
 
-    /// How many commands or reports the fault of this number has changed so far.
+    /// Number of commands or reports that the fault `number` has changed so far.
     pub fn fault_acted(&self, number: usize) -> u64 {
         self.faults.acted(number)
     }
 
-    /// The steering encoder counts `angle` that was not turned; the base's own pose turns with it.
+    /// The steering encoder counts `angle` without a motion; the base's own pose turns with it.
     pub fn jump_encoder(&mut self, now: Timestamp, angle: Angle) {
         self.advance(now);
-        // A phase begins here, so that its start can be moved.
+        // Starts a phase here, so that its start can be moved.
         self.start_phase(now, self.kinematics.targets(), self.accelerations());
         let mut state = self.kinematics.state_at(now);
         state.steered += angle.rad();
@@ -76,7 +76,7 @@ impl BaseEmulator {
         self.kinematics.set_state(state);
     }
 
-    /// What follows at once from a fault that was switched.
+    /// Applies the immediate effects of a switched fault.
     fn switched(&mut self, now: Timestamp, fault: BaseFault) {
         match fault {
             BaseFault::WheelSlip { .. } => {
@@ -95,7 +95,7 @@ impl BaseEmulator {
         self.faults.iter().any(|switch| is(switch.fault.fault))
     }
 
-    /// Counts for each such fault that it has acted; true where there is one.
+    /// Counts an action of each such fault; returns true if there is one.
     fn act(&mut self, is: impl Fn(BaseFault) -> bool) -> bool {
         let mut any = false;
         for switch in self.faults.iter_mut().filter(|switch| is(switch.fault.fault)) {
@@ -105,7 +105,7 @@ impl BaseEmulator {
         any
     }
 
-    /// What is left of the way on the floor.
+    /// The share of the path that remains on the floor.
     pub(super) fn grip(&self) -> f64 {
         let lost = self.faults.iter().map(|switch| match switch.fault.fault {
             BaseFault::WheelSlip { lost } => 1.0 - lost,
@@ -114,7 +114,7 @@ impl BaseEmulator {
         lost.product()
     }
 
-    /// The request as it is to be carried out at once, if it is.
+    /// The request to carry out now, if any.
     #[cold]
     pub(super) fn through_faults(&mut self, now: Timestamp, request: Request) -> Option<Request> {
         let stops = match request {

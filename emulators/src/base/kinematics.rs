@@ -1,45 +1,44 @@
 //! Motion in phases between commands and ramp ends.
 //!
-//! Drive and steering follow the commanded rates as servos do ([`servo`](super::servo)). Between the encoder of the
-//! steering and what it turns there may be play: after a reversal the truth stands until it is taken up. Each such change
-//! begins a phase.
+//! Drive and steering follow the commanded rates like servos ([`servo`](super::servo)). Between the encoder of the
+//! steering and the steered parts there may be play: after a reversal the truth stands still until the play is taken
+//! up. Each such change starts a phase.
 //!
-//! Within a phase both rates are single ramps, so that odometers have a closed form, and the place on
-//! the floor has one as well unless the base steers while it drives. Then pieces of [`PIECE_S`] are
-//! integrated, counted from the start of the phase. Whoever asks where the base is, and how often,
-//! changes nothing.
+//! Within a phase both rates are single ramps, so that odometers have a closed form. The position on the floor has one
+//! as well, unless the base steers while it drives: then the module integrates pieces of [`PIECE_S`], counted from the
+//! start of the phase. The result does not depend on when or how often the state is read.
 
 use super::ramp::Ramp;
 use super::servo::Servo;
 use super::track::{PIECE_NS, PIECE_S, Piece, Track, TrackModel};
 use wire::time::Timestamp;
 
-/// Odometers and places at one instant; SI units.
+/// Odometers and positions at one instant; SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct State {
     /// Path by the odometer.
     pub(super) displacement: f64,
     /// Steering angle by the odometer, unwrapped.
     pub(super) steered: f64,
-    /// Where the base is.
+    /// True position of the base.
     pub(super) truth: Track,
-    /// What the steering has to turn counter-clockwise, by its encoder, to take up its play.
+    /// Remaining counter-clockwise encoder turn of the steering before its play is taken up.
     pub(super) slack: f64,
-    /// Where it believes to be; the body's heading stands for the heading at the last pose write.
+    /// The base's own estimate; its body heading is the heading at the last pose write.
     pub(super) reckoned: Track,
 }
 
-/// How commanded rates become rates, and the steering's rate the truth's; SI units.
+/// How rates follow commands, and the true steering follows its encoder; SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Following {
     pub(super) drive: Servo,
     pub(super) steer: Servo,
-    /// Of the steering.
+    /// Play of the steering.
     pub(super) play: f64,
 }
 
 impl Following {
-    /// Exactly.
+    /// Follows exactly.
     const EXACT: Self = Self {
         drive: Servo { slowest: 0.0, faster: 0.0 },
         steer: Servo { slowest: 0.0, faster: 0.0 },
@@ -47,24 +46,24 @@ impl Following {
     };
 }
 
-/// Play below this is taken up (rad): less than a nanosecond's turn.
+/// Play below this counts as taken up (rad): less than a nanosecond's turn.
 const PLAY_MIN: f64 = 1e-9;
 
 #[derive(Debug, Clone)]
 pub(super) struct Kinematics {
     following: Following,
     model: TrackModel,
-    /// The same for the phase.
+    /// The model of the current phase.
     phase_model: TrackModel,
     phase_start: Timestamp,
     phase_end: Timestamp,
-    /// Commands to drive and steering.
+    /// Commands of drive and steering.
     commanded: [Ramp; 2],
-    /// What they do.
+    /// The resulting rates.
     drive: Ramp,
     steer: Ramp,
     at_start: State,
-    /// Pieces of the phase that are already integrated, and where they led.
+    /// Number of pieces of the phase already integrated, and the state after them.
     pieces: i64,
     at_piece: State,
 }
@@ -86,7 +85,7 @@ impl Kinematics {
         }
     }
 
-    /// How the odometers' rates become motion in this phase.
+    /// The current model from odometer rates to motion.
     pub(super) const fn model_now(&self) -> &TrackModel {
         &self.phase_model
     }
@@ -102,12 +101,12 @@ impl Kinematics {
         self.commanded.map(|commanded| commanded.rate(t))
     }
 
-    /// Drive or steering turns, or has the command to.
+    /// True if drive or steering turns, or is commanded to.
     pub(super) fn is_moving(&self) -> bool {
         !self.commanded.iter().all(Ramp::is_at_rest)
     }
 
-    /// The rates that are being ramped to: drive and steering.
+    /// The target rates of drive and steering.
     pub(super) const fn targets(&self) -> (f64, f64) {
         (self.commanded[0].target(), self.commanded[1].target())
     }
@@ -118,12 +117,12 @@ impl Kinematics {
         (self.drive.rate(t), self.steer.rate(t))
     }
 
-    /// When a ramp ends next; [`Timestamp::MAX`] where none does.
+    /// The next ramp end; [`Timestamp::MAX`] if there is none.
     pub(super) const fn phase_end(&self) -> Timestamp {
         self.phase_end
     }
 
-    /// Where everything is at `now`, not before the last [`advance`](Self::advance).
+    /// The state at `now`, not before the last [`advance`](Self::advance).
     pub(super) fn state_at(&self, now: Timestamp) -> State {
         let (displacement, steered) = self.odometers_at(now);
         let reckoned = self.place_at(
@@ -144,7 +143,7 @@ impl Kinematics {
         (self.at_start.displacement + path, self.at_start.steered + turn)
     }
 
-    /// Where the base is at `now`, not before the last [`advance`](Self::advance).
+    /// The true position at `now`, not before the last [`advance`](Self::advance).
     pub(super) fn truth_at(&self, now: Timestamp) -> Track {
         self.place_at(now, &self.phase_model, &self.at_start.truth, &self.at_piece.truth)
     }
@@ -168,12 +167,12 @@ impl Kinematics {
         self.truth_at(now).heading()
     }
 
-    /// It steers and drives at once: there is no closed form.
+    /// True if the base steers and drives at once: then there is no closed form.
     fn is_steered_on_the_way(&self) -> bool {
         !(self.steer.is_at_rest() || self.drive.is_at_rest())
     }
 
-    /// One of the two places, from where it was at the start of the phase and after the last whole piece.
+    /// One of the two positions, from those at the start of the phase and after the last whole piece.
     fn place_at(
         &self,
         now: Timestamp,
@@ -196,8 +195,8 @@ impl Kinematics {
         }
     }
 
-    /// Goes on to `now` within the phase: the caller stops at [`phase_end`](Self::phase_end) and
-    /// calls [`start_phase`](Self::start_phase) there.
+    /// Advances to `now` within the phase: the caller stops at [`phase_end`](Self::phase_end) and calls
+    /// [`start_phase`](Self::start_phase) there.
     pub(super) fn advance(&mut self, now: Timestamp) {
         if !self.is_steered_on_the_way() {
             return;
@@ -211,7 +210,7 @@ impl Kinematics {
         }
     }
 
-    /// From the last whole piece on through those up to `done`.
+    /// Integrates from the last whole piece up to piece `done`.
     fn after_pieces(&self, from: Track, model: &TrackModel, done: i64) -> Track {
         (self.pieces..done).fold(from, |place, piece| {
             place.after_piece(model, &self.piece(piece_start(piece), piece_start(piece + 1)))
@@ -222,7 +221,7 @@ impl Kinematics {
         Piece { drive: &self.drive, steer: &self.steer, from_s, to_s }
     }
 
-    /// From `now` on, ramp to `drive` and `steer` with at most these accelerations.
+    /// From `now` on, ramps to `drive` and `steer` with at most these accelerations.
     pub(super) fn start_phase(
         &mut self,
         now: Timestamp,
@@ -238,13 +237,13 @@ impl Kinematics {
         self.follow();
     }
 
-    /// From now on, commands become motion like this; to be called at the start of a phase.
+    /// Sets the models from commands to motion; call at the start of a phase.
     pub(super) fn set_model(&mut self, model: TrackModel, following: Following) {
         (self.model, self.following) = (model, following);
         self.follow();
     }
 
-    /// What drive, steering and truth make of their commands, and until when.
+    /// Computes the rates of drive, steering and truth from their commands, and the end of the phase.
     fn follow(&mut self) {
         let now = self.phase_start;
         let [drive, steer] = &self.commanded;
@@ -260,7 +259,7 @@ impl Kinematics {
             [drive_servo.changes_after(drive), steer_servo.changes_after(steer), reverses];
         let first = changes.into_iter().flatten().min();
         self.phase_end = first.map_or(self.phase_end, |after| self.phase_end.min(now + after));
-        // At its ends a rate may be on either side of a level; in the middle it is not. Without an end it is constant.
+        // At its ends a rate may be on either side of a level, but not in the middle. Without an end it is constant.
         let middle = match self.phase_end {
             Timestamp::MAX => 0.0,
             end => 0.5 * (end - now).as_secs_f64(),
@@ -278,7 +277,7 @@ impl Kinematics {
         }
     }
 
-    /// The base is somewhere else; to be called at rest.
+    /// Moves the base elsewhere; call at rest.
     pub(super) fn set_state(&mut self, state: State) {
         self.at_start = state;
         self.at_piece = state;

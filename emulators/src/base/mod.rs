@@ -1,15 +1,13 @@
-//! A K2A-style synchro-drive base: commands in, motion, its own odometry out.
+//! A K2A-style synchro-drive base: takes commands, moves, reports its own odometry.
 //!
-//! All wheels steer and drive together; a turret turns with them. Its heading, body heading plus
-//! steering angle, is the direction of travel and what a gyro on the turret sees. The odometer counts
-//! path and steering angle; the truth differs by scale errors and by the body's own turning
-//! ([`curvature`]).
+//! All wheels steer and drive together; a turret turns with them. Its heading, body heading plus steering angle, is
+//! the direction of travel and the input of a gyro on the turret. The odometer counts path and steering angle; the
+//! truth differs by scale errors and by the rotation of the body ([`curvature`]).
 //!
-//! Rates ramp to the commanded ones under the accelerations in force: the host's, or the hardware's
-//! where they are lower. Drive and steering follow the ramps as servos do, with noise, stiction and
-//! play (`servo.rs`). Between commands, ramp ends and what else changes motion is a closed form of
-//! time, or pieces of 20 ms on a fixed grid while the base steers and drives at once, so that it does
-//! not depend on how often anybody looks.
+//! Rates ramp to the commanded ones under the accelerations in force: the host's, or the hardware's if lower. Drive
+//! and steering follow the ramps like servos, with noise, stiction and play (`servo.rs`). Between commands, ramp ends
+//! and other changes, motion is a closed form of time, or pieces of 20 ms on a fixed grid while the base steers and
+//! drives at once. It therefore does not depend on how often the state is read.
 //!
 //! # Odometry against truth on a closed lap
 //!
@@ -64,12 +62,12 @@ pub enum Transport {
     Serial,
 }
 
-/// What is true of a base at one instant.
+/// True state of a base at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaseTruth {
     /// The centre on the floor, and the turret's heading (unwrapped).
     pub pose: Pose,
-    /// Heading of the body (unwrapped): zero until something turns it.
+    /// Heading of the body (unwrapped): zero until an effect turns it.
     pub body_heading: Angle,
     /// Steering angle relative to the body (unwrapped).
     pub steering_angle: Angle,
@@ -84,9 +82,9 @@ pub struct BaseTruth {
 pub struct BaseEmulator {
     parameters: BaseParameters,
     kinematics: Kinematics,
-    /// Set by the host: of the drive in m/s^2, of the steering in rad/s^2.
+    /// Limits set by the host: drive in m/s^2, steering in rad/s^2.
     limits: (f64, f64),
-    /// When a velocity command runs out; none while there is nothing to stop.
+    /// Time-out of the velocity command; `None` if there is nothing to stop.
     deadline: Option<Timestamp>,
     status: Motion,
     /// The odometer's heading at the last pose write, in rad.
@@ -95,18 +93,18 @@ pub struct BaseEmulator {
     leakage: Spread,
     drive_noise: Spread,
     steering_noise: Spread,
-    /// When the noise of both rates is drawn anew.
+    /// Time of the next noise draw for both rates.
     noise_due: Timestamp,
     device: Device,
     frames_ignored: u64,
     reports: Reports,
     faults: Switches<Kept>,
-    /// A stop that is carried out later, and when.
+    /// A delayed stop and its time.
     late_stop: Option<(Timestamp, Request)>,
 }
 
 impl BaseEmulator {
-    /// The base `name` in the run with `seed`, at rest at the origin, heading along the x axis.
+    /// The base `name` in a run with `seed`, at rest at the origin, heading along the x axis.
     pub fn new(parameters: BaseParameters, transport: Transport, seed: u64, name: &str) -> Self {
         let limits = (
             parameters.acceleration_m_per_s2,
@@ -134,7 +132,7 @@ impl BaseEmulator {
         base
     }
 
-    /// A frame from the bus. Frames that are no request are counted and ignored.
+    /// Takes a frame from the bus. Other frames than requests are counted and ignored.
     pub fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) {
         match can_link::parse_request(frame) {
             Some(request) => self.request(now, request),
@@ -142,7 +140,7 @@ impl BaseEmulator {
         }
     }
 
-    /// Bytes from the serial line, in any division.
+    /// Takes bytes from the serial line, in pieces of any length.
     pub fn receive_bytes(&mut self, now: Timestamp, bytes: &[u8]) {
         let mut device = std::mem::take(&mut self.device);
         device.feed(bytes, |event| match event {
@@ -165,25 +163,25 @@ impl BaseEmulator {
         self.device = device;
     }
 
-    /// Goes on to `now` and, on CAN, reports what is due.
+    /// Advances to `now` and, on CAN, sends the reports that are due.
     pub fn wake(&mut self, now: Timestamp) {
         self.advance(now);
         self.report(now);
     }
 
-    /// The next thing to send, if any; call until there is none after each receive and wake.
+    /// The next output, if any; after each receive and wake, call until it returns `None`.
     pub fn transmit(&mut self) -> Option<Transmit> {
         self.reports.transmit()
     }
 
-    /// When to call [`wake`](Self::wake) next: never, for a serial base at rest.
+    /// Time of the next [`wake`](Self::wake): `None` for a serial base at rest.
     pub fn next_wakeup(&self) -> Option<Timestamp> {
         let late_stop = self.late_stop.map_or(Timestamp::MAX, |(at, _)| at);
         let next = self.next_change().min(self.reports.next_due()).min(late_stop);
         (next < Timestamp::MAX).then_some(next)
     }
 
-    /// Carries out a request, as both transports do.
+    /// Carries out a request, on either transport.
     pub fn request(&mut self, now: Timestamp, request: Request) {
         self.advance(now);
         let at_once =
@@ -205,28 +203,28 @@ impl BaseEmulator {
                 self.deadline = None;
                 self.ramp_to(now, (0.0, 0.0), self.accelerations());
             }
-            // Only the serial line can read, and answers by itself.
+            // Only the serial line can read, and it answers by itself.
             Request::ReadMotion | Request::ReadPose => {}
         }
     }
 
-    /// Presses or releases the emergency stop: the base stops as hard as it can, and takes no
-    /// velocity while it is pressed.
+    /// Presses or releases the emergency stop: the base stops as hard as it can, and takes no velocity while it is
+    /// pressed.
     pub fn set_emergency_stop(&mut self, now: Timestamp, pressed: bool) {
         self.advance(now);
         self.status.emergency_stop = pressed;
         self.inhibit(now);
     }
 
-    /// A drive's fault comes or goes: the same as the emergency stop, under another flag.
+    /// Sets or clears a drive fault: like the emergency stop, with another flag.
     pub fn set_fault(&mut self, now: Timestamp, fault: bool) {
         self.advance(now);
         self.status.fault = fault;
         self.inhibit(now);
     }
 
-    /// Puts the base, at rest, elsewhere, as somebody who carries it would: centre and turret's
-    /// heading. Its odometry knows nothing of it. `false`, and nothing done, in motion.
+    /// Puts the base, at rest, elsewhere, as if carried: centre and turret's heading. Its odometry does not notice. In
+    /// motion, does nothing and returns `false`.
     pub fn place(&mut self, now: Timestamp, pose: Pose) -> bool {
         self.advance(now);
         if self.kinematics.is_moving() || !pose.is_finite() {
@@ -240,7 +238,7 @@ impl BaseEmulator {
         true
     }
 
-    /// Sets the parameter of this name from `now` on. Wheels are named as `wheels.0.toe_deg`.
+    /// Sets the parameter `name` from `now` on. Wheels are named as in `wheels.0.toe_deg`.
     pub fn set_parameter(
         &mut self,
         now: Timestamp,
@@ -255,12 +253,12 @@ impl BaseEmulator {
         Ok(())
     }
 
-    /// The parameters in force.
+    /// The current parameters.
     pub const fn parameters(&self) -> &BaseParameters {
         &self.parameters
     }
 
-    /// What is true at `now`, not before the last call that took a time.
+    /// The true state at `now`, not before the last call with a time.
     pub fn truth_at(&self, now: Timestamp) -> BaseTruth {
         let truth = self.kinematics.truth_at(now);
         let (drive, steer) = self.kinematics.rates_at(now);
@@ -274,7 +272,7 @@ impl BaseEmulator {
         }
     }
 
-    /// Current of the motors at `now`, ampere: what a magnetic sensor on the base feels.
+    /// Current of the motors at `now`, ampere: the input of a magnetic sensor on the base.
     pub fn motor_current_at(&self, now: Timestamp) -> f64 {
         let (drive, steer) = self.kinematics.rates_at(now);
         let p = &self.parameters;
@@ -285,7 +283,7 @@ impl BaseEmulator {
         ampere + if steer != 0.0 { p.motor_ampere_steering } else { 0.0 }
     }
 
-    /// The turret's true heading at `now` (unwrapped): what a gyro on the base sees.
+    /// The turret's true heading at `now` (unwrapped): the input of a gyro on the base.
     pub fn turret_heading_at(&self, now: Timestamp) -> Angle {
         Angle::from_rad(self.kinematics.heading_at(now))
     }
@@ -295,7 +293,7 @@ impl BaseEmulator {
         self.device.counters()
     }
 
-    /// Frames that were no request.
+    /// Number of frames that were not requests.
     pub const fn frames_ignored(&self) -> u64 {
         self.frames_ignored
     }
@@ -326,8 +324,8 @@ impl BaseEmulator {
         if self.faults.is_empty() { motion } else { self.motion_through_faults(motion) }
     }
 
-    /// The pose by the base's own odometry at `now`, as it is read on the wire; not before the last call that took a
-    /// time. No fault of its reports is in it.
+    /// The pose by the base's own odometry at `now`, as transmitted; not before the last call with a time. Faults of
+    /// its reports are not included.
     pub fn odometry_at(&self, now: Timestamp) -> Pose {
         let pose = self.reckoned_pose(now);
         match can_link::parse_reply(&can_link::reply_frame(&Reply::Pose(pose))) {
@@ -343,7 +341,7 @@ impl BaseEmulator {
 
     fn reckoned_pose(&self, now: Timestamp) -> Pose {
         let State { reckoned, steered, .. } = self.kinematics.state_at(now);
-        // What was written stays as fine as it was; only the turning since then has steps.
+        // The written heading keeps its resolution; only the rotation since then has steps.
         let since_write = steered - self.steered_at_write;
         let heading = reckoned.heading() - since_write + self.stepped(since_write);
         Pose { heading: Angle::from_rad(heading).wrapped(), ..reckoned.pose() }

@@ -1,17 +1,17 @@
-//! A rate that goes to its target with a limited acceleration: drive speed or steering rate.
+//! A rate that approaches its target with limited acceleration: drive speed or steering rate.
 
 use libm::ceil;
 use wire::time::{Span, Timestamp};
 
 /// A rate from a given instant on, in SI units; closed forms of its value and of its integral.
 ///
-/// It takes a whole number of nanoseconds to settle, so that it has settled exactly at an instant of
-/// the clock; its acceleration is that much lower than the limit.
+/// The ramp takes a whole number of nanoseconds, so that it settles exactly at an instant of the clock; its
+/// acceleration is slightly below the limit for that.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Ramp {
     rate: f64,
     target: f64,
-    /// Signed; zero where there is nothing left to change.
+    /// Signed; zero if there is nothing left to change.
     acceleration: f64,
     settles_after: Span,
 }
@@ -19,7 +19,7 @@ pub(super) struct Ramp {
 const NANOS_PER_SECOND: f64 = 1e9;
 
 impl Ramp {
-    /// From `rate` to `target`, changing by at most `limit` a second.
+    /// From `rate` to `target`, changing by at most `limit` per second.
     pub(super) fn new(rate: f64, target: f64, limit: f64) -> Self {
         let change = target - rate;
         let settles_after = Span::from_nanos(ceil(change.abs() / limit * NANOS_PER_SECOND) as i64);
@@ -41,33 +41,33 @@ impl Ramp {
         }
     }
 
-    /// What the rate adds up to in `t` seconds.
+    /// The integral of the rate over `t` seconds.
     pub(super) fn integral(&self, t: f64) -> f64 {
         let ramped = t.min(self.settles_after.as_secs_f64());
         (self.rate + 0.5 * self.acceleration * ramped) * ramped + self.target * (t - ramped)
     }
 
-    /// How it changes until it has settled, signed.
+    /// Acceleration until it settles, signed.
     pub(super) const fn acceleration(&self) -> f64 {
         self.acceleration
     }
 
-    /// What it tends to.
+    /// The target rate.
     pub(super) const fn target(&self) -> f64 {
         self.target
     }
 
-    /// Zero, and stays so.
+    /// True if the rate is zero and stays zero.
     pub(super) fn is_at_rest(&self) -> bool {
         self.target == 0.0 && self.settles_after == Span::ZERO
     }
 
-    /// The same ramp `by` higher, its target with it.
+    /// The ramp and its target raised by `by`.
     pub(super) fn raised(&self, by: f64) -> Self {
         Self { rate: self.rate + by, target: self.target + by, ..*self }
     }
 
-    /// The same ramp with all rates `times` as large.
+    /// The ramp with all rates multiplied by `times`.
     pub(super) fn scaled(&self, times: f64) -> Self {
         Self {
             rate: self.rate * times,
@@ -88,10 +88,10 @@ impl Ramp {
             .map(later)
     }
 
-    /// The first time at which the integral comes to `sum`, for a rate that begins with the sign of `sum`.
+    /// The first time at which the integral reaches `sum`, for a rate that starts with the sign of `sum`.
     pub(super) fn adds_up_to(&self, sum: f64) -> Option<Span> {
         let settles_after = self.settles_after.as_secs_f64();
-        // The first root of rate t + acceleration t^2 / 2 = sum, written so that nothing cancels; NaN where there is none.
+        // The first root of rate t + acceleration t^2 / 2 = sum, written without cancellation; NaN if there is none.
         let root = (self.rate * self.rate + 2.0 * self.acceleration * sum).sqrt().copysign(sum);
         let ramping = 2.0 * sum / (self.rate + root);
         if ramping <= settles_after {
@@ -101,13 +101,13 @@ impl Ramp {
         (settled.is_finite() && settled >= 0.0).then(|| later(settles_after + settled))
     }
 
-    /// When the target is reached; [`Timestamp::MAX`] where it has been from the start.
+    /// Time at which the target is reached; [`Timestamp::MAX`] if it was reached from the start.
     pub(super) fn settles_at(&self, start: Timestamp) -> Timestamp {
         if self.settles_after > Span::ZERO { start + self.settles_after } else { Timestamp::MAX }
     }
 }
 
-/// `seconds` in whole nanoseconds, at least one: not before, and later than now.
+/// `seconds` rounded up to whole nanoseconds, at least one.
 fn later(seconds: f64) -> Span {
     Span::from_nanos((ceil(seconds * NANOS_PER_SECOND) as i64).max(1))
 }
@@ -151,7 +151,7 @@ mod tests {
             let ramp = Ramp::new(rate, target, limit);
             let above = |t: f64| ramp.rate(t).abs() >= level;
             let Some(at) = ramp.passes(level).map(|at| at.as_secs_f64()) else {
-                // Through zero it may go under and up again, but then it passes twice.
+                // Through zero it may pass below and above the level again, but then it passes twice.
                 prop_assert!(above(0.0) == above(1e3) || (ramp.rate(0.0).abs() - level).abs() < 1e-9);
                 return Ok(());
             };

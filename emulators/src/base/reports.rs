@@ -1,4 +1,4 @@
-//! What a base sends, and when.
+//! Reports of a base and their times.
 
 use super::Transport;
 use std::collections::VecDeque;
@@ -8,7 +8,7 @@ use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::Pose;
 
-/// The most frames or answers that wait to be sent.
+/// Maximum number of frames or answers waiting to be sent.
 pub const OUTPUTS_MAX: usize = 64;
 
 /// Time between two motion reports on CAN while the base moves (assumption).
@@ -40,7 +40,7 @@ impl Reports {
         }
     }
 
-    /// When a report falls due next; never, [`Timestamp::MAX`], on a serial line.
+    /// Time of the next report; [`Timestamp::MAX`], never, on a serial line.
     pub(super) fn next_due(&self) -> Timestamp {
         if self.reports() { self.motion_at.min(self.pose_at) } else { Timestamp::MAX }
     }
@@ -53,7 +53,7 @@ impl Reports {
         self.reports() && self.pose_at <= now
     }
 
-    /// Something happened at `now` that a host should hear of at once.
+    /// Makes a motion report due at `now`, after a change that the host should see at once.
     pub(super) fn motion_is_due(&mut self, now: Timestamp) {
         self.motion_at = self.motion_at.min(now);
     }

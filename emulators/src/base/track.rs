@@ -1,4 +1,4 @@
-//! From rates to a place on the floor.
+//! From rates to a position on the floor.
 
 use super::curvature::Harmonic;
 use super::direction::Direction;
@@ -6,33 +6,33 @@ use super::ramp::Ramp;
 use libm::sin;
 use wire::units::{Angle, Length, Pose};
 
-/// Longest piece over which driving while steering is integrated (Simpson's rule). At the K2A's
-/// limits, 0.78 m/s and 120 deg/s, the error of a piece, h^5/2880 v w^4, is below 2e-11 m.
+/// Longest piece for the integration of driving while steering (Simpson's rule). At the K2A's limits, 0.78 m/s and 120
+/// deg/s, the error of a piece, h^5/2880 v w^4, is below 2e-11 m.
 pub(super) const PIECE_S: f64 = 0.020;
-/// The same, in whole nanoseconds.
+/// [`PIECE_S`] in whole nanoseconds.
 pub(super) const PIECE_NS: i64 = 20_000_000;
 
-/// Below this angle sin(a)/a is 1 - a^2/6 to the last bit.
+/// Below this angle sin(a)/a equals 1 - a^2/6 to the last bit.
 const SMALL_ANGLE: f64 = 1e-4;
 
-/// How odometer rates become motion on the floor: the true way, or the way the base believes.
+/// Conversion of odometer rates to motion on the floor: the true one, or the one that the base assumes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TrackModel {
     pub(super) path_scale: f64,
     pub(super) turn_scale: f64,
     pub(super) wheels: Harmonic,
     pub(super) leakage_rad_per_m: f64,
-    /// Steering counter-clockwise over clockwise, half of the difference.
+    /// Half of the difference between counter-clockwise and clockwise steering.
     pub(super) half_turn_asymmetry: f64,
     pub(super) slip: Slip,
 }
 
-/// How much path is lost or gained by slip.
+/// Path lost or gained by slip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Slip {
-    /// Share for each m/s^2 beyond `free`, while speeding up.
+    /// Share per m/s^2 beyond `free`, while accelerating.
     pub(super) driving: f64,
-    /// The same while braking.
+    /// Share per m/s^2 beyond `free`, while braking.
     pub(super) braking: f64,
     /// m/s^2
     pub(super) free: f64,
@@ -41,10 +41,10 @@ pub(super) struct Slip {
 impl Slip {
     pub(super) const NONE: Self = Self { driving: 0.0, braking: 0.0, free: 0.0 };
 
-    /// True path over the odometer's on a ramp: less than one where wheels spin, more where they drag.
+    /// Ratio of true to odometer path on a ramp: less than one if wheels spin, more if they drag.
     fn path(self, drive: &Ramp) -> f64 {
         let beyond = (drive.acceleration().abs() - self.free).max(0.0);
-        // From rest a ramp speeds up; through zero it counts as what it begins with.
+        // From rest a ramp accelerates; through zero it counts by its start.
         let braking = drive.rate(0.0) * drive.acceleration() < 0.0;
         let share = if braking { self.braking } else { -self.driving };
         (1.0 + share * beyond).max(0.0)
@@ -52,7 +52,7 @@ impl Slip {
 }
 
 impl TrackModel {
-    /// What the base's own dead reckoning takes for true.
+    /// The model of the base's own dead reckoning.
     pub(super) const PERFECT: Self = Self {
         path_scale: 1.0,
         turn_scale: 1.0,
@@ -62,7 +62,7 @@ impl TrackModel {
         slip: Slip::NONE,
     };
 
-    /// The same for one phase of these ramps: slip and asymmetry are worked into the scales.
+    /// The model for one phase of these ramps: slip and asymmetry are included in the scales.
     pub(super) fn in_phase(&self, drive: &Ramp, steer: &Ramp) -> Self {
         let towards = if steer.target() == 0.0 { steer.rate(0.0) } else { steer.target() };
         let direction = if towards == 0.0 { 0.0 } else { 1f64.copysign(towards) };
@@ -81,7 +81,7 @@ impl TrackModel {
     }
 }
 
-/// Where the base is: centre, heading of its body, steering angle relative to the body (unwrapped).
+/// Position of the base: centre, heading of its body, steering angle relative to the body (unwrapped).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Track {
     pub(super) x: f64,
@@ -91,8 +91,7 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// Heading of the turret and of the wheels: the direction of travel, and what a gyro on the
-    /// turret sees.
+    /// Heading of the turret and of the wheels: the direction of travel, and the input of a gyro on the turret.
     pub(super) fn heading(&self) -> f64 {
         self.body + self.steer
     }
@@ -105,7 +104,7 @@ impl Track {
         }
     }
 
-    /// Moved along an arc: the steering stands still and the odometer counts `path`. Exact.
+    /// The position after an arc without steering of odometer length `path`. Exact.
     pub(super) fn after_arc(&self, model: &TrackModel, path: f64) -> Self {
         let half_turn = self.half_turn(model, path);
         let path = path * model.path_scale;
@@ -129,17 +128,17 @@ impl Track {
         self.body + 2.0 * self.half_turn(model, path) + self.steer
     }
 
-    /// Half of what the body turns by along an arc.
+    /// Half of the rotation of the body along an arc.
     fn half_turn(&self, model: &TrackModel, path: f64) -> f64 {
         0.5 * model.curvature(self.steer) * (path * model.path_scale)
     }
 
-    /// Steered on the spot by `turn` of the odometer. Exact.
+    /// The position after steering on the spot by `turn` of the odometer. Exact.
     pub(super) fn after_turn(&self, model: &TrackModel, turn: f64) -> Self {
         Self { steer: self.steer + turn * model.turn_scale, ..*self }
     }
 
-    /// Moved from `from_s` to `to_s` of two ramps, at most [`PIECE_S`] apart, by Simpson's rule.
+    /// The position after a piece from `from_s` to `to_s` of two ramps, at most [`PIECE_S`] long, by Simpson's rule.
     pub(super) fn after_piece(&self, model: &TrackModel, piece: &Piece) -> Self {
         let along = Along::new(self, model, piece);
         let [start, middle, end] = &along.points;
@@ -173,7 +172,7 @@ impl Track {
     }
 }
 
-/// A stretch of time, in seconds of two ramps.
+/// An interval of time, in seconds of two ramps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece<'a> {
     pub(super) drive: &'a Ramp,
@@ -185,17 +184,17 @@ pub(super) struct Piece<'a> {
 /// One of the three points of Simpson's rule.
 #[derive(Debug, Clone, Copy)]
 struct Point {
-    /// Of the steering.
+    /// Steering angle.
     angle: f64,
     speed: f64,
-    /// Of the body.
+    /// Rate of the body.
     rate: f64,
 }
 
-/// How steering and body turn along a piece.
+/// Rotation of steering and body along a piece.
 struct Along {
     h: f64,
-    /// At its start, middle and end.
+    /// Values at its start, middle and end.
     points: [Point; 3],
     body_middle: f64,
     body_end: f64,
@@ -213,7 +212,7 @@ impl Along {
         };
         let points = [at(from_s), at(from_s + 0.5 * h), at(to_s)];
         let [start, middle, end] = points.map(|point| point.rate);
-        // The integral to the middle of a parabola through three points, and to its end.
+        // Integrals of a parabola through three points: to its middle and to its end.
         let body_middle = track.body + h / 24.0 * (5.0 * start + 8.0 * middle - end);
         let body_end = track.body + h / 6.0 * (start + 4.0 * middle + end);
         Self { h, points, body_middle, body_end }
@@ -236,14 +235,14 @@ mod tests {
     };
 
     proptest! {
-        /// Many short arcs and turns in place of one piece.
+        /// Compares many short arcs and turns with one piece.
         #[test]
         fn simpson_agrees_with_a_thousand_small_steps(
             speed in -0.78f64..0.78, rate in -2.1f64..2.1, body in -3f64..3.0, steer in -3f64..3.0,
         ) {
             let start = Track { x: 1.0, y: 2.0, body, steer };
             let (drive, turn) = (Ramp::new(0.1, speed, 0.25), Ramp::new(rate, rate, 1.0));
-            // A piece never reaches beyond the end of a ramp: the phase ends there.
+            // A piece never extends beyond the end of a ramp: the phase ends there.
             let settles_at = drive.settles_at(Timestamp::ZERO).as_secs_f64();
             prop_assume!(!(0.3..0.3 + PIECE_S).contains(&settles_at));
             let piece = start.after_piece(

@@ -1,18 +1,16 @@
 //! Bias instability: flicker noise of the rate, 1/f (IEEE Std 952-1997, annex C).
 //!
-//! Flicker noise has no finite set of states. In a band of frequencies it is what first-order
-//! Gauss-Markov processes of equal variance add up to, their correlation times evenly spaced on a
-//! logarithmic scale (M. S. Keshner, "1/f noise", Proc. IEEE 70 (1982) 212-218). With the variance
-//! s^2 spread over correlation times from `shortest` to `longest`, L = ln(longest / shortest), the
-//! two-sided density well within the band is s^2 / (2 L f). The standard writes it B^2 / (2 pi f), so
-//! that
+//! Flicker noise has no finite set of states. Within a band of frequencies it is the sum of first-order Gauss-Markov
+//! processes of equal variance whose correlation times are evenly spaced on a logarithmic scale (M. S. Keshner, "1/f
+//! noise", Proc. IEEE 70 (1982) 212-218). With the variance s^2 spread over correlation times from `shortest` to
+//! `longest`, L = ln(longest / shortest), the two-sided density well within the band is s^2 / (2 L f). The standard
+//! writes it B^2 / (2 pi f), so that
 //!
 //! B = s sqrt(pi / L), and the Allan deviation is flat at B sqrt(2 ln 2 / pi) = 0.664 B.
 //!
-//! Two errors, for four decades. With three processes to the decade the Allan deviation is within
-//! 0.4 % of that of evenly spread correlation times (0.2 % from 3 times `shortest` to 0.3 times
-//! `longest`). And a band has ends: the Allan deviation is within 5 % of the flat value from 14 times
-//! `shortest` to a fifth of `longest`, and below it beyond.
+//! Two errors, for four decades. With three processes per decade the Allan deviation is within 0.4 % of that of evenly
+//! spread correlation times (0.2 % from 3 times `shortest` to 0.3 times `longest`). The band has ends: the Allan
+//! deviation is within 5 % of the flat value from 14 times `shortest` to a fifth of `longest`, and lower beyond.
 
 use super::parameters::{GyroParameters, remainder};
 use crate::random::RandomStream;
@@ -20,13 +18,13 @@ use libm::{exp, log, round, sqrt};
 use std::f64::consts::LN_10;
 use wire::units::Angle;
 
-/// Processes to each decade of correlation times.
+/// Number of processes per decade of correlation times.
 ///
-/// Neighbours at a ratio r ripple the density by 2 sech(pi^2 / ln r): 5.5 % with one to the decade,
-/// 1e-5 with three. What is left of an error are the ends, half a part of the band each.
+/// Neighbours at a ratio r ripple the density by 2 sech(pi^2 / ln r): 5.5 % with one per decade, 1e-5 with three. The
+/// remaining error comes from the ends, half a part of the band each.
 const PROCESSES_PER_DECADE: f64 = 3.0;
 
-/// The most processes: more than twelve decades are spaced wider.
+/// Maximum number of processes: bands of more than twelve decades have a wider spacing.
 const PROCESSES_MAX: usize = 36;
 
 /// One first-order Gauss-Markov process of unit variance.
@@ -35,30 +33,29 @@ struct Process {
     state: f64,
     /// e^(-step / correlation time).
     decay: f64,
-    /// What keeps the variance at one.
+    /// Keeps the variance at one.
     drive: f64,
 }
 
 /// The sum of the processes, advanced from second to second.
 ///
-/// At the seconds its variance and correlations are those of the continuous processes, exactly; it
-/// was there before anybody looked, so it starts in its steady distribution. Between two seconds it
-/// runs in a straight line, which takes (1 - e^(-1 s / correlation time)) / 3 of a process's mean
-/// square: with correlation times from 1 s to 10,000 s 2.8 % of the sum's, all of it noise faster
-/// than a few seconds.
+/// At the seconds its variance and correlations are exactly those of the continuous processes. It starts in its steady
+/// distribution. Between two seconds it is linear, which removes (1 - e^(-1 s / correlation time)) / 3 of a process's
+/// mean square: with correlation times from 1 s to 10,000 s this is 2.8 % of the sum's, all of it noise faster than a
+/// few seconds.
 #[derive(Debug, Clone)]
 pub(super) struct BiasInstability {
     stream: RandomStream,
     processes: [Process; PROCESSES_MAX],
     count: usize,
-    /// Rad/s.
+    /// rad/s
     rms: f64,
     /// The processes' sum, scaled to unit variance, at the start and at the end of the second.
     levels: (f64, f64),
 }
 
 impl BiasInstability {
-    /// That of `device` in the run with `seed`, stepped by `step_s`.
+    /// The bias instability of `device` in a run with `seed`, stepped by `step_s`.
     pub(super) fn new(parameters: &GyroParameters, step_s: f64, seed: u64, device: &str) -> Self {
         let mut stream = RandomStream::new(seed, device, "gyro bias instability");
         let mut processes = [Process::default(); PROCESSES_MAX];
@@ -71,7 +68,7 @@ impl BiasInstability {
         bank
     }
 
-    /// Takes over changed parameters or another step; what has built up so far stays.
+    /// Applies changed parameters or another step; the current state stays.
     pub(super) fn configure(&mut self, parameters: &GyroParameters, step_s: f64) {
         let times = CorrelationTimes::of(parameters);
         self.count = times.count;
@@ -82,7 +79,7 @@ impl BiasInstability {
         }
     }
 
-    /// Goes on to the next second.
+    /// Advances to the next second.
     pub(super) fn advance(&mut self) {
         if self.rms == 0.0 {
             return;
@@ -94,7 +91,7 @@ impl BiasInstability {
         self.levels = (self.levels.1, self.level());
     }
 
-    /// The bias in rad/s when `share` of the second is over.
+    /// The bias in rad/s after `share` of the second.
     pub(super) fn at(&self, share: f64) -> f64 {
         let (start, end) = self.levels;
         self.rms * (start + (end - start) * share)
@@ -106,8 +103,8 @@ impl BiasInstability {
     }
 }
 
-/// The correlation times: the middles of equal parts of the band, on a logarithmic scale. Which of
-/// its ends is named first makes no difference.
+/// The correlation times: the middles of equal parts of the band, on a logarithmic scale. The order of its ends does
+/// not matter.
 #[derive(Debug, Clone, Copy)]
 struct CorrelationTimes {
     log_shortest: f64,

@@ -1,67 +1,67 @@
-//! The gyro's own clock: when its outputs fall due.
+//! The gyro's own clock: the times of its outputs.
 
 use libm::round;
 use wire::time::{Span, Timestamp};
 
 const SECONDS_PER_NANO: f64 = 1e-9;
 
-/// A period is counted in 2^-24 ns, so to within 3e-14 of the shortest one, 1 ms.
+/// A period is counted in 2^-24 ns, which is exact to within 3e-14 of the shortest one, 1 ms.
 const FRACTION_BITS: u32 = 24;
 const PARTS_PER_NANO: f64 = (1u64 << FRACTION_BITS) as f64;
 const FRACTION: i64 = (1 << FRACTION_BITS) - 1;
 
-/// Instants of output, evenly spaced by a period that need not be whole nanoseconds. The fraction is
-/// carried on, so that rounding never builds up.
+/// Output times, evenly spaced by a period that need not be whole nanoseconds. The fraction is carried over, so that
+/// rounding errors never accumulate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OutputClock {
     next: Timestamp,
-    /// From the instant before it.
+    /// Time since the previous output.
     interval_s: f64,
-    /// What the next instant leaves out, and the period, in parts of a nanosecond.
+    /// Fraction that the next output time omits, and the period, in parts of a nanosecond.
     fraction: i64,
     period: i64,
 }
 
 impl OutputClock {
-    /// A clock whose first instant is the start of the run, at `rate` times its nominal rate.
+    /// A clock whose first output is the start of the run, at `rate` times its nominal rate.
     pub(super) fn new(nominal: Span, rate: f64) -> Self {
         let mut clock = Self { next: Timestamp::ZERO, interval_s: 0.0, fraction: 0, period: 0 };
         clock.set_rate(nominal, rate);
         clock
     }
 
-    /// The next instant is a period after `now`.
+    /// Sets the next output to one period after `now`.
     pub(super) fn start(&mut self, now: Timestamp) {
         self.next = now;
         self.fraction = 0;
         self.tick();
     }
 
-    /// From the next instant on, run at `rate` times the nominal rate.
+    /// Sets the rate to `rate` times the nominal one, from the next output on.
     pub(super) fn set_rate(&mut self, nominal: Span, rate: f64) {
         self.period = round(nominal.as_nanos() as f64 / rate * PARTS_PER_NANO) as i64;
     }
 
-    /// The next instant of output.
+    /// Time of the next output.
     pub(super) const fn next(&self) -> Timestamp {
         self.next
     }
 
-    /// The time from the last instant of output to the next, in seconds.
+    /// The time from the last output to the next, in seconds.
     #[inline]
     pub(super) const fn interval_s(&self) -> f64 {
         self.interval_s
     }
 
-    /// The time between two outputs at the rate in force, in seconds.
+    /// The time between two outputs at the current rate, in seconds.
     pub(super) fn period_s(&self) -> f64 {
         self.period as f64 / PARTS_PER_NANO * SECONDS_PER_NANO
     }
 
-    /// Goes on to the output after the next.
+    /// Advances to the output after the next.
     #[inline]
     pub(super) fn tick(&mut self) {
-        // No overflow: the clock's error is bounded, the period at most twice the nominal one.
+        // No overflow: the clock's error is bounded, and the period is at most twice the nominal one.
         let due = self.period + self.fraction;
         let whole_ns = due >> FRACTION_BITS;
         self.fraction = due & FRACTION;

@@ -1,7 +1,6 @@
-//! Effects that a plain model of a gyro lacks, as functions of what is true.
+//! Effects that a plain gyro model lacks, as functions of the true state.
 //!
-//! Those of one line stand here with their formulas; what is told of a parameter's size and source
-//! stands with the parameter.
+//! One-line effects are here with their formulas; size and source are documented at the parameter.
 
 use super::parameters::GyroParameters;
 use super::terms::Moment;
@@ -12,17 +11,17 @@ use wire::units::{Angle, AngularRate};
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 const PPM: f64 = 1e-6;
 
-/// Temperature with play, as of the slow steps.
+/// Temperature with play, updated in the slow steps.
 ///
-/// The play's output follows the coil at a distance of at most the half width. The bias goes with
-/// its distance: on warming one way, on cooling the other, and back along a line of its own.
+/// The output follows the coil at a distance of at most the half width. The bias is proportional to that distance: one
+/// sign on warming, the other on cooling, with a branch of its own in between.
 pub(super) fn with_play(last: f64, celsius: f64, half_width: f64) -> f64 {
     last.clamp(celsius - half_width, celsius + half_width)
 }
 
 impl GyroParameters {
-    /// Bias in rad/s by what is slow: hysteresis, warm-up, ageing, supply, fringes, a temperature
-    /// coefficient that grows. `play` is the coil's temperature with play.
+    /// Bias in rad/s by slow effects: hysteresis, warm-up, ageing, supply, fringes, a growing temperature coefficient.
+    /// `play` is the coil's temperature with play.
     pub(super) fn slow_effects(&self, moment: &Moment, play: f64) -> f64 {
         let Moment { celsius, time_s, .. } = *moment;
         let off_reference = celsius - self.reference_celsius;
@@ -47,12 +46,12 @@ impl GyroParameters {
         AngularRate::from_deg_per_h(deg_per_h).rad_per_s()
     }
 
-    /// Scale by what is slow: ageing of the light source.
+    /// Scale error by slow effects: ageing of the light source.
     pub(super) fn slow_scale_effects(&self, time_s: f64) -> f64 {
         self.scale_ageing_ppm_per_h * PPM * time_s / SECONDS_PER_HOUR
     }
 
-    /// Is any effect on that changes from output to output?
+    /// True if an effect changes from output to output.
     pub(super) fn has_fast_effects(&self) -> bool {
         [
             self.magnetic_bias_deg_per_h,
@@ -85,13 +84,13 @@ impl GyroParameters {
         AngularRate::from_deg_per_h(deg_per_h).rad_per_s()
     }
 
-    /// Scale by a resonance over the rate: a cusp, e^(-|w - w0|/width), at both directions alike.
+    /// Scale error by a resonance over the rate: a cusp, e^(-|w - w0|/width), in both directions alike.
     pub(super) fn resonance(&self, rate: f64) -> f64 {
         let off = Angle::from_rad(rate).deg().abs() - self.resonance_deg_per_s;
         self.resonance_ppm * PPM * exp(-off.abs() / self.resonance_width_deg_per_s)
     }
 
-    /// `rate` as it comes through the dead zone.
+    /// `rate` after the dead zone.
     pub(super) fn beyond_dead_zone(&self, rate: f64) -> f64 {
         let width = Angle::from_deg(self.dead_zone_deg_per_s).rad();
         if rate.abs() < width { 0.0 } else { rate }

@@ -1,4 +1,4 @@
-//! What can go wrong in a gyro, on purpose. Its line is somebody else's.
+//! Deliberate faults of a gyro. Faults of its line are elsewhere.
 
 use super::GyroEmulator;
 use crate::random::RandomStream;
@@ -8,35 +8,35 @@ use wire::units::Temperature;
 /// A fault of a gyro. None of them shows in the stream's valid bit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GyroFault {
-    /// The first reading since it is on, again and again. The running number goes on.
+    /// Repeats the first reading after the fault began. The sequence number continues.
     Stuck,
     /// The range is smaller.
     OverRange {
-        /// By this share, within 0 to 1.
+        /// Lost share of the range, within 0 to 1.
         lost: f64,
     },
-    /// The bias is another.
+    /// The bias is shifted.
     BiasStep {
-        /// By this, rad/s.
+        /// The shift, rad/s.
         by: f64,
     },
-    /// White noise more on each output.
+    /// Additional white noise on each output.
     Noise {
         /// Its standard deviation, rad/s.
         rms: f64,
     },
-    /// The temperature sensor says again and again what it said first since it is on.
+    /// The temperature sensor repeats its first reading after the fault began.
     TemperatureFrozen,
     /// The temperature sensor is noisy.
     TemperatureWild {
         /// Its standard deviation, K.
         rms_kelvin: f64,
     },
-    /// No supply: silent, then from the beginning, with running number and integrated angle zero.
+    /// No supply: silent, then a restart with sequence number and integrated angle zero.
     Off,
 }
 
-/// A fault with what it keeps of the time when it began.
+/// A fault with the values that it repeats.
 #[derive(Debug, Clone)]
 pub(super) struct Kept {
     fault: GyroFault,
@@ -44,7 +44,7 @@ pub(super) struct Kept {
 }
 
 impl GyroEmulator {
-    /// Switches a fault on; `number` is what it is known by, and its random numbers are from `chance`.
+    /// Switches a fault on under `number`, with its random numbers from `chance`.
     pub fn begin_fault(&mut self, number: usize, fault: GyroFault, chance: RandomStream) {
         if fault == GyroFault::Off {
             self.pending.clear();
@@ -52,7 +52,7 @@ impl GyroEmulator {
         self.faults.switch_on(number, Kept { fault, first: None }, chance);
     }
 
-    /// Switches a fault off; how many outputs it has changed or swallowed.
+    /// Switches a fault off; returns the number of outputs it has changed or suppressed.
     pub fn end_fault(&mut self, number: usize) -> u64 {
         let Some((acted, kept)) = self.faults.switch_off(number) else { return 0 };
         if kept.fault == GyroFault::Off {
@@ -62,12 +62,12 @@ impl GyroEmulator {
         acted
     }
 
-    /// How many outputs the fault of this number has changed or swallowed so far.
+    /// Number of outputs that the fault `number` has changed or suppressed so far.
     pub fn fault_acted(&self, number: usize) -> u64 {
         self.faults.acted(number)
     }
 
-    /// The output for the rate that is wanted, with faults on; none while it is off.
+    /// The output for the rate `wanted`, with active faults; `None` while it is off.
     #[cold]
     pub(super) fn measure_faulty(&mut self, wanted: f64, interval_s: f64) -> Option<GyroSample> {
         let mut rate = wanted;
@@ -78,7 +78,7 @@ impl GyroEmulator {
                 GyroFault::Noise { rms } => rate += rms * switch.chance.standard_normal(),
                 GyroFault::OverRange { lost } => {
                     range *= 1.0 - lost;
-                    // Counted below, where it is seen whether the range mattered.
+                    // Counted below, once it is known whether the range mattered.
                     continue;
                 }
                 GyroFault::Off => {

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 
 /// A first-order lag, stepped from output to output.
 ///
-/// The rate is taken as constant u within a step h. Then the lagged rate goes from y to
-/// u + (y - u) e^(-h/T) and its mean is u + (y - u) (T/h) (1 - e^(-h/T)), both exact; T is
-/// 1 / (2 pi bandwidth). No angle is lost: what a step holds back comes out in the following ones.
+/// The rate is taken as constant u within a step h. Then the lagged rate goes from y to u + (y - u) e^(-h/T) and its
+/// mean is u + (y - u) (T/h) (1 - e^(-h/T)), both exact; T is 1 / (2 pi bandwidth). No angle is lost: what one step
+/// holds back appears in the following ones.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RateLag {
     state: f64,
@@ -21,7 +21,7 @@ impl RateLag {
     pub(super) fn new(bandwidth_hz: f64, step_s: f64) -> Self {
         let time_constant_s = 1.0 / (TAU * bandwidth_hz);
         let steps = step_s / time_constant_s;
-        // An infinite bandwidth leaves no lag, one near zero (steps underflow) lets nothing through.
+        // An infinite bandwidth leaves no lag; one near zero (steps underflow) blocks everything.
         let (decay, held) = if steps.is_infinite() {
             (0.0, 0.0)
         } else if steps < f64::EPSILON {
@@ -33,7 +33,7 @@ impl RateLag {
         Self { state: 0.0, decay, held }
     }
 
-    /// The same lag for another step, its state kept.
+    /// The lag for another step, with its state kept.
     pub(super) fn with(self, bandwidth_hz: f64, step_s: f64) -> Self {
         Self { state: self.state, ..Self::new(bandwidth_hz, step_s) }
     }
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_sine_at_the_bandwidth_falls_by_three_decibel() {
-        // Steps far shorter than the period, so that "constant within a step" costs nothing.
+        // Steps far shorter than the period, so that "constant within a step" is accurate.
         const STEP_S: f64 = 1e-6;
         let mut lag = RateLag::new(100.0, STEP_S);
         let peak = (0..100_000)

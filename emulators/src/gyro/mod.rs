@@ -1,6 +1,6 @@
-//! A fibre-optic gyro: the carrier's true heading in, the bytes of its stream out.
+//! A fibre-optic gyro: takes the carrier's true heading, returns the bytes of its stream.
 //!
-//! From the carrier's heading at the instants of output (by the gyro's own clock) follow
+//! From the carrier's heading at the output times (by the gyro's own clock) the gyro computes
 //!
 //! 1. the mean rate since the last output, through the first-order lag of the bandwidth;
 //! 2. times the scale, which depends on temperature, rate, direction and age;
@@ -9,9 +9,9 @@
 //! 4. clipped to the range and flagged beyond it, with the stream's validity bit left good;
 //! 5. as a rate, an increment or an integrated angle, quantised by the stream's encoder.
 //!
-//! What is slow, temperatures with all that depends on them and bias instability, is worked out once
-//! a second of the gyro's clock and runs in straight lines between. That is off by less than 1e-6 K,
-//! and takes 1.4 % of the rms of a bias instability over four decades from 1 s.
+//! Slow quantities, temperatures with all that depends on them and bias instability, are computed once a second of the
+//! gyro's clock and are linear in between. The error is less than 1e-6 K, and this removes 1.4 % of the rms of a bias
+//! instability over four decades from 1 s.
 
 mod bias_instability;
 mod clock;
@@ -50,17 +50,17 @@ use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
 
-/// The most outputs that wait for their latency to pass.
+/// Maximum number of outputs waiting for their latency to pass.
 pub const PENDING_OUTPUTS_MAX: usize = 128;
 
-/// What is true of a gyro at its last output, for the record and for tests.
+/// True state of a gyro at its last output, for the record and for tests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GyroTruth {
-    /// Everything that is added to the scaled rate, white noise excepted.
+    /// Sum of all terms added to the scaled rate, except white noise.
     pub bias: AngularRate,
     /// Temperature of the coil; the sensor's may differ.
     pub coil_temperature: Temperature,
-    /// What multiplies a low rate, the mean of both directions; 1 is ideal.
+    /// Factor at a low rate, the mean of both directions; 1 is ideal.
     pub scale: f64,
 }
 
@@ -73,17 +73,17 @@ pub struct GyroEmulator {
     encoder: GyroEncoder,
     commands: CommandDecoder,
     clock: OutputClock,
-    /// Where the carrier was at the last output; not known before the first wake.
+    /// Time and carrier heading of the last output; unknown before the first wake.
     carrier: Option<(Timestamp, Angle)>,
     lag: RateLag,
     noise: RateNoise,
     thermal: Thermal,
     steps: SlowSteps,
     slow: Slow,
-    /// What is slow of it: everything but white noise, drift, walk and fast effects.
+    /// Slow part of the bias: all but white noise, drift, walk and fast effects.
     bias: Ramp,
     scale: Ramp,
-    /// Something has to be worked out anew for each output: the next two.
+    /// True if the next two must be evaluated for each output.
     has_fast: bool,
     fast_bias: f64,
     motor_ampere: f64,
@@ -99,8 +99,8 @@ pub struct GyroEmulator {
 }
 
 impl GyroEmulator {
-    /// The gyro `name` in the run with `seed`, switched on at the start of the run (or
-    /// `powered_before_s` earlier). A mode other than rate is for the DSP-3000 alone.
+    /// The gyro `name` in a run with `seed`, switched on at the start of the run (or `powered_before_s` earlier). Only
+    /// the DSP-3000 has modes other than rate.
     pub fn new(parameters: GyroParameters, stream: GyroStream, seed: u64, name: &str) -> Self {
         let period = stream.format.period();
         let thermal = Thermal::new(&parameters, seed, name);
@@ -143,8 +143,8 @@ impl GyroEmulator {
         gyro
     }
 
-    /// Bytes from the host: the commands `R`, `A`, `P` (output mode) and `Z` (integrated angle to
-    /// zero) of the DSP-3000's ASCII interface. The others listen to nobody.
+    /// Takes bytes from the host: the commands `R`, `A`, `P` (output mode) and `Z` (integrated angle to zero) of the
+    /// DSP-3000's ASCII interface. Other gyros ignore input.
     pub fn receive(&mut self, _now: Timestamp, bytes: &[u8]) {
         if !self.format.facts().takes_commands {
             return;
@@ -156,17 +156,17 @@ impl GyroEmulator {
         });
     }
 
-    /// When to call [`wake`](Self::wake) next: at the next output by the gyro's own clock, or when an
-    /// output that waits for its latency falls due.
+    /// Time of the next [`wake`](Self::wake): the next output by the gyro's own clock, or the end of an output's
+    /// latency.
     pub fn next_wakeup(&self) -> Timestamp {
         self.pending.front().map_or(self.clock.next(), |&(due, _)| due.min(self.clock.next()))
     }
 
-    /// Takes the carrier's true heading at `now` (unwrapped) and returns the bytes that begin to
-    /// leave the gyro now, if any. The first call only learns where the carrier is.
+    /// Takes the carrier's true heading at `now` (unwrapped) and returns the bytes that start to leave the gyro now,
+    /// if any. The first call only sets the initial heading.
     ///
-    /// `now` should be [`next_wakeup`](Self::next_wakeup). When it is later, the carrier is taken to
-    /// have turned evenly since the last output; call again until the next wake-up lies ahead.
+    /// `now` should be [`next_wakeup`](Self::next_wakeup). If it is later, the carrier is assumed to have turned
+    /// evenly since the last output; call again until the next wake-up lies ahead.
     #[inline]
     pub fn wake(&mut self, now: Timestamp, carrier_heading: Angle) -> Option<Packet> {
         if now >= self.clock.next() {
@@ -186,7 +186,7 @@ impl GyroEmulator {
         Some(packet)
     }
 
-    /// An output of `due` waits for its latency to pass.
+    /// Holds an output due at `due` until its latency has passed.
     fn hold_back(&mut self, due: Timestamp, packet: Packet) {
         if self.pending.len() == PENDING_OUTPUTS_MAX {
             self.pending.pop_front();
@@ -195,25 +195,25 @@ impl GyroEmulator {
         self.pending.push_back((due + Span::from_secs_f64(self.parameters.latency_s), packet));
     }
 
-    /// The carrier was put to another heading since the last output, as in a simulation where nobody
-    /// carries it there: the gyro sees nothing of that turn.
+    /// Sets the carrier to another heading without a rotation, as a simulation may do: the gyro does not see that
+    /// turn.
     pub fn carrier_placed(&mut self, heading: Angle) {
         if let Some((_, last_heading)) = &mut self.carrier {
             *last_heading = heading;
         }
     }
 
-    /// The carrier's motors draw this current from now on.
+    /// Sets the current of the carrier's motors from now on.
     pub const fn set_motor_current(&mut self, ampere: f64) {
         self.motor_ampere = ampere;
     }
 
-    /// Does the motors' current reach the gyro, by its field or by the supply?
+    /// True if the motors' current affects the gyro, by its field or through the supply.
     pub fn feels_motors(&self) -> bool {
         self.parameters.motor_deg_per_h_per_ampere() != 0.0
     }
 
-    /// Sets the parameter of this name, effective from the next output on.
+    /// Sets the parameter `name`, effective from the next output on.
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         self.parameters.set(name, value)?;
         self.thermal.cut(self.steps.share());
@@ -225,12 +225,12 @@ impl GyroEmulator {
         Ok(())
     }
 
-    /// The parameters in force.
+    /// The current parameters.
     pub const fn parameters(&self) -> &GyroParameters {
         &self.parameters
     }
 
-    /// What is true at the last output.
+    /// The true state at the last output.
     pub fn truth(&self) -> GyroTruth {
         GyroTruth {
             bias: AngularRate::from_rad_per_s(
@@ -246,7 +246,7 @@ impl GyroEmulator {
         self.dropped
     }
 
-    /// What follows from the parameters alone.
+    /// Updates everything that follows from the parameters alone.
     fn configure(&mut self) {
         let steps = self.steps.steps(&self.clock);
         self.lag = self.lag.with(self.parameters.bandwidth_hz, steps.output_s);
@@ -263,7 +263,7 @@ impl GyroEmulator {
         self.scale.value = scale;
     }
 
-    /// What is slow, for the next second or for what is left of one that was cut.
+    /// Starts a slow step: the next second, or the rest of a second that was cut.
     #[cold]
     fn start_slow_step(&mut self) {
         let (outputs, second_begins) = self.steps.start();
@@ -286,11 +286,11 @@ impl GyroEmulator {
             (start - parameters.steady_celsius()).abs() > parameters.warm_up_flag_kelvin;
     }
 
-    /// The next output, for the carrier at `heading` now; none at the first call.
+    /// The next output, for the carrier at `heading` now; `None` at the first call.
     #[inline]
     fn measure(&mut self, now: Timestamp, heading: Angle) -> Option<GyroSample> {
         let Some((last, last_heading)) = self.carrier else {
-            // The clock starts where the carrier is first seen.
+            // The clock starts at the first heading.
             self.carrier = Some((now, heading));
             self.clock.start(now);
             return None;
@@ -299,7 +299,7 @@ impl GyroEmulator {
             self.start_slow_step();
         }
         self.steps.output();
-        // Drawn before anything else is worked out, so that nothing has to be kept across the draw.
+        // Drawn first, so that no other value has to be kept across the draw.
         let noise = self.noise.next();
         self.bias.step();
         self.scale.step();
@@ -329,7 +329,7 @@ impl GyroEmulator {
         Some(self.sample(measured, interval_s, over_range))
     }
 
-    /// What changes from output to output: the bias is kept, the scale returned.
+    /// Evaluates the fast effects: stores the bias, returns the scale.
     #[cold]
     fn fast(&mut self, rate: f64, heading: Angle) -> f64 {
         let (moment, sums) =
@@ -344,7 +344,7 @@ impl GyroEmulator {
     }
 }
 
-/// `part` of `whole`.
+/// `part` as a share of `whole`.
 fn share(part: Span, whole: Span) -> f64 {
     part.as_secs_f64() / whole.as_secs_f64()
 }

@@ -9,21 +9,21 @@ use wire::units::{Angle, AngularRate};
 
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 
-/// Noise of the rate in rad/s. Every term is discretised exactly: its variance and correlation at the
-/// steps are those of the continuous process. White noise, drift and walk are stepped from output to
-/// output; the slow bias (instability and turn-on) from second to second.
+/// Noise of the rate in rad/s. Every term is discretised exactly: its variance and correlation at the steps are those
+/// of the continuous process. White noise, drift and walk are stepped from output to output; the slow bias
+/// (instability and turn-on) from second to second.
 ///
-/// Each term has a stream of its own and draws nothing more while it is off.
+/// Each term has its own random stream and draws no more numbers while it is off.
 #[derive(Debug, Clone)]
 pub(super) struct RateNoise {
     white: RandomStream,
     white_sigma: f64,
-    /// Either of the next two is on.
+    /// True if one of the next two is on.
     wanders: bool,
     /// First-order Gauss-Markov, with unit variance.
     drift: Term,
     drift_sigma: f64,
-    /// e^(-h/correlation time), and what keeps the variance at one.
+    /// e^(-h/correlation time), and the drive that keeps the variance at one.
     drift_decay: f64,
     drift_drive: f64,
     walk: Term,
@@ -39,7 +39,7 @@ struct Term {
     state: f64,
 }
 
-/// When the noise is stepped.
+/// Step sizes of the noise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
     /// From output to output.
@@ -49,7 +49,7 @@ pub(super) struct Steps {
 }
 
 impl RateNoise {
-    /// Noise of `device` in the run with `seed`.
+    /// Noise of `device` in a run with `seed`.
     pub(super) fn new(parameters: &GyroParameters, steps: Steps, seed: u64, device: &str) -> Self {
         let stream = |purpose| RandomStream::new(seed, device, purpose);
         let term = |purpose| Term { stream: stream(purpose), state: 0.0 };
@@ -67,13 +67,13 @@ impl RateNoise {
             turn_on_draw: stream("gyro turn-on bias").standard_normal(),
             turn_on: 0.0,
         };
-        // The drift starts in its steady distribution: it was there before anybody looked.
+        // The drift starts in its steady distribution.
         noise.drift.state = noise.drift.stream.standard_normal();
         noise.configure(parameters, steps);
         noise
     }
 
-    /// Takes over changed parameters or other steps; what has built up so far stays.
+    /// Applies changed parameters or other steps; the current state stays.
     pub(super) fn configure(&mut self, parameters: &GyroParameters, steps: Steps) {
         // N deg/sqrt(h) is a density of N/60 deg/s/sqrt(Hz); the mean of a step has variance N^2/h.
         self.white_sigma = Angle::from_deg(parameters.angle_random_walk_deg_per_sqrt_h).rad()
@@ -83,19 +83,19 @@ impl RateNoise {
         self.drift_drive = sqrt(1.0 - self.drift_decay * self.drift_decay);
         self.walk_sigma = Angle::from_deg(parameters.rate_random_walk_deg_per_s_per_sqrt_s).rad()
             * sqrt(steps.output_s);
-        // A walk that is switched off stays where it went.
+        // A walk that is switched off keeps its last value.
         self.wanders = self.drift_sigma > 0.0 || self.walk_sigma > 0.0 || self.walk.state != 0.0;
         self.instability.configure(parameters, steps.slow_s);
         self.turn_on = AngularRate::from_deg_per_h(parameters.turn_on_bias_deg_per_h).rad_per_s()
             * self.turn_on_draw;
     }
 
-    /// Takes the slow bias on by its step.
+    /// Advances the slow bias by its step.
     pub(super) fn advance_slow(&mut self) {
         self.instability.advance();
     }
 
-    /// The slow bias when `share` of its step is over; it runs in straight lines.
+    /// The slow bias after `share` of its step; it is linear within a step.
     pub(super) fn slow_bias(&self, share: f64) -> f64 {
         self.turn_on + self.instability.at(share)
     }
@@ -105,7 +105,7 @@ impl RateNoise {
         self.drift_sigma * self.drift.state + self.walk.state
     }
 
-    /// The noise of the next output, the slow bias excepted.
+    /// The noise of the next output, without the slow bias.
     #[inline]
     pub(super) fn next(&mut self) -> f64 {
         let white = if self.white_sigma > 0.0 {
@@ -148,7 +148,7 @@ mod tests {
         assert!((variance(worst).sqrt() - 0.8913).abs() < 1e-4);
     }
 
-    /// The noise as a plan would see it: means over a bias test and the lap that follows.
+    /// The noise in a plan: means over a bias test and the lap that follows.
     #[test]
     fn the_simulated_drift_has_that_variance() {
         const PAIRS: u32 = 2_000;

@@ -5,22 +5,19 @@ use crate::parameters::parameters;
 use libm::{cos, exp, sincos};
 use wire::units::Angle;
 
-/// Correlation time of the exponentially correlated drift where a device file does not give one
-/// (assumption).
+/// Default correlation time of the exponentially correlated drift (assumption).
 ///
-/// This is the time for which a 20 s bias test, followed at once by a lap of 64 s travel, is helped
-/// least by the bias test: it maximises the variance of the mean drift during the lap less the mean
-/// drift during the test. No sum of such processes of the same rms does worse. It is not a fit to
-/// any result; `gyro::noise` computes it.
+/// For this time a 20 s bias test helps least in an immediately following lap of 64 s travel: it maximises the
+/// variance of the mean drift during the lap minus the mean drift during the test. No sum of such processes of the
+/// same rms is worse. It is not fitted to any result; `gyro::noise` computes it.
 pub const WORST_CASE_CORRELATION_S: f64 = 20.0;
 
-/// Shortest correlation time of the bias instability where a device file does not give one
-/// (assumption): well below the 20 s of a bias test, and far enough up that white noise covers what
-/// is faster.
+/// Default of the shortest correlation time of the bias instability (assumption): well below the 20 s of a bias test,
+/// and long enough that white noise covers everything faster.
 pub const INSTABILITY_SHORTEST_S: f64 = 1.0;
 
-/// Longest correlation time of the bias instability where a device file does not give one
-/// (assumption): a record of a few hours, over which a data sheet takes its rms.
+/// Default of the longest correlation time of the bias instability (assumption): a record of a few hours, over which a
+/// data sheet takes its rms.
 pub const INSTABILITY_LONGEST_S: f64 = 10_000.0;
 
 parameters! {
@@ -185,13 +182,13 @@ parameters! {
     }
 }
 
-/// The rate at which `scale_ppm_at_30_deg_per_s` is stated: the paper's table rate.
+/// The rate at which `scale_ppm_at_30_deg_per_s` is specified: the paper's table rate.
 const CUBIC_REFERENCE_DEG_PER_S: f64 = 30.0;
 const PPM: f64 = 1e-6;
 const SECONDS_PER_MINUTE: f64 = 60.0;
 
 impl GyroParameters {
-    /// Temperature that the coil tends to.
+    /// Steady temperature of the coil.
     pub(super) fn steady_celsius(&self) -> f64 {
         self.ambient_celsius + self.self_heating_kelvin
     }
@@ -208,8 +205,8 @@ impl GyroParameters {
         wire::units::AngularRate::from_deg_per_h(deg_per_h).rad_per_s()
     }
 
-    /// What the axis sees of the Earth's rate: always, and at most by its tilt, with the cosine of
-    /// the heading.
+    /// The components of the Earth's rate along the axis: the constant one, and the largest one through the tilt,
+    /// which varies with the cosine of the heading.
     pub(super) fn earth_deg_per_h(&self) -> (f64, f64) {
         if self.earth_rate_deg_per_h == 0.0 {
             return (0.0, 0.0);
@@ -220,14 +217,13 @@ impl GyroParameters {
         (earth * sin_latitude * cos_tilt, earth * cos_latitude * sin_tilt)
     }
 
-    /// Bias for each ampere of the carrier's motors: by their field, and by the supply.
+    /// Bias per ampere of the carrier's motors: through their field and the supply.
     pub(super) fn motor_deg_per_h_per_ampere(&self) -> f64 {
         self.bias_deg_per_h_per_ampere
             - self.bias_deg_per_h_per_volt * self.supply_sag_volt_per_ampere
     }
 
-    /// What multiplies the rate, for the coil at `celsius`, at low rates and the mean of both
-    /// directions.
+    /// Factor on the rate, for the coil at `celsius`, at low rates and as the mean of both directions.
     pub(super) fn scale(&self, celsius: f64) -> f64 {
         let ppm = self.scale_ppm + self.scale_ppm_per_kelvin * (celsius - self.scale_zero_celsius);
         (1.0 + ppm * PPM) * cos(Angle::from_deg(self.axis_tilt_deg).rad())
@@ -253,7 +249,7 @@ impl GyroParameters {
     }
 }
 
-/// What is left of a first-order difference after `seconds`; nothing where it follows at once.
+/// The share of a first-order difference left after `seconds`; zero without a time constant.
 pub(super) fn remainder(seconds: f64, time_constant_s: f64) -> f64 {
     if time_constant_s > 0.0 { exp(-seconds / time_constant_s) } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! From a measured rate to what an output says.
+//! From a measured rate to the content of an output.
 
 use super::GyroEmulator;
 use wire::gyro::{GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence};
@@ -33,7 +33,7 @@ impl GyroEmulator {
     }
 }
 
-/// The number after this one.
+/// The next sequence number.
 fn following(Sequence { value, modulus }: Sequence) -> Sequence {
     let next = u16::from(value) + 1;
     // Below the modulus, which is 256 at most.

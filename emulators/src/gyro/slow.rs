@@ -1,10 +1,10 @@
-//! Everything slow of a gyro's bias and scale but its noise, from step to step.
+//! All slow parts of a gyro's bias and scale except noise, from step to step.
 
 use super::effects::with_play;
 use super::parameters::GyroParameters;
 use super::terms::{Memory, Moment, Sums};
 
-/// What is remembered from one slow step to the next: time, and the histories of temperatures.
+/// State carried from one slow step to the next: time, and the histories of temperatures.
 #[derive(Debug, Clone)]
 pub(super) struct Slow {
     start: State,
@@ -20,7 +20,7 @@ struct State {
 }
 
 impl Slow {
-    /// A gyro that is as warm as its coil all over.
+    /// A gyro with a uniform temperature.
     pub(super) fn new(parameters: &GyroParameters, celsius: f64) -> Self {
         let time_s = parameters.powered_before_s;
         let state = State {
@@ -31,8 +31,8 @@ impl Slow {
         Self { start: state.clone(), end: state }
     }
 
-    /// Goes on by `step_s`, in which the coil goes from the first to the second temperature: bias
-    /// and scale at both ends.
+    /// Advances by `step_s`, in which the coil goes from the first to the second temperature; returns bias and scale
+    /// at both ends.
     pub(super) fn advance(
         &mut self,
         parameters: &GyroParameters,
@@ -55,7 +55,7 @@ impl Slow {
         [self.start.sums(parameters), self.end.sums(parameters)]
     }
 
-    /// Bias and scale for the coil at `celsius`, where nothing has changed for long.
+    /// Bias and scale for the coil at `celsius`, in the steady state.
     pub(super) fn now(&self, parameters: &GyroParameters, celsius: f64) -> (f64, f64) {
         let mut state = self.end.clone();
         state.moment.celsius = celsius;
@@ -64,7 +64,7 @@ impl Slow {
         (sums.bias, sums.scale)
     }
 
-    /// The step ends here, when `share` of it is over.
+    /// Ends the step early, after `share` of it.
     pub(super) fn cut(&mut self, share: f64) {
         let (start, end) = (&self.start, &mut self.end);
         end.moment = between(&start.moment, &end.moment, share);
@@ -72,7 +72,7 @@ impl Slow {
         end.memory = start.memory.between(&end.memory, share);
     }
 
-    /// What is true when `share` of the step is over, and what the fast terms come to then.
+    /// The true state after `share` of the step, and the sums of the fast terms there.
     pub(super) fn at(
         &self,
         parameters: &GyroParameters,

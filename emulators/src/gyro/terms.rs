@@ -1,8 +1,8 @@
-//! Error terms that a device file spells out: what a model that was identified says of a gyro.
+//! Error terms given in a device file: an identified model of a gyro.
 //!
-//! The measured rate is `(scale + sum of scale terms) x true rate + bias + sum of bias terms`. Terms
-//! see what is true in the gyro: the coil's temperature and not the sensor's, the carrier's rate and
-//! heading, the time since power-up. Numbers are SI, temperatures in degrees Celsius.
+//! The measured rate is `(scale + sum of scale terms) x true rate + bias + sum of bias terms`. Terms use the true
+//! state of the gyro: the coil's temperature instead of the sensor's, the carrier's rate and heading, the time since
+//! power-up. Numbers are SI, temperatures in degrees Celsius.
 //!
 //! ```toml
 //! [[gyro.terms]]
@@ -150,7 +150,7 @@ impl Parameters for Term {
 }
 
 impl Term {
-    /// Its numbers by name, and the values that each may have.
+    /// Its numbers by name, with their permitted values.
     fn numbers(&mut self) -> Vec<(&'static str, &mut f64, Domain)> {
         let mut numbers = self.form.numbers();
         match &mut self.driver {

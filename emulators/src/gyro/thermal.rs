@@ -1,4 +1,4 @@
-//! Temperature of a gyro's coil and of the sensor beside it, and what follows from it.
+//! Temperature of a gyro's coil and of the sensor beside it, and their effects.
 
 use super::parameters::{GyroParameters, remainder};
 use crate::random::RandomStream;
@@ -13,10 +13,10 @@ struct Temperatures {
 
 /// Coil and sensor temperature, advanced in steps of about a second.
 ///
-/// The coil warms by its own power and follows the room, both with one time constant: over a step h
-/// its distance from the steady temperature falls by e^(-h/tau), exactly. The sensor follows the
-/// coil with a lag of its own. Within a step both are taken as straight lines, which is off by
-/// h^2/8 times the second derivative: for 20 K in 35 min and 1 s less than 1e-6 K.
+/// The coil warms by its own power and follows the room, both with one time constant: over a step h its distance from
+/// the steady temperature falls by e^(-h/tau), exactly. The sensor follows the coil with its own lag. Within a step
+/// both are taken as linear; the error is h^2/8 times the second derivative: for 20 K in 35 min and 1 s less than 1e-6
+/// K.
 #[derive(Debug, Clone)]
 pub(super) struct Thermal {
     start: Temperatures,
@@ -39,30 +39,30 @@ impl Thermal {
         (self.start.coil, self.end.coil)
     }
 
-    /// The coil's temperature when `share` of the step is over.
+    /// The coil's temperature after `share` of the step.
     pub(super) fn coil_at(&self, share: f64) -> f64 {
         self.start.coil + (self.end.coil - self.start.coil) * share
     }
 
-    /// What the sensor said at the start of the step.
+    /// The sensor's reading at the start of the step.
     pub(super) const fn reading(&self) -> f64 {
         self.reading
     }
 
-    /// The step ends here, when `share` of it is over.
+    /// Ends the step early, after `share` of it.
     pub(super) fn cut(&mut self, share: f64) {
         self.end.coil = self.coil_at(share);
         self.end.sensor = self.start.sensor + (self.end.sensor - self.start.sensor) * share;
     }
 
-    /// Reads the sensor and goes on from the end of the last step by `step_s`.
+    /// Reads the sensor and advances by `step_s` from the end of the last step.
     pub(super) fn advance(&mut self, parameters: &GyroParameters, step_s: f64) {
         let start = self.end;
         self.reading = self.read(parameters, start.sensor);
         let steady = parameters.steady_celsius();
         let left = remainder(step_s, parameters.thermal_time_constant_s);
         let coil = steady + (start.coil - steady) * left;
-        // Behind a ramp of slope r a lag L settles at r L below it.
+        // A lag L settles r L below a ramp of slope r.
         let behind = (coil - start.coil) / step_s * parameters.temperature_lag_s;
         let left = remainder(step_s, parameters.temperature_lag_s);
         let sensor = coil - behind + (start.sensor - start.coil + behind) * left;
@@ -80,7 +80,7 @@ impl Thermal {
     }
 }
 
-/// A quantity that goes straight from one value to another in a given number of outputs.
+/// A quantity that moves linearly from one value to another in a given number of outputs.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Ramp {
     pub(super) value: f64,

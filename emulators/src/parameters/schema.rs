@@ -1,12 +1,12 @@
-//! Named numbers as a JSON Schema, for editors: from the same tables as everything else.
+//! JSON Schema of named numbers, for editors, generated from the same tables as everything else.
 
 use super::{Domain, ParameterInfo};
 use schemars::{Schema, json_schema};
 
-/// A table of these parameters, with the values of an ideal device as defaults; nothing else may stand in it.
+/// A table of these parameters, with the values of an ideal device as defaults and no other keys.
 pub(crate) fn table(known: &[ParameterInfo]) -> Schema {
     let mut schema = changes(known);
-    // By name: a map of JSON keeps its keys in an order of its own.
+    // By name: a JSON map has its own order of keys.
     let properties = schema.get_mut("properties").and_then(|it| it.as_object_mut());
     if let Some(properties) = properties {
         for info in known.iter().filter(|info| info.ideal.is_finite()) {
@@ -19,7 +19,7 @@ pub(crate) fn table(known: &[ParameterInfo]) -> Schema {
     schema
 }
 
-/// The same for a file that changes single ones: what it does not name stays.
+/// The schema for a file that changes single parameters: the others keep their values.
 pub(crate) fn changes(known: &[ParameterInfo]) -> Schema {
     let mut schema = json_schema!({
         "type": "object", "properties": {}, "additionalProperties": false
@@ -34,7 +34,7 @@ pub(crate) fn changes(known: &[ParameterInfo]) -> Schema {
     schema
 }
 
-/// A number of `domain`. JSON has no infinity: programs that read TOML as JSON give it as null.
+/// A number of `domain`. JSON has no infinity: programs that read TOML as JSON represent it as null.
 fn number(domain: Domain) -> Schema {
     let mut schema = json_schema!({ "type": "number" });
     if domain.min == f64::MIN_POSITIVE {

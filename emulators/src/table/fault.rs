@@ -1,11 +1,11 @@
-//! What can go wrong in a table, on purpose.
+//! Deliberate faults of a table.
 
 use super::{STEPS_PER_ELECTRICAL_CYCLE, TableEmulator};
 use wire::time::Timestamp;
 
 impl TableEmulator {
-    /// The rotor stands still until the field is `steps` ahead, rounded to whole electrical cycles, and follows
-    /// again; at rest, in the next move. What the move is too short for is not lost.
+    /// Stops the rotor until the field is `steps` ahead, rounded to whole electrical cycles; then it follows again. At
+    /// rest this applies to the next move. A move that is too short loses correspondingly less.
     pub fn lose_steps(&mut self, now: Timestamp, steps: f64) {
         self.wake(now);
         let cycles = libm::round(steps / STEPS_PER_ELECTRICAL_CYCLE).max(0.0);

@@ -7,7 +7,7 @@ use libm::{round, sin};
 use wire::time::Timestamp;
 use wire::units::Angle;
 
-/// A rotor that does not follow the field for a while.
+/// A pause in which the rotor does not follow the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stand {
     from: f64,
@@ -17,22 +17,22 @@ struct Stand {
 /// Rotor, gear and table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mechanics {
-    /// Steps lost in moves that are over, signed like them.
+    /// Steps lost in completed moves, with the sign of the moves.
     lost: f64,
-    /// What the present move loses.
+    /// Slip of the current move.
     slip: Slip,
-    /// The rotor stands still for so many steps of the field, from this step of the move on.
+    /// The rotor stands still for this many steps of the field, from this step of the move on.
     stand: Option<Stand>,
-    /// Where the gear had left the table when the move began, in rad.
+    /// Angle of the table when the move began, in rad.
     table: f64,
 }
 
 impl Mechanics {
-    /// At power-up the table stands in the middle of the play: nobody knows how it was left.
+    /// At power-up the table stands in the middle of the play, since its history is unknown.
     pub(super) const AT_POWER_UP: Self =
         Self { lost: 0.0, slip: Slip::None, stand: None, table: 0.0 };
 
-    /// The move `profile` is over, or broken off, at `now`.
+    /// Ends the move `profile`, completed or aborted, at `now`.
     pub(super) fn end_move(&mut self, p: &TableParameters, profile: &Profile, now: Timestamp) {
         let stood = self.stood(profile, now) / STEPS_PER_ELECTRICAL_CYCLE;
         let stood = round(stood) * STEPS_PER_ELECTRICAL_CYCLE;
@@ -41,18 +41,18 @@ impl Mechanics {
         self.table = self.table_at(p, profile, now);
     }
 
-    /// The rotor stands still from now on, until the field is ahead by `steps`; at rest, from the next move on.
+    /// Stops the rotor from now on, until the field is ahead by `steps`; at rest, from the next move on.
     pub(super) fn stand(&mut self, profile: &Profile, now: Timestamp, steps: f64) {
         self.stand = Some(Stand { from: profile.commanded(now), steps });
     }
 
-    /// Steps that it is behind for having stood still, unsigned.
+    /// Steps that the rotor is behind after standing still, unsigned.
     fn stood(&self, profile: &Profile, now: Timestamp) -> f64 {
         self.stand
             .map_or(0.0, |stand| (profile.commanded(now) - stand.from).clamp(0.0, stand.steps))
     }
 
-    /// A move begins that loses steps like this.
+    /// Starts a move with this slip.
     pub(super) fn begin_move(&mut self, slip: Slip) {
         self.slip = slip;
     }
@@ -68,7 +68,7 @@ impl Mechanics {
         let rotor = profile.position(now) - self.lost_steps(profile, now);
         let gear = Angle::from_deg(rotor * p.step_deg).rad();
         let half_play = 0.5 * Angle::from_deg(p.backlash_deg).rad();
-        // The gear goes one way within a move, and takes the table along once the play is used up.
+        // The gear moves in one direction within a move, and takes the table along once the play is taken up.
         self.table.clamp(gear - half_play, gear + half_play)
     }
 

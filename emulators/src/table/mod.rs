@@ -1,8 +1,8 @@
-//! A stepper-driven rotary table: lines of text in, an angle and lines of text out.
+//! A stepper-driven rotary table: takes lines of text, turns, answers with lines of text.
 //!
-//! The indexer makes a trapezoid of step rate of each move. The motor loses whole electrical cycles
-//! when it is ramped too hard, the gear has play at each reversal, and eccentricity shows once and
-//! twice a turn. The indexer counts the steps it sends and knows of none of this.
+//! The indexer turns each move into a trapezoid of step rate. The motor loses whole electrical cycles if it is ramped
+//! too hard, the gear has play at each reversal, and eccentricity shows once and twice per turn. The indexer counts
+//! the steps it sends and notices none of this.
 //!
 //! Between steps the angle is taken as smooth: inertia carries the table over 0.0125 deg.
 
@@ -27,7 +27,7 @@ use wire::table::{Answer, Command, CommandDecoder};
 use wire::time::Timestamp;
 use wire::units::Angle;
 
-/// The most answers that wait to be sent.
+/// Maximum number of answers waiting to be sent.
 pub const ANSWERS_MAX: usize = 16;
 
 /// Top rate at power-up, in steps/s: the paper's 30 deg/s with the default step.
@@ -67,7 +67,7 @@ impl TableEmulator {
         }
     }
 
-    /// Bytes from the line, in any division.
+    /// Takes bytes from the line, in pieces of any length.
     pub fn receive(&mut self, now: Timestamp, bytes: &[u8]) {
         let mut commands = std::mem::take(&mut self.commands);
         commands.feed(bytes, |line| {
@@ -81,7 +81,7 @@ impl TableEmulator {
         self.commands = commands;
     }
 
-    /// Goes on to `now`.
+    /// Advances to `now`.
     pub fn wake(&mut self, now: Timestamp) {
         if self.moving && self.profile.end() <= now {
             self.end_move(self.profile.end());
@@ -93,12 +93,12 @@ impl TableEmulator {
         self.answers.pop_front()
     }
 
-    /// When the move that is under way ends; never at rest.
+    /// End of the current move; `None` at rest.
     pub fn next_wakeup(&self) -> Option<Timestamp> {
         self.moving.then(|| self.profile.end())
     }
 
-    /// Carries out a command and gives its answer.
+    /// Carries out a command and returns its answer.
     pub fn command(&mut self, now: Timestamp, command: Command) -> Answer {
         self.wake(now);
         let verb = command.verb();
@@ -127,7 +127,7 @@ impl TableEmulator {
             }
             Command::State => {
                 return Answer::State {
-                    // The counter of a 32-bit indexer, which stops at its ends.
+                    // The counter of a 32-bit indexer, which saturates.
                     position_steps: libm::trunc(self.profile.position(now)) as i32,
                     moving: self.moving,
                 };
@@ -136,7 +136,7 @@ impl TableEmulator {
         if accepted { Answer::Done(verb) } else { Answer::refused(verb) }
     }
 
-    /// Sets the parameter of this name from `now` on; the limit of the ramp from the next move on.
+    /// Sets the parameter `name` from `now` on; the limit of the ramp from the next move on.
     pub fn set_parameter(
         &mut self,
         now: Timestamp,
@@ -147,23 +147,23 @@ impl TableEmulator {
         self.parameters.set(name, value)
     }
 
-    /// The parameters in force.
+    /// The current parameters.
     pub const fn parameters(&self) -> &TableParameters {
         &self.parameters
     }
 
-    /// The table's true angle at `now` (unwrapped, counter-clockwise, zero at power-up), not before
-    /// the last call that took a time.
+    /// The table's true angle at `now` (unwrapped, counter-clockwise, zero at power-up), not before the last call with
+    /// a time.
     pub fn angle_at(&self, now: Timestamp) -> Angle {
         self.mechanics.angle_at(&self.parameters, &self.profile, now)
     }
 
-    /// Steps lost until `now`, counter-clockwise ones positive.
+    /// Steps lost until `now`; counter-clockwise is positive.
     pub fn steps_lost_at(&self, now: Timestamp) -> f64 {
         self.mechanics.lost_steps(&self.profile, now)
     }
 
-    /// Lines that were no command.
+    /// Number of lines that were not commands.
     pub const fn lines_refused(&self) -> u64 {
         self.commands.refused()
     }

@@ -1,11 +1,11 @@
-//! What an indexer makes of a move: a trapezoid of step rate over time.
+//! A move by an indexer: a trapezoid of step rate over time.
 
 use libm::{ceil, round, sqrt};
 use wire::time::{Span, Timestamp};
 
 const NANOS_PER_SECOND: f64 = 1e9;
 
-/// A move in steps, as a closed form of time: up with one ramp, level, down with another.
+/// A move in steps, as a closed form of time: one ramp up, constant rate, another ramp down.
 ///
 /// It ends on a whole nanosecond, on its last step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,8 +34,8 @@ impl Profile {
         }
     }
 
-    /// From rest at `from`, by `distance` steps, with at most `rate` and `ramp` (both positive). A
-    /// move too short for the top rate is a triangle.
+    /// A move from rest at `from`, by `distance` steps, with at most `rate` and `ramp` (both positive). A move too
+    /// short for the top rate is a triangle.
     pub(super) fn new(start: Timestamp, from: f64, distance: f64, rate: f64, ramp: f64) -> Self {
         let length = distance.abs();
         let top_rate = rate.min(sqrt(length * ramp));
@@ -52,8 +52,8 @@ impl Profile {
         }
     }
 
-    /// Down to rest from `now` on, with about `ramp`, on a whole step. Where that takes less than a
-    /// step the motor stops at once, on the nearest one.
+    /// Stops from `now` on, with about `ramp`, on a whole step. If that takes less than a step the motor stops at
+    /// once, on the nearest one.
     pub(super) fn stopped(&self, now: Timestamp, ramp: f64) -> Self {
         let (from, rate) = (self.position(now), self.rate(now));
         let way = rate * rate / (2.0 * ramp);
@@ -65,13 +65,13 @@ impl Profile {
         Self { start: now, from, to, top_rate: rate, up_s: 0.0, level_s: 0.0, down_s }
     }
 
-    /// When the last step is done.
+    /// Time of the last step.
     pub(super) fn end(&self) -> Timestamp {
         let seconds = self.up_s + self.level_s + self.down_s;
         self.start + Span::from_nanos(ceil(seconds * NANOS_PER_SECOND) as i64)
     }
 
-    /// Steps commanded until `now`, as a smooth count.
+    /// Commanded steps until `now`, as a smooth count.
     pub(super) fn position(&self, now: Timestamp) -> f64 {
         if now >= self.end() {
             return self.to;
@@ -91,7 +91,7 @@ impl Profile {
         self.to - 0.5 * self.top_rate / self.down_s * left * left
     }
 
-    /// Steps a second at `now`.
+    /// Steps per second at `now`.
     pub(super) fn rate(&self, now: Timestamp) -> f64 {
         if now >= self.end() {
             return 0.0;
@@ -107,7 +107,7 @@ impl Profile {
         }
     }
 
-    /// The rate that the first ramp leads to, unsigned.
+    /// The rate at the end of the first ramp, unsigned.
     pub(super) fn top_rate(&self) -> f64 {
         self.top_rate.abs()
     }
@@ -122,7 +122,7 @@ impl Profile {
         (self.to - self.from).abs()
     }
 
-    /// Steps of the move that are commanded until `now`, unsigned.
+    /// Commanded steps of the move until `now`, unsigned.
     pub(super) fn commanded(&self, now: Timestamp) -> f64 {
         (self.position(now) - self.from).abs()
     }

@@ -1,41 +1,41 @@
-//! How a stepper that is ramped too hard loses steps.
+//! Loss of steps by a stepper that is ramped too hard.
 
 use super::profile::Profile;
 use libm::{floor, round};
 use wire::time::Timestamp;
 
-/// Half steps in a cycle of the windings' currents. A rotor that falls behind the field locks in
-/// again a whole number of cycles later: 4 full steps, 8 half steps.
+/// Half steps per cycle of the windings' currents. A rotor that falls behind the field locks in again a whole number
+/// of cycles later: 4 full steps, 8 half steps.
 pub const STEPS_PER_ELECTRICAL_CYCLE: f64 = 8.0;
 
-/// What becomes of the rotor in one move.
+/// The rotor's response in one move.
 ///
-/// A rotor that can only follow `limit` runs v^2/(2 limit) until it has the rate v of a field that
-/// ramps harder; the field has run v^2/limit - v^2/(2 ramp) by then. The difference is lost, in whole
-/// cycles. A rotor that has not caught up when the field begins to brake stalls, and all whole cycles
-/// of the move are lost (assumption). Braking is helped by friction and loses nothing (assumption).
+/// A rotor limited to `limit` needs the distance v^2/(2 limit) to reach the rate v of a field that ramps harder; by
+/// then the field has run v^2/limit - v^2/(2 ramp). The difference is lost, in whole cycles. A rotor that has not
+/// caught up when the field starts to brake stalls, and all whole cycles of the move are lost (assumption). Friction
+/// helps braking, which therefore loses nothing (assumption).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Slip {
     /// The rotor follows the field.
     None,
-    /// It gets up to the rate by itself, and is `lost` steps behind from then on.
+    /// It reaches the rate by itself, and is `lost` steps behind from then on.
     CatchesUp {
-        /// The rotor's acceleration, for which the loss is whole cycles.
+        /// The rotor's acceleration, chosen so that the loss is whole cycles.
         acceleration: f64,
-        /// How long that takes.
+        /// Duration of the catching up.
         duration_s: f64,
         /// Steps, unsigned.
         lost: f64,
     },
-    /// It stays behind by this share of the move.
+    /// It falls behind by this share of the move.
     Stalls {
-        /// Whole cycles of the move, in steps over its length.
+        /// Whole cycles of the move in steps, over its length.
         share: f64,
     },
 }
 
 impl Slip {
-    /// The slip of the move `profile`, ramped with `ramp` against the motor's `limit`.
+    /// The slip of the move `profile` with `ramp` against the motor's `limit`.
     pub(super) fn of(profile: &Profile, ramp: f64, limit: f64) -> Self {
         let rate = profile.top_rate();
         if ramp <= limit || rate == 0.0 {
@@ -70,7 +70,8 @@ impl Slip {
         }
     }
 
-    /// Where the rotor locks in when the move is over or broken off at `now`: whole cycles behind.
+    /// Steps, in whole cycles, that the rotor is behind when it locks in at `now`, after the end of the move,
+    /// completed or aborted.
     pub(super) fn locked_in(&self, profile: &Profile, now: Timestamp) -> f64 {
         let cycles = self.behind(profile, now) / STEPS_PER_ELECTRICAL_CYCLE;
         round(cycles) * STEPS_PER_ELECTRICAL_CYCLE
@@ -96,7 +97,7 @@ mod tests {
     fn a_ramp_within_the_limit_loses_nothing() {
         assert_eq!(slip(28_800.0, 2_400.0, 1_200.0, 1_200.0).1, Slip::None);
         assert_eq!(slip(28_800.0, 2_400.0, 1e9, f64::INFINITY).1, Slip::None);
-        // A hundredth of a cycle too fast is no cycle.
+        // A hundredth of a cycle too fast costs no cycle.
         assert_eq!(slip(28_800.0, 2_400.0, 1_200.03, 1_200.0).1, Slip::None);
     }
 

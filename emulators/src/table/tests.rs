@@ -15,7 +15,7 @@ fn say(table: &mut TableEmulator, now: Timestamp, line: &str) -> String {
     answers
 }
 
-/// Moves by `deg`, and returns when it is over and the angle by then, in degrees.
+/// Moves by `deg`; returns the end of the move and the angle there, in degrees.
 fn turn(table: &mut TableEmulator, now: Timestamp, deg: f64) -> (Timestamp, f64) {
     let line = format!("D{}\rG\r", (deg / 0.0125).round());
     assert_eq!(say(table, now, &line), "=D\r=G\r");

@@ -1,7 +1,8 @@
 //! The manager of a battery pack: the same as `manager.py`, as code that needs neither a bus nor a clock.
 //!
-//! It closes the contactor, behind a precharge, while it is asked to charge and the cells are well. It opens it for good on
-//! over-voltage, over-temperature, or when the cells fall silent: a message whose checksum or counter is wrong is not heard.
+//! It closes the contactor, after a precharge, while charging is requested and the cells are well. It opens it
+//! permanently on over-voltage, over-temperature, or when the cells fall silent; it ignores messages with a wrong
+//! checksum or counter.
 
 use harness::wire::can::{CanFrame, Id, StandardId};
 use harness::wire::device::{Device, PortId, Transmit};
@@ -13,35 +14,35 @@ const COMMAND: u16 = 0x200;
 const TRIP_REPORT: u16 = 0x210;
 const REQUEST: u16 = 0x300;
 const PERIOD: Span = Span::from_millis(50);
-/// Where the cells' maker says stop, V.
+/// Voltage limit of the cells' manufacturer, V.
 const VOLTAGE_MAX: f64 = 4.25;
-/// Likewise, degC.
+/// Temperature limit of the cells' manufacturer, degC.
 const TEMPERATURE_MAX: i8 = 60;
-/// From there on half the current, degC.
+/// Half the current from this temperature on, degC.
 const WARM: i8 = 45;
 const SILENCE: Span = Span::from_millis(500);
 const PRECHARGE: Span = Span::from_millis(100);
-/// What the cells may take, A.
+/// Rated current of the cells, A.
 const CURRENT_LIMIT: f64 = 40.0;
 
 /// A mistake that a test plants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mistake {
-    /// It charges warm cells as it does cold ones.
+    /// Charges warm cells like cold ones.
     NoDerating,
-    /// It opens a second late.
+    /// Opens a second late.
     OpensLate,
-    /// It notices three times too late that the cells fell silent.
+    /// Notices the silence of the cells three times too late.
     LongTimeOut,
     /// The counter of its command stands still.
     StuckCounter,
-    /// It does not wait for the precharge.
+    /// Does not wait for the precharge.
     SkipsPrecharge,
-    /// Once it has heard a wrong checksum it no longer looks at the counter.
+    /// After a wrong checksum, does not check the counter any more.
     TrustsAfterError,
 }
 
-/// What it does, in the numbers of its command.
+/// Its state, in the numbers of its command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum State {
     #[default]
@@ -51,7 +52,7 @@ enum State {
     Tripped = 3,
 }
 
-/// Why the contactor must not be closed, in the numbers of its report.
+/// Reason for keeping the contactor open, in the numbers of its report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reason {
     OverVoltage = 1,
@@ -79,7 +80,7 @@ pub struct Manager {
 }
 
 impl Manager {
-    /// One that makes this mistake, or none.
+    /// A manager with this mistake, if any.
     pub fn new(mistake: Option<Mistake>) -> Self {
         Self { mistake, ..Self::default() }
     }
@@ -163,7 +164,7 @@ impl Manager {
     }
 }
 
-/// CRC-8 SAE J1850: polynomial 0x1d, all ones before and behind.
+/// CRC-8 SAE J1850: polynomial 0x1d, all ones as initial value and final inversion.
 fn crc8_sae_j1850(data: &[u8]) -> u8 {
     let step = |crc: u8| if crc & 0x80 == 0 { crc << 1 } else { (crc << 1) ^ 0x1d };
     !data.iter().fold(0xff, |crc, byte| (0..8).fold(crc ^ byte, |crc, _| step(crc)))

@@ -1,5 +1,5 @@
-//! The manager on a rig of emulated cells and charger, in virtual time: the sound one passes, each planted mistake is found
-//! by the measurement that is about it, and a campaign finds what a fault of the bus breaks.
+//! The manager on a rig of emulated cells and charger, in virtual time: the correct manager passes, the relevant
+//! measurement finds each planted mistake, and a campaign finds a mistake that only faults of the bus reveal.
 
 use battery_pack::{Manager, Mistake};
 use harness::{Trial, TrialError, TrialRun};
@@ -46,7 +46,7 @@ fn each_mistake_is_found_by_the_line_that_is_about_it_and_by_none_else() -> Resu
         let run = run(plan, Some(mistake))?;
         assert_eq!(broken(&run), [expected], "{mistake:?}: {run}");
     }
-    // Without faults nothing shows of this one.
+    // Without faults this mistake does not show.
     let hidden = run("deadlines.toml", Some(Mistake::TrustsAfterError))?;
     assert!(hidden.passed(), "{hidden}");
     let late = run("charge.toml", Some(Mistake::OpensLate))?;
@@ -54,7 +54,8 @@ fn each_mistake_is_found_by_the_line_that_is_about_it_and_by_none_else() -> Resu
     Ok(())
 }
 
-/// A wrong checksum and then a counter that stands still: neither alone, and the sound manager bears both.
+/// A wrong checksum followed by a counter that stands still: neither alone shows the mistake, and the correct manager
+/// withstands both.
 #[test]
 fn a_campaign_finds_a_mistake_that_takes_two_faults() -> Result<(), TrialError> {
     const SILENT: &str = "opens when the cells fall silent";
@@ -85,9 +86,9 @@ fn a_campaign_looks_for_faults_that_break_a_deadline() -> Result<(), TrialError>
     let trial = Trial::load("deadlines.toml")?.with_node("manager", || Manager::new(None));
     let findings = trial.campaign().faults(&["disconnect", "delay"]).cases(60).run()?;
     let found: Vec<&str> = findings.smallest().iter().map(|one| one.property.as_str()).collect();
-    // Who does not hear of an over-voltage cannot open: no manager could.
+    // A manager that does not receive the over-voltage cannot open: no manager could.
     assert!(found.contains(&"opens on over-voltage"), "{findings}");
-    // No fault of the bus makes it ask for more than it may.
+    // No fault of the bus makes it request more than permitted.
     assert!(!found.contains(&"keeps to the cells' rating"), "{findings}");
     Ok(())
 }
@@ -103,7 +104,7 @@ fn a_seed_gives_the_same_run_again() -> Result<(), TrialError> {
 fn a_campaign_finds_what_a_fault_of_the_bus_breaks() -> Result<(), TrialError> {
     let trial = Trial::load("charge.toml")?.with_node("manager", || Manager::new(None));
     let findings = trial.campaign().faults(&["disconnect"]).cases(30).run()?;
-    // A manager that falls silent, or does not hear the cells, cannot open in time.
+    // A manager that falls silent, or does not receive the cells, cannot open in time.
     assert!(!findings.held(), "{findings}");
     Ok(())
 }

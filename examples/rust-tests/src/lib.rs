@@ -1,8 +1,8 @@
-//! A heading unit: it adds up what a KVH DSP-3000 tells, takes off the bias that it found at rest, and says so when it
-//! has lost samples.
+//! A heading unit: it integrates the samples of a KVH DSP-3000, subtracts the bias measured at rest, and reports lost
+//! samples.
 //!
-//! It knows nothing of the harness but [`HostedController`], which its tests need. In a project of one's own that
-//! implementation stands in the tests, and calls what the firmware calls.
+//! It knows nothing of the harness except [`HostedController`], which its tests need. In your own project that
+//! implementation belongs in the tests, and calls what the firmware calls.
 
 use harness::HostedController;
 use harness::controller::config::Config;
@@ -16,12 +16,12 @@ use harness::wire::time::{Span, Timestamp};
 use harness::wire::units::{Angle, AngularRate, Length, Pose};
 use std::collections::VecDeque;
 
-/// Two samples that are further apart than this have lost one between them: one and a half periods.
+/// A larger gap between two samples means that one was lost: one and a half periods.
 const GAP_MAX: Span = Span::from_millis(15);
-/// It says how it is as often as this, unasked.
+/// Period of unprompted state reports.
 const STATE_PERIOD: Span = Span::from_secs(1);
 
-/// A bias test that goes on.
+/// A bias test in progress.
 #[derive(Debug, Default)]
 struct BiasTest {
     id: MissionId,
@@ -36,10 +36,10 @@ struct BiasTest {
 pub struct HeadingUnit {
     stream: GyroStream,
     decoder: GyroDecoder,
-    /// To the gyro: say increments.
+    /// Command to the gyro: send increments.
     command: Option<Output>,
     heading: Angle,
-    /// Of one sample.
+    /// Bias of one sample.
     bias: Angle,
     test: Option<BiasTest>,
     heard_at: Option<Timestamp>,
@@ -50,7 +50,7 @@ pub struct HeadingUnit {
 }
 
 impl HeadingUnit {
-    /// A unit that has heard nothing.
+    /// A unit without any input yet.
     pub fn new(config: &Config) -> Self {
         let stream = config.gyro.stream;
         let command = dsp3000_command::Command::Output(stream.mode).encode();
@@ -117,7 +117,7 @@ impl HeadingUnit {
         }
     }
 
-    /// The mean of a sample at rest is the bias from now on.
+    /// The mean sample at rest becomes the bias.
     fn finish(&mut self, test: &BiasTest) {
         if test.samples == 0 {
             self.reports.push_back(Report::Refused { id: test.id, reason: Refusal::NoGyro });
@@ -127,7 +127,7 @@ impl HeadingUnit {
         let mean = test.sum / count;
         let variance = (test.sum_of_squares / count - mean * mean).max(0.0);
         self.bias = Angle::from_rad(mean);
-        // What was lost before does not matter any longer.
+        // Earlier losses do not matter any more.
         self.gaps = 0;
         let result = BiasTestResult {
             mean: self.rate(mean),
@@ -170,7 +170,7 @@ impl HostedController for HeadingUnit {
                 self.reports.push_back(Report::Done { id, result });
             }
             Command::Stop => self.reports.push_back(Report::Done { id, result }),
-            // It carries nothing that could move, and knows one kind of bias.
+            // It carries nothing that could move, and has only one kind of bias.
             _ => self.reports.push_back(Report::Refused { id, reason: Refusal::NoBase }),
         }
     }

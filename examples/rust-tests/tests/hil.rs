@@ -9,7 +9,7 @@ fn turns() -> Result<Trial, TrialError> {
 
 #[test]
 fn the_heading_stays_within_its_band() -> Result<(), TrialError> {
-    // Each seed is another gyro, another noise.
+    // Each seed gives another gyro and other noise.
     for seed in 1..=5 {
         let run = turns()?.with_seed(seed).run()?;
         assert!(run.passed(), "{run}");
@@ -29,12 +29,12 @@ fn there_is_room_to_the_band() -> Result<(), TrialError> {
 fn after_any_fault_of_its_line_it_works_again_or_says_so() -> Result<(), TrialError> {
     let findings = turns()?.campaign().faults(&["disconnect", "drop", "insert"]).cases(40).run()?;
     assert!(findings.held(), "{findings}");
-    // A property that is never judged would hold, too.
+    // A property that is never judged would also hold.
     assert!(findings.campaign().tally.nearest.contains_key("recovers"), "{findings}");
     Ok(())
 }
 
-/// The stream has no checksum: a digit that is another digit is believed. This holds until somebody mends it.
+/// The stream has no checksum: a changed digit is believed. This holds until the limit is removed.
 #[test]
 fn a_known_limit_flipped_bits_break_the_plan() -> Result<(), TrialError> {
     let findings = turns()?.campaign().must_pass().faults(&["flip"]).cases(10).run()?;

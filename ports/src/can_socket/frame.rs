@@ -1,21 +1,21 @@
-//! Frames as the socket has them, and as everybody else has them.
+//! Conversion between the socket's frames and those of the bench.
 
 use socketcan::{CanAnyFrame, CanFdFrame, CanRawFrame, EmbeddedFrame as _};
 use wire::can::{CanFrame, FdFlags};
 use wire::can_error::{CanErrorEvent, ERROR_FLAG};
 
-/// What a read gave.
+/// Result of a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Heard {
     /// A frame.
     Frame(CanFrame),
-    /// What the interface says of the bus.
+    /// The interface's report on the bus.
     Error(CanErrorEvent),
-    /// Data of a length that such a frame does not have.
+    /// Data of a length that no such frame has.
     Unsupported,
 }
 
-/// What a frame of a raw socket is.
+/// Converts a frame of a raw socket.
 pub fn from_socket(frame: &CanRawFrame) -> Heard {
     let (id, fd, length, data): (u32, Option<FdFlags>, u8, &[u8]) = match frame {
         CanRawFrame::Classic(frame) => (frame.can_id, None, frame.can_dlc, &frame.data),
@@ -30,7 +30,7 @@ pub fn from_socket(frame: &CanRawFrame) -> Heard {
     CanFrame::of_word(id, fd, length, data).map_or(Heard::Unsupported, Heard::Frame)
 }
 
-/// As a raw socket takes it; `None` where it cannot.
+/// Converts to a frame for a raw socket; `None` if that is impossible.
 pub fn to_socket(frame: &CanFrame) -> Option<CanAnyFrame> {
     if let Some(flags) = frame.fd_flags() {
         let flags = socketcan::id::FdFlags::from_bits_truncate(flags.bits());

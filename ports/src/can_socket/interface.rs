@@ -1,4 +1,4 @@
-//! A network interface, as the system tells of it.
+//! A network interface, as reported by the system.
 
 use crate::error::PortError;
 use rustix::io::Errno;
@@ -20,19 +20,19 @@ const MTU_FD: u32 = 72;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Interface(String);
 
-/// Whether an interface takes part.
+/// State of an interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InterfaceState {
-    /// There is no CAN interface of that name.
+    /// There is no CAN interface of this name.
     Missing,
-    /// It is there, and down.
+    /// It exists and is down.
     Down,
-    /// It is up, or the system does not tell (`/sys` is not mounted).
+    /// It is up, or its state is unknown (`/sys` is not mounted).
     Up,
 }
 
 impl Interface {
-    /// The interface of that name, be there one or not.
+    /// The interface of this name, whether it exists or not.
     pub fn new(name: &str) -> Self {
         Self(name.to_owned())
     }
@@ -42,7 +42,7 @@ impl Interface {
         &self.0
     }
 
-    /// Whether it is there and up.
+    /// The current state.
     pub fn state(&self) -> InterfaceState {
         if !PathBuf::from("/sys/class/net").is_dir() {
             return InterfaceState::Up;
@@ -54,22 +54,22 @@ impl Interface {
         }
     }
 
-    /// Only carries frames between programs (vcan, vxcan): there is no hardware behind it, and it takes
-    /// CAN FD frames, which the line discipline `slcan` does not.
+    /// True for an interface that only carries frames between programs (vcan, vxcan): it has no hardware, and it
+    /// accepts CAN FD frames, unlike the line discipline `slcan`.
     pub fn is_virtual(&self) -> bool {
         !self.folder().join("device").exists() && self.takes_fd()
     }
 
-    /// It is set up for CAN FD frames.
+    /// True if it is configured for CAN FD frames.
     pub fn takes_fd(&self) -> bool {
         self.number("mtu").is_some_and(|mtu| mtu >= MTU_FD)
     }
 
     /// # Errors
-    /// When the kernel has no CAN, or the interface is missing or down.
+    /// If the kernel has no CAN, or the interface is missing or down.
     pub(super) fn require_up(&self) -> Result<(), PortError> {
         let interface = || self.0.clone();
-        // Asked first, since a kernel without CAN has no CAN interface either.
+        // Checked first, since a kernel without CAN has no CAN interface either.
         kernel_has_can().map_err(|source| match Errno::from_io_error(&source) {
             Some(Errno::AFNOSUPPORT | Errno::PROTONOSUPPORT) => {
                 PortError::NoCan { interface: interface() }
@@ -87,7 +87,7 @@ impl Interface {
         PathBuf::from("/sys/class/net").join(&self.0)
     }
 
-    /// `None` where there is none.
+    /// `None` if there is no such number.
     fn number(&self, what: &str) -> Option<u32> {
         let text = std::fs::read_to_string(self.folder().join(what)).ok()?;
         match text.trim().strip_prefix("0x") {
@@ -100,7 +100,7 @@ impl Interface {
 /// Opens a CAN socket and closes it again.
 ///
 /// # Errors
-/// What the system says: `EAFNOSUPPORT` for a kernel without CAN.
+/// The system's error: `EAFNOSUPPORT` for a kernel without CAN.
 pub fn kernel_has_can() -> io::Result<()> {
     let protocol = Protocol::from_raw(CAN_RAW);
     rustix::net::socket(AddressFamily::CAN, SocketType::RAW, Some(protocol))?;

@@ -1,11 +1,11 @@
 //! A CAN interface of the kernel (SocketCAN, `Documentation/networking/can.rst`).
 //!
-//! Error frames are heard ([`FrameEvent::Bus`]), CAN FD frames cross where the interface has them, frames that are
-//! sent here are not heard back; other programs on this machine hear them. When the interface goes down the port waits
-//! until it is up again, and tells of both; when it is deleted the port is lost.
+//! Error frames are received ([`FrameEvent::Bus`]), and CAN FD frames too if the interface has them. Frames sent here
+//! are not received back; other programs on this machine receive them. When the interface goes down, the port reports
+//! this, waits until it is up again and reports that too; when the interface is deleted the port is lost.
 //!
-//! Frames that arrive while nobody receives wait in the socket. What it has no room for the kernel drops
-//! and counts ([`Counters::receive_dropped_frames`]).
+//! Frames that arrive between calls of `receive` wait in the socket. If its buffer is full the kernel drops and counts
+//! them ([`Counters::receive_dropped_frames`]).
 
 mod frame;
 mod interface;
@@ -32,22 +32,22 @@ use tokio::time::{Interval, MissedTickBehavior, interval};
 use wire::can::CanFrame;
 use wire::can_error::CanErrorEvent;
 
-/// Receive buffer that is asked for, bytes. The kernel doubles it and charges some 800 bytes a frame: room
-/// for about 10,000, which a bus at 1 Mbit/s takes half a second to send.
+/// Requested receive buffer, bytes. The kernel doubles it and charges about 800 bytes per frame: room for about
+/// 10,000, which take half a second on a bus at 1 Mbit/s.
 const RECEIVE_BUFFER: usize = 4 << 20;
-/// Between two looks whether an interface is up again; the socket does not tell.
+/// Time between two checks whether an interface is up again; the socket does not report it.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// Numbers that `SO_MEMINFO` gives (`SK_MEMINFO_VARS` of `linux/sock_diag.h`).
+/// Number of values returned by `SO_MEMINFO` (`SK_MEMINFO_VARS` of `linux/sock_diag.h`).
 const MEMINFO_VARS: usize = 9;
 
-/// A CAN interface that is used from here.
+/// A CAN interface in use.
 #[derive(Debug)]
 pub struct CanSocketPort {
     interface: Interface,
     link: Link,
-    /// While the interface is down: when to look again.
+    /// While the interface is down: the timer of the checks.
     look: Option<Interval>,
-    /// What comes after an event that had to be told first.
+    /// An event that must follow the one just returned.
     next: Option<FrameEvent>,
     backoff: Backoff,
     counters: Counters,
@@ -60,10 +60,10 @@ enum Link {
 }
 
 impl CanSocketPort {
-    /// Opens the interface of that name. Called within a tokio runtime that has IO and time enabled.
+    /// Opens the interface of this name. Must be called within a tokio runtime with IO and time enabled.
     ///
     /// # Errors
-    /// When the kernel has no CAN, or there is no such interface, or it is down.
+    /// If the kernel has no CAN, or the interface is missing or down.
     pub fn open(interface: &str) -> Result<Self, PortError> {
         let interface = Interface::new(interface);
         let link = Link::Open(open(&interface)?);
@@ -76,10 +76,10 @@ impl CanSocketPort {
         self.interface.name()
     }
 
-    /// Waits for what comes next. May be called off without losing anything.
+    /// Waits for the next event. May be cancelled without loss.
     ///
     /// # Errors
-    /// When the interface was deleted; again and again until it was [reopened](Self::reopen).
+    /// If the interface was deleted; on every call until it was [reopened](Self::reopen).
     pub async fn receive(&mut self) -> Result<FrameEvent, PortLost> {
         loop {
             if let Some(event) = self.next.take() {
@@ -104,7 +104,7 @@ impl CanSocketPort {
                 Err(cause) => match Errno::from_io_error(&cause) {
                     Some(Errno::NETDOWN) => self.down(),
                     Some(Errno::NODEV) => return Err(self.lose(PortLost::Deleted)),
-                    // A length that is neither that of a classic nor that of an FD frame.
+                    // A length that neither a classic nor an FD frame has.
                     None if cause.kind() == io::ErrorKind::InvalidData => {
                         self.counters.unsupported_frames += 1;
                         None
@@ -113,7 +113,7 @@ impl CanSocketPort {
                 },
             };
             let Some(event) = event else { continue };
-            // A frame is heard sooner than the next look: the interface is up, which is told first.
+            // A frame arrived before the next check: the interface is up, which is reported first.
             if matches!(event, FrameEvent::Frame(_)) && self.look.is_some() {
                 self.next = Some(event);
                 return Ok(self.up());
@@ -140,7 +140,7 @@ impl CanSocketPort {
         }
     }
 
-    /// `None` when that is known already.
+    /// `None` if that is already known.
     fn down(&mut self) -> Option<FrameEvent> {
         if self.look.is_some() {
             return None;
@@ -158,14 +158,14 @@ impl CanSocketPort {
     }
 
     fn lose(&mut self, lost: PortLost) -> PortLost {
-        // The socket takes its count along.
+        // The count disappears with the socket.
         self.counters = self.counters();
         self.link = Link::Lost(lost);
         self.look = None;
         lost
     }
 
-    /// Hands a frame to the interface at once. What it has no room for is lost and counted.
+    /// Sends a frame to the interface at once. Frames without room are lost and counted.
     pub fn send(&mut self, frame: &CanFrame) {
         let sent = match (&self.link, to_socket(frame)) {
             (Link::Open(socket), Some(frame)) => socket.get_ref().write_frame(&frame).is_ok(),
@@ -178,11 +178,10 @@ impl CanSocketPort {
         }
     }
 
-    /// Tells the other programs on a virtual interface of an error on the bus, as its driver would.
+    /// Reports a bus error to the other programs on a virtual interface, as its driver would.
     ///
     /// # Errors
-    /// When the interface is none that only carries frames between programs: a driver would send this as
-    /// a frame. Also when the system refuses.
+    /// If the interface is not virtual: a driver would send this as a frame. Also if the system refuses.
     pub fn report(&mut self, event: &CanErrorEvent) -> io::Result<()> {
         if !self.interface.is_virtual() {
             return Err(io::ErrorKind::Unsupported.into());
@@ -195,11 +194,11 @@ impl CanSocketPort {
         socket.get_ref().write_frame(&frame)
     }
 
-    /// Closes the socket and opens it again, with growing pauses until the interface is there and up. May
-    /// be called off, and called again.
+    /// Closes the socket and opens it again, with growing delays until the interface exists and is up. May be
+    /// cancelled, and called again.
     ///
     /// # Errors
-    /// When it stayed away for too long; the next call begins the series anew.
+    /// If the interface stayed away for too long; the next call restarts the delays.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         if let Link::Open(_) = self.link {
             self.lose(PortLost::Deleted);
@@ -220,8 +219,7 @@ impl CanSocketPort {
         Err(PortError::given_up(self.interface.name(), last))
     }
 
-    /// Bytes that the socket keeps for frames that nobody has received yet, as the kernel counts them.
-    /// `None` where the port is lost.
+    /// Bytes that the socket holds for frames not received yet, as counted by the kernel. `None` if the port is lost.
     pub fn receive_buffer(&self) -> Option<usize> {
         match &self.link {
             Link::Open(socket) => socket_recv_buffer_size(socket).ok(),
@@ -229,7 +227,7 @@ impl CanSocketPort {
         }
     }
 
-    /// What has crossed it.
+    /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         let dropped = match &self.link {
             Link::Open(socket) => dropped(socket.get_ref()),
@@ -245,7 +243,7 @@ fn open(interface: &Interface) -> Result<AsyncFd<CanFdSocket>, PortError> {
         let interface = interface.name().to_owned();
         PortError::Can { step: "watch", interface, source }
     };
-    // An interface that goes down is an error alone, and no reason to read.
+    // An interface going down is only an error, not readable data.
     watch(connect(interface)?, Interest::READABLE | Interest::ERROR).map_err(failed)
 }
 
@@ -261,7 +259,7 @@ pub fn connect(interface: &Interface) -> Result<CanFdSocket, PortError> {
     socket.set_nonblocking(true).map_err(failed("set up"))?;
     socket.set_error_filter_accept_all().map_err(failed("hear the errors of"))?;
     socket.set_recv_own_msgs(false).map_err(failed("set up"))?;
-    // Without the right to exceed the machine's bound (`net.core.rmem_max`), up to that.
+    // Without the right to exceed the machine's limit (`net.core.rmem_max`), use that limit.
     if set_socket_recv_buffer_size_force(&socket, RECEIVE_BUFFER).is_err() {
         set_socket_recv_buffer_size(&socket, RECEIVE_BUFFER)
             .map_err(|cause| failed("set the receive buffer of")(cause.into()))?;
@@ -273,7 +271,7 @@ async fn read(socket: &AsyncFd<CanFdSocket>) -> io::Result<CanRawFrame> {
     socket.async_io(Interest::READABLE | Interest::ERROR, CanFdSocket::read_raw_frame).await
 }
 
-/// The next look; without one, never.
+/// Waits for the next check; forever if there is no timer.
 async fn tick(look: Option<&mut Interval>) {
     match look {
         Some(look) => _ = look.tick().await,
@@ -281,8 +279,8 @@ async fn tick(look: Option<&mut Interval>) {
     }
 }
 
-/// Frames that the receive queue of this socket had no room for. Asked of the socket itself, since the mark
-/// on received frames (`SO_RXQ_OVFL`) says nothing of losses behind the last of them.
+/// Frames that the receive queue of this socket dropped. Read from the socket, because the mark on received frames
+/// (`SO_RXQ_OVFL`) misses losses after the last frame.
 fn dropped(socket: &CanFdSocket) -> u64 {
     let mut answer = [0; MEMINFO_VARS * size_of::<u32>()];
     let count = socket

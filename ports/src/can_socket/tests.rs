@@ -1,4 +1,4 @@
-//! What can be tried without a kernel that has CAN. `harness/tests/can_port.rs` has the rest.
+//! Tests that work on a kernel without CAN. `harness/tests/can_port.rs` has the rest.
 
 use super::frame::{Heard, from_socket, to_socket};
 use super::{CanSocketPort, kernel_has_can};

@@ -1,21 +1,21 @@
-//! A symbolic link to the far side of a pty, so that it has the same name in every run.
+//! A symbolic link to the other side of a pty, so that it has the same name in every run.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where the far sides of ptys are.
+/// The directory of ptys.
 const PTS: &str = "/dev/pts/";
 
-/// Why there is no link.
+/// Reason why the link could not be made.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LinkError {
-    /// Something else is in its place. It is left alone.
+    /// Something else has this name. It is not touched.
     #[error("failed to make the link {}: {there} is there", link.display())]
     #[diagnostic(help("choose another path, or, if nobody needs it: `rm {}`", link.display()))]
     Taken {
         /// The link.
         link: PathBuf,
-        /// What is there.
+        /// What has this name.
         there: String,
     },
     /// The system refuses.
@@ -24,12 +24,12 @@ pub enum LinkError {
     System {
         /// The link.
         link: PathBuf,
-        /// Why.
+        /// The reason.
         source: io::Error,
     },
 }
 
-/// A link to the far side of a pty; removed when this is dropped, unless it is another's by then.
+/// A link to the other side of a pty; removed on drop unless it points elsewhere by then.
 #[derive(Debug)]
 pub struct PtyLink {
     link: PathBuf,
@@ -37,11 +37,11 @@ pub struct PtyLink {
 }
 
 impl PtyLink {
-    /// Makes a link at `link` to `target`, a path below `/dev/pts`. What a run that was killed has left
-    /// there is replaced: a link to a pty that is no more, or that has become this one.
+    /// Makes a link at `link` to `target`, a path below `/dev/pts`. Replaces the remains of a killed run: a link to a
+    /// pty that no longer exists, or that has become this one.
     ///
     /// # Errors
-    /// When something else is there, or the system refuses.
+    /// If something else has this name, or the system refuses.
     pub fn make(link: &Path, target: &str) -> Result<Self, LinkError> {
         let made = Self { link: link.to_owned(), target: PathBuf::from(target) };
         let system = |source| LinkError::System { link: link.to_owned(), source };
@@ -58,7 +58,7 @@ impl PtyLink {
         Ok(made)
     }
 
-    /// Its path, as it was given.
+    /// Its path, as given.
     pub fn path(&self) -> &Path {
         &self.link
     }
@@ -67,7 +67,7 @@ impl PtyLink {
         std::os::unix::fs::symlink(&self.target, &self.link)
     }
 
-    /// What is at the path and must not be touched.
+    /// What has this path and must not be touched.
     fn rival(&self) -> Option<String> {
         let Ok(target) = std::fs::read_link(&self.link) else {
             return Some("something that is no link".to_owned());
@@ -80,7 +80,7 @@ impl PtyLink {
 impl Drop for PtyLink {
     fn drop(&mut self) {
         if std::fs::read_link(&self.link).is_ok_and(|target| target == self.target) {
-            // Nothing is lost if it stays: the next run replaces it.
+            // A failure does no harm: the next run replaces the link.
             let _ = std::fs::remove_file(&self.link);
         }
     }
@@ -114,7 +114,7 @@ mod tests {
         symlink("/dev/pts/4000000001", &path).unwrap();
         let link = PtyLink::make(&path, PTS).unwrap();
         assert_eq!(std::fs::read_link(&path).unwrap(), Path::new(PTS));
-        // Meanwhile another's: it stays.
+        // The link points elsewhere by now: it stays.
         std::fs::remove_file(&path).unwrap();
         symlink("/dev/pts/4000000002", &path).unwrap();
         drop(link);

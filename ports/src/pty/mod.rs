@@ -1,8 +1,7 @@
 //! A pty pair: a serial port that another process can open, with an emulated device behind it.
 //!
-//! What a pty is not: it does not pace bytes, whatever rate the other side sets, and knows no framing
-//! errors. Pacing is the business of the line that is played on it; a wrong rate is found by
-//! asking for it ([`Pty::baud`]).
+//! Limits of a pty: it does not pace bytes, whatever rate the other side sets, and has no framing errors. The emulated
+//! line does the pacing; [`Pty::baud`] reveals a wrong rate.
 
 mod link;
 mod port;
@@ -22,7 +21,7 @@ use std::os::fd::{AsFd, OwnedFd};
 use tokio::io::Interest;
 use tokio::io::unix::AsyncFd;
 
-/// Why there is no pty.
+/// Reason why no pty is available.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[error("failed to {step} a pty")]
 #[diagnostic(help("is devpts mounted on /dev/pts, and is there room (`sysctl kernel.pty`)?"))]
@@ -32,29 +31,29 @@ pub struct PtyError {
 }
 
 impl PtyError {
-    /// The side that others open does not open.
+    /// The other side does not open.
     pub const fn other_side(source: io::Error) -> Self {
         Self { step: "open the other side of", source }
     }
 }
 
-/// A pty pair. The device's side is here; the other side is opened by [name](Self::path) as if it were
-/// a serial port, as often as one likes: the line does not hang up in between.
+/// A pty pair. The device's side is here; the other side is opened by [name](Self::path) like a serial port, any
+/// number of times: the line does not hang up in between.
 #[derive(Debug)]
 pub struct Pty {
     master: AsyncFd<OwnedFd>,
-    /// Open for as long as the pair lives: bytes that are sent before anybody has opened the port stay
-    /// raw, and reading here is no error after somebody has closed it.
+    /// Open as long as the pair exists: bytes sent before the port is first opened stay raw, and reading here does not
+    /// fail after it is closed.
     slave: OwnedFd,
     path: String,
     overrun_bytes: u64,
 }
 
 impl Pty {
-    /// A new pair, raw on both sides. Called within a tokio runtime that has IO enabled.
+    /// A new pair, raw on both sides. Must be called within a tokio runtime with IO enabled.
     ///
     /// # Errors
-    /// When the system has no pty to give.
+    /// If the system has no pty available.
     pub fn open() -> Result<Self, PtyError> {
         let Ends { master, slave, path } = Ends::open()?;
         let master = watch(master, Interest::READABLE)
@@ -62,18 +61,18 @@ impl Pty {
         Ok(Self { master, slave, path, overrun_bytes: 0 })
     }
 
-    /// What the other process opens, such as `/dev/pts/3`.
+    /// The path for the other process, such as `/dev/pts/3`.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// Puts bytes on the line at once, and says how many found room. The others are lost and counted, as in
-    /// a UART whose buffer nobody empties; this never waits.
+    /// Sends bytes at once, and returns how many found room. The others are lost and counted, as in a UART with a full
+    /// buffer; this never waits.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
         let mut rest = bytes;
         while !rest.is_empty() {
             match rustix::io::write(self.master.get_ref(), rest) {
-                // A pty takes less than was offered only when it is full.
+                // A pty accepts less than offered only when it is full.
                 Ok(count @ 1..) => rest = rest.get(count..).unwrap_or_default(),
                 Err(Errno::INTR) => {}
                 Ok(0) | Err(_) => break,
@@ -88,20 +87,20 @@ impl Pty {
         self.overrun_bytes
     }
 
-    /// Waits for bytes from the other side; at least one. May be called off without losing any.
+    /// Waits for at least one byte from the other side. May be cancelled without loss.
     ///
     /// # Errors
-    /// What the system reports. A port that is closed on the other side is none.
+    /// The system's error. A port closed on the other side is not an error.
     pub async fn read(&self, buffer: &mut [u8]) -> io::Result<usize> {
         self.master
             .async_io(Interest::READABLE, |master| Ok(rustix::io::read(master, &mut *buffer)?))
             .await
     }
 
-    /// Bytes that have come from the other side by now; none is not an error.
+    /// Reads the bytes that have arrived from the other side; possibly none.
     ///
     /// # Errors
-    /// What the system reports.
+    /// The system's error.
     pub fn try_read(&self, buffer: &mut [u8]) -> io::Result<usize> {
         match rustix::io::read(self.master.get_ref(), buffer) {
             Ok(count) => Ok(count),
@@ -110,19 +109,18 @@ impl Pty {
         }
     }
 
-    /// The rate that the other side has set. A real line would carry nothing but errors at another than
-    /// the device's.
+    /// The rate set by the other side. On a real line a rate other than the device's would give only errors.
     ///
     /// # Errors
-    /// What the system reports.
+    /// The system's error.
     pub fn baud(&self) -> io::Result<u32> {
         Ok(tcgetattr(&self.slave)?.output_speed())
     }
 
-    /// Sets the rate that [`baud`](Self::baud) tells until the other side sets another.
+    /// Sets the rate returned by [`baud`](Self::baud) until the other side sets another.
     ///
     /// # Errors
-    /// What the system reports.
+    /// The system's error.
     pub fn set_baud(&mut self, baud: u32) -> Result<(), PtyError> {
         let error = |cause: Errno| PtyError { step: "set the rate of", source: cause.into() };
         let mut termios = tcgetattr(&self.slave).map_err(error)?;
@@ -130,15 +128,15 @@ impl Pty {
         tcsetattr(&self.slave, OptionalActions::Now, &termios).map_err(error)
     }
 
-    /// The line as new, for the next process: nothing under way, raw, and no longer claimed by a process
-    /// that was killed while it held the port for itself.
+    /// Resets the line for the next process: empty, raw, and not claimed any more by a killed process that held the
+    /// port exclusively.
     ///
     /// # Errors
-    /// What the system reports.
+    /// The system's error.
     pub fn reset(&mut self) -> io::Result<()> {
         ioctl_tiocnxcl(&self.slave)?;
         tcflush(&self.slave, QueueSelector::IOFlush)?;
-        // Bytes that the other side has sent wait on this side, where its own flush does not reach.
+        // Bytes sent by the other side wait on this side, beyond the reach of its own flush.
         let mut buffer = [0; 1_024];
         while self.try_read(&mut buffer)? > 0 {}
         make_raw(&self.slave)?;
@@ -147,20 +145,20 @@ impl Pty {
     }
 }
 
-/// Both sides of a new pty, raw and never blocking, without an event loop.
+/// Both sides of a new pty, raw and non-blocking, without an event loop.
 #[derive(Debug)]
 pub struct Ends {
     /// The device's side.
     pub master: OwnedFd,
-    /// The side that is opened as a serial port.
+    /// The side that is opened like a serial port.
     pub slave: OwnedFd,
-    /// What the slave is called.
+    /// The path of the slave.
     pub path: String,
 }
 
 impl Ends {
     /// # Errors
-    /// When the system has no pty to give.
+    /// If the system has no pty available.
     pub fn open() -> Result<Self, PtyError> {
         let error = |step| move |cause: Errno| PtyError { step, source: cause.into() };
         // Closed on exec: a device under test that inherited it would keep the line from hanging up.
@@ -196,7 +194,7 @@ mod tests {
     use std::os::fd::OwnedFd;
     use std::time::Duration;
 
-    /// What a pty takes while nobody reads: on Linux some 20 KiB.
+    /// Capacity of a pty without a reader: about 20 KiB on Linux.
     const CAPACITY: RangeInclusive<usize> = 4_096..=65_536;
 
     fn run<T>(test: impl Future<Output = T>) -> T {
@@ -220,7 +218,7 @@ mod tests {
         run(async {
             let mut pty = Pty::open().unwrap();
             pty.write(&all_bytes());
-            // Sent before the port was opened; the terminal's own settings would mangle it.
+            // Sent before the port was opened; the terminal's default settings would alter it.
             let port = opened(&pty);
             let mut buffer = [0; 512];
             let count = rustix::io::read(&port, &mut buffer).unwrap();

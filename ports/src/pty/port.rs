@@ -1,4 +1,4 @@
-//! A pty as a port of a bench: with a name that lasts, and with counts.
+//! A pty as a port of a bench: with a persistent name and with counts.
 
 use super::{Pty, PtyLink};
 use crate::Counters;
@@ -6,23 +6,23 @@ use crate::error::{PortError, PortLost};
 use std::path::Path;
 use wire::packet::{BYTES_MAX, Packet};
 
-/// A pty pair, this side of it. The other side is opened by [its path](Self::far_path), which stays the
-/// same however often that happens; this side is never lost by it.
+/// This side of a pty pair. The other side is opened by [its path](Self::far_path), which stays the same, any number
+/// of times; this side is never lost by that.
 #[derive(Debug)]
 pub struct PtyPort {
     pty: Pty,
-    /// Held for its removal.
+    /// Kept for its removal on drop.
     _link: Option<PtyLink>,
     far_path: String,
     counters: Counters,
 }
 
 impl PtyPort {
-    /// A new pair, with a symbolic link to its far side where one is wanted. Called within a tokio
-    /// runtime that has IO enabled.
+    /// A new pair, optionally with a symbolic link to its other side. Must be called within a tokio runtime with IO
+    /// enabled.
     ///
     /// # Errors
-    /// When the system has no pty to give, or the link cannot be made.
+    /// If the system has no pty available, or the link cannot be made.
     pub fn open(link: Option<&Path>) -> Result<Self, PortError> {
         let pty = Pty::open()?;
         let link = link.map(|link| PtyLink::make(link, pty.path())).transpose()?;
@@ -33,20 +33,20 @@ impl PtyPort {
         Ok(Self { pty, _link: link, far_path, counters: Counters::default() })
     }
 
-    /// What the other side opens: the link where there is one, else `/dev/pts/...`.
+    /// The path for the other side: the link if there is one, otherwise `/dev/pts/...`.
     pub fn far_path(&self) -> &str {
         &self.far_path
     }
 
-    /// The pair itself, to look at the rate that the other side has set, or to reset the line.
+    /// The pair itself, to read the rate set by the other side or to reset the line.
     pub const fn pty(&mut self) -> &mut Pty {
         &mut self.pty
     }
 
-    /// Waits for bytes; at least one. May be called off without losing any.
+    /// Waits for at least one byte. May be cancelled without loss.
     ///
     /// # Errors
-    /// What the system reports; a port that is closed on the other side is none.
+    /// The system's error; a port closed on the other side is not an error.
     pub async fn receive(&mut self) -> Result<Packet, PortLost> {
         let mut buffer = [0; BYTES_MAX];
         loop {
@@ -62,7 +62,7 @@ impl PtyPort {
         }
     }
 
-    /// Puts bytes on the line at once, and says how many found room. The others are lost and counted.
+    /// Sends bytes at once, and returns how many found room. The others are lost and counted.
     pub fn send(&mut self, bytes: &[u8]) -> usize {
         let taken = self.pty.write(bytes);
         self.counters.overrun_bytes += (bytes.len() - taken) as u64;
@@ -70,7 +70,7 @@ impl PtyPort {
         taken
     }
 
-    /// What has crossed it.
+    /// Traffic and losses of the port.
     pub const fn counters(&self) -> Counters {
         self.counters
     }

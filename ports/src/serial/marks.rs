@@ -1,26 +1,26 @@
-//! What a terminal writes into the stream where something went wrong on the line.
+//! Marks of a terminal in its stream for errors on the line.
 //!
-//! With `PARMRK` and `INPCK` set (termios(3)) a byte with a framing or parity error comes as `FF 00 byte`,
-//! a break as `FF 00 00`, and a byte `FF` that is right as `FF FF`. A byte `00` with an error cannot be
-//! told from a break; it is taken for one.
+//! With `PARMRK` and `INPCK` set (termios(3)), a byte with a framing or parity error arrives as `FF 00 byte`, a break
+//! as `FF 00 00`, and a correct byte `FF` as `FF FF`. A byte `00` with an error is indistinguishable from a break and
+//! taken for one.
 
 use wire::packet::Packet;
 
 const MARK: u8 = 0xff;
 const ZERO: u8 = 0x00;
 
-/// What stands next in a stream.
+/// The next element of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Heard {
-    /// Bytes; at least one. Those with an error are among them, as a UART hands them out.
+    /// At least one byte. Bytes with an error are included, as from a UART.
     Bytes(Packet),
-    /// The byte that comes next arrived with a framing or parity error.
+    /// The next byte arrived with a framing or parity error.
     LineError,
     /// A break.
     Break,
 }
 
-/// Reads a stream with marks, in runs of any length.
+/// Parses a stream with marks, in runs of any length.
 #[derive(Debug, Clone)]
 pub struct Marks(State);
 
@@ -50,12 +50,12 @@ impl Marks {
         Self(State::Plain)
     }
 
-    /// For a stream without: all of it is data.
+    /// For a stream without marks: all of it is data.
     pub const fn absent() -> Self {
         Self(State::Absent)
     }
 
-    /// Takes the next event from the front of `stream`; `None` when it ends before there is one.
+    /// Takes the next event from the front of `stream`; `None` if it ends before.
     pub fn next(&mut self, stream: &mut &[u8]) -> Option<Heard> {
         let mut packet = Packet::new();
         while let Some((&byte, rest)) = stream.split_first() {
@@ -68,7 +68,7 @@ impl Marks {
                     (self.0, *stream) = (State::MarkedZero, rest);
                     continue;
                 }
-                // Bytes before it go first.
+                // The bytes before it go first.
                 (State::MarkedZero, _) if !packet.is_empty() => break,
                 (State::MarkedZero, ZERO) => {
                     (self.0, *stream) = (State::Plain, rest);
@@ -78,7 +78,7 @@ impl Marks {
                     self.0 = State::Wrong;
                     return Some(Heard::LineError);
                 }
-                // No mark after all: somebody else has set the port. Both are data.
+                // Not a mark: another program has changed the settings. Both bytes are data.
                 (State::Marked, data) if data != MARK => {
                     if !packet.push(MARK) {
                         break;
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(all(&mut Marks::new(), b"\xffa\xff\xff"), [bytes(b"\xffa\xff")]);
     }
 
-    /// Data on the line, and how a terminal hands it out.
+    /// The stream that a terminal delivers for this data on the line.
     fn marked(line: &[(u8, bool)]) -> Vec<u8> {
         line.iter()
             .flat_map(|(byte, wrong)| match (byte, wrong) {

@@ -1,9 +1,8 @@
 //! A serial port: a UART, a USB adapter, or the far side of a pty.
 //!
-//! What goes wrong on the line is told within the stream, where the driver knows it ([`marks`]): bytes
-//! with a framing or parity error, and breaks. Overruns of the UART itself are not: the kernel keeps them
-//! in counters that only an `ioctl` gives (`TIOCGICOUNT`), for which there is no safe wrapper; it writes
-//! them to its log, though (`dmesg`, "input overrun(s)").
+//! Errors on the line appear in the stream if the driver reports them ([`marks`]): bytes with a framing or parity
+//! error, and breaks. Overruns of the UART do not: the kernel keeps them in counters that need an `ioctl`
+//! (`TIOCGICOUNT`), for which there is no safe wrapper; it also writes them to its log (`dmesg`, "input overrun(s)").
 
 pub mod marks;
 mod open;
@@ -22,26 +21,26 @@ use tokio_serial::SerialStream;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
 
-/// Taken from the port at once.
+/// Maximum number of bytes per read.
 const READ_BYTES: usize = 1_024;
 
-/// What a serial port heard.
+/// Events of a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SerialEvent {
-    /// Bytes; at least one.
+    /// At least one byte.
     Bytes(Packet),
     /// The line was held low for longer than a byte takes.
     Break,
 }
 
-/// A serial port that is used from here.
+/// A serial port in use.
 #[derive(Debug)]
 pub struct SerialPort {
     spec: SerialSpec,
     settings: SerialSettings,
     line: Line,
     marks: Marks,
-    /// Read, and not yet handed on: `buffer[next..end]`.
+    /// Bytes read but not passed on yet: `buffer[next..end]`.
     buffer: Box<[u8; READ_BYTES]>,
     next: usize,
     end: usize,
@@ -56,11 +55,11 @@ enum Line {
 }
 
 impl SerialPort {
-    /// Opens the port; what `spec` does not say is set as is `usual`. Bytes that came in before the
-    /// settings were in force are thrown away. Called within a tokio runtime that has IO enabled.
+    /// Opens the port; settings missing in `spec` are taken from `usual`. Discards bytes that arrived before the
+    /// settings took effect. Must be called within a tokio runtime with IO enabled.
     ///
     /// # Errors
-    /// When there is no such port, it is not ours to open, is in use, or does not take its settings.
+    /// If there is no such port, permission is missing, it is in use, or it rejects its settings.
     pub fn open(spec: &SerialSpec, usual: SerialSettings) -> Result<Self, PortError> {
         let settings = spec.options.settings(usual);
         let (stream, marks) = open::open(spec, settings)?;
@@ -77,15 +76,15 @@ impl SerialPort {
         })
     }
 
-    /// What it is set to.
+    /// The current settings.
     pub const fn settings(&self) -> SerialSettings {
         self.settings
     }
 
-    /// Waits for bytes or a break. May be called off without losing any.
+    /// Waits for bytes or a break. May be cancelled without loss.
     ///
     /// # Errors
-    /// When the port is gone; again and again until it was [reopened](Self::reopen).
+    /// If the port is gone; on every call until it was [reopened](Self::reopen).
     pub async fn receive(&mut self) -> Result<SerialEvent, PortLost> {
         loop {
             while let Some(heard) = self.decode() {
@@ -103,7 +102,7 @@ impl SerialPort {
                 Line::Lost(lost) => return Err(*lost),
             };
             let lost = match stream.read(&mut self.buffer[..]).await {
-                // What reading a tty gives whose device is gone.
+                // The result of reading a tty whose device is gone.
                 Ok(0) => PortLost::HungUp,
                 Ok(count) => {
                     (self.next, self.end) = (0, count);
@@ -112,12 +111,12 @@ impl SerialPort {
                 }
                 Err(cause) => PortLost::from_tty(&cause),
             };
-            // Closed, so that the device can have its name again when it is back.
+            // Closed, so that the device can get its name again when it returns.
             self.line = Line::Lost(lost);
         }
     }
 
-    /// The next event in what was read; `None` when all has been handed on.
+    /// The next event in the bytes read; `None` when all were passed on.
     fn decode(&mut self) -> Option<Heard> {
         let mut rest = self.buffer.get(self.next..self.end)?;
         let heard = self.marks.next(&mut rest);
@@ -125,14 +124,14 @@ impl SerialPort {
         heard
     }
 
-    /// Hands bytes to the port at once, and says how many found room. The others are lost and counted.
+    /// Sends bytes at once, and returns how many found room. The others are lost and counted.
     pub fn send(&mut self, bytes: &[u8]) -> usize {
         let mut rest = bytes;
         if let Line::Open(stream) = &mut self.line {
             while !rest.is_empty() {
                 match stream.try_write(rest) {
                     Ok(count @ 1..) => rest = rest.get(count..).unwrap_or_default(),
-                    // No room; or gone, which reading will tell.
+                    // No room; or the port is gone, which the next read reports.
                     Ok(0) | Err(_) => break,
                 }
             }
@@ -143,19 +142,18 @@ impl SerialPort {
         taken
     }
 
-    /// Holds the line low, until [`end_break`](Self::end_break). For how long is the caller's to time: a
-    /// break lasts longer than a byte does.
+    /// Holds the line low, until [`end_break`](Self::end_break). The caller times it: a break is longer than a byte.
     ///
     /// # Errors
-    /// When the port is gone or its driver cannot do it.
+    /// If the port is gone or its driver has no breaks.
     pub fn begin_break(&mut self) -> io::Result<()> {
         self.with_stream(tokio_serial::SerialPort::set_break)
     }
 
-    /// The end of a break.
+    /// Ends a break.
     ///
     /// # Errors
-    /// As with its beginning.
+    /// As [`begin_break`](Self::begin_break).
     pub fn end_break(&mut self) -> io::Result<()> {
         self.with_stream(tokio_serial::SerialPort::clear_break)
     }
@@ -170,11 +168,11 @@ impl SerialPort {
         }
     }
 
-    /// Closes the port and opens it again, with growing pauses until it is there; by USB id it is found
-    /// under another name, too. May be called off, and called again.
+    /// Closes the port and opens it again, with growing delays until it exists; a USB id also finds it under another
+    /// name. May be cancelled, and called again.
     ///
     /// # Errors
-    /// When it stayed away for too long; the next call begins the series anew.
+    /// If the port stayed away for too long; the next call restarts the delays.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         if let Line::Open(_) = self.line {
             self.line = Line::Lost(PortLost::HungUp);
@@ -196,7 +194,7 @@ impl SerialPort {
         Err(PortError::given_up(&self.spec.device.to_string(), last))
     }
 
-    /// What has crossed it.
+    /// Traffic and losses of the port.
     pub const fn counters(&self) -> Counters {
         self.counters
     }

@@ -1,4 +1,4 @@
-//! Opening a serial port, and what the reasons for which it does not open mean.
+//! Opening a serial port, and the meaning of its errors.
 
 use super::marks::Marks;
 use super::usb;
@@ -15,7 +15,7 @@ use tokio_serial::{
 };
 use wire::serial::{Parity, SerialSettings};
 
-/// The open port, and who reads the marks in its stream.
+/// The open port, and the parser of the marks in its stream.
 pub(super) fn open(
     spec: &SerialSpec,
     settings: SerialSettings,
@@ -25,9 +25,8 @@ pub(super) fn open(
         SerialDevice::Usb(id) => usb::find(id, &usb::adapters())?,
     };
     let failed = |cause: io::Error| error(&path, settings, cause);
-    // `serialport` hands out no descriptor for what it does not offer itself. This second one is opened
-    // before the first claims the port, and closed at once: settings are the port's, not the
-    // descriptor's.
+    // `serialport` gives no descriptor for the functions it lacks. This second one is opened before the first claims
+    // the port, and closed at once: settings belong to the port, not to the descriptor.
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let terminal =
         rustix::fs::open(&path, flags, Mode::empty()).map_err(|cause| failed(cause.into()))?;
@@ -43,7 +42,7 @@ pub(super) fn open(
             mark_errors(&terminal).map_err(|cause| failed(cause.into()))?;
             Marks::new()
         }
-        // Others may set the port otherwise at any time, and marks would be taken for data.
+        // Other programs may change the settings at any time, and marks would then be taken for data.
         Sharing::Shared => Marks::absent(),
     };
     stream.clear(ClearBuffer::Input).map_err(|cause| failed(cause.into()))?;
@@ -71,7 +70,7 @@ fn builder(path: &str, settings: SerialSettings, flow: Flow) -> SerialPortBuilde
         })
 }
 
-/// Has the terminal mark errors in the stream (termios(3), `PARMRK`).
+/// Makes the terminal mark errors in the stream (termios(3), `PARMRK`).
 fn mark_errors(terminal: &OwnedFd) -> Result<(), Errno> {
     let mut termios = tcgetattr(terminal)?;
     termios.input_modes.insert(InputModes::PARMRK | InputModes::INPCK);
@@ -91,7 +90,7 @@ fn error(path: &str, settings: SerialSettings, source: io::Error) -> PortError {
     }
 }
 
-/// In the usual short form, such as `9600 8N1`.
+/// The usual short form, such as `9600 8N1`.
 fn written(settings: SerialSettings) -> String {
     let parity = match settings.parity {
         Parity::None => 'N',

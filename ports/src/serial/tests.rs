@@ -1,4 +1,4 @@
-//! Serial ports on ptys; a pty has no framing and no breaks, so those are tried in `marks`.
+//! Serial ports on ptys; a pty has no framing errors and no breaks, which `marks` tests.
 
 use super::{SerialEvent, SerialPort};
 use crate::error::{PortError, PortLost};
@@ -84,7 +84,7 @@ fn settings_reach_the_terminal() {
         let modes = tcgetattr(&terminal).unwrap().input_modes;
         assert!(modes.contains(InputModes::IXON | InputModes::PARMRK), "{modes:?}");
         assert_eq!(far.baud().unwrap(), 9_600);
-        // A pty carries none, but takes the calls.
+        // A pty carries no breaks, but accepts the calls.
         port.begin_break().and_then(|()| port.end_break()).unwrap();
     });
 }
@@ -131,7 +131,7 @@ fn a_port_that_is_unplugged_is_lost_and_comes_back() {
         assert_eq!(port.send(b"nowhere"), 0);
         assert!(port.begin_break().is_err());
 
-        // Called off again and again, it is still found once it is there.
+        // Cancelled repeatedly, it still finds the port once it exists.
         let mut plugged_in = None;
         for tries in 0.. {
             if let Ok(back) = tokio::time::timeout(Duration::from_millis(20), port.reopen()).await {

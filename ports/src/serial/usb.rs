@@ -1,4 +1,4 @@
-//! Serial adapters on USB, found by what they call themselves.
+//! Serial adapters on USB, found by their ids.
 
 use crate::error::{PortError, listed};
 use crate::spec::UsbId;
@@ -6,12 +6,12 @@ use std::fmt;
 use std::path::Path;
 use tokio_serial::SerialPortType;
 
-/// A USB adapter that is plugged in.
+/// A connected USB adapter.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UsbAdapter {
-    /// What it calls itself.
+    /// Its id.
     pub id: UsbId,
-    /// Its product name, where it has one.
+    /// Its product name, if any.
     pub product: Option<String>,
     /// Its port, such as `/dev/ttyUSB0`.
     pub path: String,
@@ -27,9 +27,9 @@ impl fmt::Display for UsbAdapter {
     }
 }
 
-/// The adapters that are plugged in, by path. None where the system does not list them.
+/// The connected adapters, by path. Empty if the system does not list them.
 pub fn adapters() -> Vec<UsbAdapter> {
-    // The library takes this folder for granted, and panics without.
+    // The library expects this folder, and panics without it.
     if !Path::new("/sys/class/tty").is_dir() {
         return Vec::new();
     }
@@ -53,10 +53,10 @@ pub fn adapters() -> Vec<UsbAdapter> {
     adapters
 }
 
-/// The path of the one adapter among `there` that has this id.
+/// The path of the one adapter in `there` with this id.
 ///
 /// # Errors
-/// When none has, or several have.
+/// If no adapter has it, or several have.
 pub fn find(id: &UsbId, there: &[UsbAdapter]) -> Result<String, PortError> {
     let fits = |adapter: &&UsbAdapter| {
         (adapter.id.vendor, adapter.id.product) == (id.vendor, id.product)

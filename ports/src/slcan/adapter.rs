@@ -1,4 +1,4 @@
-//! An adapter that is played on a pty.
+//! An emulated adapter on a pty.
 
 use super::{EVENTS_MAX, Lines};
 use crate::error::{PortError, PortLost};
@@ -11,27 +11,27 @@ use wire::can_error::CanErrorEvent;
 use wire::slcan::{Adapter, Channel, Dialect, Identity, TransmitFull};
 use wire::time::Timestamp;
 
-/// An adapter on a pty. This side is its bus: frames that the other side sends are received here.
+/// An emulated adapter on a pty. This side is its bus: it receives the frames that the other side sends.
 ///
-/// The other side opens and closes the bus, which is told as [`FrameEvent::Up`] and [`FrameEvent::Down`];
-/// it begins closed. Errors are told in the lines that the Linux driver understands, and in the status
-/// flags that other programs ask for.
+/// The other side opens and closes the bus, reported as [`FrameEvent::Up`] and [`FrameEvent::Down`]; it is closed at
+/// first. Bus errors are reported in the lines that the Linux driver understands, and in the status flags that other
+/// programs request.
 #[derive(Debug)]
 pub struct SlcanAdapter {
     pty: PtyPort,
     adapter: Adapter,
     lines: Lines,
-    /// From the other side, and not yet handed on; at most [`EVENTS_MAX`].
+    /// Received from the other side and not passed on yet; at most [`EVENTS_MAX`].
     events: VecDeque<FrameEvent>,
     counters: Counters,
 }
 
 impl SlcanAdapter {
-    /// An adapter on a new pty, with a symbolic link to its far side where one is wanted. Called within a
-    /// tokio runtime that has IO enabled.
+    /// An adapter on a new pty, optionally with a symbolic link to its other side. Must be called within a tokio
+    /// runtime with IO enabled.
     ///
     /// # Errors
-    /// When the system has no pty to give, or the link cannot be made.
+    /// If the system has no pty available, or the link cannot be made.
     pub fn open(link: Option<&Path>) -> Result<Self, PortError> {
         Ok(Self {
             pty: PtyPort::open(link)?,
@@ -42,21 +42,20 @@ impl SlcanAdapter {
         })
     }
 
-    /// What the other side opens.
+    /// The path for the other side.
     pub fn far_path(&self) -> &str {
         self.pty.far_path()
     }
 
-    /// Whether the other side has opened the bus.
+    /// State of the bus, which the other side opens.
     pub const fn channel(&self) -> Channel {
         self.adapter.channel()
     }
 
-    /// Waits for what comes next, and answers the other side meanwhile. May be called off without losing
-    /// anything.
+    /// Waits for the next event, and answers the other side meanwhile. May be cancelled without loss.
     ///
     /// # Errors
-    /// What the system reports of the pty; that the other side closes it is none.
+    /// The system's error of the pty; a port closed on the other side is not an error.
     pub async fn receive(&mut self) -> Result<FrameEvent, PortLost> {
         self.lines.finish(|bytes| self.pty.send(bytes));
         loop {
@@ -64,7 +63,7 @@ impl SlcanAdapter {
                 return Ok(event);
             }
             let packet = self.pty.receive().await?;
-            // Byte for byte, so that opening and closing keep their place among the frames.
+            // Byte by byte, so that opening and closing keep their order among the frames.
             for byte in packet.as_slice() {
                 let before = self.adapter.channel();
                 let (events, counters) = (&mut self.events, &mut self.counters);
@@ -90,8 +89,7 @@ impl SlcanAdapter {
         }
     }
 
-    /// Hands a frame to the other side at once. What finds no room, or a bus that the other side has not
-    /// opened, is lost and counted.
+    /// Sends a frame to the other side at once. A frame without room, or on a closed bus, is lost and counted.
     pub fn send(&mut self, now: Timestamp, frame: &CanFrame) {
         let before = self.adapter.counters().frames_to_host;
         if frame.fd_flags().is_none() {
@@ -105,13 +103,13 @@ impl SlcanAdapter {
         }
     }
 
-    /// Tells the other side of an error on the bus; while it is closed, nobody.
+    /// Reports a bus error to the other side, unless the bus is closed.
     pub fn report(&mut self, event: &CanErrorEvent) {
         self.adapter.receive_error(event);
         self.answer();
     }
 
-    /// Hands the lines that wait to the other side; `false` when the last of them did not get across.
+    /// Sends the waiting lines to the other side; `false` if the last of them did not arrive whole.
     fn answer(&mut self) -> bool {
         let mut sent = true;
         while let Some(line) = self.adapter.transmit() {
@@ -120,7 +118,7 @@ impl SlcanAdapter {
         sent
     }
 
-    /// What has crossed it, the serial line included.
+    /// Traffic and losses of the port, including the serial line.
     pub fn counters(&self) -> Counters {
         let adapter = self.adapter.counters();
         let of_lines = Counters {

@@ -12,12 +12,12 @@ use wire::can::CanFrame;
 use wire::can_error::CanErrorEvent;
 use wire::slcan::{Answer, AnswerDecoder, BitRate, Command};
 
-/// An adapter answers within this. Assumption: USB adapters do within a few milliseconds. Those that do not
-/// answer at all are taken to have obeyed: some firmware acknowledges nothing.
+/// Time-out for an adapter's answer. Assumption: USB adapters answer within a few milliseconds. An adapter that does
+/// not answer at all is taken to have obeyed: some firmware acknowledges nothing.
 const ANSWER_LIMIT: Duration = Duration::from_millis(300);
-/// What was under way before is over when nothing came for this long.
+/// Earlier traffic is over after this time without input.
 const QUIET: Duration = Duration::from_millis(50);
-/// Reads that are thrown away at most before a bus that is never quiet is opened all the same.
+/// Maximum number of discarded reads before opening a bus that is never quiet.
 const STALE_READS_MAX: usize = 1_000;
 
 /// An adapter on a serial port, with its bus open.
@@ -28,17 +28,17 @@ pub struct SlcanHost {
     bitrate: BitRate,
     decoder: AnswerDecoder,
     lines: Lines,
-    /// Decoded, and not yet handed on; at most [`EVENTS_MAX`].
+    /// Decoded but not passed on yet; at most [`EVENTS_MAX`].
     events: VecDeque<FrameEvent>,
     counters: Counters,
 }
 
 impl SlcanHost {
-    /// Opens the port, closes the adapter's bus if it was open, and opens it at `bitrate`. Called within a
-    /// tokio runtime that has IO and time enabled.
+    /// Opens the port, closes the adapter's bus if it was open, and opens it at `bitrate`. Must be called within a
+    /// tokio runtime with IO and time enabled.
     ///
     /// # Errors
-    /// When the port cannot be opened, or the adapter refuses.
+    /// If the port cannot be opened, or the adapter refuses.
     pub async fn open(spec: &SerialSpec, bitrate: BitRate) -> Result<Self, PortError> {
         let mut host = Self {
             serial: SerialPort::open(spec, USUAL)?,
@@ -53,9 +53,9 @@ impl SlcanHost {
         Ok(host)
     }
 
-    /// Takes the adapter from whatever state it is in to an open bus.
+    /// Brings the adapter from any state to an open bus.
     async fn join(&mut self) -> Result<(), PortError> {
-        // Ends what somebody else may have begun (CAN232 manual: send two or three CR first).
+        // Ends a partial line of another program (CAN232 manual: send two or three CR first).
         self.serial.send(b"\r\r\r");
         self.command(&Command::Close);
         for _ in 0..STALE_READS_MAX {
@@ -64,7 +64,7 @@ impl SlcanHost {
                 Err(_) => break,
             }
         }
-        // Half a line of before belongs to none of what comes; the counts stay.
+        // A partial line from before does not belong to the new stream; the counts stay.
         self.counters = self.counters + self.of_lines();
         self.decoder = AnswerDecoder::new();
         for (command, words) in
@@ -88,7 +88,7 @@ impl SlcanHost {
         PortError::AdapterLost { port: self.name.clone(), source }
     }
 
-    /// The answer to a command. Frames that come before it are kept.
+    /// The answer to a command. Frames that arrive before it are kept.
     async fn answer(&mut self) -> Result<Answer, PortLost> {
         loop {
             let SerialEvent::Bytes(packet) = self.serial.receive().await? else { continue };
@@ -100,7 +100,7 @@ impl SlcanHost {
             if let Some(answer) = answer {
                 return Ok(answer);
             }
-            // Nobody takes events yet: the newest are kept.
+            // No reader yet: keep the newest events.
             while self.events.len() > EVENTS_MAX {
                 self.events.pop_front();
                 self.counters.receive_dropped_frames += 1;
@@ -112,10 +112,10 @@ impl SlcanHost {
         self.lines.send(command.encode().as_slice(), |bytes| self.serial.send(bytes))
     }
 
-    /// Waits for what comes next. May be called off without losing anything.
+    /// Waits for the next event. May be cancelled without loss.
     ///
     /// # Errors
-    /// When the adapter is gone; again and again until it was [reopened](Self::reopen).
+    /// If the adapter is gone; on every call until it was [reopened](Self::reopen).
     pub async fn receive(&mut self) -> Result<FrameEvent, PortLost> {
         self.lines.finish(|bytes| self.serial.send(bytes));
         loop {
@@ -129,8 +129,8 @@ impl SlcanHost {
         }
     }
 
-    /// Hands a frame to the adapter's line at once. What finds no room there is lost and counted; that the
-    /// adapter has taken it is not waited for, and [refusals](Counters::refused) are counted.
+    /// Sends a frame to the adapter's line at once. Without room there it is lost and counted; does not wait for the
+    /// adapter's acknowledgement, and counts [refusals](Counters::refused).
     pub fn send(&mut self, frame: &CanFrame) {
         if frame.fd_flags().is_none() && self.command(&Command::Transmit(*frame)) {
             self.counters.frames_out += 1;
@@ -139,11 +139,10 @@ impl SlcanHost {
         }
     }
 
-    /// Closes the port, waits for the adapter to come back, and opens its bus. May be called off, and called
-    /// again.
+    /// Closes the port, waits for the adapter's return, and opens its bus. May be cancelled, and called again.
     ///
     /// # Errors
-    /// When it stayed away for too long, or refuses.
+    /// If the adapter stayed away for too long, or refuses.
     pub async fn reopen(&mut self) -> Result<(), PortError> {
         self.events.clear();
         self.serial.reopen().await?;
@@ -151,12 +150,12 @@ impl SlcanHost {
         self.join().await
     }
 
-    /// What has crossed it, the serial line included.
+    /// Traffic and losses of the port, including the serial line.
     pub fn counters(&self) -> Counters {
         self.counters + self.serial.counters() + self.of_lines()
     }
 
-    /// Lines since the bus was opened.
+    /// Line counts since the bus was opened.
     fn of_lines(&self) -> Counters {
         let lines = self.decoder.counters();
         Counters {
@@ -168,13 +167,13 @@ impl SlcanHost {
 }
 
 impl Drop for SlcanHost {
-    /// An adapter that is left alone with an open bus fills its queues.
+    /// Closes the bus: an abandoned adapter with an open bus fills its queues.
     fn drop(&mut self) {
         self.command(&Command::Close);
     }
 }
 
-/// What an answer tells of the bus.
+/// The bus event in an answer.
 fn event(answer: Answer, counters: &mut Counters) -> Option<FrameEvent> {
     let event = match answer {
         Answer::Frame(received) => {

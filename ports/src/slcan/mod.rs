@@ -1,8 +1,8 @@
 //! CAN frames as lines on a serial line ([`wire::slcan`]), from both ends.
 //!
-//! * [`SlcanHost`]: an adapter on a serial port is used from here.
-//! * [`SlcanAdapter`]: an adapter is played here, on a pty. Who opens its far side has a CAN bus where the
-//!   kernel has none, or, with `slcand`, an interface of the kernel whose error state is driven from here.
+//! * [`SlcanHost`]: uses an adapter on a serial port.
+//! * [`SlcanAdapter`]: emulates an adapter on a pty. The program that opens its other side has a CAN bus without CAN
+//!   in the kernel, or, with `slcand`, an interface of the kernel whose error state is controlled from here.
 
 mod adapter;
 mod host;
@@ -16,29 +16,29 @@ use wire::packet::BYTES_MAX;
 use wire::serial::SerialSettings;
 use wire::slcan::CR;
 
-/// What an adapter's port is set to where nothing is said. Assumption: a USB adapter takes any rate, and
-/// those with a UART are often set to this one.
+/// Default settings of an adapter's port. Assumption: a USB adapter accepts any rate, and those with a UART often have
+/// this one.
 pub const USUAL: SerialSettings = SerialSettings::new_8n1(115_200);
 
 /// Shortest line that becomes an event: `e0` and its end.
 const EVENT_BYTES_MIN: usize = 3;
-/// Events in what is read at once.
+/// Maximum number of events in one read.
 const EVENTS_MAX: usize = BYTES_MAX / EVENT_BYTES_MIN + 1;
 
-/// Makes a line that was cut short one that nobody takes for a frame: no digit, and an end. An end alone
-/// would not do: the Linux driver takes missing digits from the line before.
+/// Turns a truncated line into one that cannot be taken for a frame: not a digit, and an end. An end alone is not
+/// enough: the Linux driver takes missing digits from the preceding line.
 const SPOILED: &[u8] = b"!\r";
 
-/// Hands lines to a serial line whole. What is left of one that found room in part goes before the next, so
-/// that the other side does not take the two for one.
+/// Sends whole lines to a serial line. A line that found only partial room is terminated before the next, so that the
+/// other side does not join the two.
 #[derive(Debug, Default)]
 struct Lines {
     owed: &'static [u8],
 }
 
 impl Lines {
-    /// `send` says how many bytes found room. `false` when the line does not get across. One that lacks
-    /// nothing but its end does, with the next or when [the rest](Self::finish) goes.
+    /// `send` returns how many bytes found room. Returns `false` if the line does not arrive. A line that lacks only
+    /// its end does arrive, with the next one or with [the rest](Self::finish).
     fn send(&mut self, line: &[u8], mut send: impl FnMut(&[u8]) -> usize) -> bool {
         if !self.finish(&mut send) {
             return false;
@@ -54,7 +54,7 @@ impl Lines {
         taken > 0 && rest.len() <= 1
     }
 
-    /// Sends what is left of the last line; `false` when it still finds no room.
+    /// Terminates a truncated last line; `false` if it still finds no room.
     fn finish(&mut self, mut send: impl FnMut(&[u8]) -> usize) -> bool {
         if !self.owed.is_empty() {
             let taken = send(self.owed);

@@ -28,13 +28,13 @@ fn serial(path: &str) -> SerialSpec {
     }
 }
 
-/// An adapter whose bus is open, and its user.
+/// An adapter with an open bus, and its user.
 async fn pair() -> (SlcanAdapter, SlcanHost) {
     let mut adapter = SlcanAdapter::open(None).unwrap();
     let spec = serial(adapter.far_path());
     let host = tokio::select! {
         host = SlcanHost::open(&spec, BitRate::Kbit250) => host.unwrap(),
-        // Told before the user has heard that it may go on.
+        // Reported before the user knows that it may continue.
         event = async { let up = adapter.receive().await; assert_eq!(up, Ok(FrameEvent::Up)); adapter.receive().await } => panic!("{event:?}"),
     };
     (adapter, host)
@@ -63,7 +63,7 @@ fn frames_cross_both_ways() {
     });
 }
 
-/// The protocol has no word for it: what would be written is another frame.
+/// The protocol has no such line: anything written would be another frame.
 #[test]
 fn an_fd_frame_is_lost_and_counted() {
     run(async {
@@ -132,11 +132,11 @@ fn who_leaves_closes_the_bus() {
 
 /// More than a pty holds.
 const BURST: u32 = 3_000;
-/// The line is quiet when nothing came for this long.
+/// The line is quiet after this time without input.
 const QUIET: Duration = Duration::from_millis(20);
 
-/// The frames that cross when `send` is called with more of them than the line holds, and then with one at a
-/// time until all is well again. `receive` waits for the next, and `counters` are the sender's.
+/// The frames that arrive when `send` is called with more of them than the line holds, and then with one at a time
+/// until the line has recovered. `receive` waits for the next, and `counters` are the sender's.
 async fn burst<P, Q>(
     (sender, receiver): (&mut P, &mut Q),
     send: impl Fn(&mut P, &CanFrame),

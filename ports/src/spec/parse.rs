@@ -1,4 +1,4 @@
-//! Reads the name of a port; what is wrong is told with its place and with what is allowed there.
+//! Parses the name of a port; a mistake is reported with its position and with the permitted values.
 
 use super::{
     BAUD, DATA_BITS, Flow, INTERFACE_LEN_MAX, PortSpec, SerialDevice, SerialOptions, SerialSpec,
@@ -11,17 +11,17 @@ use std::str::FromStr;
 use wire::serial::Parity;
 use wire::slcan::BitRate;
 
-/// Why a string names no port.
+/// Reason why a string does not name a port.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
 #[error("failed to read the port {spec:?}: {wrong}")]
 pub struct SpecError {
     #[source_code]
     spec: String,
-    /// What is wrong.
+    /// The mistake.
     wrong: String,
     #[label("here")]
     at: SourceSpan,
-    /// What is allowed in its place.
+    /// What is permitted in its place.
     #[help]
     allowed: String,
 }
@@ -31,14 +31,14 @@ const KINDS: &str = "pty, pty:LINK, serial:/dev/..., serial:usb:VENDOR:PRODUCT[:
 const OPTIONS: &[&str] = &["baud", "data", "parity", "stop", "flow", "exclusive"];
 const SLCAN_OPTIONS: &[&str] = &["baud", "data", "parity", "stop", "flow", "exclusive", "bitrate"];
 
-/// A part of the string, and where it begins in it.
+/// A part of the string, and its start.
 #[derive(Debug, Clone, Copy)]
 struct Part<'a> {
     text: &'a str,
     at: usize,
 }
 
-/// What is wrong with a part, before it is known which string it is from.
+/// A mistake in a part, before the whole string is known.
 struct Mistake {
     wrong: String,
     at: SourceSpan,
@@ -46,7 +46,7 @@ struct Mistake {
 }
 
 impl<'a> Part<'a> {
-    /// What stands before and behind the first `separator`.
+    /// The parts before and after the first `separator`.
     fn split(self, separator: char) -> (Self, Option<Self>) {
         match self.text.split_once(separator) {
             Some((before, behind)) => {
@@ -58,18 +58,18 @@ impl<'a> Part<'a> {
     }
 
     fn mistake(self, wrong: impl Into<String>, allowed: impl Into<String>) -> Mistake {
-        // Where there is nothing, what stands before it is shown.
+        // An empty part is shown by the character before it.
         let nothing = self.text.is_empty() && self.at > 0;
         let at = if nothing { (self.at - 1, 1) } else { (self.at, self.text.len()) }.into();
         Mistake { wrong: wrong.into(), at, allowed: allowed.into() }
     }
 
-    /// The value of an option, which must be a number in that range.
+    /// The value of a numeric option within this range.
     fn number<T>(self, what: &str, range: &RangeInclusive<T>) -> Result<T, Mistake>
     where
         T: FromStr + PartialOrd + std::fmt::Display,
     {
-        // A sign or blanks are no part of a number here.
+        // A sign or blanks are not permitted here.
         let digits = self.text.bytes().all(|byte| byte.is_ascii_digit());
         let number = self.text.parse().ok().filter(|number| digits && range.contains(number));
         number.ok_or_else(|| {
@@ -78,7 +78,7 @@ impl<'a> Part<'a> {
         })
     }
 
-    /// The value of an option, which must be one of a few words.
+    /// The value of an option with a few permitted words.
     fn word<T: Copy>(self, what: &str, words: &[(&str, T)]) -> Result<T, Mistake> {
         let known = words.iter().find(|(word, _)| *word == self.text);
         known.map(|(_, value)| *value).ok_or_else(|| {
@@ -114,7 +114,7 @@ fn parse(whole: Part<'_>) -> Result<PortSpec, Mistake> {
         return Ok(PortSpec::Serial(serial(whole, OPTIONS)?.0));
     }
     let (kind, rest) = whole.split(':');
-    // Where the part behind the colon would be.
+    // The place of the part after the colon.
     let missing = Part { text: "", at: whole.text.len() };
     let device = || rest.filter(|rest| !rest.text.is_empty());
     match kind.text {
@@ -154,7 +154,7 @@ fn interface(part: Part<'_>) -> Result<String, Mistake> {
     ))
 }
 
-/// A serial port, and the bitrate where one is given; `known` options are allowed.
+/// A serial port, and its bitrate if given; `known` options are permitted.
 fn serial(part: Part<'_>, known: &[&str]) -> Result<(SerialSpec, Option<BitRate>), Mistake> {
     let (device, options) = part.split('?');
     let device = serial_device(device)?;
@@ -240,7 +240,7 @@ fn serial_options(
                 let words = [("yes", Sharing::Exclusive), ("no", Sharing::Shared)];
                 options.sharing.replace(value.word("answer", &words)?).is_some()
             }
-            // The last of the known ones.
+            // The last of the known options.
             _ => {
                 let words = BitRate::ALL.map(|rate| (rate.bits_per_second().to_string(), rate));
                 let words = words.each_ref().map(|(word, rate)| (word.as_str(), *rate));

@@ -1,4 +1,4 @@
-//! Names of ports, read and written.
+//! Names of ports, parsed and printed.
 
 use super::{
     BAUD, DATA_BITS, Flow, PortSpec, SerialDevice, SerialOptions, SerialSpec, Sharing, UsbId,

@@ -1,21 +1,21 @@
 //! The command set on CAN: one data frame with a standard identifier per message.
 //!
-//! The base sends motion and pose of its own accord, so that the two reads have no frame. Frames of
-//! other nodes, extended, remote or CAN FD frames and frames of another length are passed over (`None`):
-//! on a shared bus they are not this link's to judge.
+//! The base sends motion and pose unprompted, so the two reads have no frame. Frames of other nodes, extended, remote
+//! or CAN FD frames and frames of another length are ignored (`None`): on a shared bus they are not errors of this
+//! link.
 
 use super::payload::{Payload, decode_reply, decode_request, encode_reply, encode_request};
 use super::{Message, Reply, Request};
 use crate::can::CanFrame;
 
-/// The frame of a request; `None` for [`Request::ReadMotion`] and [`Request::ReadPose`], and for a
-/// value that [`super::payload`] refuses.
+/// The frame of a request; `None` for [`Request::ReadMotion`] and [`Request::ReadPose`], and for a value that
+/// [`super::payload`] refuses.
 pub fn request_frame(request: &Request) -> Option<CanFrame> {
     let (message, payload) = encode_request(request)?;
     data_frame(message, &payload)
 }
 
-/// The request in a frame; `None` for every frame that is not a host's message of the right length.
+/// The request in a frame; `None` unless it is a host's message of the right length.
 pub fn parse_request(frame: &CanFrame) -> Option<Request> {
     decode_request(message_of(frame)?, frame.data())
 }
@@ -26,7 +26,7 @@ pub fn reply_frame(reply: &Reply) -> CanFrame {
     data_frame(message, &payload).expect("a payload is no longer than a frame's data")
 }
 
-/// The reply in a frame; `None` for every frame that is not the base's message of the right length.
+/// The reply in a frame; `None` unless it is the base's message of the right length.
 pub fn parse_reply(frame: &CanFrame) -> Option<Reply> {
     decode_reply(message_of(frame)?, frame.data())
 }
@@ -71,7 +71,7 @@ mod tests {
             let expected = message.filter(|message| message.payload_bytes() == data.len());
             if let Some(request) = parse_request(&frame) {
                 prop_assert!(expected.is_some_and(|message| !message.is_reply()));
-                // What came in is what the same request sends, but for bits that are not read.
+                // Encoding the request again gives the received bytes, except for bits that are not read.
                 let again = request_frame(&request).unwrap();
                 prop_assert_eq!(parse_request(&again), Some(request));
             }

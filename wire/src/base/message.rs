@@ -1,4 +1,4 @@
-//! The six messages of the command set and where each lives: CAN identifier, register, length.
+//! The six messages of the command set, each with its CAN identifier, register and length.
 
 use crate::can::{Id, StandardId};
 
@@ -26,7 +26,7 @@ struct Row {
     payload_bytes: u8,
 }
 
-/// A row; fails to compile where `can_id` has more than 11 bits.
+/// A row; does not compile if `can_id` has more than 11 bits.
 const fn row(can_id: u16, register: u16, payload_bytes: u8) -> Row {
     match StandardId::new(can_id) {
         Some(can_id) => Row { can_id, register, payload_bytes },
@@ -63,17 +63,17 @@ impl Message {
         }
     }
 
-    /// Its identifier on CAN.
+    /// CAN identifier of the message.
     pub const fn can_id(self) -> StandardId {
         self.row().can_id
     }
 
-    /// The address of its first byte on the serial line.
+    /// Address of the message's first byte on the serial line.
     pub const fn register(self) -> u16 {
         self.row().register
     }
 
-    /// Bytes of its payload, on either transport.
+    /// Payload length in bytes, on either transport.
     pub const fn payload_bytes(self) -> usize {
         self.row().payload_bytes as usize
     }

@@ -1,12 +1,12 @@
-//! The command set of a K2A-style synchro-drive base, once, for two transports.
+//! The command set of a K2A-style synchro-drive base, defined once for two transports.
 //!
 //! A host sends [`Request`]s; the base answers with [`Reply`]s. Each has one payload of at most eight
 //! bytes ([`payload`]), laid out in `wire/dbc/k2a.dbc`:
 //!
-//! * on **CAN** ([`can_link`]) a payload is the data of the frame with the message's identifier, and
-//!   the base sends [`Reply::Motion`] and [`Reply::Pose`] of its own accord;
-//! * on the **serial** line ([`serial_link`]) it is what a Cybermotion-style write puts at the
-//!   message's register address, or a read brings from it.
+//! * on **CAN** ([`can_link`]) a payload is the data of the frame with the message's identifier, and the base sends
+//!   [`Reply::Motion`] and [`Reply::Pose`] unprompted;
+//! * on the **serial** line ([`serial_link`]) a Cybermotion-style write puts the payload at the message's register
+//!   address, and a read fetches it from there.
 //!
 //! | [`Message`] | CAN id | register | bytes | direction |
 //! |---|---|---|---|---|
@@ -22,12 +22,11 @@
 //!
 //! # A pose write and its result
 //!
-//! A pose can be read in motion but written at rest only (the paper). Neither a CAN frame nor the one
-//! checksum byte of the serial line can say so: both mean *received*, not *done*. Whether a pose was
-//! taken over stands in [`Motion::pose_write`], and [`Motion::pose_write_counter`] says which write
-//! that result belongs to. A host therefore counts its pose writes modulo [`POSE_WRITE_MODULUS`] and
-//! waits for a [`Motion`] with the counter of its own. On both transports a write that is lost shows
-//! as a counter that does not come, and may be repeated with the same counter.
+//! A pose can be read in motion but written at rest only (the paper). Neither a CAN frame nor the checksum byte of the
+//! serial line can report the result: both mean *received*, not *done*. [`Motion::pose_write`] reports whether a pose
+//! was accepted, and [`Motion::pose_write_counter`] identifies the write that this result belongs to. A host therefore
+//! counts its pose writes modulo [`POSE_WRITE_MODULUS`] and waits for a [`Motion`] with its own counter. On both
+//! transports the counter of a lost write never appears, and the host may repeat the write with the same counter.
 
 pub mod can_link;
 mod message;
@@ -42,57 +41,57 @@ use serde::{Deserialize, Serialize};
 /// Resolution of the heading in the base's own odometry (the paper: 0.3 deg).
 pub const HEADING_STEP: Angle = Angle::from_deg(0.3);
 
-/// What a host asks of the base.
+/// Requests of a host to the base.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Request {
-    /// Go at these rates; must be repeated within the base's command time-out.
+    /// Move at these rates; must be repeated within the base's command time-out.
     SetVelocity {
         /// Speed along the wheels' direction.
         drive: Speed,
         /// Rate at which the wheels and the turret steer.
         steer: AngularRate,
     },
-    /// Change rates no faster than this. Both limits are above zero.
+    /// Limit the change of the rates. Both limits are above zero.
     SetAcceleration {
-        /// Of the drive.
+        /// Limit for the drive.
         drive: Acceleration,
-        /// Of the steering.
+        /// Limit for the steering.
         steer: AngularAcceleration,
     },
-    /// Take this as your pose. Carried out at rest only; the result comes in [`Motion::pose_write`].
+    /// Set the base's pose. Carried out at rest only; the result is in [`Motion::pose_write`].
     WritePose {
         /// The pose, x and y within the range of the layout ([`payload`]: 419 m).
         pose: Pose,
-        /// Comes back in [`Motion::pose_write`]; modulo [`POSE_WRITE_MODULUS`].
+        /// Returned in [`Motion::pose_write_counter`]; modulo [`POSE_WRITE_MODULUS`].
         counter: u8,
     },
-    /// Stop with the acceleration limits in force, and forget the velocity command.
+    /// Stop with the acceleration limits in force, and discard the velocity command.
     Stop,
-    /// Send [`Reply::Motion`] (serial only; on CAN it comes by itself).
+    /// Send [`Reply::Motion`] (serial only; on CAN the base sends it unprompted).
     ReadMotion,
-    /// Send [`Reply::Pose`] (serial only; on CAN it comes by itself).
+    /// Send [`Reply::Pose`] (serial only; on CAN the base sends it unprompted).
     ReadPose,
 }
 
-/// Counter of pose writes runs modulo this.
+/// Modulus of the counter of pose writes.
 pub const POSE_WRITE_MODULUS: u8 = 4;
 
-/// What became of the last pose write.
+/// Result of the last pose write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoseWriteResult {
-    /// None was received since power-up.
+    /// No pose write since power-up.
     #[default]
     None,
-    /// Taken over.
+    /// Accepted.
     Accepted,
     /// Refused: the base was moving.
     RefusedInMotion,
-    /// Refused: the base's own limits do not allow this pose.
+    /// Refused: the pose exceeds the base's own limits.
     RefusedValue,
 }
 
-/// The base's motion, as its own odometry and status have it.
+/// The base's motion by its own odometry and status.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Motion {
     /// Path length since power-up; backward motion counts down.
@@ -103,21 +102,21 @@ pub struct Motion {
     pub heading: Angle,
     /// Drive or steering is turning.
     pub moving: bool,
-    /// No velocity command came in time; the base stopped by itself.
+    /// No velocity command arrived in time; the base stopped by itself.
     pub command_timed_out: bool,
     /// The emergency stop is pressed.
     pub emergency_stop: bool,
     /// A drive reports a fault.
     pub fault: bool,
-    /// What became of the last pose write.
+    /// Result of the last pose write.
     pub pose_write: PoseWriteResult,
     /// Counter of that pose write, modulo [`POSE_WRITE_MODULUS`].
     pub pose_write_counter: u8,
-    /// Running number of this message, modulo 256.
+    /// Sequence number of this message, modulo 256.
     pub sequence: u8,
 }
 
-/// What the base tells a host.
+/// Replies of the base to a host.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Reply {
     /// Odometry and status.

@@ -1,7 +1,7 @@
-//! [`Request`]s and [`Reply`]s as payload bytes, laid out as `wire/dbc/k2a.dbc` says.
+//! [`Request`]s and [`Reply`]s as payload bytes, in the layout of `wire/dbc/k2a.dbc`.
 //!
-//! All fields are little-endian (Intel in the DBC). `wire/tests/dbc.rs` reads every payload with the
-//! layout of the DBC file and holds the two together.
+//! All fields are little-endian (Intel in the DBC). `wire/tests/dbc` reads every payload with the layout of the DBC
+//! file and compares the two.
 //!
 //! | message | bits | field | one count |
 //! |---|---|---|---|
@@ -21,20 +21,19 @@
 //! | | 54-55 | counter of that write | |
 //! | | 56-63 | sequence | |
 //!
-//! The pose had to carry its counter in the same eight bytes, so that a pose and its counter can
-//! never part. 23 bits at 0.1 mm reach 419 m, more than the paper's 4 m square asks for; that leaves
-//! 16 bits for a heading in 0.01 deg, a tenth of the best stop (0.1 deg) the paper names.
+//! The pose carries its counter in the same eight bytes, so that the two cannot be separated. 23 bits at 0.1 mm reach
+//! 419 m, more than the paper's 4 m square needs; that leaves 16 bits for a heading in 0.01 deg, a tenth of the best
+//! stop (0.1 deg) in the paper.
 //!
-//! # What does not fit
+//! # Values out of range
 //!
-//! * A velocity beyond the range is clipped; one that is not finite is sent as zero: the base had
-//!   better stand still than follow a broken calculation.
-//! * An acceleration limit beyond the range is clipped, at the lower end to one count. One that is
-//!   zero, negative or not finite is refused: with it the base could never stop.
+//! * A velocity beyond the range is clipped; one that is not finite is sent as zero: the base should rather stop than
+//!   follow a broken calculation.
+//! * An acceleration limit beyond the range is clipped, at the lower end to one count. One that is zero, negative or
+//!   not finite is refused: with it the base could never stop.
 //! * A pose that is not finite or out of range is refused: a clipped pose is a false pose.
 //! * A reply's number beyond the range is clipped; a NaN is sent as zero.
-//! * A heading is a direction: either side wraps it into [-180, 180) deg. One of more than a million
-//!   turns is treated as not a number.
+//! * A heading is a direction: both sides wrap it into [-180, 180) deg. More than a million turns count as NaN.
 
 use super::{Message, Motion, POSE_WRITE_MODULUS, PoseWriteResult, Reply, Request};
 use crate::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
@@ -49,20 +48,20 @@ pub const COUNTS_PER_M: f64 = 10_000.0;
 /// Counts per degree of a pose's heading, per deg/s and per deg/s^2.
 pub const COUNTS_PER_DEG: f64 = 100.0;
 
-/// Counts of a pose's heading in a full turn.
+/// Counts per full turn of a pose's heading.
 const POSE_HEADING_STEPS: i32 = 36_000;
 
-/// Counts of a motion's heading in a full turn: [`HEADING_STEP`](super::HEADING_STEP) each.
+/// Counts per full turn of a motion's heading: [`HEADING_STEP`](super::HEADING_STEP) each.
 const MOTION_HEADING_STEPS: i32 = 1_200;
 
-/// Counts in which x and y of a pose are sent: 23 bits.
+/// Range of the counts of x and y of a pose: 23 bits.
 const COORDINATE: RangeInclusive<f64> = -4_194_304.0..=4_194_303.0;
 const COORDINATE_BITS: u32 = 23;
 const COUNTER_SHIFT: u32 = 46;
 const POSE_HEADING_SHIFT: u32 = 48;
 
-/// Beyond this many radians a heading is taken for a broken number, not for a direction. Assumption:
-/// nothing here turns a million times; a double still resolves 1e-9 rad there.
+/// A heading beyond this many radians is a broken number, not a direction. Assumption: nothing here turns a million
+/// times; a double still resolves 1e-9 rad there.
 const HEADING_RAD_MAX: f64 = 1e6 * core::f64::consts::TAU;
 
 const MOVING: u8 = 1 << 0;
@@ -80,7 +79,7 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// The bytes of `slice`; `None` when there are more than [`PAYLOAD_BYTES_MAX`].
+    /// The bytes of `slice`; `None` if there are more than [`PAYLOAD_BYTES_MAX`].
     pub fn from_slice(slice: &[u8]) -> Option<Self> {
         let mut bytes = [0; PAYLOAD_BYTES_MAX];
         bytes.get_mut(..slice.len())?.copy_from_slice(slice);
@@ -102,8 +101,8 @@ impl Payload {
     }
 }
 
-/// The message and the bytes of a request; `None` for a read, which has no payload, and for a value
-/// that is refused (see the head of this module).
+/// The message and the bytes of a request; `None` for a read, which has no payload, and for a value that is refused
+/// (see the head of this module).
 pub fn encode_request(request: &Request) -> Option<(Message, Payload)> {
     Some(match *request {
         Request::SetVelocity { drive, steer } => {
@@ -127,8 +126,8 @@ pub fn encode_request(request: &Request) -> Option<(Message, Payload)> {
     })
 }
 
-/// The request in `bytes`; `None` where `message` is a reply, where the length is not the message's,
-/// and for an acceleration limit of zero.
+/// The request in `bytes`; `None` if `message` is a reply, if the length is not the message's, and for an acceleration
+/// limit of zero.
 pub fn decode_request(message: Message, bytes: &[u8]) -> Option<Request> {
     match message {
         Message::SetVelocity => {
@@ -165,7 +164,7 @@ pub fn encode_reply(reply: &Reply) -> (Message, Payload) {
     }
 }
 
-/// The reply in `bytes`; `None` where `message` is a request or the length is not the message's.
+/// The reply in `bytes`; `None` if `message` is a request or the length is not the message's.
 pub fn decode_reply(message: Message, bytes: &[u8]) -> Option<Reply> {
     match message {
         Message::Motion => Some(Reply::Motion(motion_of(bytes.try_into().ok()?))),
@@ -176,7 +175,7 @@ pub fn decode_reply(message: Message, bytes: &[u8]) -> Option<Reply> {
     }
 }
 
-/// A pose that the layout carries to within half a count.
+/// True if the layout carries the pose to within half a count.
 fn is_writable(pose: Pose) -> bool {
     let fits = |length: Length| COORDINATE.contains(&libm::round(length.m() * COUNTS_PER_M));
     fits(pose.x) && fits(pose.y) && is_direction(pose.heading)
@@ -190,7 +189,7 @@ fn limit_counts(counts: f64) -> Option<u16> {
     (counts.is_finite() && counts > 0.0).then(|| (libm::round(counts) as u16).max(1))
 }
 
-/// The whole number of steps nearest to `heading`, wrapped.
+/// `heading` as the nearest whole number of steps, wrapped.
 fn heading_counts(heading: Angle, steps_per_turn: i32) -> i16 {
     if !is_direction(heading) {
         return 0;
@@ -199,14 +198,14 @@ fn heading_counts(heading: Angle, steps_per_turn: i32) -> i16 {
     wrapped_counts(libm::round(turns * f64::from(steps_per_turn)) as i32, steps_per_turn)
 }
 
-/// The heading of so many steps. It is wrapped as a whole number and half a turn comes out as -pi
-/// exactly, so that it is sent again unchanged.
+/// `counts` steps as a heading. The integer is wrapped and half a turn becomes exactly -pi, so that sending it again
+/// gives the same count.
 fn heading_of(counts: i16, steps_per_turn: i32) -> Angle {
     let counts = wrapped_counts(counts.into(), steps_per_turn);
     Angle::TURN * (f64::from(counts) / f64::from(steps_per_turn))
 }
 
-/// The same direction, from half a turn clockwise up to, but without, half a turn counter-clockwise.
+/// The same direction, wrapped to at least minus half a turn and less than half a turn.
 fn wrapped_counts(counts: i32, steps_per_turn: i32) -> i16 {
     let half = steps_per_turn / 2;
     ((counts + half).rem_euclid(steps_per_turn) - half) as i16
@@ -232,7 +231,7 @@ fn pose_payload(pose: Pose, counter: u8) -> Payload {
 
 fn pose_of(bits: u64) -> Pose {
     let coordinate = |above: u32| {
-        // Up against the sign bit and back down again extends the sign.
+        // Shifting the sign bit to the top and back extends the sign.
         let counts = (bits << above) as i64 >> (u64::BITS - COORDINATE_BITS);
         Length::from_m(counts as f64 / COUNTS_PER_M)
     };

@@ -1,15 +1,15 @@
-//! How many bits a frame is on the wire, and how long they take (ISO 11898-1:2015).
+//! Number of bits of a frame on the wire, and their duration (ISO 11898-1:2015).
 //!
-//! Behind five equal bits the sender stuffs one of the other value: so many bits longer is a frame by what it says. In a
-//! classic frame that goes up to the end of the checksum, which is therefore worked out; in a CAN FD frame up to the end
-//! of the data, and behind it stuff bits have fixed places.
+//! After five equal bits the sender stuffs one of the other value, so the length of a frame depends on its content. In
+//! a classic frame stuffing extends to the end of the checksum, which is therefore computed; in a CAN FD frame it
+//! extends to the end of the data, and stuff bits after that have fixed places.
 
 use super::{BitRates, CanFrame, Id, Kind};
 use crate::time::Span;
 
 /// Delimiter of the checksum, acknowledgement and its delimiter, end of frame, intermission.
 const CLASSIC_END: u32 = 1 + 2 + 7 + 3;
-/// The same in a CAN FD frame behind the delimiter of the checksum.
+/// The same bits of a CAN FD frame after the checksum delimiter.
 const FD_END: u32 = CLASSIC_END - 1;
 const CHECKSUM_BITS: u32 = 15;
 /// From ESI to the length.
@@ -21,7 +21,7 @@ impl CanFrame {
         self.parts().iter().sum()
     }
 
-    /// How long the first `bits` of the frame take. A frame that switches has the faster rate from ESI to the
+    /// Duration of the first `bits` of the frame. A frame with a rate switch has the faster rate from ESI to the
     /// delimiter of the CRC.
     pub fn time_of(&self, bits: u32, rates: BitRates) -> Span {
         let switches = self.fd_flags().is_some_and(|flags| flags.bit_rate_switch);
@@ -33,12 +33,12 @@ impl CanFrame {
         rates.bit() * i64::from(bits - fast) + rates.data_bit() * i64::from(fast)
     }
 
-    /// How long the frame takes on the wire.
+    /// Duration of the frame on the wire.
     pub fn duration(&self, rates: BitRates) -> Span {
         self.time_of(self.bits(), rates)
     }
 
-    /// Bits before the data's rate, at it, and behind it.
+    /// Numbers of bits before the data phase, in it, and after it.
     fn parts(&self) -> [u32; 3] {
         let Kind::Fd(flags) = self.kind else {
             let (checked, length) = self.checked();
@@ -50,23 +50,23 @@ impl CanFrame {
         let (head, length) = match self.id {
             // Start and identifier; RRS, IDE and FDF; reserved.
             Id::Standard(id) => (u64::from(id.as_raw()) << 4 | 0b0010, 16),
-            // Start and the first of the identifier, SRR and IDE, the rest of it; RRS and FDF; reserved.
+            // Start and the first part of the identifier, SRR and IDE, its second part; RRS and FDF; reserved.
             Id::Extended(id) => (extended(id.as_raw()) << 3 | 0b010, 35),
         };
         line.send(head << 1 | u64::from(flags.bit_rate_switch), length + 1);
         let head = length + 1 + line.stuffed;
-        // A stuff bit behind the last of them goes at the data's rate already.
+        // A stuff bit after the last of these already has the data rate.
         line.stuffed = 0;
         let code = embedded_can::Frame::dlc(self) as u64;
         line.send(u64::from(flags.error_state) << 4 | code, FD_CONTROL_BITS);
         self.data().iter().for_each(|byte| line.send_byte(*byte));
         let data = 8 * self.data().len() as u32;
-        // Count of stuff bits and checksum, a stuff bit before each four of them; the delimiter.
+        // Stuff count and checksum with a stuff bit before each four of them; the delimiter.
         let behind = if data <= 128 { 4 + 17 + 6 } else { 4 + 21 + 7 } + 1;
         [head, FD_CONTROL_BITS + data + line.stuffed + behind, FD_END]
     }
 
-    /// What the checksum of a classic frame is of, the last bit lowest, and how many bits.
+    /// The bits that the checksum of a classic frame covers, the last one lowest, and their number.
     fn checked(&self) -> (u128, u32) {
         let control = u64::from(self.is_remote()) << 6 | u64::from(self.length);
         let (head, length) = match self.id {
@@ -89,10 +89,11 @@ fn extended(id: u32) -> u64 {
 
 /// Polynomial of the classic frame's checksum, CRC-15/CAN.
 const POLYNOMIAL: u16 = 0x4599;
-/// Most bytes that the checksum is of: 103 bits.
+/// Maximum number of bytes covered by the checksum: 103 bits.
 const CHECKED_BYTES: usize = 13;
 
-/// Of each byte by its place, the last first. The checksum begins at zero: that of a frame is the sum of those of its bytes.
+/// Checksum of each byte at each place, the last place first. The checksum starts at zero, so that of a frame is the
+/// XOR of those of its bytes.
 static CHECKSUMS: [[u16; 256]; CHECKED_BYTES] = checksums();
 
 const fn checksums() -> [[u16; 256]; CHECKED_BYTES] {
@@ -122,16 +123,16 @@ fn checksum(checked: u128) -> u16 {
     CHECKSUMS.iter().zip(bytes).map(of).fold(0, |sum, one| sum ^ one)
 }
 
-/// How many bits are stuffed into the lowest `length` of `bits`, one behind the last included.
+/// Number of stuff bits in the lowest `length` of `bits`, including one after the last.
 fn stuff_bits(bits: u128, length: u32) -> u32 {
-    // From here on the first bit is the highest, and a place is counted from it.
+    // From here on the first bit is the highest; places count from it.
     let bits = bits << (u128::BITS - length);
     let alike = !(bits ^ bits << 1) & u128::MAX << (u128::BITS + 1 - length);
     let mut five = alike & alike << 1;
     five &= five << 2;
     let mut count = 0;
     while five != 0 {
-        // So many bits are alike from here, and where a stuff bit is behind the last of them, it is the first of the next.
+        // Number of equal bits from here. A stuff bit after the last of them is the first of the next run.
         let (mut start, mut before) = (five.leading_zeros(), 0);
         while start < length {
             let run = (alike << start).leading_ones() + 1;
@@ -147,22 +148,22 @@ fn stuff_bits(bits: u128, length: u32) -> u32 {
     count
 }
 
-/// A line on which bit follows bit.
+/// State of bit stuffing on a line.
 #[derive(Debug, Clone, Copy, Default)]
 struct Line {
-    /// What was sent last; none where nothing is alike.
+    /// The last bit; meaningless if `alike` is zero.
     last: bool,
-    /// How many of the last bits are alike.
+    /// Number of equal bits at the end.
     alike: u32,
     stuffed: u32,
 }
 
-/// Bits that are alike before one of the other value is stuffed.
+/// Number of equal bits before a stuff bit.
 const ALIKE_MAX: u32 = 5;
-/// States of a line: its last bit, and how many are alike.
+/// Number of states of a line: its last bit and the number of equal bits.
 const STATES: usize = 2 * (ALIKE_MAX as usize + 1);
 
-/// For each state and byte: the state behind it, and how many bits are stuffed.
+/// For each state and byte: the next state and the number of stuff bits.
 static BYTES: [[(u8, u8); 256]; STATES] = bytes();
 
 const fn bytes() -> [[(u8, u8); 256]; STATES] {
@@ -190,7 +191,7 @@ impl Line {
         2 * self.alike as usize + self.last as usize
     }
 
-    /// The lowest `length` of `bits`, the highest first. A bit is stuffed when the next one comes.
+    /// Sends the lowest `length` of `bits`, the highest first. A stuff bit is added when the next bit is sent.
     const fn send(&mut self, bits: u64, length: u32) {
         let mut left = length;
         while left > 0 {
@@ -205,7 +206,7 @@ impl Line {
         }
     }
 
-    /// Eight bits, as [`send`](Self::send) does them one by one.
+    /// Sends eight bits, with the same result as [`send`](Self::send).
     fn send_byte(&mut self, byte: u8) {
         let (state, stuffed) = BYTES[self.state()][usize::from(byte)];
         let stuffed = self.stuffed + u32::from(stuffed);
@@ -219,7 +220,7 @@ mod tests {
     use super::{BitRates, CHECKSUM_BITS, CanFrame, Line, POLYNOMIAL, Span, checksum};
     use proptest::prelude::*;
 
-    /// Bit by bit, as the standard describes it.
+    /// Computes the checksum bit by bit, as the standard describes it.
     fn checksum_of(bits: u128, length: u32) -> u16 {
         (0..length).rev().fold(0, |sum, place| {
             let next = bits >> place & 1 != 0;
@@ -252,7 +253,7 @@ mod tests {
                 let plain = length + CHECKSUM_BITS + 13;
                 prop_assert_eq!(frame.bits(), plain + line.stuffed + behind);
             }
-            // Bits that are rare make long runs.
+            // Rare bits make long runs.
             for bits in [bits, bits & few, bits & few & few.rotate_left(7), bits | few, !0, 0] {
                 let bits = bits & u128::MAX >> (128 - length);
                 let mut line = Line::default();
@@ -268,7 +269,7 @@ mod tests {
         fn a_byte_is_its_bits(bytes: [u8; 12], few: [u8; 12]) {
             let (mut by_bits, mut by_bytes) = (Line::default(), Line::default());
             for (byte, few) in bytes.into_iter().zip(few) {
-                // Bits that are rare make long runs.
+                // Rare bits make long runs.
                 for byte in [byte, byte & few & few.rotate_left(3), byte | few] {
                     by_bits.send(byte.into(), u8::BITS);
                     by_bytes.send_byte(byte);
@@ -278,8 +279,8 @@ mod tests {
         }
     }
 
-    /// K. Tindell, A. Burns, A. Wellings, "Calculating Controller Area Network (CAN) message response times", 1995: at most a
-    /// stuff bit for each four of 34 bits and the data, less one.
+    /// K. Tindell, A. Burns, A. Wellings, "Calculating Controller Area Network (CAN) message response times", 1995: at
+    /// most one stuff bit for each four of 34 bits and the data, less one.
     #[test]
     fn frames_reach_the_most_stuff_bits_and_none() {
         let frame =
@@ -302,9 +303,10 @@ mod tests {
                 .unwrap()
                 .bits()
         };
-        // Without data seven zeros stand at the end: one bit is stuffed.
+        // Without data the frame ends in seven zeros: one stuff bit.
         assert_eq!([0, 16, 20].map(|length| fd(0x55, length)), [63, 190, 227]);
-        // Each five are followed by a stuff bit, but not the last: 64 ones, and 384 zeros with one of the length before them.
+        // Each five are followed by a stuff bit except the last: 64 ones, and 384 zeros with one of the length before
+        // them.
         let stuffed = |byte: u8, length: usize| fd(byte, length) - fd(0x55, length);
         assert_eq!([stuffed(0xff, 8), stuffed(0, 48)], [12, 76]);
     }

@@ -6,9 +6,9 @@ use crate::time::Span;
 /// Bits per second of a bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitRates {
-    /// Of arbitration, and of everything in a classic frame.
+    /// Rate of the arbitration phase and of classic frames.
     pub nominal: u32,
-    /// Of the data of a CAN FD frame that switches; `None` on a classic bus, which has no such frames.
+    /// Rate of the data phase of a CAN FD frame with a rate switch; `None` on a classic bus, which has no such frames.
     pub data: Option<u32>,
 }
 
@@ -16,12 +16,12 @@ impl BitRates {
     /// A classic bus of the [usual rate](BIT_RATE).
     pub const USUAL: Self = Self { nominal: BIT_RATE, data: None };
 
-    /// How long a bit takes, in whole nanoseconds.
+    /// Duration of a bit, in whole nanoseconds.
     pub const fn bit(self) -> Span {
         bit_time(self.nominal)
     }
 
-    /// How long a bit of data takes in a frame that switches.
+    /// Duration of a bit in the data phase of a frame with a rate switch.
     pub const fn data_bit(self) -> Span {
         match self.data {
             Some(rate) => bit_time(rate),

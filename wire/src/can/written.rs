@@ -1,4 +1,4 @@
-//! A frame as it is written down: the word of its identifier, its length, and its bytes.
+//! Serialised form of a frame: the word of its identifier, its length, and its bytes.
 
 use super::{CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, FD_BYTES_MAX, FdFlags, Kind, REMOTE_FLAG};
 use core::fmt;
@@ -7,13 +7,13 @@ use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::ser::SerializeTuple as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Bits of the identifier's word that no frame has.
+/// Bits of the identifier's word that no frame uses.
 const UNUSED: u32 = !(EXTENDED_FLAG | REMOTE_FLAG | 0x1fff_ffff);
-/// In the length of a frame that is written down: it is one of CAN FD, and its flags follow.
+/// Mark in the length of a serialised frame: a CAN FD frame, whose flags follow.
 const FD_MARK: u8 = 0x80;
 
-/// The word of the identifier, the length, and eight bytes; of a CAN FD frame the marked length, the flags, and as many
-/// bytes as it has.
+/// The word of the identifier, the length, and eight bytes; for a CAN FD frame the marked length, the flags, and its
+/// bytes.
 impl Serialize for CanFrame {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let (mark, flags, written) = match self.kind {

@@ -1,4 +1,4 @@
-//! The detail bytes of an error frame, as `linux/can/error.h` numbers them.
+//! The detail bytes of an error frame, numbered as in `linux/can/error.h`.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ bitflags::bitflags! {
 }
 
 bitflags::bitflags! {
-    /// Which rules were broken (data byte 2); empty where it is not known.
+    /// The violated rules (data byte 2); empty if unknown.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
     pub struct ProtocolErrors: u8 {
         /// A single bit was wrong.
@@ -37,38 +37,38 @@ bitflags::bitflags! {
         const BIT0 = 0x08;
         /// A recessive bit could not be sent.
         const BIT1 = 0x10;
-        /// A node asked for a pause.
+        /// A node requested a pause.
         const OVERLOAD = 0x20;
         /// An active error was announced.
         const ACTIVE = 0x40;
-        /// It happened while sending.
+        /// The error occurred while sending.
         const TX = 0x80;
     }
 }
 
-/// What rule was broken, and where in the frame.
+/// The violated rules and the place in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ProtocolViolation {
-    /// Which rules.
+    /// The rules.
     pub errors: ProtocolErrors,
-    /// Where.
+    /// The place in the frame.
     pub location: ProtocolLocation,
 }
 
-/// A place in a frame (data byte 3, the numbers of the SJA1000's error code capture); 0 where it is not known.
+/// A place in a frame (data byte 3, numbered as in the SJA1000's error code capture); 0 if unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct ProtocolLocation(pub u8);
 
 impl ProtocolLocation {
-    /// Not known.
+    /// Unknown.
     pub const UNSPECIFIED: Self = Self(0x00);
     /// The checksum.
     pub const CRC_SEQUENCE: Self = Self(0x08);
-    /// The bit in which receivers acknowledge.
+    /// The acknowledgement slot.
     pub const ACKNOWLEDGEMENT_SLOT: Self = Self(0x19);
 
-    /// The place in words; `None` where it is not known, and for numbers that have no name.
+    /// Name of the place; `None` if unknown or unnamed.
     pub const fn name(self) -> Option<&'static str> {
         Some(match self.0 {
             0x02 => "identifier bits 28 to 21",
@@ -95,19 +95,18 @@ impl ProtocolLocation {
     }
 }
 
-/// What the transceiver sees on the wires (data byte 4): CANH in the low, CANL in the high half; 0 where
-/// it is not known.
+/// Transceiver status of the wires (data byte 4): CANH in the low half, CANL in the high half; 0 if unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Transceiver(pub u8);
 
 impl Transceiver {
-    /// What is wrong with CANH, in words.
+    /// The fault of CANH, in words.
     pub const fn can_high(self) -> Option<&'static str> {
         fault(self.0 & 0x0F)
     }
 
-    /// What is wrong with CANL, in words.
+    /// The fault of CANL, in words.
     pub const fn can_low(self) -> Option<&'static str> {
         match self.0 & 0xF0 {
             0x80 => Some("short circuit to CANH"),

@@ -11,7 +11,7 @@ impl fmt::Display for ErrorCounters {
     }
 }
 
-/// What is reported, the gravest first, then the counters.
+/// The reported problems, the most serious first, then the counters.
 impl fmt::Display for CanErrorEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut separator = "";

@@ -1,4 +1,4 @@
-//! What a run of events amounts to.
+//! Bus health from a series of events.
 
 use super::{CanErrorEvent, ErrorCounters, ErrorKind};
 use core::fmt;
@@ -13,16 +13,16 @@ pub enum BusState {
     /// Both error counters are below 96.
     #[default]
     Active,
-    /// One is at least 96.
+    /// One counter is at least 96.
     Warning,
-    /// One is at least 128: the controller announces no more errors.
+    /// One counter is at least 128: the controller sends no more active error flags.
     Passive,
-    /// That of transmission is at least 256: the controller left the bus.
+    /// The transmit counter is at least 256: the controller left the bus.
     BusOff,
 }
 
 impl BusState {
-    /// The least value of the larger error counter in this state (`linux/can/error.h`).
+    /// The smallest value of the larger error counter in this state (`linux/can/error.h`).
     pub const fn least_counter(self) -> u16 {
         match self {
             Self::Active => 0,
@@ -44,7 +44,7 @@ impl fmt::Display for BusState {
     }
 }
 
-/// The state of a bus after the events so far, and how often each kind of trouble was reported.
+/// The state of a bus after the events so far, and the count of each kind of problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct BusHealth {
     state: BusState,
@@ -55,7 +55,7 @@ pub struct BusHealth {
 }
 
 impl BusHealth {
-    /// No event so far; the controller is taken to be error-active.
+    /// No event so far; the controller is assumed error-active.
     pub fn new() -> Self {
         Self::default()
     }
@@ -71,7 +71,7 @@ impl BusHealth {
         }
     }
 
-    /// The state now.
+    /// The current state.
     pub const fn state(&self) -> BusState {
         self.state
     }
@@ -81,23 +81,23 @@ impl BusHealth {
         self.worst
     }
 
-    /// The error counters of the last event that had them.
+    /// The error counters of the last event that contained them.
     pub const fn counters(&self) -> Option<ErrorCounters> {
         self.counters
     }
 
-    /// Events so far.
+    /// Number of events so far.
     pub const fn events(&self) -> u64 {
         self.events
     }
 
-    /// How many events reported this.
+    /// Number of events that reported `kind`.
     pub const fn count(&self, kind: ErrorKind) -> u64 {
         self.counts[kind as usize]
     }
 }
 
-/// The state, the worst state where that is another, the counters, and what was reported how often.
+/// The state, the worst state if different, the counters, and the count of each kind.
 impl fmt::Display for BusHealth {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.state)?;

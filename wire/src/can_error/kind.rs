@@ -1,10 +1,10 @@
-//! What there is to count.
+//! Kinds of problems that are counted.
 
 use super::{CanErrorEvent, ControllerProblems};
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
-/// The things that an error frame reports. A frame with warnings in both directions reports one.
+/// Kinds of problems that an error frame reports. Warnings in both directions in one frame count once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ErrorKind {
@@ -22,7 +22,7 @@ pub enum ErrorKind {
     RxOverflow,
     /// [`ControllerProblems::TX_OVERFLOW`]
     TxOverflow,
-    /// A problem of the controller's that it does not name.
+    /// An unspecified problem of the controller.
     Controller,
     /// [`CanErrorEvent::no_acknowledgement`]
     NoAcknowledgement,
@@ -60,7 +60,7 @@ impl ErrorKind {
         Self::Unknown,
     ];
 
-    /// In words, as an engineer says it.
+    /// Name in plain words.
     pub const fn name(self) -> &'static str {
         match self {
             Self::BusOff => "bus-off",
@@ -89,7 +89,7 @@ impl fmt::Display for ErrorKind {
 }
 
 impl CanErrorEvent {
-    /// Whether the event reports this.
+    /// True if the event reports `kind`.
     pub fn reports(&self, kind: ErrorKind) -> bool {
         let controller = self.controller.unwrap_or_default();
         match kind {
@@ -115,7 +115,7 @@ impl CanErrorEvent {
         }
     }
 
-    /// What the event reports, in the order of [`ErrorKind::ALL`].
+    /// The reported kinds, in the order of [`ErrorKind::ALL`].
     pub fn kinds(self) -> impl Iterator<Item = ErrorKind> {
         ErrorKind::ALL.into_iter().filter(move |kind| self.reports(*kind))
     }

@@ -1,8 +1,8 @@
-//! What a CAN controller says of the state of its bus: SocketCAN's error frames.
+//! Error reports of a CAN controller: SocketCAN's error frames.
 //!
-//! An error frame has the flag [`ERROR_FLAG`] in its identifier, a bit for each class that it reports, and
-//! eight bytes of detail (`linux/can/error.h`). [`CanErrorEvent`] is one such frame in names, and
-//! [`BusHealth`] what a run of them amounts to.
+//! An error frame has the flag [`ERROR_FLAG`] in its identifier, a bit for each class that it reports, and eight bytes
+//! of detail (`linux/can/error.h`). [`CanErrorEvent`] is one decoded frame, and [`BusHealth`] summarises a series of
+//! them.
 
 mod detail;
 mod display;
@@ -41,22 +41,22 @@ const KNOWN: u32 = 0x3FF;
 /// The error counters of a controller (ISO 11898-1, fault confinement).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ErrorCounters {
-    /// Of transmission. A controller counts to 256, which is bus-off.
+    /// Transmit error counter. It counts up to 256, which is bus-off.
     pub tx: u16,
-    /// Of reception.
+    /// Receive error counter.
     pub rx: u16,
 }
 
-/// One error frame. It can report several things at once.
+/// One error frame. It can report several problems at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct CanErrorEvent {
-    /// A frame was not sent in the time that the driver gives it.
+    /// A frame was not sent within the driver's time-out.
     pub tx_timeout: bool,
-    /// Arbitration was lost in this bit of the frame; 0 where the bit is not known.
+    /// Arbitration was lost in this bit of the frame; 0 if the bit is unknown.
     pub lost_arbitration: Option<u8>,
-    /// The controller's buffers or its error state; empty where it does not say which.
+    /// Problems of the controller's buffers or error state; empty if unspecified.
     pub controller: Option<ControllerProblems>,
-    /// A rule of the protocol was broken.
+    /// A protocol rule was violated.
     pub protocol: Option<ProtocolViolation>,
     /// The transceiver sees a broken wire or a short circuit.
     pub transceiver: Option<Transceiver>,
@@ -68,15 +68,15 @@ pub struct CanErrorEvent {
     pub bus_error: bool,
     /// The controller came back from bus-off.
     pub restarted: bool,
-    /// The error counters, where the frame has them.
+    /// The error counters, if the frame contains them.
     pub counters: Option<ErrorCounters>,
-    /// Bits of classes that are not known here.
+    /// Bits of unknown classes.
     pub unknown_classes: u32,
 }
 
 impl CanErrorEvent {
-    /// The event of an error frame: its identifier, with or without [`ERROR_FLAG`], and its data, of which
-    /// missing bytes are zero.
+    /// Decodes an error frame: its identifier, with or without [`ERROR_FLAG`], and its data. Missing bytes count as
+    /// zero.
     pub fn decode(id: u32, data: &[u8]) -> Self {
         let classes = id & CLASS_MASK;
         let has = |class| classes & class != 0;
@@ -100,8 +100,8 @@ impl CanErrorEvent {
         }
     }
 
-    /// The identifier, [`ERROR_FLAG`] included, and the data of the error frame. Error counters above 255
-    /// are sent as 255.
+    /// Encodes the identifier, including [`ERROR_FLAG`], and the data of the error frame. Error counters above 255 are
+    /// sent as 255.
     pub fn encode(&self) -> (u32, [u8; ERROR_DATA_BYTES]) {
         let mut data = [0; ERROR_DATA_BYTES];
         data[0] = self.lost_arbitration.unwrap_or_default();
@@ -130,7 +130,7 @@ impl CanErrorEvent {
         (known.fold(ERROR_FLAG | unknown, |id, class| id | class), data)
     }
 
-    /// The state that the controller is in after this event; `None` where it does not say.
+    /// The controller's state after this event; `None` if the event does not report it.
     pub fn bus_state(&self) -> Option<BusState> {
         if self.bus_off {
             return Some(BusState::BusOff);

@@ -1,4 +1,4 @@
-//! Error frames in words, and what a run of them amounts to.
+//! Error frames in words, and the summary of a series of them.
 
 use super::{BusHealth, BusState, CanErrorEvent, ERROR_FLAG, ErrorCounters, ErrorKind};
 use insta::assert_snapshot;
@@ -80,7 +80,7 @@ fn health_keeps_the_state_the_worst_and_the_counts() {
         (0x0A8, [0, 0, 0, 0x19, 0, 0, 0, 0]),
         (0x204, [0, 0x08, 0, 0, 0, 0, 96, 0]),
         (0x204, [0, 0x20, 0, 0, 0, 0, 128, 0]),
-        // An error that says nothing of the state leaves it.
+        // An error without a state leaves the state unchanged.
         (0x004, [0, 0x01, 0, 0, 0, 0, 0, 0]),
         (0x040, [0; 8]),
         (0x100, [0; 8]),
@@ -132,7 +132,7 @@ proptest! {
         let (encoded_id, encoded_data) = event.encode();
         prop_assert_eq!(encoded_id, id & 0x1FFF_FFFF | ERROR_FLAG);
         prop_assert_eq!(CanErrorEvent::decode(encoded_id, &encoded_data), event);
-        // A byte whose class is not there is not sent.
+        // A byte whose class is absent is not sent.
         for (byte, encoded) in data.into_iter().zip(encoded_data) {
             prop_assert!(encoded == byte || encoded == 0);
         }

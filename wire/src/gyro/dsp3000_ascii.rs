@@ -1,17 +1,17 @@
 //! The KVH DSP-3000 stream, 100 Hz ASCII interface (part 02-1222-01).
 //!
-//! A line holds a decimal number and a validity flag: `(-)xxx.xxxxxx y` CR LF, where y is 1 for valid
-//! data and 0 for a fault (KVH DSP-3000 Technical Manual 54-0215 Rev. C, section 2.1). The number is a
-//! rate in deg/s, an increment in deg or an angle in deg modulo 360; the line does not say which, so
-//! that the decoder must be told, and whoever tells it wrong is not contradicted.
+//! A line holds a decimal number and a validity flag: `(-)xxx.xxxxxx y` CR LF, where y is 1 for valid data and 0 for a
+//! fault (KVH DSP-3000 Technical Manual 54-0215 Rev. C, section 2.1). The number is a rate in deg/s, an increment in
+//! deg or an angle in deg modulo 360. The line does not show which, so the caller sets the mode, and a wrong mode goes
+//! unnoticed.
 //!
-//! Public drivers record lines of exactly 21 bytes, the number flush right in 15 columns, three
-//! spaces, the flag, CR LF (`libdsp3000`, EPFL, 2006; parser tests of the ROS package `kvh`, 2016).
-//! The encoder sends these. The decoder takes them, and lines just as the manual pictures them, with
-//! three digits before the point and one space after the number.
+//! Public drivers record lines of exactly 21 bytes, the number right-aligned in 15 columns, three spaces, the flag, CR
+//! LF (`libdsp3000`, EPFL, 2006; parser tests of the ROS package `kvh`, 2016). The encoder sends these. The decoder
+//! accepts them, and lines as printed in the manual, with three digits before the point and one space after the
+//! number.
 //!
-//! Lines carry no checksum. Both forms fix the number of digits, so that a lost, doubled or non-digit
-//! byte is caught; a digit that became another digit, or a minus that became a space, is not.
+//! Lines carry no checksum. Both forms fix the number of digits, so the decoder detects a lost, doubled or non-digit
+//! byte, but not a digit changed to another digit or a minus changed to a space.
 
 use super::tally::Tally;
 use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
@@ -26,13 +26,13 @@ pub const RATE_STEP: AngularRate = AngularRate::from_deg_per_s(1.0 / STEPS_PER_U
 /// One step of an angle: the sixth decimal of deg.
 pub const ANGLE_STEP: Angle = Angle::from_deg(1.0 / STEPS_PER_UNIT);
 
-/// Garbage without a line end costs the line it runs into; the next one is delivered.
+/// Garbage without a line end costs the line that it runs into; the next one is delivered.
 pub const RESYNC_BYTES_MAX: usize = 2 * LINE_BYTES;
 
-/// Bytes of a line as public drivers record it.
+/// Length of a line in the recordings of public drivers.
 pub const LINE_BYTES: usize = 21;
 
-/// What holds of the format.
+/// Properties of the format.
 pub const FORMAT: FormatFacts = FormatFacts {
     name: "dsp3000-ascii",
     title: "KVH DSP-3000, text, 38400 baud",
@@ -52,7 +52,7 @@ const STEPS_PER_RAD: f64 = 1.0 / ANGLE_STEP.rad();
 const STEPS_MAX: i32 = 999_999_999;
 const STEPS_PER_TURN: i32 = 360_000_000;
 
-/// The number is flush right in this many columns.
+/// Width of the right-aligned number.
 const NUMBER_COLUMNS: usize = 15;
 const GAP: &[u8] = b"   ";
 const LINE_END: &[u8] = b"\r\n";
@@ -84,7 +84,7 @@ pub fn encode(sample: &GyroSample) -> Packet {
     Packet::from_slice(&line).unwrap_or_default()
 }
 
-/// Writes `steps` millionths flush right: at least one digit before the point, six after it.
+/// Writes `steps` millionths right-aligned: at least one digit before the point, six after it.
 fn write_number(columns: &mut [u8], steps: i32) {
     const POINT: usize = NUMBER_COLUMNS - DECIMALS - 1;
     let mut rest = steps.unsigned_abs();
@@ -108,10 +108,10 @@ fn write_number(columns: &mut [u8], steps: i32) {
 pub struct Decoder {
     mode: OutputMode,
     tally: Tally,
-    /// A line begun, without its end.
+    /// An incomplete line.
     line: [u8; LINE_BYTES],
     line_bytes: usize,
-    /// The line is longer than any good one: everything up to its end is thrown away.
+    /// The line is longer than any good one: everything up to its end is discarded.
     too_long: bool,
 }
 
@@ -121,11 +121,11 @@ impl Decoder {
         Self { mode, tally: Tally::new(), line: [0; LINE_BYTES], line_bytes: 0, too_long: false }
     }
 
-    /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
     pub fn feed(&mut self, mut bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
         loop {
             if self.line_bytes == 0 && !self.too_long {
-                // The usual case: whole lines, read where they lie.
+                // The usual case: whole lines, parsed in place.
                 while let Some((line, rest)) = bytes.split_first_chunk::<LINE_BYTES>() {
                     let Some(reading) = read_columns(line) else {
                         break;
@@ -142,12 +142,12 @@ impl Decoder {
         }
     }
 
-    /// What has been seen so far. A line that holds no usable number counts as malformed.
+    /// The counters so far. A line without a usable number counts as malformed.
     pub const fn counters(&self) -> Counters {
         self.tally.counters()
     }
 
-    /// Bytes of a line that is not yet complete.
+    /// Bytes of an incomplete line.
     pub const fn bytes_pending(&self) -> usize {
         self.line_bytes
     }
@@ -177,7 +177,7 @@ impl Decoder {
         }
     }
 
-    /// Judges a whole line; one that was too long has no bytes left to throw away.
+    /// Evaluates a complete line; an overlong one has no bytes left to discard.
     fn judge(
         &mut self,
         reading: Option<Reading>,
@@ -205,7 +205,7 @@ impl Decoder {
     }
 }
 
-/// What a line says.
+/// Content of a line.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
     steps: i32,
@@ -226,7 +226,7 @@ impl Reading {
     }
 }
 
-/// Reads a line, its end included, in either form.
+/// Parses a line, its end included, in either form.
 fn read_line(line: &[u8]) -> Option<Reading> {
     if let Ok(columns) = line.try_into() {
         return read_columns(columns);
@@ -239,7 +239,7 @@ fn read_line(line: &[u8]) -> Option<Reading> {
     Some(Reading { steps: read_number(number)?, valid: read_flag(flag)? })
 }
 
-/// Reads a line in fixed columns.
+/// Parses a line in fixed columns.
 fn read_columns(line: &[u8; LINE_BYTES]) -> Option<Reading> {
     let (number, rest) = line.split_at(NUMBER_COLUMNS);
     let (&flag, end) = rest.strip_prefix(GAP)?.split_first()?;
@@ -248,7 +248,7 @@ fn read_columns(line: &[u8; LINE_BYTES]) -> Option<Reading> {
     Some(Reading { steps: read_number(&number[start..])?, valid: read_flag(flag)? })
 }
 
-/// Reads one to three digits, a point and six digits, with or without a minus, in steps.
+/// Parses one to three digits, a point and six digits, with or without a minus, in steps.
 fn read_number(number: &[u8]) -> Option<i32> {
     let digits = number.strip_prefix(b"-").unwrap_or(number);
     let (integer, fraction) = digits.split_at_checked(digits.len().checked_sub(DECIMALS)?)?;

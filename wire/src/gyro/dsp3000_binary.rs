@@ -11,14 +11,13 @@
 //! | 26 | parity: the word has an odd number of ones |
 //! | 25 to 0 | two's complement, in [`RATE_STEP`] or [`ANGLE_STEP`] |
 //!
-//! Nothing marks where a frame begins. The decoder looks at every byte offset for
-//! [`LOCK_FRAMES`] frames in a row whose parity is right and whose counter goes on by one
-//! (assumption), delivers from the last of them on, and loses lock at the first miss (assumption).
-//! Whoever encodes must therefore number the samples: without [`GyroSample::sequence`] no decoder
-//! locks.
+//! Nothing marks the start of a frame. The decoder searches every byte offset for [`LOCK_FRAMES`] frames in a row with
+//! correct parity and a counter that increments by one (assumption), delivers from the last of them on, and loses lock
+//! at the first error (assumption). An encoder must therefore number the samples: without [`GyroSample::sequence`] no
+//! decoder locks.
 //!
-//! Parity shows a changed frame where an odd number of bits changed, the counter where its bits did.
-//! Neither shows an even number of changed bits among the rest.
+//! Parity detects an odd number of changed bits in a frame, the counter a change of its own bits. An even number of
+//! changed bits among the others goes unnoticed.
 
 use super::tally::Tally;
 use super::{
@@ -36,25 +35,24 @@ pub const RATE_STEP: AngularRate = AngularRate::from_deg_per_s(60e-6);
 /// integrated angles, which then need +-30,000,000 of the +-33,554,432 steps there are).
 pub const ANGLE_STEP: Angle = Angle::from_deg(6e-6);
 
-/// The counter counts modulo this (assumption: the field has two bits).
+/// Modulus of the counter (assumption: the field has two bits).
 pub const SEQUENCE_MODULUS: u16 = 4;
 
-/// Good frames in a row that make lock (assumption).
+/// Number of good frames in a row to acquire lock (assumption).
 pub const LOCK_FRAMES: u8 = 10;
 
 /// Bytes of a frame.
 pub const FRAME_BYTES: usize = 4;
 
-/// Garbage can leave the decoder in lock at a wrong offset, or about to lock there. In good frames a
-/// window at a wrong offset passes by chance one time in eight (parity one half, counter one quarter)
-/// if the low bits are noise. The bound has room for ten of them, one that ends the
-/// garbage, the one that misses, and then the frames that make lock.
+/// Garbage can leave the decoder in lock at a wrong offset, or about to lock there. In good frames a window at a wrong
+/// offset passes by chance one time in eight (parity one half, counter one quarter) if the low bits are noise. The
+/// bound allows for ten of them, one that ends the garbage, the one that fails, and then the frames that acquire lock.
 pub const RESYNC_BYTES_MAX: usize = (CHANCE_FRAMES_MAX + 2 + LOCK_FRAMES as usize) * FRAME_BYTES;
 
-/// Windows at a wrong offset that pass in a row: more than ten happen once in 10^9 times.
+/// Windows at a wrong offset that pass in a row: the chance of more than ten is 10^-9.
 const CHANCE_FRAMES_MAX: usize = 10;
 
-/// What holds of the format.
+/// Properties of the format.
 pub const FORMAT: FormatFacts = FormatFacts {
     name: "dsp3000-binary",
     title: "KVH DSP-3000, binary, 115200 baud",
@@ -85,8 +83,8 @@ const TYPE_RATE: u32 = 0;
 const TYPE_INCREMENT: u32 = 1;
 const TYPE_INTEGRATED: u32 = 2;
 
-/// The frame of one sample. A rate or an increment is clipped to 26 bits; an angle is sent in
-/// [-180, 180] deg. The sequence is sent modulo 4, zero when it is missing.
+/// The frame of one sample. A rate or an increment is clipped to 26 bits; an angle is sent in [-180, 180] deg. The
+/// sequence is sent modulo 4, or as zero if missing.
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let (kind, steps) = match sample.output {
@@ -106,7 +104,7 @@ pub fn encode(sample: &GyroSample) -> Packet {
     Packet::from_slice(&word.to_be_bytes()).unwrap_or_default()
 }
 
-/// A frame as it came.
+/// A received frame.
 #[derive(Debug, Clone, Copy)]
 struct Word(u32);
 
@@ -121,7 +119,7 @@ impl Word {
         (self.0 >> SEQUENCE_SHIFT & TWO_BITS) as u8
     }
 
-    /// The sample; `None` for a type that is not defined.
+    /// The sample; `None` for an undefined type.
     #[inline]
     fn sample(self) -> Option<GyroSample> {
         const SIGN_SHIFT: u32 = u32::BITS - CONTENT_BITS;
@@ -151,7 +149,7 @@ const fn next(sequence: u8) -> u8 {
 #[derive(Debug, Clone, Copy)]
 struct Run {
     frames: u8,
-    /// The number the next frame must have, after at least one.
+    /// The counter expected in the next frame, after at least one.
     expected: u8,
 }
 
@@ -161,11 +159,10 @@ const NO_RUN: Run = Run { frames: 0, expected: 0 };
 #[derive(Debug, Clone)]
 pub struct Decoder {
     tally: Tally,
-    /// The latest bytes, the latest one in the low bits: up to a whole frame out of lock, less than
-    /// one in lock.
+    /// The latest bytes, the newest in the low bits: up to a whole frame out of lock, less than one in lock.
     window: u32,
     window_bytes: usize,
-    /// In lock: the number the next frame must have.
+    /// In lock: the counter expected in the next frame.
     expected: u8,
     /// Out of lock: the runs at the four byte offsets, and the offset that the next byte completes.
     runs: [Run; FRAME_BYTES],
@@ -173,7 +170,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing. Frames say themselves what they carry.
+    /// A decoder without input. The mode is ignored: the frames show what they carry.
     pub const fn new(_: OutputMode) -> Self {
         Self {
             tally: Tally::new(),
@@ -185,11 +182,11 @@ impl Decoder {
         }
     }
 
-    /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
     #[inline]
     pub fn feed(&mut self, mut bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
         loop {
-            // The usual case: whole frames in lock, judged where they lie.
+            // The usual case: whole frames in lock, evaluated in place.
             while self.tally.is_locked() && self.window_bytes == 0 {
                 let Some((frame, rest)) = bytes.split_first_chunk::<FRAME_BYTES>() else {
                     break;
@@ -205,7 +202,7 @@ impl Decoder {
         }
     }
 
-    /// What has been seen so far. Frames are judged, and errors counted, in lock only.
+    /// The counters so far. Frames and errors count in lock only.
     pub const fn counters(&self) -> Counters {
         self.tally.counters()
     }
@@ -235,7 +232,7 @@ impl Decoder {
         }
     }
 
-    /// In lock: judges the frame that is due.
+    /// In lock: evaluates the next frame.
     #[inline]
     fn judge(&mut self, word: Word, deliver: &mut impl FnMut(GyroSample)) {
         if word.has_odd_parity() && word.sequence() == self.expected {
@@ -255,7 +252,7 @@ impl Decoder {
         }
     }
 
-    /// Starts the search anew, with the bytes that missed: a good frame may begin among them.
+    /// Restarts the search with the bytes that failed: a good frame may begin among them.
     #[cold]
     fn lose_lock(&mut self, word: Word, deliver: &mut impl FnMut(GyroSample)) {
         if !word.has_odd_parity() {
@@ -269,7 +266,7 @@ impl Decoder {
         self.search(deliver);
     }
 
-    /// Out of lock: adds the window to the run at its offset, and locks there when it is long enough.
+    /// Out of lock: adds the window to the run at its offset, and locks there if the run is long enough.
     fn search(&mut self, deliver: &mut impl FnMut(GyroSample)) {
         let word = Word(self.window);
         let run = &mut self.runs[self.offset];

@@ -1,21 +1,20 @@
 //! The commands of the KVH DSP-3000's 100 Hz ASCII interface: one letter each.
 //!
-//! Public drivers send them in three ways: bare (`libdsp3000`, EPFL, 2006), repeated, because one may
-//! go unheard (the ROS package `kvh`: `ZZZ`), and ended by LF and NUL (MRPT). Here a letter acts by
-//! itself and line ends do nothing, so that all of them work; we send the letter and LF. The manual's
-//! maintenance mode is not covered.
+//! Public drivers send them in three ways: bare (`libdsp3000`, EPFL, 2006), repeated, because one may be lost (the ROS
+//! package `kvh`: `ZZZ`), and ended by LF and NUL (MRPT). Here a letter acts by itself and line ends do nothing, so
+//! that all of them work; we send the letter and LF. The manual's maintenance mode is not covered.
 
 use super::OutputMode;
 use crate::packet::Packet;
 use serde::{Deserialize, Serialize};
 
-/// What a host can ask of the gyro.
+/// Commands of a host to the gyro.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Command {
-    /// Put out this from now on (`R`, `A`, `P`).
+    /// Set the output mode (`R`, `A`, `P`).
     Output(OutputMode),
-    /// Count the integrated angle from here (`Z`).
+    /// Reset the integrated angle to zero (`Z`).
     Zero,
 }
 
@@ -50,12 +49,12 @@ pub struct CommandDecoder {
 }
 
 impl CommandDecoder {
-    /// A decoder that has seen nothing.
+    /// A decoder without input.
     pub const fn new() -> Self {
         Self { bytes_discarded: 0 }
     }
 
-    /// Takes bytes in any division and hands each command to `deliver`.
+    /// Takes bytes in pieces of any length and passes each command to `deliver`.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Command)) {
         for &byte in bytes {
             match Command::ALL.into_iter().find(|command| command.letter() == byte) {

@@ -1,14 +1,13 @@
 //! The KVH E-Core 2000 stream, +-60 deg/s unit: a rate in each 8-byte frame, and nothing else.
 //!
-//! The top bit is set on the first byte only; the other 56 bits are seven data bytes, of which the
-//! first is the two's-complement negative of the sum of the other six. The last two are the rate,
-//! signed and big-endian. What the four between mean is not published: they are sent as zero, and
-//! whatever comes in them is ignored.
+//! The top bit is set on the first byte only; the other 56 bits are seven data bytes, of which the first is the
+//! two's-complement negative of the sum of the other six. The last two are the rate, signed and big-endian. The
+//! meaning of the four between is not published: they are sent as zero and ignored on receipt.
 //!
 //! Source: two public decoders (`gyroread.c`, University of California, 2002, for the +-60 deg/s unit;
 //! `gyroComponent.cpp`, Heudiasyc, 2006, for the +-30 deg/s unit, whose step is half as large).
 //!
-//! There is neither a validity bit nor a status: a sample without a rate is sent as zero.
+//! There is no validity bit and no status: a sample without a rate is sent as zero.
 
 use super::kvh_frame::{self, Deframer, Payload};
 use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
@@ -24,10 +23,10 @@ pub const RATE_RANGE: AngularRate = AngularRate::from_deg_per_s(60.0);
 pub const RATE_STEP: AngularRate =
     AngularRate::from_rad_per_s(RATE_RANGE.rad_per_s() / STEPS_PER_RANGE);
 
-/// A good frame is delivered however the bytes before it end.
+/// A good frame is delivered whatever bytes precede it.
 pub const RESYNC_BYTES_MAX: usize = kvh_frame::RESYNC_BYTES_MAX;
 
-/// What holds of the format.
+/// Properties of the format.
 pub const FORMAT: FormatFacts = FormatFacts {
     name: "ecore2000",
     title: "KVH E-Core 2000, 9600 baud",
@@ -44,7 +43,7 @@ pub const FORMAT: FormatFacts = FormatFacts {
 const STEPS_PER_RANGE: f64 = 32_768.0;
 const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
 
-/// The frame of one sample. The rate is clipped to what 16 bits carry.
+/// The frame of one sample. The rate is clipped to 16 bits.
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let rate = match sample.output {
@@ -76,23 +75,23 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing. It carries rates alone, whatever it is asked for.
+    /// A decoder without input. The stream carries rates only; the mode is ignored.
     pub const fn new(_: OutputMode) -> Self {
         Self { deframer: Deframer::new() }
     }
 
-    /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
         self.deframer.feed(bytes, &mut |payload| deliver(decode(payload)));
     }
 
-    /// What has been seen so far.
+    /// The counters so far.
     pub const fn counters(&self) -> Counters {
         self.deframer.tally().counters()
     }
 
-    /// Bytes of a frame that is not yet complete.
+    /// Bytes of an incomplete frame.
     pub const fn bytes_pending(&self) -> usize {
         self.deframer.bytes_pending()
     }

@@ -5,12 +5,12 @@
 //! two's-complement negative of the sum of the other six (the payload).
 //!
 //! Source: two public decoders of the KVH E-Core 2000 (`gyroread.c`, University of California, 2002;
-//! `gyroComponent.cpp`, Heudiasyc, 2006). The former masks the low bits of its second data byte with
-//! `0x06` before a shift by five; the pattern of its neighbours shows that `0x60` is meant.
+//! `gyroComponent.cpp`, Heudiasyc, 2006). The former masks the low bits of its second data byte with `0x06` before a
+//! shift by five; the pattern of the neighbouring lines shows that `0x60` is meant.
 //!
-//! Every change of a single byte is caught. A changed top bit breaks the frame. The seven other bits
-//! lie in two neighbouring data bytes, in the low m bits of one and above the low m + 1 bits of the
-//! other, and no two such changes sum to zero modulo 256.
+//! Every change of a single byte is detected. A changed top bit breaks the frame. The seven other bits lie in two
+//! adjacent data bytes, in the low m bits of one and above the low m + 1 bits of the other, and no two such changes
+//! sum to zero modulo 256.
 
 use super::tally::Tally;
 use crate::packet::Packet;
@@ -18,11 +18,11 @@ use crate::packet::Packet;
 /// Bytes of a frame.
 pub(super) const FRAME_BYTES: usize = 8;
 
-/// The first byte of a good frame always begins a new one, whatever came before, so that no garbage
-/// costs a good frame.
+/// The first byte of a good frame always starts a new one, whatever precedes it, so that garbage never costs a good
+/// frame.
 pub(super) const RESYNC_BYTES_MAX: usize = FRAME_BYTES;
 
-/// The bit that only the first byte of a frame has set.
+/// Set on the first byte of a frame only.
 const START: u8 = 0x80;
 const START_BITS: u64 = 0x8080_8080_8080_8080;
 const START_PATTERN: u64 = 0x8000_0000_0000_0000;
@@ -55,11 +55,11 @@ pub(super) fn encode(payload: Payload) -> Packet {
     packet
 }
 
-/// Finds frames in a stream and hands on the payload of each whose checksum is right.
+/// Finds frames in a stream and delivers the payload of each with a correct checksum.
 #[derive(Debug, Clone)]
 pub(super) struct Deframer {
     tally: Tally,
-    /// The bytes of a frame begun, the latest one in the low bits.
+    /// The bytes of an incomplete frame, the newest in the low bits.
     pending: u64,
     pending_bytes: usize,
 }
@@ -81,7 +81,7 @@ impl Deframer {
     pub(super) fn feed(&mut self, mut bytes: &[u8], deliver: &mut impl FnMut(Payload)) {
         loop {
             if self.pending_bytes == 0 {
-                // The usual case: whole frames, judged where they lie.
+                // The usual case: whole frames, evaluated in place.
                 while let Some((frame, rest)) = bytes.split_first_chunk::<FRAME_BYTES>() {
                     let frame = u64::from_be_bytes(*frame);
                     if frame & START_BITS != START_PATTERN {
@@ -116,7 +116,7 @@ impl Deframer {
         }
     }
 
-    /// Judges a frame whose start bits are right.
+    /// Evaluates a frame with correct start bits.
     #[inline]
     fn judge(&mut self, frame: u64, deliver: &mut impl FnMut(Payload)) {
         let data = gather(frame);
@@ -137,7 +137,7 @@ impl Deframer {
     }
 }
 
-/// The low seven bits of eight bytes, moved together into 56 bits.
+/// Gathers the low seven bits of eight bytes into 56 bits.
 #[inline]
 const fn gather(frame: u64) -> u64 {
     let x = (frame & 0x007f_007f_007f_007f) | ((frame & 0x7f00_7f00_7f00_7f00) >> 1);
@@ -145,7 +145,7 @@ const fn gather(frame: u64) -> u64 {
     (x & 0x0000_0000_0fff_ffff) | ((x & 0x0fff_ffff_0000_0000) >> 4)
 }
 
-/// 56 bits, moved apart into the low seven bits of eight bytes.
+/// Spreads 56 bits over the low seven bits of eight bytes.
 #[inline]
 const fn spread(data: u64) -> u64 {
     let x = (data & 0x0000_0000_0fff_ffff) | ((data << 4) & 0x0fff_ffff_0000_0000);
@@ -168,7 +168,7 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    /// The seven data bytes, one shift each, as the public decoders have it.
+    /// The seven data bytes, one shift each, as in the public decoders.
     fn data_bytes(frame: [u8; 8]) -> [u8; 7] {
         core::array::from_fn(|i| {
             let (left, right) = (u16::from(frame[i]) & 0x7f, u16::from(frame[i + 1]) & 0x7f);

@@ -7,10 +7,10 @@
 //! | [`dsp3000_ascii`] | 38400 8N1 | 100 Hz | rate, increment or integrated angle; validity | KVH DSP-3000 manual |
 //! | [`dsp3000_binary`] | 115200 8N1 | 1000 Hz | the same, and a 2-bit sequence | KVH DSP-3000 manual |
 //!
-//! [`GyroEncoder`] turns samples into bytes, [`GyroDecoder`] bytes into samples. A decoder never
-//! panics, counts what it throws away ([`Counters`]) and finds the next good frame within
-//! [`GyroFormat::resync_bytes_max`] bytes. The host's commands to a DSP-3000 are in
-//! [`dsp3000_command`]. A format is the file of its codec, and a line of `formats!`.
+//! [`GyroEncoder`] turns samples into bytes, [`GyroDecoder`] bytes into samples. A decoder never panics, counts the
+//! bytes it discards ([`Counters`]) and finds the next good frame within [`GyroFormat::resync_bytes_max`] bytes. The
+//! host's commands to a DSP-3000 are in [`dsp3000_command`]. To add a format, write the file of its codec and a line
+//! of `formats!`.
 
 pub mod dsp3000_ascii;
 pub mod dsp3000_binary;
@@ -30,7 +30,7 @@ use crate::time::Span;
 use crate::units::{Angle, AngularRate, Temperature};
 use serde::{Deserialize, Serialize};
 
-/// What a gyro puts out: a rate, the angle since its last output, or the angle since reset.
+/// Output of a gyro: a rate, the angle since its last output, or the angle since reset.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum GyroOutput {
     /// Mean rate since the last output.
@@ -41,29 +41,29 @@ pub enum GyroOutput {
     Integrated(Angle),
 }
 
-/// A gyro's own word on its state. All clear where a stream has no such field.
+/// Status reported by the gyro. All clear if the stream has no such field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct GyroStatus {
     /// The built-in test found a fault.
     pub built_in_test_failed: bool,
     /// Not yet at a steady temperature.
     pub warming_up: bool,
-    /// The rate is beyond the range: the data are wrong.
+    /// The rate exceeds the range: the data are wrong.
     pub over_range: bool,
 }
 
-/// A running number that shows lost samples.
+/// A sequence number that shows lost samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sequence {
     /// The number of this sample.
     pub value: u8,
-    /// It counts modulo this; at least 2.
+    /// Modulus of the number; at least 2.
     pub modulus: u16,
 }
 
 impl Sequence {
-    /// Samples lost between `earlier` and `self`, modulo the counter: a repeated number reads as all
-    /// numbers but one lost.
+    /// Samples lost between `earlier` and `self`, modulo the counter: a repeated number reads as a loss of all numbers
+    /// but one.
     pub fn lost_since(self, earlier: Self) -> u16 {
         let modulus = i32::from(self.modulus.max(1));
         let lost = i32::from(self.value) - i32::from(earlier.value) - 1;
@@ -78,18 +78,18 @@ impl Sequence {
 pub struct GyroSample {
     /// Rate, increment or angle.
     pub output: GyroOutput,
-    /// The stream's own validity bit; true where it has none (the Navigator then fails the built-in
-    /// test). It stays true beyond the range (KVH DSP-3000 manual).
+    /// The stream's own validity bit; true if it has none (the Navigator then fails the built-in test). It stays true
+    /// beyond the range (KVH DSP-3000 manual).
     pub valid: bool,
     /// Status bits.
     pub status: GyroStatus,
-    /// Temperature of the coil's sensor, where the stream carries one.
+    /// Temperature of the coil's sensor, if the stream carries one.
     pub temperature: Option<Temperature>,
-    /// Running number, where the stream carries one.
+    /// Sequence number, if the stream carries one.
     pub sequence: Option<Sequence>,
 }
 
-/// What the DSP-3000 is asked to put out; the two others put out rate only.
+/// Output mode of the DSP-3000; the two other gyros send rate only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OutputMode {
@@ -102,12 +102,12 @@ pub enum OutputMode {
     Integrated,
 }
 
-/// What holds of a format, whatever its frames carry; each codec has its own as `FORMAT`.
+/// Properties of a format; each codec has its own as `FORMAT`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FormatFacts {
     /// Its name in files and on the command line.
     pub name: &'static str,
-    /// What it is, in a few words.
+    /// Short description.
     pub title: &'static str,
     /// The settings of the line.
     pub serial: SerialSettings,
@@ -117,17 +117,17 @@ pub struct FormatFacts {
     pub frame_bytes: usize,
     /// The step between two neighbouring rates.
     pub rate_step: AngularRate,
-    /// The step between two neighbouring angles; `None` for a stream that carries rates alone.
+    /// The step between two neighbouring angles; `None` for a stream that carries rates only.
     pub angle_step: Option<Angle>,
-    /// The running number counts modulo this; `None` for a stream without one.
+    /// Modulus of the sequence number; `None` for a stream without one.
     pub sequence_modulus: Option<u16>,
     /// The gyro takes commands ([`dsp3000_command`]).
     pub takes_commands: bool,
-    /// After any bytes at all, a decoder delivers one of the good frames that follow within this many bytes of them.
+    /// After any bytes at all, a decoder delivers one of the good frames within this many bytes.
     pub resync_bytes_max: usize,
 }
 
-/// One line a format: its name here, and the file of its codec.
+/// One line per format: its name here, and the file of its codec.
 macro_rules! formats {
     ($($format:ident = $codec:ident,)*) => {
         /// The stream formats.
@@ -141,7 +141,7 @@ macro_rules! formats {
             /// All formats.
             pub const ALL: [Self; [$(stringify!($format)),*].len()] = [$(Self::$format),*];
 
-            /// What holds of it.
+            /// Properties of the format.
             pub const fn facts(self) -> FormatFacts {
                 match self {
                     $(Self::$format => $codec::FORMAT,)*
@@ -198,7 +198,7 @@ formats! {
 }
 
 impl GyroFormat {
-    /// That of this name.
+    /// The format with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.facts().name == name)
     }
@@ -223,49 +223,48 @@ impl GyroFormat {
         self.facts().rate_step
     }
 
-    /// The format can carry this output.
+    /// True if the format can carry this output.
     pub const fn carries(self, mode: OutputMode) -> bool {
         matches!(mode, OutputMode::Rate) || self.facts().angle_step.is_some()
     }
 
-    /// After any bytes at all, a decoder delivers one of the good frames that follow within this
-    /// many bytes of them.
+    /// After any bytes at all, a decoder delivers one of the good frames within this many bytes.
     pub const fn resync_bytes_max(self) -> usize {
         self.facts().resync_bytes_max
     }
 }
 
-/// A stream as it is set up: format, output mode, mounting.
+/// Configuration of a stream: format, output mode, mounting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GyroStream {
     /// The format on the wire.
     pub format: GyroFormat,
-    /// What the gyro puts out.
+    /// Output mode of the gyro.
     #[serde(default)]
     pub mode: OutputMode,
-    /// The maker's positive direction is clockwise, or the axis points down.
+    /// The manufacturer's positive direction is clockwise, or the axis points down.
     #[serde(default)]
     pub reversed: bool,
 }
 
-/// What a decoder has seen; all of it saturates.
+/// Counters of a decoder; all saturate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Counters {
     /// Good frames.
     pub frames: u64,
-    /// Frames whose checksum or parity was wrong.
+    /// Frames with a wrong checksum or parity.
     pub checksum_errors: u64,
-    /// Whole frames or lines that held no usable value.
+    /// Complete frames or lines without a usable value.
     pub malformed: u64,
-    /// Bytes that belonged to no good frame. Those of good frames, these, and those that a decoder
-    /// still holds add up to all bytes that came in.
+    /// Bytes that belong to no good frame. The bytes of good frames, these, and those still held by the decoder add up
+    /// to all received bytes.
     pub bytes_discarded: u64,
-    /// Times that lock was found again after it had been lost.
+    /// Number of times that lock was regained after a loss.
     pub resyncs: u64,
 }
 
-/// Samples to bytes, for one stream.
+/// Encodes samples of one stream.
 #[derive(Debug, Clone)]
 pub struct GyroEncoder {
     stream: GyroStream,
@@ -277,10 +276,10 @@ impl GyroEncoder {
         Self { stream }
     }
 
-    /// The bytes of one sample. Values beyond what the wire can carry are clipped to it; fields that
-    /// the format lacks are left out. A NaN, or an output that the format does not carry
-    /// ([`GyroFormat::carries`]), is sent as zero with the validity bit clear, on the Navigator with
-    /// the built-in test failed, and on the E-Core 2000, which has neither, just as zero.
+    /// The bytes of one sample. Values out of range are clipped; fields that the format lacks are omitted. A NaN, or
+    /// an output that the format does not carry ([`GyroFormat::carries`]), is sent as zero with the validity bit
+    /// clear; on the Navigator as zero with the built-in test failed; on the E-Core 2000, which has neither, just as
+    /// zero.
     #[inline]
     pub fn encode(&self, sample: &GyroSample) -> Packet {
         let mut sample = *sample;
@@ -291,7 +290,7 @@ impl GyroEncoder {
     }
 }
 
-/// Bytes to samples, for one stream.
+/// Decodes samples of one stream.
 #[derive(Debug, Clone)]
 pub struct GyroDecoder {
     reversed: bool,
@@ -305,7 +304,7 @@ impl GyroDecoder {
         Self { reversed: stream.reversed, format }
     }
 
-    /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(GyroSample)) {
         let reversed = self.reversed;
@@ -318,23 +317,22 @@ impl GyroDecoder {
         self.format.feed(bytes, &mut deliver);
     }
 
-    /// What has been seen so far.
+    /// The counters so far.
     pub const fn counters(&self) -> Counters {
         self.format.counters()
     }
 
-    /// Bytes that came in and may still become part of a frame; at most one frame's.
+    /// Received bytes that may still become part of a frame; at most one frame's.
     pub const fn bytes_pending(&self) -> usize {
         self.format.bytes_pending()
     }
 }
 
-/// `steps` to the nearest whole number (a tie to the even one) in `lowest..=highest`; `None` for a
-/// NaN.
+/// `steps` rounded to the nearest whole number (ties to even) in `lowest..=highest`; `None` for a NaN.
 #[inline]
 fn quantised(steps: f64, lowest: i32, highest: i32) -> Option<i32> {
-    /// 1.5 x 2^52: at this size neighbouring doubles are one apart, so that the sum is rounded to a
-    /// whole number, in two's complement in its low bits.
+    /// 1.5 x 2^52: at this size neighbouring doubles are one apart, so that adding it rounds to a whole number, in
+    /// two's complement in its low bits.
     const ROUNDER: f64 = 6_755_399_441_055_744.0;
     if steps.is_nan() {
         return None;

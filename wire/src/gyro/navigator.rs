@@ -1,9 +1,9 @@
 //! The Navigator stream: rate, temperature, status and sequence in one 8-byte frame.
 //!
-//! The original format is not published. This is our reconstruction, not claimed authentic, in the
-//! manner of the gyro's successor: the frame of the KVH E-Core 2000 with the top bit set on its first
-//! byte only and a checksum as the first of seven data bytes. The rate is where the public decoders of
-//! the E-Core 2000 read it, in the last two; the four they leave undecoded carry the rest.
+//! The original format is not published. This is our reconstruction, not claimed authentic, modelled on the gyro's
+//! successor: the frame of the KVH E-Core 2000 with the top bit set on its first byte only and a checksum as the first
+//! of seven data bytes. The rate is where the public decoders of the E-Core 2000 read it, in the last two bytes; the
+//! four that they leave undecoded carry the rest.
 //!
 //! | payload byte | field | encoding |
 //! |---|---|---|
@@ -12,8 +12,7 @@
 //! | 3 | sequence | counts modulo 256 |
 //! | 4, 5 | rate | signed, big-endian, [`RATE_STEP`] |
 //!
-//! There is no validity bit. A sample that is not valid, or holds no rate, is sent with the built-in
-//! test failed.
+//! There is no validity bit. A sample that is invalid, or has no rate, is sent with the built-in test failed.
 
 use super::kvh_frame::{self, Deframer, Payload};
 use super::{
@@ -35,13 +34,13 @@ pub const RATE_STEP: AngularRate =
 /// One step of the temperature (assumption: 0.01 degC).
 pub const TEMPERATURE_STEP: Temperature = Temperature::from_celsius(0.01);
 
-/// The sequence counts modulo this (assumption).
+/// Modulus of the sequence (assumption).
 pub const SEQUENCE_MODULUS: u16 = 256;
 
-/// A good frame is delivered however the bytes before it end.
+/// A good frame is delivered whatever bytes precede it.
 pub const RESYNC_BYTES_MAX: usize = kvh_frame::RESYNC_BYTES_MAX;
 
-/// What holds of the format.
+/// Properties of the format.
 pub const FORMAT: FormatFacts = FormatFacts {
     name: "navigator",
     title: "Autogyro Navigator, 9600 baud",
@@ -64,8 +63,7 @@ const BUILT_IN_TEST_FAILED: u8 = 1 << 0;
 const WARMING_UP: u8 = 1 << 1;
 const OVER_RANGE: u8 = 1 << 2;
 
-/// The frame of one sample. Rate and temperature are clipped to what 16 bits carry; a missing
-/// sequence is sent as zero.
+/// The frame of one sample. Rate and temperature are clipped to 16 bits; a missing sequence is sent as zero.
 #[inline]
 pub fn encode(sample: &GyroSample) -> Packet {
     let rate = match sample.output {
@@ -127,23 +125,23 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing. It carries rates alone, whatever it is asked for.
+    /// A decoder without input. The stream carries rates only; the mode is ignored.
     pub const fn new(_: OutputMode) -> Self {
         Self { deframer: Deframer::new() }
     }
 
-    /// Takes bytes in any division and hands each sample they complete to `deliver`.
+    /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
     #[inline]
     pub fn feed(&mut self, bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
         self.deframer.feed(bytes, &mut |payload| deliver(decode(payload)));
     }
 
-    /// What has been seen so far.
+    /// The counters so far.
     pub const fn counters(&self) -> Counters {
         self.deframer.tally().counters()
     }
 
-    /// Bytes of a frame that is not yet complete.
+    /// Bytes of an incomplete frame.
     pub const fn bytes_pending(&self) -> usize {
         self.deframer.bytes_pending()
     }
@@ -177,8 +175,8 @@ mod tests {
 
     #[test]
     fn known_frames() {
-        // +30 deg/s by hand: 9830 = 0x2666 steps; the payload 09 c4 00 07 26 66 sums to 0x60, so the
-        // checksum is 0xa0; a0 09 c4 00 07 26 66 in groups of seven bits is 50 02 38 40 00 1c 4c 66.
+        // +30 deg/s by hand: 9830 = 0x2666 steps; the payload 09 c4 00 07 26 66 sums to 0x60, so the checksum is 0xa0;
+        // a0 09 c4 00 07 26 66 in groups of seven bits is 50 02 38 40 00 1c 4c 66.
         let warm_and_over = GyroSample {
             status: GyroStatus { warming_up: true, over_range: true, ..Default::default() },
             ..sample(250.0)

@@ -1,11 +1,11 @@
-//! Counting, the same way in every decoder.
+//! Counting, shared by all decoders.
 
 use super::Counters;
 
-/// The counters of one decoder, and whether it is in lock.
+/// The counters of one decoder, and its lock state.
 ///
-/// Every byte that comes in ends in exactly one place: in a good frame, in
-/// [`Counters::bytes_discarded`], or waiting in the decoder.
+/// Every received byte ends in exactly one place: in a good frame, in [`Counters::bytes_discarded`], or waiting in the
+/// decoder.
 #[derive(Debug, Clone)]
 pub(super) struct Tally {
     counters: Counters,
@@ -13,7 +13,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Nothing seen, out of lock.
+    /// No input yet, out of lock.
     pub(super) const fn new() -> Self {
         let counters = Counters {
             frames: 0,
@@ -33,7 +33,7 @@ impl Tally {
         self.locked
     }
 
-    /// A good frame; the first one after lost lock is a resync, the very first one is not.
+    /// Counts a good frame; the first one after a loss of lock is a resync, the very first one is not.
     #[inline]
     pub(super) fn good_frame(&mut self) {
         if !self.locked {

@@ -1,4 +1,4 @@
-//! What the tests of several formats share.
+//! Helpers shared by the tests of several formats.
 
 use super::{GyroDecoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream, OutputMode};
 use crate::packet::Packet;
@@ -7,7 +7,7 @@ use std::format;
 use std::string::String;
 use std::vec::Vec;
 
-/// A valid sample with a rate and nothing else.
+/// A valid sample with only a rate.
 pub(super) fn rate_sample(deg_per_s: f64) -> GyroSample {
     GyroSample {
         output: GyroOutput::Rate(AngularRate::from_deg_per_s(deg_per_s)),
@@ -18,7 +18,7 @@ pub(super) fn rate_sample(deg_per_s: f64) -> GyroSample {
     }
 }
 
-/// What a fresh decoder makes of `bytes`.
+/// Samples that a fresh decoder reads from `bytes`.
 pub(super) fn decoded(format: GyroFormat, mode: OutputMode, bytes: &[u8]) -> Vec<GyroSample> {
     let mut samples = Vec::new();
     let mut decoder = GyroDecoder::new(GyroStream { format, mode, reversed: false });
@@ -26,7 +26,7 @@ pub(super) fn decoded(format: GyroFormat, mode: OutputMode, bytes: &[u8]) -> Vec
     samples
 }
 
-/// One line a sample: its name and its frame in hexadecimal.
+/// One line per sample: its name and its frame in hexadecimal.
 pub(super) fn hex_table(encode: fn(&GyroSample) -> Packet, rows: &[(&str, GyroSample)]) -> String {
     let row = |(name, sample): &(&str, GyroSample)| {
         let bytes: Vec<String> =

@@ -1,4 +1,4 @@
-//! What holds for every format.
+//! Properties that hold for every format.
 
 use super::test_support::decoded;
 use super::{
@@ -12,7 +12,7 @@ use std::vec::Vec;
 
 const MODES: [OutputMode; 3] = [OutputMode::Rate, OutputMode::Increment, OutputMode::Integrated];
 
-/// Frames at the start of a stream that only make lock.
+/// Number of frames at the start of a stream that serve only to acquire lock.
 fn frames_to_lock(format: GyroFormat) -> usize {
     match format {
         GyroFormat::Dsp3000Binary => usize::from(dsp3000_binary::LOCK_FRAMES) - 1,
@@ -28,7 +28,7 @@ fn frame_bytes(format: GyroFormat) -> u64 {
     }
 }
 
-/// Half a step on the wire, with a little room for rounding in the double.
+/// Half a step on the wire, plus a margin for rounding of doubles.
 fn half_step(stream: GyroStream) -> f64 {
     let step = match (stream.format, stream.mode) {
         (format, OutputMode::Rate) => format.rate_step().rad_per_s(),
@@ -101,7 +101,7 @@ fn fed(stream: GyroStream, bytes: &[u8], cuts: &[Index]) -> (Vec<GyroSample>, Gy
     (samples, decoder)
 }
 
-/// How far two outputs of one kind are apart, in SI; angles since reset modulo one turn.
+/// Distance of two outputs of one kind, in SI; angles since reset modulo one turn.
 fn difference(a: GyroOutput, b: GyroOutput) -> f64 {
     match (a, b) {
         (GyroOutput::Rate(a), GyroOutput::Rate(b)) => (a - b).rad_per_s().abs(),
@@ -111,7 +111,7 @@ fn difference(a: GyroOutput, b: GyroOutput) -> f64 {
     }
 }
 
-/// Garbage of every sort: noise, text, and pieces of good frames.
+/// Garbage of several kinds: noise, text, and pieces of good frames.
 fn garbage(stream: GyroStream) -> impl Strategy<Value = Vec<u8>> {
     let frames = samples(stream.mode, 0..20).prop_map(move |samples| encoded(stream, &samples));
     let piece = (frames, any::<Index>(), any::<Index>()).prop_map(|(bytes, from, to)| {
@@ -123,7 +123,7 @@ fn garbage(stream: GyroStream) -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(prop_oneof![piece, text, noise], 0..5).prop_map(|parts| parts.concat())
 }
 
-/// What 16 bits, 26 bits and an `i32` carry.
+/// Ranges of 16 bits, 26 bits and an `i32`.
 const BOUNDS: [(i32, i32); 3] =
     [(-32_768, 32_767), (-33_554_432, 33_554_431), (i32::MIN, i32::MAX)];
 
@@ -133,7 +133,7 @@ proptest! {
         steps in prop_oneof![
             any::<f64>(),
             -4e4f64..4e4,
-            // Ties, half of them.
+            // Half of them are ties.
             (-80_000i32..80_000).prop_map(|halves| f64::from(halves) / 2.0),
         ],
         (lowest, highest) in select(&BOUNDS[..]),

@@ -11,48 +11,48 @@ use crate::packet::{BYTES_MAX, Packet};
 use crate::time::Timestamp;
 use heapless::Deque;
 
-/// Frames and reports that wait for the serial line at most (assumption: the adapters' queue of 32 frames).
+/// Maximum number of frames and reports waiting for the serial line (assumption: the adapters' queue of 32 frames).
 const REPORT_LINES_MAX: usize = 32;
 
-/// Lines that wait for the serial line at most: beyond the frames, an answer for every byte of one packet
-/// from the host, so that a busy bus does not keep `C` from being answered.
+/// Maximum number of lines waiting for the serial line: beyond the frames, an answer for every byte of one packet from
+/// the host, so that a busy bus does not block the answer to `C`.
 pub const OUTPUT_LINES_MAX: usize = REPORT_LINES_MAX + BYTES_MAX;
 
-/// What a bit lasts.
+/// Bit timing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Timing {
     Rate(BitRate),
     Registers(BitTiming),
 }
 
-/// Whether the adapter takes part in the bus.
+/// State of the channel to the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Channel {
-    /// It does not: nothing is sent, nothing heard.
+    /// Sends and receives nothing.
     #[default]
     Closed,
-    /// It does.
+    /// Sends and receives.
     Open,
-    /// It hears, and sends nothing.
+    /// Receives only.
     ListenOnly,
 }
 
-/// How an adapter says that the bus is in trouble.
+/// How an adapter reports bus errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Dialect {
-    /// In the status flags alone, as the Lawicel adapters do.
+    /// Only in the status flags, as the Lawicel adapters do.
     #[default]
     Lawicel,
-    /// In state and error lines as well, unasked, which the Linux driver turns into error frames.
+    /// Also in unprompted state and error lines, which the Linux driver turns into error frames.
     Linux,
 }
 
-/// What an adapter says of itself.
+/// Identification of an adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
-    /// Behind `V`.
+    /// Answer to `V`.
     pub version: Text,
-    /// Behind `N`.
+    /// Answer to `N`.
     pub serial_number: Text,
 }
 
@@ -65,44 +65,44 @@ impl Default for Identity {
     }
 }
 
-/// The bus has no room for another frame now.
+/// The bus has no room for another frame at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TransmitFull;
 
-/// What an [`Adapter`] has counted since it was made.
+/// Counters of an [`Adapter`] since its creation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct AdapterCounters {
     /// Lines from the host.
     pub lines: LineCounters,
     /// Commands and lines answered with BEL.
     pub refused: u64,
-    /// Frames from the host that the bus took.
+    /// Frames from the host that the bus accepted.
     pub frames_to_bus: u64,
     /// Frames from the bus that were queued for the host.
     pub frames_to_host: u64,
-    /// Frames from the bus that found the queue full ([`StatusFlags::RECEIVE_FIFO_FULL`]).
+    /// Frames from the bus lost because the queue was full ([`StatusFlags::RECEIVE_FIFO_FULL`]).
     pub frames_lost: u64,
     /// Frames on the bus while the channel was closed.
     pub frames_unheard: u64,
-    /// Answers and reports that found the queue full.
+    /// Answers and reports lost because the queue was full.
     pub answers_lost: u64,
 }
 
 /// An adapter between a serial line and a bus.
 ///
-/// Bytes from the host come in by [`Adapter::receive`], frames and errors from the bus by
-/// [`Adapter::receive_frame`] and [`Adapter::receive_error`]; after each of them, send what
-/// [`Adapter::transmit`] gives until there is none.
+/// [`Adapter::receive`] takes bytes from the host, [`Adapter::receive_frame`] and [`Adapter::receive_error`] take
+/// frames and errors from the bus; after each of them, call [`Adapter::transmit`] until it returns `None` and send the
+/// lines.
 ///
-/// It answers as the CANUSB manual says. Where that is silent: the flags are cleared on opening, as the
-/// controller is reset then; an empty line is refused as any other that is no command (assumption).
+/// It answers as the CANUSB manual specifies. Where the manual is silent: opening clears the flags, because the
+/// controller is reset then; an empty line is refused like any other invalid command (assumption).
 #[derive(Debug, Clone, Default)]
 pub struct Adapter {
     decoder: CommandDecoder,
     core: Core,
 }
 
-/// All but the decoder, which lends each command to it.
+/// All but the decoder, which lends each command to this part.
 #[derive(Debug, Clone, Default)]
 struct Core {
     identity: Identity,
@@ -116,16 +116,15 @@ struct Core {
 }
 
 impl Adapter {
-    /// An adapter that is closed and has no bit rate.
+    /// A closed adapter without a bit rate.
     pub fn new(identity: Identity, dialect: Dialect) -> Self {
         Self { decoder: CommandDecoder::new(), core: Core { identity, dialect, ..Core::default() } }
     }
 
-    /// Takes bytes from the host. Each frame that the host wants sent goes to `send`, which says whether the
-    /// bus has room for it.
+    /// Takes bytes from the host. Calls `send` for each frame to send, which returns whether the bus has room.
     ///
-    /// A run may have any length. Where the output is taken after every [`BYTES_MAX`] bytes, no answer is
-    /// lost; of a longer run those that find no room are counted.
+    /// A run may have any length. If the output is fetched after every [`BYTES_MAX`] bytes, no answer is lost; with
+    /// longer runs, answers without room are counted.
     pub fn receive(
         &mut self,
         bytes: &[u8],
@@ -178,12 +177,12 @@ impl Adapter {
         self.core.output.pop_front()
     }
 
-    /// Whether it takes part in the bus.
+    /// State of the channel to the bus.
     pub const fn channel(&self) -> Channel {
         self.core.channel
     }
 
-    /// The bit rate that the host chose, in bits per second.
+    /// The bit rate selected by the host, in bits per second.
     pub fn bits_per_second(&self) -> Option<u32> {
         self.core.timing.map(|timing| match timing {
             Timing::Rate(rate) => rate.bits_per_second(),
@@ -191,7 +190,7 @@ impl Adapter {
         })
     }
 
-    /// The status flags as they stand; reading them here does not clear them.
+    /// The current status flags; reading them here does not clear them.
     pub const fn status(&self) -> StatusFlags {
         self.core.status
     }
@@ -203,7 +202,7 @@ impl Adapter {
 }
 
 impl Core {
-    /// The answer to a command; `None` where it cannot be carried out.
+    /// The answer to a command; `None` if it cannot be carried out.
     fn carry_out(
         &mut self,
         command: &Command,
@@ -266,13 +265,13 @@ impl Core {
         }
     }
 
-    /// Queues what the host did not ask for; `false` where there is no room.
+    /// Queues an unprompted line; `false` if there is no room.
     fn report(&mut self, answer: &Answer) -> bool {
         self.output.len() < REPORT_LINES_MAX && self.output.push_back(answer.encode()).is_ok()
     }
 }
 
-/// An adapter's clock: milliseconds that return to zero every minute.
+/// An adapter's clock: milliseconds that wrap to zero every minute.
 fn milliseconds(now: Timestamp) -> u16 {
     const NANOS_PER_MILLISECOND: i64 = 1_000_000;
     (now.as_nanos() / NANOS_PER_MILLISECOND).rem_euclid(i64::from(TIMESTAMP_WRAP_MS)) as u16

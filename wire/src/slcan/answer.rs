@@ -1,4 +1,4 @@
-//! What an adapter sends to its host.
+//! Lines from an adapter to its host.
 
 use super::hex::{parse_hex, push_hex};
 use super::{BEL, BusErrors, CR, LineError, StateReport, Text, frame_line};
@@ -31,21 +31,21 @@ bitflags::bitflags! {
 pub struct ReceivedFrame {
     /// The frame.
     pub frame: CanFrame,
-    /// When it was received, where the adapter says so: milliseconds of its own clock, which usually
-    /// returns to zero at [`TIMESTAMP_WRAP_MS`](super::TIMESTAMP_WRAP_MS).
+    /// Reception time, if the adapter reports it: milliseconds of its own clock, which usually wraps at
+    /// [`TIMESTAMP_WRAP_MS`](super::TIMESTAMP_WRAP_MS).
     pub timestamp_ms: Option<u16>,
 }
 
-/// What an adapter sends to its host, asked or unasked.
+/// Lines from an adapter to its host, prompted or not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Answer {
     /// CR alone: the command was carried out. Some adapters acknowledge frames with it as well.
     Done,
-    /// BEL: the command was not understood, or cannot be carried out now.
+    /// BEL: the command was not understood, or cannot be carried out at the moment.
     Refused,
-    /// `z`: a frame with a standard identifier was taken for sending.
+    /// `z`: a frame with a standard identifier was accepted for sending.
     TakenStandard,
-    /// `Z`: a frame with an extended identifier was taken for sending.
+    /// `Z`: a frame with an extended identifier was accepted for sending.
     TakenExtended,
     /// `V`: the version.
     Version(Text),
@@ -90,7 +90,7 @@ impl Answer {
     }
 }
 
-/// The answer in a line without its CR; an empty line is [`Answer::Done`]. A BEL is no line: it is
+/// Parses a line without its CR; an empty line is [`Answer::Done`]. A BEL is not part of a line: it is
 /// [`Answer::Refused`] by itself.
 pub fn parse_answer(line: &[u8]) -> Result<Answer, LineError> {
     let answer = match line {

@@ -1,4 +1,4 @@
-//! Bit rates: the nine of the protocol, and the registers behind any other.
+//! Bit rates: the nine of the protocol, and the registers for any other.
 
 use serde::{Deserialize, Serialize};
 
@@ -42,7 +42,7 @@ impl BitRate {
         Self::Mbit1,
     ];
 
-    /// The digit behind the `S`.
+    /// The digit after the `S`.
     pub const fn digit(self) -> u8 {
         b'0' + self as u8
     }
@@ -67,13 +67,13 @@ impl BitRate {
         }
     }
 
-    /// The bit rate of so many bits per second, where there is a command for it.
+    /// The bit rate of `bits_per_second`, if there is a command for it.
     pub fn from_bits_per_second(bits_per_second: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|rate| rate.bits_per_second() == bits_per_second)
     }
 }
 
-/// The bus timing registers of an SJA1000, as `s` sets them.
+/// The bus timing registers of an SJA1000, as set by `s`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct BitTiming {
     /// Synchronisation jump width (bits 7 and 6) and prescaler (bits 5 to 0).

@@ -1,4 +1,4 @@
-//! What newer adapters report of their bus, and the Linux driver understands.
+//! Bus reports of newer adapters, understood by the Linux driver.
 
 use super::hex::parse_decimal;
 use crate::can_error::{
@@ -53,8 +53,8 @@ impl StateReport {
         Some(Self { state, counters: ErrorCounters { tx, rx: parse_decimal(rx)? } })
     }
 
-    /// What the event says of the state; `None` where it says nothing. Counters that it does not give are
-    /// the least that make the state.
+    /// The state that the event reports; `None` if it reports none. Missing counters are set to the smallest values of
+    /// the state.
     pub fn from_event(event: &CanErrorEvent) -> Option<Self> {
         let state = event.bus_state()?;
         let counters = event.counters.unwrap_or_else(|| {
@@ -73,8 +73,8 @@ impl StateReport {
     }
 }
 
-/// As the Linux driver makes an error frame of it: the side with the larger counter is the one in trouble.
-/// The driver passes a state on when it is another than before, and leaves the counters out at bus-off.
+/// Converts as the Linux driver does: the side with the larger counter is the one with errors. The driver passes on a
+/// state only when it changes, and omits the counters at bus-off.
 impl From<StateReport> for CanErrorEvent {
     fn from(report: StateReport) -> Self {
         let StateReport { state, counters } = report;
@@ -104,7 +104,7 @@ impl From<StateReport> for CanErrorEvent {
 }
 
 bitflags::bitflags! {
-    /// Errors on the bus: `e`, how many letters follow, and a letter each.
+    /// Errors on the bus: `e`, the number of letters, and one letter per error.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
     pub struct BusErrors: u8 {
         /// `a`: no acknowledgement.
@@ -126,7 +126,7 @@ bitflags::bitflags! {
     }
 }
 
-/// The letters, by bit.
+/// The letter of each bit.
 const LETTERS: [(u8, BusErrors); 8] = [
     (b'a', BusErrors::ACKNOWLEDGEMENT),
     (b'b', BusErrors::BIT0),
@@ -159,7 +159,7 @@ impl BusErrors {
         })
     }
 
-    /// The errors among what the event says; `None` where it says nothing that has a letter.
+    /// The errors that have a letter; `None` if the event reports none.
     pub fn from_event(event: &CanErrorEvent) -> Option<Self> {
         let mut errors = Self::empty();
         let protocol = event.protocol.unwrap_or_default();
@@ -180,7 +180,7 @@ impl BusErrors {
     }
 }
 
-/// As the Linux driver makes an error frame of it.
+/// Converts as the Linux driver does.
 impl From<BusErrors> for CanErrorEvent {
     fn from(errors: BusErrors) -> Self {
         let mut protocol = ProtocolViolation::default();
@@ -193,8 +193,8 @@ impl From<BusErrors> for CanErrorEvent {
         ] {
             protocol.errors.set(violation, errors.contains(error));
         }
-        // One place alone can be named. The driver names that of the last letter, which is the checksum's
-        // in the order of the letters here.
+        // Only one place can be named. The driver names that of the last letter, which in the order of letters here is
+        // the checksum's.
         if errors.contains(BusErrors::CRC) {
             protocol.location = ProtocolLocation::CRC_SEQUENCE;
         } else if errors.contains(BusErrors::ACKNOWLEDGEMENT) {

@@ -1,20 +1,20 @@
-//! What a host asks of an adapter.
+//! Commands of a host to an adapter.
 
 use super::hex::{parse_hex, push_hex};
 use super::{BitRate, BitTiming, CR, LineError, frame_line};
 use crate::can::CanFrame;
 use crate::packet::Packet;
 
-/// What a host asks of an adapter.
+/// Commands of a host to an adapter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
     /// `S`: one of the usual bit rates.
     BitRate(BitRate),
-    /// `s`: any other, by the controller's registers.
+    /// `s`: any other bit rate, by the controller's registers.
     BitTiming(BitTiming),
     /// `O`: join the bus.
     Open,
-    /// `L`: hear the bus, and send nothing to it, not even acknowledgements.
+    /// `L`: receive from the bus and send nothing to it, not even acknowledgements.
     OpenListenOnly,
     /// `C`: leave the bus.
     Close,
@@ -24,9 +24,9 @@ pub enum Command {
     SerialNumber,
     /// `F`: send the status flags and clear them.
     Status,
-    /// `Z0`: frames come without a timestamp.
+    /// `Z0`: send frames without a timestamp.
     TimestampsOff,
-    /// `Z1`: frames come with a timestamp.
+    /// `Z1`: send frames with a timestamp.
     TimestampsOn,
     /// `t`, `T`, `r`, `R`: send this frame.
     Transmit(CanFrame),
@@ -58,7 +58,7 @@ impl Command {
     }
 }
 
-/// The command in a line without its terminator.
+/// Parses a line without its terminator.
 pub fn parse_command(line: &[u8]) -> Result<Command, LineError> {
     Ok(match line {
         [b't' | b'T' | b'r' | b'R', ..] => {

@@ -1,9 +1,9 @@
-//! Both ends' decoders.
+//! Decoders of both ends.
 
 use super::line::{LineBuffer, Terminator};
 use super::{Answer, Command, LineError, parse_answer, parse_command};
 
-/// What became of the lines of one direction. Each ends in exactly one of these.
+/// Counts of the lines of one direction. Each line counts in exactly one field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LineCounters {
     /// Lines understood; from an adapter, BEL counts as one.
@@ -36,13 +36,13 @@ pub struct CommandDecoder {
 }
 
 impl CommandDecoder {
-    /// A decoder that waits for a line.
+    /// A decoder without a started line.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes bytes from the line, in runs of any length, and delivers each command or why a line is none.
-    /// An empty line is malformed. A BEL ends a line; alone, which no host sends, it is passed over.
+    /// Takes bytes from the line, in runs of any length, and delivers each command or the reason why a line is
+    /// invalid. An empty line is malformed. A BEL ends a line; a lone BEL, which no host sends, is ignored.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Result<Command, LineError>)) {
         for byte in bytes {
             let command = match self.line.push(*byte) {
@@ -68,13 +68,13 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder that waits for a line.
+    /// A decoder without a started line.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes bytes from the line, in runs of any length, and delivers each answer. A line that is none is
-    /// counted. A BEL is an answer by itself and ends whatever stands before it, as in the Linux driver.
+    /// Takes bytes from the line, in runs of any length, and delivers each answer. An invalid line is counted. A BEL
+    /// is an answer by itself and ends any partial line before it, as in the Linux driver.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Answer)) {
         for byte in bytes {
             let Some((line, terminator)) = self.line.push(*byte) else { continue };

@@ -1,4 +1,4 @@
-//! A frame as a line, the same in both directions.
+//! A frame as a line, identical in both directions.
 
 use super::hex::{nibble, parse_hex, push_hex};
 use super::{CR, LineError, ReceivedFrame};
@@ -35,7 +35,7 @@ pub(super) fn encode(frame: &CanFrame, timestamp_ms: Option<u16>) -> Packet {
     packet
 }
 
-/// The frame of a line without its terminator, whose first letter is one of `t`, `T`, `r`, `R`.
+/// Parses a line without its terminator, whose first letter is one of `t`, `T`, `r`, `R`.
 pub(super) fn parse(line: &[u8]) -> Result<ReceivedFrame, LineError> {
     parse_classic(line).ok_or(LineError::Malformed)
 }
@@ -72,8 +72,8 @@ fn parse_classic(line: &[u8]) -> Option<ReceivedFrame> {
     Some(ReceivedFrame { frame, timestamp_ms })
 }
 
-/// Whether a line of `length` bytes that begins with `head` is a CAN FD frame. Digits beyond the head are
-/// taken on trust: nothing is made of them.
+/// True if a line of `length` bytes that begins with `head` is a CAN FD frame. Digits after the head are not checked,
+/// since they are not used.
 pub(super) fn is_fd(head: &[u8], length: usize) -> bool {
     let digits = match head.first() {
         Some(b'd' | b'b') => STANDARD_DIGITS,

@@ -1,4 +1,4 @@
-//! Hexadecimal and decimal digits of fixed number.
+//! Hexadecimal and decimal numbers of a fixed number of digits.
 
 use crate::packet::Packet;
 
@@ -11,7 +11,7 @@ pub(super) fn push_hex(packet: &mut Packet, value: u32, digits: u32) {
     }
 }
 
-/// The value of hexadecimal digits, of either case; `None` where one is none, and for more than eight.
+/// The value of hexadecimal digits, in either case; `None` for an invalid digit, and for more than eight.
 pub(super) fn parse_hex(digits: &[u8]) -> Option<u32> {
     if digits.len() > 8 {
         return None;
@@ -19,7 +19,7 @@ pub(super) fn parse_hex(digits: &[u8]) -> Option<u32> {
     digits.iter().try_fold(0, |value, digit| Some(value << 4 | u32::from(nibble(*digit)?)))
 }
 
-/// The value of decimal digits; `None` where one is none, and for more than four.
+/// The value of decimal digits; `None` for an invalid digit, and for more than four.
 pub(super) fn parse_decimal(digits: &[u8]) -> Option<u16> {
     if digits.len() > 4 {
         return None;

@@ -1,26 +1,26 @@
-//! Lines ended by CR or BEL, gathered in a bounded buffer.
+//! Lines ended by CR or BEL, collected in a bounded buffer.
 
 use super::{BEL, CR, LINE_BYTES_MAX, LineError, frame_line};
 
 const LF: u8 = b'\n';
 
-/// What ended a line.
+/// Terminator of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Terminator {
     CarriageReturn,
     Bell,
 }
 
-/// A line as far as it has come.
+/// A partial line.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LineBuffer {
     bytes: [u8; LINE_BYTES_MAX],
-    /// How many bytes came; more than the buffer holds in an overlong line.
+    /// Number of received bytes; more than the buffer holds for an overlong line.
     length: usize,
 }
 
 impl LineBuffer {
-    /// Takes one byte; the line, empty or not, once a terminator ends it.
+    /// Takes one byte; returns the line, empty or not, when a terminator ends it.
     #[inline]
     pub(super) fn push(&mut self, byte: u8) -> Option<(Result<&[u8], LineError>, Terminator)> {
         let terminator = match byte {

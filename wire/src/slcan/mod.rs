@@ -16,21 +16,20 @@
 //! | `Z0`, `Z1` | timestamps off, on; closed only | CR |
 //! | `V`, `N` | version, serial number | `V1013` CR, `NA123` CR |
 //!
-//! From the adapter come frames in the same form, with four more digits where timestamps are on:
-//! milliseconds, from 0 to [`TIMESTAMP_WRAP_MS`]. The Linux driver (`drivers/net/can/slcan/slcan-core.c`)
-//! also takes two lines of newer adapters: `sp130000`, the controller's state (`a`ctive, `w`arning,
-//! `p`assive, `b`us-off) with the receive and the transmit error counter; and `e2ab`, a count of errors and
-//! a letter for each ([`BusErrors`]).
+//! The adapter sends frames in the same form, with four more digits if timestamps are on: milliseconds, from 0 to
+//! [`TIMESTAMP_WRAP_MS`]. The Linux driver (`drivers/net/can/slcan/slcan-core.c`) also accepts two lines of newer
+//! adapters: `sp130000`, the controller's state (`a`ctive, `w`arning, `p`assive, `b`us-off) with the receive and the
+//! transmit error counter; and `e2ab`, a count of errors and a letter for each ([`BusErrors`]).
 //!
-//! Newer adapters send CAN FD frames as lines that begin with `d`, `D`, `b` or `B`. They are recognised,
-//! counted as unsupported and passed over.
+//! Newer adapters send CAN FD frames as lines that begin with `d`, `D`, `b` or `B`. They are recognised, counted as
+//! unsupported and otherwise ignored.
 //!
 //! [`CommandDecoder`] and [`Adapter`] are the adapter's end, [`AnswerDecoder`] the host's.
 //!
-//! **Loss.** Every CR and every BEL ends a line whatever came before it. After garbage without one the first
-//! line is lost, and the second is understood; a spoiled byte loses no more than [`LOST_BYTES_MAX`]. An LF
-//! at the start of a line is passed over, so that a terminal which ends its lines with CR LF can be used.
-//! A line has no checksum: a digit that turns into another digit is not seen here.
+//! **Loss.** Every CR and every BEL ends a line, whatever precedes it. After garbage without one the first line is
+//! lost, and the second is understood; one corrupted byte costs at most [`LOST_BYTES_MAX`]. An LF at the start of a
+//! line is ignored, so that a terminal with CR LF line ends works. A line has no checksum: a digit changed to another
+//! digit goes unnoticed.
 
 mod adapter;
 mod answer;
@@ -55,19 +54,19 @@ pub use text::{TEXT_BYTES_MAX, Text};
 
 use crate::packet::BYTES_MAX;
 
-/// The longest line of a classic frame, its terminator not counted: an extended data frame of eight bytes
-/// with a timestamp, `T1111222281122334455667788EA5F`.
+/// The longest line of a classic frame, without its terminator: an extended data frame of eight bytes with a
+/// timestamp, `T1111222281122334455667788EA5F`.
 pub const LINE_BYTES_MAX: usize = 30;
 
-/// The longest line of a CAN FD frame, its terminator not counted: `D`, 8 digits of identifier, one of
-/// length, 128 of data and 4 of timestamp. Such lines are passed over.
+/// The longest line of a CAN FD frame, without its terminator: `D`, 8 digits of identifier, one of length, 128 of data
+/// and 4 of timestamp. Such lines are ignored.
 pub const FD_LINE_BYTES_MAX: usize = 142;
 
-/// What one spoiled byte of a stream of classic lines can lose at most: where it was a terminator, the line
-/// before it and the line after it.
+/// Maximum loss by one corrupted byte in a stream of classic lines: if it was a terminator, the line before it and the
+/// line after it.
 pub const LOST_BYTES_MAX: usize = 2 * (LINE_BYTES_MAX + 1);
 
-/// A timestamp of an adapter returns to zero after this many milliseconds (manual: 0 to 0xEA5F).
+/// A timestamp of an adapter wraps to zero after this many milliseconds (manual: 0 to 0xEA5F).
 pub const TIMESTAMP_WRAP_MS: u16 = 60_000;
 
 const _: () = assert!(LINE_BYTES_MAX < BYTES_MAX, "a line and its terminator fit a packet");
@@ -78,12 +77,12 @@ pub const CR: u8 = b'\r';
 /// Refused.
 pub const BEL: u8 = 0x07;
 
-/// Why a line was not understood.
+/// Reason why a line was not understood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineError {
-    /// No line of the protocol.
+    /// Not a line of the protocol.
     Malformed,
-    /// Longer than [`LINE_BYTES_MAX`], and no CAN FD frame.
+    /// Longer than [`LINE_BYTES_MAX`], and not a CAN FD frame.
     Overlong,
     /// A CAN FD frame.
     Unsupported,

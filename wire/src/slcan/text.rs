@@ -1,13 +1,13 @@
-//! What an adapter says of itself.
+//! Version and serial number of an adapter.
 
 use super::LINE_BYTES_MAX;
 use core::fmt;
 
-/// The longest text: what fits a line behind its letter.
+/// The longest text: the space in a line after its letter.
 pub const TEXT_BYTES_MAX: usize = LINE_BYTES_MAX - 1;
 
-/// Printable ASCII of at most [`TEXT_BYTES_MAX`] characters: a version or a serial number. The manual's
-/// are four characters long (`1013`: hardware 1.0, software 1.3), those of other adapters need not be.
+/// Printable ASCII of at most [`TEXT_BYTES_MAX`] characters: a version or a serial number. The manual's have four
+/// characters (`1013`: hardware 1.0, software 1.3); those of other adapters may have more or fewer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Text {
     length: u8,
@@ -15,7 +15,7 @@ pub struct Text {
 }
 
 impl Text {
-    /// The text; `None` where it is too long or not printable ASCII.
+    /// The text; `None` if it is too long or not printable ASCII.
     pub const fn new(text: &[u8]) -> Option<Self> {
         if text.len() > TEXT_BYTES_MAX {
             return None;
@@ -39,7 +39,7 @@ impl Text {
 
     /// The characters as a string.
     pub fn as_str(&self) -> &str {
-        // Printable ASCII alone gets in.
+        // Cannot fail: the text is printable ASCII.
         core::str::from_utf8(self.as_bytes()).unwrap_or_default()
     }
 }

@@ -1,10 +1,10 @@
-//! Both ends' decoders.
+//! Decoders of both ends.
 
 use super::line::{Ended, LineBuffer};
 use super::{Answer, Command, Verb};
 use core::str::FromStr;
 
-/// The command in a line without its CR; `None` for a line that is none.
+/// Parses a line without its CR; `None` if it is not a command.
 pub fn parse_command(line: &[u8]) -> Option<Command> {
     let (letter, rest) = line.split_first()?;
     let command = match Verb::from_letter(*letter)? {
@@ -18,7 +18,7 @@ pub fn parse_command(line: &[u8]) -> Option<Command> {
     rest.is_empty().then_some(command)
 }
 
-/// The answer in a line without its CR; `None` for a line that is none.
+/// Parses a line without its CR; `None` if it is not an answer.
 pub fn parse_answer(line: &[u8]) -> Option<Answer> {
     match line {
         [b'!'] => Some(Answer::Refused(None)),
@@ -39,7 +39,7 @@ fn number<N: FromStr>(digits: &[u8]) -> Option<N> {
     core::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// Decimal digits alone; the standard parser would take a `+`.
+/// Decimal digits only; the standard parser would accept a `+`.
 fn unsigned(digits: &[u8]) -> Option<u32> {
     if digits.first()?.is_ascii_digit() { number(digits) } else { None }
 }
@@ -52,13 +52,13 @@ pub struct CommandDecoder {
 }
 
 impl CommandDecoder {
-    /// A decoder that waits for a line.
+    /// A decoder without a started line.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes bytes from the line, in runs of any length, and delivers each command or, for a line that
-    /// is none, the refusal to answer with.
+    /// Takes bytes from the line, in runs of any length, and delivers each command or, for an invalid line, the
+    /// refusal to send.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Result<Command, Answer>)) {
         for byte in bytes {
             let command = match self.line.push(*byte) {
@@ -71,7 +71,7 @@ impl CommandDecoder {
         }
     }
 
-    /// Lines that were no command.
+    /// Number of lines that were not commands.
     pub const fn refused(&self) -> u64 {
         self.refused
     }
@@ -89,13 +89,12 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder that waits for a line.
+    /// A decoder without a started line.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes bytes from the line, in runs of any length, and delivers each answer. A line that is none
-    /// is counted.
+    /// Takes bytes from the line, in runs of any length, and delivers each answer. An invalid line is counted.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Answer)) {
         for byte in bytes {
             let answer = match self.line.push(*byte) {
@@ -110,7 +109,7 @@ impl AnswerDecoder {
         }
     }
 
-    /// Lines that were no answer.
+    /// Number of lines that were not answers.
     pub const fn malformed(&self) -> u64 {
         self.malformed
     }

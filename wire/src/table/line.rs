@@ -1,28 +1,28 @@
-//! Lines ended by CR, gathered in a bounded buffer.
+//! Lines ended by CR, collected in a bounded buffer.
 
 use super::{CR, LINE_BYTES_MAX};
 
 const LF: u8 = b'\n';
 
-/// What a CR ended.
+/// A line ended by CR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ended<'a> {
     /// A line of at least one character.
     Line(&'a [u8]),
-    /// A line of more than [`LINE_BYTES_MAX`] characters, by its first.
+    /// A line of more than [`LINE_BYTES_MAX`] characters, with its first.
     Overlong(u8),
 }
 
-/// A line as far as it has come.
+/// A partial line.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LineBuffer {
     characters: [u8; LINE_BYTES_MAX],
-    /// How many characters came; more than the buffer holds in an overlong line.
+    /// Number of received characters; more than the buffer holds for an overlong line.
     length: usize,
 }
 
 impl LineBuffer {
-    /// Takes one byte; something once a CR ends what is not empty.
+    /// Takes one byte; returns a line when a CR ends one that is not empty.
     pub(super) fn push(&mut self, byte: u8) -> Option<Ended<'_>> {
         match byte {
             CR => {

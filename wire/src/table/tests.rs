@@ -40,7 +40,7 @@ fn any_answer() -> impl Strategy<Value = Answer> {
     ]
 }
 
-/// Bytes that look like lines more often than chance would have it.
+/// Random bytes with a raised share of line characters.
 fn any_bytes() -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![
         8 => prop::sample::select(b"VADGS?=!PM 01-+".to_vec()),
@@ -148,7 +148,7 @@ proptest! {
         let mut decoder = CommandDecoder::new();
         let found = commands(&mut decoder, &bytes);
         prop_assert_eq!(found.len(), lines);
-        // A refusal can be sent and read as any other answer.
+        // A refusal can be sent and read like any other answer.
         for refusal in found.into_iter().filter_map(Result::err) {
             let answered = answers(&mut AnswerDecoder::new(), refusal.encode().as_slice());
             prop_assert_eq!(answered, [refusal]);

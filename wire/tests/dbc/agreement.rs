@@ -9,7 +9,7 @@ use wire::base::{Message, Motion, POSE_WRITE_MODULUS, PoseWriteResult, Reply, Re
 use wire::can::CanFrame;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
-/// By the count that stands for them.
+/// By the count that encodes each.
 pub const RESULTS: [PoseWriteResult; 4] = [
     PoseWriteResult::None,
     PoseWriteResult::Accepted,
@@ -65,8 +65,8 @@ fn pose_values(pose: Pose) -> Vec<(&'static str, f64)> {
     vec![("X", pose.x.m()), ("Y", pose.y.m()), ("HEADING", pose.heading.deg())]
 }
 
-/// Each signal of `message` reads, by the file's layout, as the value of its name, within half a
-/// count, and each value has its signal.
+/// Each signal of `message`, read by the file's layout, equals the value of its name within half a count, and each
+/// value has its signal.
 fn check(dbc: &Dbc, message: Message, data: &[u8], values: &[(&'static str, f64)]) {
     let signals = signals(dbc, message);
     assert_eq!(signals.len(), values.len(), "{}", name_of(message));

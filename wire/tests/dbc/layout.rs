@@ -1,10 +1,10 @@
-//! The DBC file, and its signals read by nothing but its own layout.
+//! The DBC file, and its signals read by its own layout only.
 
 use can_dbc::{ByteOrder, Dbc, MessageId, NumericValue, Signal, ValueType};
 use wire::base::Message;
 use wire::can::CanFrame;
 
-/// What floating point adds to half a count: of a number of a thousand, and of a circle.
+/// Floating-point error beyond half a count, for numbers up to a thousand and for a full circle.
 pub const ROUNDING: f64 = 1e-7;
 
 pub fn dbc() -> Dbc {
@@ -61,7 +61,7 @@ pub fn read(signal: &Signal, data: &[u8]) -> f64 {
     raw * signal.factor + signal.offset
 }
 
-/// The signal's least and greatest count within its declared range.
+/// The signal's smallest and largest count within its declared range.
 pub fn counts(signal: &Signal) -> (i64, i64) {
     let count = |value| ((number(value) - signal.offset) / signal.factor).round() as i64;
     (count(signal.min), count(signal.max))

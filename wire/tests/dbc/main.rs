@@ -1,7 +1,7 @@
 //! The shipped DBC file and the hand-written payload codec describe the same bytes.
 //!
-//! The file is parsed by `can-dbc`; a generic reader and writer of signals ([`layout`]) then takes it
-//! as the only authority and is compared with the codec in both directions ([`agreement`]).
+//! The file is parsed by `can-dbc`; a generic reader and writer of signals ([`layout`]) then treats it as the only
+//! authority and is compared with the codec in both directions ([`agreement`]).
 
 mod agreement;
 mod layout;

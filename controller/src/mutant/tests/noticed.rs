@@ -1,4 +1,4 @@
-//! What the controller must notice of its inputs.
+//! Input faults that the controller must notice.
 
 use super::{
     Mutant, only_with,
@@ -17,7 +17,7 @@ fn add(sample: &mut GyroSample, deg_per_s: f64) {
     }
 }
 
-/// From a sample to the next, evenly spread over some 0.04 deg/s either way.
+/// A different value for each sample, evenly spread over about +-0.04 deg/s.
 fn noise(n: u32) -> f64 {
     (f64::from(n.wrapping_mul(2_654_435_761) >> 16) / 65_536.0 - 0.5) * 0.08
 }
@@ -115,7 +115,7 @@ fn bump_ignored() {
         plant.heading += 0.5f64.to_radians();
         plant.spoil = Box::new(|_, _| {});
         plant.run(Span::from_secs(1));
-        // A bias that seems to have moved is mended by a test, a heading is not.
+        // A bias test clears a bias that seems to have moved, but not a heading.
         plant.command(Command::BiasTest(BiasTest { duration_s: 1.0 }));
         plant.is_well()
     });

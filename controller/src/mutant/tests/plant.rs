@@ -18,22 +18,22 @@ const STEP: Span = Span::from_millis(10);
 const SAMPLES_PER_MOTION: u32 = 2;
 /// m/s^2 and rad/s^2
 const RAMPS: (f64, f64) = (0.6, 0.4);
-/// No mission of these tests takes longer.
+/// Longer than any mission of these tests.
 const ANSWER_LIMIT: Span = Span::from_secs(120);
 
-/// What is done to a sample, and how many there were before it.
+/// Modifies a sample; the number is the count of samples before it.
 pub(super) type Spoil = Box<dyn FnMut(&mut GyroSample, u32)>;
 
 pub(super) struct Plant {
     controller: Controller,
     pub(super) gyro_speaks: bool,
-    /// Each sample comes twice.
+    /// Each sample arrives twice.
     pub(super) gyro_stutters: bool,
     /// rad/s
     pub(super) gyro_range: f64,
     pub(super) spoil: Spoil,
     pub(super) base_speaks: bool,
-    /// It says where it was when it began to stand still.
+    /// The odometer stays at its value from when it began to stand still.
     pub(super) odometer_stands: bool,
     /// rad
     pub(super) heading: f64,
@@ -54,7 +54,7 @@ pub(super) struct Plant {
 }
 
 impl Plant {
-    /// Everything was heard and the bias is known.
+    /// A plant with all inputs present and the bias known.
     pub(super) fn ready(mutant: Option<Mutant>) -> Self {
         let gyro = GyroConfig::default();
         let base = BaseConfig::new(Transport::Can);
@@ -95,7 +95,7 @@ impl Plant {
         id
     }
 
-    /// Begins a mission and goes on to its answer.
+    /// Starts a mission and runs until its answer.
     pub(super) fn command(&mut self, command: Command) -> Report {
         let id = self.begin(command);
         let until = self.now + ANSWER_LIMIT;
@@ -108,17 +108,17 @@ impl Plant {
         }
     }
 
-    /// It calls itself well.
+    /// True if the controller's health is `ok`.
     pub(super) fn is_well(&self) -> bool {
         self.controller.health().level == Level::Ok
     }
 
-    /// The base is told to turn or drive.
+    /// True if the controller commands the base to turn or drive.
     pub(super) fn is_told_to_move(&self) -> bool {
         self.targets != (0.0, 0.0)
     }
 
-    /// Believed less true heading, rad.
+    /// Estimated minus true heading, rad.
     pub(super) fn heading_error(&mut self) -> f64 {
         self.command(Command::RequestState);
         self.believed.rad() - self.heading

@@ -1,4 +1,4 @@
-//! What is said of machines, arrays, tables and answers that are wrong.
+//! Mistakes in machines, arrays, tables and answers.
 
 use super::refused;
 

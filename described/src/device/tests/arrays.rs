@@ -1,4 +1,4 @@
-//! Arrays, patterns of signals, and look-up tables at work.
+//! Arrays, numbered signals, and look-up tables in operation.
 
 use super::{at, listed, parse, run};
 use crate::Description;

@@ -1,4 +1,4 @@
-//! What is too much, too late or too often.
+//! Excess: too many, too late or too often.
 
 use super::{at, command, oven, run, showing};
 use crate::device::answers::ANSWERS_MAX;
@@ -34,7 +34,7 @@ fn woken_late_it_sends_once_and_keeps_its_grid() {
     device.wake(at(1.05));
     assert!(device.transmit().is_some() && device.transmit().is_none());
     assert_eq!(device.next_wakeup(), at(1.1));
-    // And before its time not at all, nor in the past.
+    // A wake-up before its time, or in the past, does nothing.
     device.wake(at(1.06));
     device.wake(at(0.5));
     assert_eq!(device.transmit(), None);
@@ -50,7 +50,7 @@ fn the_end_of_all_time_is_reached() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// Waking is no event: only what is received and sent is.
+    /// A wake-up is not an event: only receiving and sending are.
     #[test]
     fn what_it_sends_does_not_depend_on_how_often_it_is_woken(
         wakes in prop::collection::vec(0i64..5_000_000_000, 0..40), told in 0i64..4_000_000_000

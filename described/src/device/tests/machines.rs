@@ -1,4 +1,4 @@
-//! Machines of states: when they go on, what is set on the way, and what signals say in their states.
+//! State machines: transitions, assignments, and signals that depend on states.
 
 use super::{at, parse, run, values};
 use crate::device::Device;
@@ -9,7 +9,7 @@ use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// A contactor: it closes when asked, over a pre-charge, and opens for good on a voltage that is too high.
+/// A contactor: it closes on request after a pre-charge, and opens permanently on overvoltage.
 const CONTACTOR: &str = r#"
 name = "contactor"
 [parameter.drift]
@@ -153,11 +153,11 @@ fn machines_go_on_in_the_order_in_which_they_are_written() {
         device.wake(at(seconds));
         (device.value("a").unwrap(), device.value("b").unwrap())
     };
-    // One behind the other sees it in the same moment, one before it a step later: and then it is over.
+    // A later machine sees the change at once, an earlier one a step later, when it is already over.
     assert_eq!(after(text("a", "b"), 0.02), (1.0, 1.0));
     assert_eq!(after(text("b", "a"), 0.02), (1.0, 0.0));
     assert_eq!(after(text("b", "a"), 0.03), (2.0, 1.0));
-    // One transition at a moment.
+    // One transition at a time.
     assert_eq!(after(text("a", "b"), 0.03), (2.0, 2.0));
 }
 
@@ -202,7 +202,7 @@ fn a_time_that_is_over_without_steps_is_over() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// Waking is no event for machines either.
+    /// A wake-up is not an event for machines either.
     #[test]
     fn how_often_it_is_woken_makes_no_difference(
         wakes in prop::collection::vec(0i64..3_000_000_000, 0..40), told in 0i64..2_000_000_000

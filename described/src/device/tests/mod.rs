@@ -1,4 +1,4 @@
-//! What a described device does.
+//! Behaviour of a described device.
 
 mod arrays;
 mod bounds;
@@ -38,7 +38,7 @@ fn at(seconds: f64) -> Timestamp {
     Timestamp::from_secs_f64(seconds)
 }
 
-/// All that the device sends up to and with `until`, woken when it asks for it.
+/// Everything that the device sends up to and including `until`, woken on request.
 fn run(device: &mut Device, until: f64) -> Vec<(Timestamp, Transmit)> {
     let mut sent = Vec::new();
     while device.next_wakeup() <= at(until) {
@@ -76,7 +76,7 @@ fn values(layout: &Layout, wired: &Transmit) -> (usize, Vec<f64>) {
     found.unwrap()
 }
 
-/// All of what is sent as text: time in nanoseconds, message, values.
+/// Sent messages as text: time in nanoseconds, message, values.
 fn listed(layout: &Layout, sent: &[(Timestamp, Transmit)]) -> Vec<String> {
     sent.iter()
         .map(|(at, wired)| {
@@ -86,7 +86,7 @@ fn listed(layout: &Layout, sent: &[(Timestamp, Transmit)]) -> Vec<String> {
         .collect()
 }
 
-/// A device whose signal `x` shows an expression, with a state or two before it.
+/// A device whose signal `x` shows an expression, preceded by a state or two.
 fn showing(rest: &str) -> Arc<Description> {
     parse(&format!(
         "name = \"d\"\n{rest}\n[[message]]\nname = \"M\"\nsent_by = \"device\"\ncan_id = 1\n\

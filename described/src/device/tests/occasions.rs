@@ -1,4 +1,4 @@
-//! Messages that are sent on changes: when they come, how often again, and what a DBC says of it.
+//! Messages sent on changes: their times, repetitions, and DBC attributes.
 
 use super::{at, run};
 use crate::{Description, Device};
@@ -17,7 +17,7 @@ BO_ 2 Lamp: 1 Car
  SG_ On : 0|1@1+ (1,0) [0|1] "" Panel
 "#;
 
-/// What Vector's interaction layer says of it, with these kinds for the message and its first signal.
+/// Attributes of Vector's interaction layer, with these kinds for the message and its first signal.
 fn attributes(message: usize, signal: usize) -> String {
     format!(
         "{DBC}BA_DEF_ BO_ \"GenMsgSendType\" ENUM \"cyclic\",\"spontaneous\",\"cyclicAndSpontaneous\",\"NoMsgSendType\";\n\
@@ -40,7 +40,7 @@ fn device(dbc: &str, rest: &str) -> Device {
     Device::new(Arc::new(description.unwrap_or_else(|error| panic!("{error}"))), 1)
 }
 
-/// When it sends, in milliseconds, and the two bytes.
+/// Times of sending, in milliseconds, and the two bytes.
 fn sent(device: &mut Device, until: f64) -> Vec<(u64, [u8; 2])> {
     let of = |(at, wired): &(wire::time::Timestamp, Transmit)| match wired {
         Transmit::Frame(frame) => {
@@ -88,13 +88,13 @@ fn a_dbc_says_when_a_message_is_sent() {
         let mut device = device(&attributes(message, signal), rest);
         sent(&mut device, 0.9).iter().map(|(at, _)| *at).collect::<Vec<u64>>()
     };
-    // By its period alone.
+    // By its period only.
     assert_eq!(times(0, 0), [500]);
     assert_eq!(times(3, 0), [500]);
-    // On each change, twice again, no faster than the delay.
+    // On each change, with two repetitions, not faster than the delay.
     assert_eq!(times(1, 0), [100, 130, 160, 300, 330, 360]);
     assert_eq!(times(2, 0), [100, 130, 160, 300, 330, 360, 500]);
-    // On changes of the signal of which it says so.
+    // Only on changes of the signal marked so.
     assert_eq!(times(3, 2), [100, 130, 160, 500]);
 }
 

@@ -1,4 +1,4 @@
-//! The oven: what it does when it is told, and when nobody tells it anything.
+//! The oven: its behaviour with and without commands.
 
 use super::{at, command, oven, run, values};
 use crate::Description;
@@ -11,7 +11,7 @@ fn the_oven_heats_as_the_exact_exponential() {
     let description = oven();
     let frame = command(description.layout(), 300.0, 1.0);
     let mut device = Device::new(Arc::clone(&description), 1);
-    // Between two steps, so that the first one is a short one.
+    // Between two steps, so that the first step is a short one.
     let begin = 0.1234567;
     for count in 0..1200 {
         let now = begin + 0.5 * f64::from(count);
@@ -57,7 +57,7 @@ fn a_message_that_stays_away_is_forgotten_on_time() {
     run(&mut device, 1.25);
     assert_eq!((device.value("Setpoint"), device.value("Enable")), (Some(20.0), Some(0.0)));
     assert_eq!(device.value("heater"), Some(0.0));
-    // Again is again.
+    // Repeating the command gives the same result.
     device.receive_frame(at(2.0), &command(description.layout(), 100.0, 1.0));
     device.receive_frame(at(2.9), &command(description.layout(), 100.0, 1.0));
     run(&mut device, 3.5);

@@ -1,4 +1,4 @@
-//! Messages with counters and checksums: what a device sends, and what it hears.
+//! Sent and received messages with counters and checksums.
 
 use super::{at, run};
 use crate::Device;
@@ -33,7 +33,7 @@ fn what_a_device_sends_is_counted_and_sealed() {
     // The published examples of profile 1.
     assert_eq!(sent[0], [0x2a, 0x10, 0, 0, 0, 0, 0, 0]);
     assert_eq!(sent[1], [0x77, 0x11, 0, 0, 0, 0, 0, 0]);
-    // 15 is no number of its counter.
+    // Its counter skips 15.
     assert_eq!(sent[14][1], 0x1e);
     assert_eq!(sent[15], sent[0]);
     device.power(at(2.0), false);
@@ -73,9 +73,9 @@ fn a_device_does_not_use_what_is_not_right_and_counts_it() {
         device.value("Limit").unwrap()
     };
     assert!((hear(&mut device, 10.0, None) - 10.0).abs() < 1e-9);
-    // The same frame once more was a repeated one.
+    // Sending the same frame again counted as a repetition.
     assert_eq!(device.refused(), 1);
-    // A checksum of 0 is not right.
+    // A checksum of 0 is wrong.
     assert!((hear(&mut device, 20.0, Some(2)) - 10.0).abs() < 1e-9);
     assert_eq!(device.refused(), 3);
     assert!((hear(&mut device, 30.0, None) - 30.0).abs() < 1e-9);

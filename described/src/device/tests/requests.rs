@@ -1,4 +1,4 @@
-//! Answers of several messages, answers that depend on the question, and questions that come while one is answered.
+//! Answers of several messages, answers that depend on the question, and questions that arrive during an answer.
 
 use super::{at, parse, run};
 use crate::device::Device;
@@ -49,7 +49,7 @@ busy = true
 delay_s = 0.002
 "#;
 
-/// What it says, with the milliseconds at which it does, when it is told so; and the device.
+/// The device's answers to `told` with their times in milliseconds, and the device.
 fn said(text: &str, told: &[(f64, &str)]) -> (Vec<String>, Device) {
     let mut device = Device::new(parse(text), 1);
     let mut sent = Vec::new();
@@ -86,7 +86,7 @@ fn an_answer_of_several_messages_is_that_of_its_question() {
 fn a_question_while_one_is_answered_is_refused() {
     let told = [(1.0, "READ 1 2\n"), (1.012, "READ 3 1\n"), (1.0151, "READ 4 1\n")];
     let (lines, device) = said(METER, &told);
-    // What is refused is not heard: the second entry is still of the first question.
+    // A refused question is not used: the second entry still belongs to the first question.
     assert_eq!(lines, ["1010 1=10", "1014 BUSY 1", "1015 2=20", "1025 4=40"]);
     assert_eq!(device.refused_busy(), 1);
 }
@@ -100,7 +100,7 @@ fn questions_wait_in_a_queue_of_a_length() {
     let expected = ["1002 BUSY 1", "1010 1=10", "1015 2=20", "1016 NO 9", "1026 3=30", "2010 1=10"];
     assert_eq!(lines, expected);
     assert_eq!(device.refused_busy(), 1);
-    // Without a rule each is answered by itself, and shows what was heard last.
+    // Without a rule each is answered independently and shows the values received last.
     let text = METER.replace("while_answering = \"refuse\"\n", "").replace("busy = true\n", "");
     let (lines, _) = said(&text, &[(1.0, "READ 1 1\n"), (1.005, "READ 2 1\n")]);
     assert_eq!(lines, ["1002 BUSY 1", "1007 BUSY 1", "1010 2=20", "1015 2=20"]);

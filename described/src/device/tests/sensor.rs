@@ -1,4 +1,4 @@
-//! Signals of a sensor that errs as a model says.
+//! Signals of a sensor with a model of its errors.
 
 use super::{at, listed, run};
 use crate::description::tests::shown;
@@ -26,7 +26,7 @@ model = "gyro.model.toml"
 temperature = "case"
 "#;
 
-/// A bias of 0.1 deg/s per kelvin from 20 degC on, and a scale that is 1 % too large.
+/// A bias of 0.1 deg/s per kelvin above 20 degC, and a scale that is 1 % too large.
 struct Drifts;
 
 impl Files for Drifts {

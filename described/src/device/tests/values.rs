@@ -1,4 +1,4 @@
-//! What signals show.
+//! Values of signals.
 
 use super::{OVEN, at, listed, oven, parse, run, showing, values};
 use crate::Description;
@@ -19,14 +19,14 @@ fn noise_belongs_to_seed_and_signal() {
     let (one, again, other) = (noisy(OVEN, 1), noisy(OVEN, 1), noisy(OVEN, 2));
     assert_eq!(one, again);
     assert_ne!(one, other);
-    // Another signal's noise shifts nothing.
+    // Noise on another signal does not change these values.
     let more = OVEN.replace("expression = \"heater\"", "expression = \"heater\"\nnoise = 0.1");
     assert_ne!(more, OVEN);
     assert_eq!(noisy(&more, 1), one);
     let mean = one.iter().sum::<f64>() / one.len() as f64;
     let square = |value: &f64| (value - mean) * (value - mean);
     let rms = (one.iter().map(square).sum::<f64>() / (one.len() - 1) as f64).sqrt();
-    // Of 200 values the standard deviation is known to 5 %.
+    // The standard deviation of 200 values is accurate to 5 %.
     assert!((mean - 20.0).abs() < 0.02 && (0.04..0.06).contains(&rms), "{mean} {rms}");
     assert!(Device::new(oven(), 1).value("Temperature") == Some(20.0));
 }
@@ -142,7 +142,7 @@ fn a_multiplexer_below_another_goes_on_when_it_was_sent() {
             "5 M [0.0, NaN, 3.0, NaN, NaN]",
         ]
     );
-    // What is driven to a constant never selects the others.
+    // A multiplexer driven to a constant never selects the other pages.
     let error = description("signal.Top.expression = 0\n").unwrap_err();
     assert_eq!(
         error.message(),

@@ -1,4 +1,4 @@
-//! Functions, and tables that are looked into.
+//! Function calls and table look-ups.
 
 use super::Parser;
 use crate::expression::array::{Aggregate, Array};
@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 impl Parser<'_> {
-    /// The name is read, and a parenthesis comes next.
+    /// Parses a call after its name; the next token is a parenthesis.
     pub(super) fn call(&mut self, name: &str, at: Range<usize>) -> Result<(), ExpressionError> {
         let Some((_, function)) = functions().find(|(known, _)| *known == name) else {
             if let Ok(Meaning::Table(table)) = self.scope.variable(name) {
@@ -72,7 +72,7 @@ impl Parser<'_> {
         self.error(at, &message, Some(format!("write `{form}`")))
     }
 
-    /// The values up to the parenthesis, and how many they are; each is brought together with those before it by `fold`.
+    /// Parses the values up to the parenthesis and returns their number; `fold` combines each with the preceding ones.
     fn arguments(&mut self, fold: Option<Binary>) -> Result<usize, ExpressionError> {
         let mut count = 0;
         loop {
@@ -105,7 +105,7 @@ impl Parser<'_> {
         self.emit(Operation::LookUp(Arc::clone(table)))
     }
 
-    /// The one name in the parentheses of `last`, with an index where it is an array.
+    /// Parses the single name in the parentheses of `last`, with an index for an array.
     fn last(&mut self) -> Result<(), ExpressionError> {
         let Token::Name(name) = self.next else { return Err(self.unexpected("a state")) };
         let at = self.at.clone();
@@ -116,7 +116,7 @@ impl Parser<'_> {
         self.expect(")")
     }
 
-    /// The one name in the parentheses of `time_in`.
+    /// Parses the single name in the parentheses of `time_in`.
     fn time_in(&mut self) -> Result<(), ExpressionError> {
         let Token::Name(name) = self.next else { return Err(self.unexpected("a machine")) };
         let states = self.scope.states(name);
@@ -129,7 +129,7 @@ impl Parser<'_> {
         self.emit(Operation::Binary(Binary::Subtract))
     }
 
-    /// The array that stands alone in the parentheses, where it is one.
+    /// The array that is the only argument, if it is one.
     fn array(&self) -> Result<Option<Array>, ExpressionError> {
         let Token::Name(name) = self.next else { return Ok(None) };
         let (behind, _) = token(self.text, self.at.end)?;
@@ -166,7 +166,7 @@ impl Parser<'_> {
     }
 }
 
-/// What a fold of several values is of a whole array.
+/// The array function that corresponds to a fold of several values.
 const fn whole(binary: Binary) -> Option<Aggregate> {
     match binary {
         Binary::Min => Some(Aggregate::Min),

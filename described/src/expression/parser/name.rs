@@ -1,4 +1,4 @@
-//! Names without a parenthesis behind them: variables, and elements of arrays.
+//! Names without a following parenthesis: variables, and elements of arrays.
 
 use super::Parser;
 use crate::expression::array::Array;
@@ -9,7 +9,7 @@ use crate::expression::{ExpressionError, Meaning, Operation};
 use std::ops::Range;
 
 impl Parser<'_> {
-    /// The name is read; what is behind it comes next.
+    /// Parses what follows a name.
     pub(super) fn name(&mut self, name: &str, at: Range<usize>) -> Result<(), ExpressionError> {
         if FUNCTIONS.iter().any(|(known, _)| *known == name) {
             return Err(self.is_function(name, at));
@@ -23,7 +23,7 @@ impl Parser<'_> {
         self.meaning(name, at, meaning)
     }
 
-    /// What a name stands for, with the index behind it where that is an array.
+    /// The meaning of a name, including the following index for an array.
     pub(super) fn meaning(
         &mut self,
         name: &str,
@@ -53,7 +53,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The index in its brackets: of a known one the element is known.
+    /// Parses the index in brackets; a constant index gives a fixed slot.
     fn element(&mut self, name: &str, array: Array) -> Result<(), ExpressionError> {
         self.advance()?;
         let (begin, height) = (self.operations.len(), self.height);

@@ -1,4 +1,4 @@
-//! The messages of a DBC as a layout has them, and notes on what is left out.
+//! Converts the messages of a DBC to a layout, with notes on what is left out.
 
 use super::multiplexing::{Multiplexed, multiplexed};
 use super::sending::sending;
@@ -18,10 +18,10 @@ use std::ops::Range;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, FdFlags, Id, StandardId, fd_length};
 use wire::j1939::{self, Identifier};
 
-/// In an identifier: it is one of 29 bits.
+/// Flag of an identifier with 29 bits.
 const EXTENDED: u64 = 1 << 31;
 
-/// The messages, each with its place, and what is to be known of the others.
+/// The messages, each with its place, and notes on the others.
 pub(super) fn convert(
     file: &str,
     text: &str,
@@ -53,7 +53,7 @@ struct Converter<'a> {
     notes: Vec<Note>,
 }
 
-/// A signal that is not left out, and its place among the lines of its message.
+/// A signal that is kept, and its position among the lines of its message.
 type Kept = (usize, Signal);
 
 impl Converter<'_> {
@@ -84,7 +84,7 @@ impl Converter<'_> {
         self.syntax.attribute(of, LONG_SIGNAL).and_then(Value::text).unwrap_or(&signal.name)
     }
 
-    /// The message; `later` are those behind it. Else why it is left out.
+    /// The message; `later` are the ones after it. Otherwise the reason for leaving it out.
     fn message(&mut self, message: &MessageLine, later: &[MessageLine]) -> Result<Message, String> {
         let name = self.message_name(message).to_owned();
         if let Some(other) = later.iter().find(|other| other.id == message.id) {
@@ -134,7 +134,7 @@ impl Converter<'_> {
         Ok(converted)
     }
 
-    /// What carries it: a frame, of CAN FD where it has more bytes or the file says so, or the packets of J1939.
+    /// The carrier: a frame, of CAN FD if it has more bytes or the file specifies so, or the packets of J1939.
     fn carrier(&self, message: &MessageLine, id: Id, is_group: bool) -> Result<Carrier, String> {
         let of = Of::Message(message.id);
         let bytes = usize::try_from(message.bytes).unwrap_or(usize::MAX);
@@ -150,13 +150,13 @@ impl Converter<'_> {
         }
         let length = fd_length(bytes)
             .ok_or_else(|| format!("it has {bytes} bytes, and a CAN FD frame 64 at most"))?;
-        // As Vector's files have it where they say nothing.
+        // Default in Vector's files.
         let bit_rate_switch = self.syntax.choice(of, BIT_RATE_SWITCH) != Some("0");
         let fd = Some(FdFlags { bit_rate_switch, error_state: false });
         Ok(Carrier::Frame { id, length, fd })
     }
 
-    /// What the identifier says where it is one of J1939. Where the file leaves the source open, it is the sender's address.
+    /// The identifier's fields if it is one of J1939. If the file leaves the source open, it is the sender's address.
     fn group(&self, message: &MessageLine, id: &mut Id) -> Option<Identifier> {
         let format = self.syntax.choice(Of::Message(message.id), FRAME_FORMAT);
         let Id::Extended(extended) = id else { return None };
@@ -193,7 +193,7 @@ impl Converter<'_> {
         Ok(extended)
     }
 
-    /// The signals of the message that have room, and of two that would share bits the shorter.
+    /// The signals of the message that fit; of two that share bits, the shorter one.
     fn signals(&mut self, message: &MessageLine, bytes: usize) -> Vec<Signal> {
         let selections = multiplexed(self.syntax, message);
         let mut kept: Vec<Kept> = Vec::new();
@@ -225,7 +225,7 @@ impl Converter<'_> {
         }
     }
 
-    /// Multiplexers whose declared range lacks numbers of their signals have that of their bits.
+    /// Extends the range of a multiplexer to that of its bits if its declared range lacks numbers used by its signals.
     fn widen_multiplexers(
         &mut self,
         message: &MessageLine,
@@ -258,7 +258,7 @@ impl Converter<'_> {
         self.note(message, Some(signal), true, format!("{why}: the signal is left out"));
     }
 
-    /// The signal, as in each frame. Else why it is left out.
+    /// The signal, as carried in each frame. Otherwise the reason for leaving it out.
     fn signal(
         &mut self,
         message: &MessageLine,
@@ -316,7 +316,7 @@ impl Converter<'_> {
     }
 }
 
-/// The signals, with the places of their multiplexers among them. One whose multiplexer is missing is its own.
+/// The signals, with the positions of their multiplexers. A signal without its multiplexer is always carried.
 fn placed(kept: &[Kept], selections: &[Multiplexed]) -> Vec<Signal> {
     let of = |(place, signal): &Kept| match &selections[*place] {
         Multiplexed::By(multiplexer, numbers) => {
@@ -331,7 +331,7 @@ fn placed(kept: &[Kept], selections: &[Multiplexed]) -> Vec<Signal> {
     kept.iter().map(of).collect()
 }
 
-/// The first signal that cannot stay with those before it, and why.
+/// The first signal that conflicts with preceding ones, and the reason.
 fn conflict(
     signals: &[Signal],
     kept: &[Kept],
@@ -353,7 +353,7 @@ fn conflict(
         }
     }
     let (first, second) = selection::overlap(signals)?;
-    // Some files have a signal over all that others are the parts of.
+    // Some files have one signal over all the bits that others divide.
     let is_whole = signals[first].bits() > signals[second].bits();
     let (out, other) = if is_whole { (first, second) } else { (second, first) };
     Some((out, format!("it has bits in common with `{}`", signals[other].name)))

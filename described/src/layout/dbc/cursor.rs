@@ -1,23 +1,23 @@
-//! Words, numbers and strings of a DBC, one behind the other.
+//! Sequential reading of words, numbers and strings in a DBC.
 
 use std::ops::Range;
 
-/// What is not what was expected, and where.
+/// A mismatch with the expected content, and its position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Unexpected {
     pub(super) at: Range<usize>,
-    /// What should stand there.
+    /// The expected content.
     pub(super) expected: String,
 }
 
-/// A place in the text, which goes forward.
+/// A position in the text that moves forward.
 #[derive(Debug, Clone)]
 pub(super) struct Cursor<'a> {
     text: &'a str,
     at: usize,
 }
 
-/// Marks that no word has in it.
+/// Marks that never occur in a word.
 const MARKS: &[char] = &[':', ';', ',', '|', '@', '(', ')', '[', ']', '"'];
 
 impl<'a> Cursor<'a> {
@@ -25,7 +25,7 @@ impl<'a> Cursor<'a> {
         Self { text, at: 0 }
     }
 
-    /// The place of what comes next, behind blanks and `// comments`.
+    /// The position of the next content, after blanks and `// comments`.
     pub(super) fn place(&mut self) -> usize {
         loop {
             let rest = self.rest();
@@ -37,24 +37,24 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// The place behind what was read last.
+    /// The position after the last content read.
     pub(super) const fn behind(&self) -> usize {
         self.at
     }
 
-    /// Nothing comes any more.
+    /// True if nothing follows.
     pub(super) fn is_at_end(&mut self) -> bool {
         self.place() == self.text.len()
     }
 
-    /// A new line has begun since the last thing that was read.
+    /// True if a new line has begun since the last content read.
     pub(super) fn begins_a_line(&mut self) -> bool {
         let place = self.place();
         let line = self.text[..place].rfind('\n').map_or(0, |end| end + 1);
         self.text[line..place].trim_start().is_empty()
     }
 
-    /// Where something stands that was expected to be something else.
+    /// Reports that the content at the current position is not `expected`.
     pub(super) fn unexpected(&mut self, expected: impl Into<String>) -> Unexpected {
         let start = self.place();
         let rest = self.rest();
@@ -63,7 +63,7 @@ impl<'a> Cursor<'a> {
         Unexpected { at: start..start + length, expected: expected.into() }
     }
 
-    /// The word that comes next, without taking it; empty where a mark comes.
+    /// The next word, without taking it; empty before a mark.
     pub(super) fn peek(&mut self) -> &'a str {
         self.place();
         let rest = self.rest();
@@ -82,7 +82,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Takes the mark where it comes next.
+    /// Takes the mark if it is next.
     pub(super) fn takes(&mut self, mark: char) -> bool {
         self.place();
         let comes = self.rest().starts_with(mark);
@@ -90,7 +90,7 @@ impl<'a> Cursor<'a> {
         comes
     }
 
-    /// The mark has to come next.
+    /// Takes the mark, which must be next.
     pub(super) fn mark(&mut self, mark: char, expected: &str) -> Result<(), Unexpected> {
         if self.takes(mark) { Ok(()) } else { Err(self.unexpected(expected)) }
     }
@@ -109,7 +109,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A number. Some tools write `1.#QNAN` for a value that is not a number: that is refused too.
+    /// A number. Some tools write `1.#QNAN` for NaN: that is refused too.
     pub(super) fn number(&mut self, expected: &str) -> Result<f64, Unexpected> {
         let word = self.peek();
         let begins = |c: char| c.is_ascii_digit() || ['+', '-', '.'].contains(&c);
@@ -122,7 +122,7 @@ impl<'a> Cursor<'a> {
         Ok(number)
     }
 
-    /// A text in quotes, which may go over lines; `\"` is a quote in it.
+    /// A quoted text, which may span lines; `\"` is a quote in it.
     pub(super) fn string(&mut self, expected: &str) -> Result<String, Unexpected> {
         let start = self.place();
         if !self.takes('"') {
@@ -139,8 +139,8 @@ impl<'a> Cursor<'a> {
         Ok(rest[..end].replace("\\\"", "\""))
     }
 
-    /// Takes everything up to the end of a statement: behind the next `;`, or before the next line that begins with a
-    /// word that `begins` one.
+    /// Skips to the end of a statement: after the next `;`, or before the next line that starts with a word accepted
+    /// by `begins`.
     pub(super) fn skip_statement(&mut self, begins: impl Fn(&str) -> bool) {
         while !self.is_at_end() {
             if self.rest().starts_with('"') {

@@ -22,15 +22,15 @@ use cursor::Unexpected;
 use std::ops::Range;
 use syntax::{LONG_NODE, MessageLine, Of, Syntax, Value};
 
-/// What a DBC names as the sender of messages that no node sends.
+/// The sender that a DBC names for messages without a sending node.
 pub const NOBODY: &str = "Vector__XXX";
 
 impl Layout {
-    /// The layout of a DBC: `node` is the device, which sends that node's messages and hears the others. What cannot be
-    /// used is left out, and [`Layout::notes`] say what and why.
+    /// The layout of a DBC: `node` is the device, which sends that node's messages and receives the others. Unusable
+    /// parts are left out, and [`Layout::notes`] lists them with reasons.
     ///
     /// # Errors
-    /// Where the text is no DBC, and where it has no such node.
+    /// If the text is not a DBC, or has no such node.
     pub fn from_dbc(file: &str, text: &str, node: &str) -> Result<Self, FileError> {
         let syntax = parsed(file, text)?;
         let known: Vec<String> = nodes(&syntax).into_iter().map(|known| known.name).collect();
@@ -44,11 +44,11 @@ impl Layout {
         Ok(Self::new(Medium::Can, messages).noting(notes))
     }
 
-    /// The layout of one or several DBCs, each by its name and text, for somebody who sends the messages of several nodes, or
-    /// of none that has a name: of those that `is_ours` says yes to. What two files define alike is one message.
+    /// The layout of one or several DBCs, each with its name and text, for a sender of the messages of several nodes,
+    /// or of nodes without a name: those that `is_ours` accepts. Identical definitions in two files are one message.
     ///
     /// # Errors
-    /// Where a text is no DBC, and where two files define a message or an identifier differently.
+    /// If a text is not a DBC, or if two files define a message or an identifier differently.
     pub fn from_dbcs(
         files: &[(&str, &str)],
         is_ours: &dyn Fn(&str) -> bool,
@@ -82,20 +82,20 @@ impl Layout {
     }
 }
 
-/// Somebody on the bus of a DBC.
+/// A node of a DBC.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DbcNode {
     /// Its name.
     pub name: String,
-    /// How many messages it sends.
+    /// Number of messages that it sends.
     pub messages: usize,
 }
 
-/// The nodes that a DBC names, and behind them further senders of its messages; [`NOBODY`] among them where messages have
-/// no other.
+/// The nodes that a DBC names, followed by other senders of its messages, including [`NOBODY`] if messages have no
+/// other sender.
 ///
 /// # Errors
-/// Where the text is no DBC.
+/// If the text is not a DBC.
 pub fn dbc_nodes(file: &str, text: &str) -> Result<Vec<DbcNode>, FileError> {
     Ok(nodes(&parsed(file, text)?))
 }
@@ -116,21 +116,21 @@ fn nodes(syntax: &Syntax) -> Vec<DbcNode> {
     nodes
 }
 
-/// The nodes that send a message, as the file writes them.
+/// The nodes that send a message, as written in the file.
 fn senders<'a>(syntax: &'a Syntax, message: &'a MessageLine) -> impl Iterator<Item = &'a str> {
     let first = if message.sender.is_empty() { NOBODY } else { message.sender.as_str() };
     let also = syntax.senders.get(&message.id).into_iter().flatten().map(String::as_str);
-    // Further ones may name the first again, and send it in place of nobody.
+    // Additional senders may repeat the first one, and they replace `NOBODY`.
     let also = also.filter(move |name| *name != first);
     let is_sent = also.clone().next().is_some();
     let first = Some(first).filter(|first| *first != NOBODY || !is_sent);
     first.into_iter().chain(also)
 }
 
-/// Holds signals that are in no message; Vector's tools write it.
+/// Holds signals that belong to no message; Vector's tools write it.
 const ORPHANS: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
-/// The node's name, which is longer than 32 letters where an attribute says so.
+/// The node's name, longer than 32 letters if an attribute specifies so.
 fn long_node<'a>(syntax: &'a Syntax, name: &'a str) -> &'a str {
     let long = syntax.attribute(Of::Node(name.to_owned()), LONG_NODE);
     long.and_then(Value::text).unwrap_or(name)
@@ -138,7 +138,7 @@ fn long_node<'a>(syntax: &'a Syntax, name: &'a str) -> &'a str {
 
 fn parsed(file: &str, text: &str) -> Result<Syntax, FileError> {
     Syntax::parse(text).map_err(|Unexpected { at, expected }| {
-        // In some countries one writes `0,5`, which is one number too many.
+        // Some locales write `0,5`, which reads as one number too many.
         let is_comma = text.get(at.clone()) == Some(",") && expected.starts_with("`)`");
         let help = is_comma.then(|| "numbers have a decimal point: `0.5`".to_owned());
         let message = format!("failed to read the DBC: expected {expected}");
@@ -146,12 +146,12 @@ fn parsed(file: &str, text: &str) -> Result<Syntax, FileError> {
     })
 }
 
-/// Which line of the text a place is in, from 1.
+/// The line number of a position, from 1.
 fn line(text: &str, at: &Range<usize>) -> usize {
     text.get(..at.start).map_or(0, |before| before.matches('\n').count()) + 1
 }
 
-/// What two definitions of a message do not agree on, but for their comments.
+/// The difference between two definitions of a message, apart from comments.
 fn difference(one: &Message, other: &Message) -> Option<String> {
     let lacks = |of: &Message, signal: &Signal| {
         !of.signals

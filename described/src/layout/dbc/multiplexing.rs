@@ -1,23 +1,24 @@
-//! Which frames of a message carry a signal: plain multiplexing, and the extended one of several levels and ranges.
+//! Which frames of a message carry a signal: plain multiplexing, and extended multiplexing with several levels and
+//! ranges.
 
 use super::syntax::{MessageLine, SignalLine, Syntax};
 use std::ops::RangeInclusive;
 
-/// What a signal is multiplexed by.
+/// The multiplexer of a signal.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Multiplexed {
-    /// It is in each frame.
+    /// None: each frame carries the signal.
     Not,
-    /// By the signal at this place of the message's lines, with these numbers.
+    /// The signal at this position of the message's lines, with these numbers.
     By(usize, Vec<RangeInclusive<u64>>),
-    /// By what is no multiplexer of the message: why.
+    /// A name that is not a multiplexer of the message, with the reason.
     ByNothing(String),
 }
 
-/// What each signal of the message is multiplexed by.
+/// The multiplexer of each signal of the message.
 ///
-/// A message with one multiplexer has the others' numbers in their lines (`m1`), and `SG_MUL_VAL_` adds to them. With
-/// several multiplexers `SG_MUL_VAL_` alone says who is whose.
+/// In a message with one multiplexer the other signals have their numbers in their lines (`m1`), and `SG_MUL_VAL_`
+/// adds to them. With several multiplexers only `SG_MUL_VAL_` assigns signals to them.
 pub(super) fn multiplexed(syntax: &Syntax, message: &MessageLine) -> Vec<Multiplexed> {
     let mut multiplexers = message.signals.iter().filter(|signal| signal.multiplexes);
     let (first, second) = (multiplexers.next(), multiplexers.next());
@@ -38,7 +39,7 @@ pub(super) fn multiplexed(syntax: &Syntax, message: &MessageLine) -> Vec<Multipl
                 }
                 by(message, multiplexer, numbers)
             }
-            // Nothing says whose it is. cantools has it so, too.
+            // Unassigned. cantools treats it the same way.
             None => Multiplexed::Not,
         },
     });
@@ -54,13 +55,13 @@ fn by(message: &MessageLine, name: &str, numbers: Vec<RangeInclusive<u64>>) -> M
     }
 }
 
-/// The multiplexer that `SG_MUL_VAL_` names; the last where it names several.
+/// The multiplexer that `SG_MUL_VAL_` names; the last one of several.
 fn extended<'a>(syntax: &'a Syntax, message: &MessageLine, signal: &SignalLine) -> Option<&'a str> {
     let said = syntax.extended.get(&(message.id, signal.name.clone()))?;
     said.last().map(|(multiplexer, _)| multiplexer.as_str())
 }
 
-/// What `SG_MUL_VAL_` says of the signal under that multiplexer.
+/// The ranges in `SG_MUL_VAL_` for the signal under that multiplexer.
 fn ranges<'a>(
     syntax: &'a Syntax,
     message: &MessageLine,
@@ -73,7 +74,7 @@ fn ranges<'a>(
     ranges.filter(|(first, last)| first <= last).map(|(first, last)| *first..=*last)
 }
 
-/// The same, without signals that are their own multiplexer over others.
+/// The multiplexers, without signals that are their own multiplexer through others.
 fn without_circles(message: &MessageLine, all: Vec<Multiplexed>) -> Vec<Multiplexed> {
     let above = |place: &usize| match &all[*place] {
         Multiplexed::By(multiplexer, _) => Some(*multiplexer),

@@ -1,9 +1,9 @@
-//! Parts of statements, and where statements begin.
+//! Parts of statements, and the starts of statements.
 
 use super::cursor::{Cursor, Unexpected};
 use super::syntax::{Of, Value};
 
-/// The words that statements begin with.
+/// The words that start a statement.
 const SECTIONS: [&str; 35] = [
     "BA_",
     "BA_DEF_",
@@ -46,12 +46,12 @@ pub(super) fn is_section(word: &str) -> bool {
     SECTIONS.contains(&word)
 }
 
-/// The symbols below `NS_ :`, each on a line of its own, up to the first section.
+/// Skips the symbols below `NS_ :`, each on its own line, up to the first section.
 pub(super) fn symbols(cursor: &mut Cursor<'_>) {
     cursor.takes(':');
     loop {
         let mut ahead = cursor.clone();
-        // A section goes on behind its name, a symbol does not.
+        // A section continues after its name, a symbol does not.
         if ahead.word("").is_err() || !(ahead.begins_a_line() || ahead.is_at_end()) {
             return;
         }
@@ -59,7 +59,7 @@ pub(super) fn symbols(cursor: &mut Cursor<'_>) {
     }
 }
 
-/// Names with blanks or commas between them, up to what begins a statement; `end` is behind the last of them.
+/// Names separated by blanks or commas, up to the start of a statement; `end` is set to the position after the last.
 pub(super) fn names(cursor: &mut Cursor<'_>, end: &mut usize) -> Vec<String> {
     let mut names = Vec::new();
     loop {
@@ -71,13 +71,13 @@ pub(super) fn names(cursor: &mut Cursor<'_>, end: &mut usize) -> Vec<String> {
             }
             word => names.push(word.to_owned()),
         }
-        // It was looked at: it is there.
+        // Cannot fail: the word was peeked.
         let _ = cursor.word("");
         *end = cursor.behind();
     }
 }
 
-/// `M`, `m1`, `m1M`, or nothing
+/// `M`, `m1`, `m1M`, or nothing.
 pub(super) fn multiplexing(cursor: &mut Cursor<'_>) -> Result<(Option<u64>, bool), Unexpected> {
     let word = cursor.peek();
     let (page, multiplexes) = match word.strip_suffix('M') {
@@ -118,7 +118,7 @@ pub(super) fn byte_order(cursor: &mut Cursor<'_>) -> Result<(bool, bool), Unexpe
     Ok(read)
 }
 
-/// What a comment or an attribute is of; none where it is of the whole file or of what is of no use.
+/// The object of a comment or an attribute; `None` for the whole file or for an unused object.
 pub(super) fn of(cursor: &mut Cursor<'_>) -> Result<Option<Of>, Unexpected> {
     let id = "the identifier of a message";
     Ok(match cursor.peek() {
@@ -151,7 +151,7 @@ pub(super) fn value(cursor: &mut Cursor<'_>) -> Result<Value, Unexpected> {
     Ok(Value::Number(cursor.number("a number, or a text in quotation marks")?))
 }
 
-/// The semicolon behind a statement, which some leave out at the end of a line.
+/// The semicolon after a statement, which some files omit at the end of a line.
 pub(super) fn end(cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
     if cursor.takes(';') || cursor.begins_a_line() || cursor.is_at_end() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! How Vector's interaction layer says when a message is sent.
+//! Send conditions of a message by Vector's interaction layer.
 
 use super::syntax::{
     CYCLE_TIME_FAST_MS, CYCLE_TIME_MS, DELAY_TIME_MS, MessageLine, Of, REPETITIONS, SEND_TYPE,
@@ -8,7 +8,7 @@ use crate::layout::send_rule::{SendKind, SendRule};
 use crate::layout::signal::Signal;
 use wire::time::Span;
 
-/// The message's period, and when else it is sent; `signals` are those that are kept, by the names that they have.
+/// The message's period and other send conditions; `signals` are the kept ones, by name.
 pub(super) fn sending(
     syntax: &Syntax,
     message: &MessageLine,
@@ -58,7 +58,7 @@ pub(super) fn sending(
     (period.filter(|_| rule.is_cyclic()), rule)
 }
 
-/// The letters and digits of a name, in small letters: tools write `cyclicAndSpontaneous` and `Cyclic and Spontaneous`.
+/// The letters and digits of a name, in lower case: tools write `cyclicAndSpontaneous` and `Cyclic and Spontaneous`.
 fn plain(name: &str) -> String {
     name.chars().filter(|c| c.is_ascii_alphanumeric()).collect::<String>().to_lowercase()
 }

@@ -1,13 +1,13 @@
-//! What a DBC file says, statement by statement, as far as it is of use here: the rest is passed over.
+//! The statements of a DBC file, as far as they are used here: others are skipped.
 //!
-//! Sections come in any order, as in the files that there are.
+//! Sections may come in any order, as in existing files.
 
 use super::cursor::{Cursor, Unexpected};
 use super::parts::{byte_order, end, is_section, multiplexing, names, of, symbols, value};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Attributes that are of use; the first two are in wide use (Vector's "interaction layer").
+/// Attributes that are used; the first two are widespread (Vector's "interaction layer").
 pub(super) const CYCLE_TIME_MS: &str = "GenMsgCycleTime";
 pub(super) const START_VALUE: &str = "GenSigStartValue";
 /// Names of more than 32 letters.
@@ -15,15 +15,15 @@ pub(super) const LONG_NODE: &str = "SystemNodeLongSymbol";
 pub(super) const LONG_MESSAGE: &str = "SystemMessageLongSymbol";
 pub(super) const LONG_SIGNAL: &str = "SystemSignalLongSymbol";
 
-/// When else a message is sent.
+/// Other conditions for sending a message.
 pub(super) const SEND_TYPE: &str = "GenMsgSendType";
 pub(super) const SIGNAL_SEND_TYPE: &str = "GenSigSendType";
 pub(super) const CYCLE_TIME_FAST_MS: &str = "GenMsgCycleTimeFast";
 pub(super) const REPETITIONS: &str = "GenMsgNrOfRepetition";
 pub(super) const DELAY_TIME_MS: &str = "GenMsgDelayTime";
-/// What a signal is beside its value, as Vector's files for J1939 say it.
+/// The role of a signal beside its value, as in Vector's files for J1939.
 pub(super) const SIGNAL_TYPE: &str = "SigType";
-/// Classic or FD, and whether the data of the latter goes at the faster rate.
+/// Classic or FD, and whether the data phase of FD uses the faster rate.
 pub(super) const FRAME_FORMAT: &str = "VFrameFormat";
 pub(super) const BIT_RATE_SWITCH: &str = "CANFD_BRS";
 /// Address of a node, in files for J1939.
@@ -70,11 +70,11 @@ impl Value {
     }
 }
 
-/// What an attribute or a comment is of.
+/// The object of an attribute or a comment.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Of {
     Node(String),
-    /// By its identifier as the file writes it.
+    /// By its identifier as written in the file.
     Message(u64),
     /// By the identifier and the signal's name.
     Signal(u64, String),
@@ -83,7 +83,7 @@ pub(super) enum Of {
 /// `BO_ 100 Name: 8 Node`
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct MessageLine {
-    /// With bit 31 where it is one of 29 bits.
+    /// With bit 31 set for 29-bit identifiers.
     pub(super) id: u64,
     pub(super) name: String,
     pub(super) bytes: u64,
@@ -96,7 +96,7 @@ pub(super) struct MessageLine {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SignalLine {
     pub(super) name: String,
-    /// `m1`: the number of the multiplexer with which it is there.
+    /// `m1`: the number of the multiplexer that selects it.
     pub(super) page: Option<u64>,
     /// `M`, or `m1M`.
     pub(super) multiplexes: bool,
@@ -119,14 +119,14 @@ pub(super) type Extended = (String, Vec<(u64, u64)>);
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Syntax {
     pub(super) nodes: Vec<String>,
-    /// Where the nodes are named.
+    /// Position of the list of nodes.
     pub(super) nodes_at: Range<usize>,
     pub(super) messages: Vec<MessageLine>,
-    /// Further senders of messages.
+    /// Additional senders of messages.
     pub(super) senders: BTreeMap<u64, Vec<String>>,
     pub(super) comments: BTreeMap<Of, String>,
     pub(super) defaults: BTreeMap<String, Value>,
-    /// What attributes of the kind `ENUM` may be, by their numbers.
+    /// The values of `ENUM` attributes, by number.
     choices: BTreeMap<String, Vec<String>>,
     pub(super) attributes: BTreeMap<(Of, String), Value>,
     /// Names of values of signals.
@@ -138,7 +138,7 @@ pub(super) struct Syntax {
 
 impl Syntax {
     /// # Errors
-    /// With the first place that is not what it should be.
+    /// With the first position that does not match the syntax.
     pub(super) fn parse(text: &str) -> Result<Self, Unexpected> {
         let mut cursor = Cursor::new(text);
         let mut file = Self::default();
@@ -148,12 +148,12 @@ impl Syntax {
         Ok(file)
     }
 
-    /// The attribute of that, else of those that nothing is said of.
+    /// The attribute of that object, otherwise the default.
     pub(super) fn attribute(&self, of: Of, name: &str) -> Option<&Value> {
         self.attributes.get(&(of, name.to_owned())).or_else(|| self.defaults.get(name))
     }
 
-    /// The attribute of the kind `ENUM`: its text, or that of its number.
+    /// The text of an `ENUM` attribute, given directly or by its number.
     pub(super) fn choice(&self, of: Of, name: &str) -> Option<&str> {
         match self.attribute(of, name)? {
             Value::Number(number) => {
@@ -207,7 +207,7 @@ impl Syntax {
         cursor.mark(':', "`:` behind the name of a message: `BO_ 100 Name: 8 Node`")?;
         let bytes = cursor.whole("how many bytes the message has: `BO_ 100 Name: 8 Node`")?;
         let at = begin..cursor.behind();
-        // Some leave it out.
+        // Some files omit it.
         let sender = match cursor.begins_a_line() || is_section(cursor.peek()) {
             true => String::new(),
             false => cursor.word("the node that sends the message")?.to_owned(),
@@ -238,7 +238,7 @@ impl Syntax {
         cursor.mark(']', "`]` behind the maximum: `[0|100]`")?;
         let unit = cursor.string("the unit in quotation marks: `\"km/h\"`, or `\"\"`")?;
         let at = begin..cursor.behind();
-        // Who receives it is of no use.
+        // The receivers are not used.
         names(cursor, &mut 0);
         let Some(message) = self.messages.last_mut() else {
             let expected =
@@ -281,7 +281,7 @@ impl Syntax {
         end(cursor)
     }
 
-    /// `BO_ "Attribute" ENUM "one","another";` Others are passed over.
+    /// `BO_ "Attribute" ENUM "one","another";` Other kinds are skipped.
     fn definition(&mut self, cursor: &mut Cursor<'_>) {
         if matches!(cursor.peek(), "BU_" | "BO_" | "SG_" | "EV_") {
             _ = cursor.word("");
@@ -322,7 +322,7 @@ impl Syntax {
         end(cursor)
     }
 
-    /// `100 Signal 0 "off" 1 "on" ;`, and without the identifier those of an environment variable
+    /// `100 Signal 0 "off" 1 "on" ;`, or without the identifier those of an environment variable
     fn values(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
         let Ok(id) = cursor.whole("") else {
             cursor.skip_statement(is_section);

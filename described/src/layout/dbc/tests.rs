@@ -1,10 +1,10 @@
-//! What a DBC says, and what becomes of what cannot be used.
+//! Content of a DBC, and handling of unusable parts.
 
 use crate::layout::{Layout, Sender};
 use wire::can::Id;
 use wire::device::Transmit;
 
-/// A layout with all that a DBC may say.
+/// A layout with all features of a DBC.
 const RICH: &str = r#"VERSION ""
 
 NS_ :
@@ -60,7 +60,7 @@ fn a_dbc_says_all_of_a_signal() {
     assert_eq!((speed.unit.as_str(), speed.doc.as_str()), ("km/h", "Over ground."));
     assert_eq!(rich.signals[0].name_of(1.0), Some("speed"));
     assert_eq!(rich.multiplexers().collect::<Vec<_>>(), [0]);
-    // Twelve bits from -2048 to 2047, by half and from 10 on.
+    // Twelve bits from -2048 to 2047, in steps of a half from offset 10.
     assert_eq!((rich.signals[1].minimum, rich.signals[1].maximum), (-1014.0, 1033.5));
 
     let page = |values: &[f64]| {
@@ -68,7 +68,7 @@ fn a_dbc_says_all_of_a_signal() {
         assert!(matches!(frame.id(), Id::Extended(_)));
         (frame.data().to_vec(), layout.decoder().frame(&frame).unwrap().values.to_vec())
     };
-    // The speed is not in page 0, whatever it is.
+    // Page 0 does not carry the speed, whatever its value.
     let (data, values) = page(&[0.0, -3.5, f64::NAN, 1.5]);
     assert_eq!(data[..4], [0x0f, 0xe5, 0, 0]);
     assert_eq!(values, [Some(0.0), Some(-3.5), None, Some(1.5)]);
@@ -269,7 +269,7 @@ fn what_is_no_dbc_says_what_was_expected_and_where() {
 }
 
 proptest::proptest! {
-    /// A DBC may be anything: it is read, or refused with a place in it.
+    /// Any text is either read or refused with a position.
     #[test]
     fn no_text_makes_the_reader_panic(
         from in 0..RICH.len(), length in 0usize..40, with in "[ -~\n]{0,12}|(SG_|BO_|M|m1|\"|;|:|0-0)"
@@ -282,7 +282,7 @@ proptest::proptest! {
     }
 }
 
-/// Vector's files for J1939 say which signal is a counter.
+/// Vector's files for J1939 mark counters.
 #[test]
 fn a_counter_that_is_marked_counts() {
     let text = "BU_: A\nBO_ 1 M: 2 A\n SG_ Count : 0|2@1+ (1,0) [0|3] \"\" A\n SG_ Value : 8|8@1+ (1,0) [0|255] \"\" A\n\

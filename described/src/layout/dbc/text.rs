@@ -1,8 +1,8 @@
-//! The text of a DBC file from its bytes. Files do not say what they are in: Vector's tools write Windows-1252.
+//! Decodes the bytes of a DBC file. Files do not specify their encoding: Vector's tools write Windows-1252.
 
 use std::borrow::Cow;
 
-/// The text in `bytes`: UTF-8 where it is that, with or without a byte order mark, else Windows-1252.
+/// The text in `bytes`: UTF-8 if valid, with or without a byte order mark, otherwise Windows-1252.
 pub fn dbc_text(bytes: &[u8]) -> Cow<'_, str> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     match std::str::from_utf8(bytes) {
@@ -11,10 +11,10 @@ pub fn dbc_text(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// Windows-1252 is Latin-1, but for what it has in place of the controls from 0x80 on.
+/// Windows-1252 is Latin-1, except for printable characters instead of the controls from 0x80 on.
 fn letter(byte: u8) -> char {
     const FIRST: u8 = 0x80;
-    // The five that mean nothing stay the controls that they are in Latin-1.
+    // The five undefined ones stay the controls of Latin-1.
     const OTHERS: [char; 32] = [
         '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž',
         '\u{8f}', '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}',

@@ -1,4 +1,4 @@
-//! AUTOSAR's profiles: which data ids they have, and where in a message they have their fields.
+//! AUTOSAR's profiles: their data ids and the positions of their fields in a message.
 
 use super::Protected;
 use crate::error::Mistake;
@@ -72,7 +72,7 @@ impl Message {
         let most = u64::MAX >> (u64::BITS - profile.bits().0);
         let (first, greatest) = match e2e {
             E2e::Profile1 { .. } => (0, PROFILE_1_COUNTER_MAX),
-            // Its sender counts before it sends.
+            // Its sender increments the counter before sending.
             E2e::Profile2 { .. } => (1, most),
             E2e::Profile4 { .. } | E2e::Profile5 { .. } => (0, most),
         };

@@ -1,4 +1,4 @@
-//! What a file says of the counter and the checksum of a message, brought together with its signals.
+//! Applies the counter and the checksum in a file to the signals of a message.
 
 mod end_to_end;
 #[cfg(test)]
@@ -15,19 +15,19 @@ use crate::protection::{
 };
 use std::collections::BTreeMap;
 
-/// The protection of a message, and which of its signals are that.
+/// The protection of a message, and the signals that hold it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Protected {
     pub(super) protection: Protection,
-    /// The place of the counter among the signals.
+    /// The position of the counter among the signals.
     pub(crate) counter: Option<usize>,
-    /// The place of the checksum.
+    /// The position of the checksum.
     pub(crate) checksum: Option<usize>,
 }
 
 impl Layout {
-    /// The same with counters and checksums in messages: what the `line`-th `[[line]]` of a rig file says. `file` is the
-    /// rig file's name in messages, and `text` what stands in it.
+    /// The layout with counters and checksums in messages, as given in the `line`-th `[[line]]` of a rig file. `file`
+    /// is the rig file's name in error messages, and `text` its content.
     ///
     /// # Errors
     /// With the place of the first mistake.
@@ -51,7 +51,7 @@ impl Layout {
 }
 
 impl Message {
-    /// Takes the protection that a table at `place` says, where it says any.
+    /// Applies the protection given in a table at `place`, if any.
     pub(crate) fn protect(
         &mut self,
         table: &ProtectionTable,
@@ -104,7 +104,7 @@ impl Message {
         let most = u64::MAX >> (u64::BITS - bits);
         let mut greatest = self.signals[signal].greatest_number().unwrap_or(most).min(most);
         if let Some(modulo) = table.modulo {
-            // `modulo = 256` of a counter of 8 bits: the numbers are up to 255.
+            // `modulo = 256` for an 8-bit counter: the numbers go up to 255.
             greatest = modulo.checked_sub(1).filter(|last| (1..=most).contains(last)).ok_or_else(
                 || {
                     let text =
@@ -153,7 +153,7 @@ impl Message {
         Ok((signal, FrameSum { checksum, field, covers, before, behind }))
     }
 
-    /// The place of a signal that can protect, and its bits in what [`Message::payload`] tells.
+    /// The position of a signal that can hold protection, and its bits relative to [`Message::payload`].
     fn bits_of(&self, name: &str, place: &Place) -> Result<(usize, BitField), Mistake> {
         let Some(index) = self.signals.iter().position(|known| known.name == name) else {
             let names: Vec<&str> = self.signals.iter().map(|known| known.name.as_str()).collect();

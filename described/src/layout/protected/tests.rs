@@ -1,4 +1,4 @@
-//! Counters and checksums of descriptions: what stands in the frames, and each mistake at its place.
+//! Counters and checksums of descriptions: the content of frames, and each mistake at its place.
 
 use crate::layout::Encoder;
 use crate::layout::tests::described;
@@ -26,7 +26,7 @@ BO_ 512 Request: 8 Manager
  SG_ Sum : 63|8@0+ (1,0) [0|255] "" Cells
 "#;
 
-/// The cells with these lines on their messages.
+/// The description of the cells with these lines for their messages.
 pub(crate) fn cells(rest: &str) -> Result<Description, crate::FileError> {
     let text = format!("name = \"cells\"\ndbc = \"pack.dbc\"\nnode = \"Cells\"\n{rest}");
     Description::parse("cells.toml", &text, &mut |_| Ok(DBC.to_owned()))
@@ -102,7 +102,7 @@ fn a_decoder_judges_each_message_by_itself() {
     assert_eq!(verdict(&mut decoder, &damaged), Verdict::WrongChecksum);
 }
 
-/// On a serial line too, where messages are long enough for profile 4.
+/// Also on a serial line, where messages are long enough for profile 4.
 #[test]
 fn a_packet_has_its_header_behind_its_start() {
     let description = described(

@@ -1,4 +1,4 @@
-//! What each fault does to the base, and what its reports say of it.
+//! Effect of each fault on the base and on its reports.
 
 use super::{BaseEmulator, Motion, Span, base, motions, replies, seconds, velocity};
 use crate::base::{BaseFault, BaseParameters};
@@ -11,7 +11,7 @@ fn begin(base: &mut BaseEmulator, now: Timestamp, fault: BaseFault) {
     base.begin_fault(now, 2, fault, RandomStream::new(1, "fault", "2"));
 }
 
-/// Told to drive at 0.4 m/s once in 100 ms from `from` to `until`; what was reported.
+/// Commands 0.4 m/s every 100 ms from `from` to `until`; returns the reports.
 fn drive(base: &mut BaseEmulator, from: f64, until: f64) -> Vec<(Timestamp, Motion)> {
     let (mut now, mut reported) = (seconds(from), Vec::new());
     while now < seconds(until) {

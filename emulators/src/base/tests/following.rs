@@ -1,4 +1,4 @@
-//! What drive and steering make of their commands: noise, stiction, play.
+//! How drive and steering follow their commands: noise, stiction, play.
 
 use super::super::{BaseEmulator, BaseParameters, Transport};
 use super::{any_request, base, looked_at, seconds, velocity};
@@ -11,13 +11,13 @@ fn patient() -> BaseParameters {
     BaseParameters { command_timeout_s: f64::INFINITY, ..Default::default() }
 }
 
-/// What the steering's encoder says, and what is true, in degrees.
+/// The steering's encoder and the true angle, in degrees.
 fn steering(base: &BaseEmulator, at_s: f64) -> (f64, f64) {
     let state = base.kinematics.state_at(seconds(at_s));
     (state.steered.to_degrees(), state.truth.steer.to_degrees())
 }
 
-/// Turns at `deg_per_s` for 3 s and waits until it stands: 8 s in all.
+/// Turns at `deg_per_s` for 3 s and waits for rest: 8 s in all.
 fn turn(base: &mut BaseEmulator, at_s: f64, deg_per_s: f64) -> (f64, f64) {
     base.request(seconds(at_s), velocity(0.0, deg_per_s));
     base.request(seconds(at_s + 3.0), velocity(0.0, 0.0));
@@ -104,7 +104,7 @@ fn a_ramp_loses_what_lies_below_the_stiction_at_both_ends() {
     assert!((lost - 0.05 * 0.05 / 0.25).abs() < 1e-9, "{lost}");
 }
 
-/// Paths of the odometer in intervals of 100 ms at 0.4 m/s, less the commanded ones.
+/// Paths of the odometer in intervals of 100 ms at 0.4 m/s, minus the commanded ones.
 fn noise_of_the_path(parameters: &BaseParameters, name: &str) -> Vec<f64> {
     let mut base = BaseEmulator::new(parameters.clone(), Transport::Can, 1, name);
     base.request(seconds(0.0), velocity(0.4, 10.0));
@@ -158,7 +158,7 @@ fn stops_scatter_by_noise_and_stand() {
     assert!((0.5..1.5).contains(&(rms / (0.0004 * 50f64.sqrt()))), "{rms}");
 }
 
-/// Everything at once.
+/// All imperfections at once.
 fn rough() -> impl Strategy<Value = BaseParameters> {
     (0f64..1.0, 0f64..0.05, 0f64..5.0, 0f64..0.05, 0f64..5.0).prop_map(
         |(play, drive_stiction, steering_stiction, drive_noise, steering_noise)| BaseParameters {
@@ -173,12 +173,12 @@ fn rough() -> impl Strategy<Value = BaseParameters> {
     )
 }
 
-/// What the encoder may go back within the millisecond of a reversal, which the truth does not follow: noise at most doubles
-/// the steering's 120 deg/s^2.
+/// How far the encoder may go back within the millisecond of a reversal, without the truth following: noise at most
+/// doubles the steering's 120 deg/s^2.
 const BACK_DEG: f64 = 0.5 * 240.0 * 1e-6;
 
 proptest! {
-    /// The play is all that is between encoder and truth, and the truth moves with the encoder or not at all.
+    /// Encoder and truth differ by the play only, and the truth moves with the encoder or not at all.
     #[test]
     fn the_truth_follows_the_encoder_within_the_play(
         parameters in rough(),
@@ -204,7 +204,7 @@ proptest! {
         }
     }
 
-    /// A drive goes neither against its command nor faster than twice that.
+    /// A drive never moves against its command nor faster than twice the command.
     #[test]
     fn noise_turns_nothing_round(
         parameters in rough(),
@@ -254,7 +254,7 @@ proptest! {
         }
     }
 
-    /// However often the base is looked at, it is in the same place: to the last bit.
+    /// The state does not depend on how often it is read, to the last bit.
     #[test]
     fn looking_changes_nothing(
         parameters in rough(),

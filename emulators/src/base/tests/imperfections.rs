@@ -1,4 +1,4 @@
-//! Effects that a plain model of the odometry lacks, each alone.
+//! Effects that a plain odometry model lacks, each alone.
 
 use super::super::{BaseEmulator, BaseParameters};
 use super::{base, seconds, velocity};
@@ -19,7 +19,7 @@ fn accelerate_by(base: &mut BaseEmulator, m_per_s2: f64, at_s: f64) {
     base.request(seconds(at_s), Request::SetAcceleration { drive, steer });
 }
 
-/// True path over the odometer's of a straight from `start_s`, up to 0.4 m/s and down again.
+/// Ratio of true to odometer path of a straight line from `start_s`, up to 0.4 m/s and down again.
 fn path_ratio(base: &mut BaseEmulator, start_s: f64) -> f64 {
     let odometer = |base: &BaseEmulator, at| base.kinematics.state_at(seconds(at)).displacement;
     base.wake(seconds(start_s));

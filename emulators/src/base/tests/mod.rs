@@ -1,4 +1,4 @@
-//! The base as a host sees it, against what is true.
+//! The host's view of the base, compared with the truth.
 
 mod faults;
 mod following;
@@ -28,7 +28,7 @@ pub(super) fn base(parameters: BaseParameters) -> BaseEmulator {
     BaseEmulator::new(parameters, Transport::Can, 1, "base")
 }
 
-/// Of two bases one is woken and looked at more often: both are in the same place, to the last bit.
+/// Of two bases, one is woken and read more often: both are in the same place, to the last bit.
 pub(super) fn looked_at(
     parameters: BaseParameters,
     requests: Vec<(i64, Request)>,
@@ -64,7 +64,7 @@ pub(super) fn papers_base() -> BaseParameters {
     }
 }
 
-/// Everything sent at `from`, when a request may have come, and up to `until`.
+/// Everything sent from `from`, when a request may have arrived, up to `until`.
 pub(super) fn replies(
     base: &mut BaseEmulator,
     from: Timestamp,
@@ -92,8 +92,8 @@ pub(super) fn motions(replies: Vec<(Timestamp, Reply)>) -> Vec<(Timestamp, Motio
     replies.into_iter().filter_map(motion).collect()
 }
 
-/// The paper's lap, closed by odometry: a 4 x 4 m square at 0.4 m/s and 30 deg/s, 64 s. Returns what
-/// the odometer and the turret truly turned, in degrees.
+/// The paper's lap, closed by odometry: a 4 x 4 m square at 0.4 m/s and 30 deg/s, 64 s. Returns the rotation of the
+/// odometer and of the turret, in degrees.
 pub(super) fn lap(base: &mut BaseEmulator, direction: f64) -> (f64, f64) {
     let mut now = Timestamp::ZERO;
     base.request(

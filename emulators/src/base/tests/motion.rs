@@ -1,4 +1,4 @@
-//! What is true: laps, limits, and independence of who looks.
+//! True motion: laps, limits, and independence of the times of reading.
 
 use super::{any_request, base, lap, looked_at, papers_base, replies, seconds, velocity};
 use crate::base::{BaseEmulator, BaseParameters, Transport, Wheel};
@@ -88,7 +88,7 @@ fn spread_is_drawn_at_each_start_and_for_this_base_alone() {
 }
 
 proptest! {
-    /// However often the base is looked at, it is in the same place: to the last bit.
+    /// The state does not depend on how often it is read, to the last bit.
     #[test]
     fn looking_changes_nothing(
         requests in prop::collection::vec((1i64..2_000_000_000, any_request()), 1..8),

@@ -1,4 +1,4 @@
-//! What is sent: reports, answers, time-outs and refusals.
+//! Transmissions: reports, answers, time-outs and refusals.
 
 use super::{base, motions, papers_base, replies, seconds, velocity};
 use crate::base::{
@@ -22,7 +22,7 @@ fn silence_stops_the_base_and_is_reported() {
     assert!((last.displacement.m() - 0.0625).abs() < 1e-4);
     base.request(seconds(5.0), velocity(0.1, 0.0));
     assert!(!motions(replies(&mut base, seconds(5.0), seconds(5.0)))[0].1.command_timed_out);
-    // A command to stand still has nothing to run out of.
+    // A command to stand still has no time-out.
     base.request(seconds(5.0), velocity(0.0, 0.0));
     assert!(
         motions(replies(&mut base, seconds(5.0), seconds(9.0)))
@@ -54,7 +54,7 @@ fn a_pose_is_written_at_rest_only() {
             }
         });
     let (driven, heading) = (written.unwrap(), pose.heading);
-    // As fine as it was written, and dead-reckoned from there: 0.1 m forward before it timed out.
+    // The resolution of the written pose, and dead reckoning from there: 0.1 m forward before the time-out.
     assert!((driven.heading - heading).abs().deg() < 1e-9);
     let way = base.kinematics.state_at(seconds(5.0)).displacement;
     assert!(way > 0.05 && (driven.x.m() - 1.0 - way * heading.cos()).abs() < 1e-4);

@@ -15,8 +15,7 @@ fn bank(seed: u64) -> BiasInstability {
     BiasInstability::new(&parameters(), 1.0, seed, "gyro")
 }
 
-/// The mean of `of` over the bank's correlation times: processes of equal variance, a sum of unit
-/// variance.
+/// The mean of `of` over the correlation times of the bank: processes of equal variance whose sum has unit variance.
 fn over_the_bank(of: impl Fn(f64) -> f64) -> f64 {
     let times = CorrelationTimes::of(&parameters());
     times.seconds().map(of).sum::<f64>() / times.count as f64
@@ -27,13 +26,13 @@ fn over_the_bank(of: impl Fn(f64) -> f64) -> f64 {
 fn allan_variance(tau: f64, correlation_s: f64) -> f64 {
     let r = tau / correlation_s;
     if r < 1e-3 {
-        // Where the closed form loses its digits: its series, to the second power.
+        // The closed form loses its digits here: use its series, to the second power.
         return r * (2.0 / 3.0 - r / 2.0);
     }
     (2.0 * r - 3.0 + 4.0 * (-r).exp() - (-2.0 * r).exp()) / (r * r)
 }
 
-/// The same for correlation times spread evenly from 1 s to 10,000 s on a logarithmic scale.
+/// The same for correlation times evenly spread from 1 s to 10,000 s on a logarithmic scale.
 fn allan_variance_of_evenly_spread(tau: f64) -> f64 {
     const PARTS: u32 = 2_000;
     let time = |part: u32| 10_000f64.powf((f64::from(part) + 0.5) / f64::from(PARTS));
@@ -54,7 +53,7 @@ fn twelve_processes_stand_for_four_decades() {
     assert!((times[11] / 10f64.powf(4.0 - 1.0 / 6.0) - 1.0).abs() < 1e-9, "{times:?}");
 }
 
-/// The two errors that the head of the module states, ripple and the ends of the band.
+/// The two errors stated at the head of the module, ripple and the ends of the band.
 #[test]
 fn the_allan_deviation_is_flat_within_the_band() {
     assert!((flat_allan_deviation() - 0.388).abs() < 5e-4);
@@ -70,9 +69,9 @@ fn the_allan_deviation_is_flat_within_the_band() {
     }
 }
 
-/// 0.56 of the rms is left in the mean over 64 s of travel right after a 20 s bias test: of the data
-/// sheet's 0.005 deg/s 0.0028 deg/s, 0.18 deg in the lap. From the autocovariance of the processes;
-/// that the bias runs straight within a second changes less than the last digit.
+/// After a 20 s bias test, 0.56 of the rms remains in the mean over the following 64 s of travel: of the data sheet's
+/// 0.005 deg/s this is 0.0028 deg/s, 0.18 deg in the lap. From the autocovariance of the processes; the linear course
+/// within a second changes less than the last digit.
 #[test]
 fn a_bias_test_leaves_more_than_half_of_the_rms() {
     let left = over_the_bank(|t| variance_after_bias_test(20.0, 64.0, t)).sqrt();
@@ -111,7 +110,7 @@ fn it_is_stationary_from_power_up_on() {
     }
 }
 
-/// What the seconds show, against the flat 0.664 B and the exact value for this bank.
+/// The simulated seconds, compared with the flat 0.664 B and the exact value for this bank.
 #[test]
 fn the_simulated_allan_deviation_is_that_of_theory() {
     const SECONDS: usize = 2_000_000;
@@ -120,7 +119,7 @@ fn the_simulated_allan_deviation_is_that_of_theory() {
     let values: Vec<f64> = (0..SECONDS)
         .map(|_| {
             bank.advance();
-            // The mean over the second: a straight line.
+            // The mean over the second: it is linear.
             bank.at(0.5) / rms
         })
         .collect();
@@ -141,7 +140,7 @@ fn the_simulated_allan_deviation_is_that_of_theory() {
 }
 
 proptest! {
-    /// Whatever the ends of the band are, in either order.
+    /// For any ends of the band, in either order.
     #[test]
     fn any_band_has_unit_variance_within_its_ends(
         log_shortest in -300.0f64..300.0, log_longest in -300.0f64..300.0, seed: u64,

@@ -6,7 +6,7 @@ use libm::{cos, exp, sin, tanh};
 use std::f64::consts::TAU;
 
 impl Form {
-    /// The term where its driver is `x` and, for a product, its second driver `y`.
+    /// The term's value if its driver is `x` and, for a product, its second driver `y`.
     pub(super) fn value(&self, x: f64, y: f64) -> f64 {
         match self {
             Self::Constant { value } => *value,
@@ -41,7 +41,7 @@ impl Form {
         }
     }
 
-    /// The second driver of a product; nothing otherwise.
+    /// The second driver of a product; `Driver::None` otherwise.
     pub(super) const fn second(&self) -> Driver {
         match self {
             Self::Product { second, .. } => *second,
@@ -49,7 +49,7 @@ impl Form {
         }
     }
 
-    /// Its numbers by name, and the values that each may have. A table has none.
+    /// Its numbers by name, with their permitted values. A table has none.
     pub(super) fn numbers(&mut self) -> Vec<(&'static str, &mut f64, Domain)> {
         const ANY: Domain = Domain::FINITE;
         const ABOVE_ZERO: Domain = Domain::POSITIVE;
@@ -81,7 +81,7 @@ impl Form {
     }
 }
 
-/// Linear between points, constant beyond them; nothing without points.
+/// Linear between points, constant beyond them; zero without points.
 fn between(points: &[Point], x: f64) -> f64 {
     let Some((first, last)) = points.first().zip(points.last()) else { return 0.0 };
     for pair in points.windows(2) {

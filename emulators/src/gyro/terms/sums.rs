@@ -1,21 +1,21 @@
-//! What terms come to: those that see slow things once a second, the others at each output.
+//! Sums of terms: slow ones once a second, the others at each output.
 
 use super::{Acts, Driver, Form, Term};
 use crate::gyro::parameters::remainder;
 
-/// What is true at one instant.
+/// True state at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(in crate::gyro) struct Moment {
     pub(in crate::gyro) celsius: f64,
     pub(in crate::gyro) kelvin_per_s: f64,
     pub(in crate::gyro) time_s: f64,
-    /// rad/s; zero where only what is slow is asked for.
+    /// rad/s; zero if only slow terms are evaluated.
     pub(in crate::gyro) rate: f64,
     /// rad; likewise.
     pub(in crate::gyro) heading: f64,
 }
 
-/// What terms come to.
+/// Sums of terms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(in crate::gyro) struct Sums {
     /// rad/s
@@ -23,17 +23,17 @@ pub(in crate::gyro) struct Sums {
     pub(in crate::gyro) scale: f64,
 }
 
-/// Drivers with a memory: one of a term and one of its second driver, for each term.
+/// State of the drivers with a memory: that of the term and of its second driver, for each term.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::gyro) struct Memory(Vec<[f64; 2]>);
 
 impl Memory {
-    /// Of a coil that has had this temperature for long.
+    /// The memory of a coil that has long been at this temperature.
     pub(in crate::gyro) fn new(terms: &[Term], celsius: f64) -> Self {
         Self(vec![[celsius; 2]; terms.len()])
     }
 
-    /// `passed_s` later, the coil now at `celsius`.
+    /// Advances by `passed_s` to the coil temperature `celsius`.
     pub(in crate::gyro) fn advance(&mut self, terms: &[Term], celsius: f64, passed_s: f64) {
         for (term, memory) in terms.iter().zip(&mut self.0) {
             for (driver, state) in [term.driver, term.form.second()].into_iter().zip(memory) {
@@ -51,13 +51,13 @@ impl Memory {
         }
     }
 
-    /// Between this and `end`, when `share` of the way is over.
+    /// Interpolates between this and `end` at `share`.
     pub(in crate::gyro) fn between(&self, end: &Self, share: f64) -> Self {
         let pairs = self.0.iter().zip(&end.0);
         Self(pairs.map(|(from, to)| [0, 1].map(|i| from[i] + (to[i] - from[i]) * share)).collect())
     }
 
-    /// What the terms come to: the slow ones, or the fast ones.
+    /// The sums of the slow or of the fast terms.
     pub(in crate::gyro) fn sums(&self, terms: &[Term], moment: &Moment, fast: bool) -> Sums {
         let mut sums = Sums::default();
         for (term, memory) in terms.iter().zip(&self.0) {
@@ -76,8 +76,8 @@ impl Memory {
 }
 
 impl Term {
-    /// Has it to be worked out for each output? A straight line over a second does for what sees
-    /// temperature or time, but not for the waves and steps that a form may make of time.
+    /// True if the term must be evaluated for each output. A straight line over a second is enough for terms of
+    /// temperature or time, but not for waves and steps in time.
     pub(in crate::gyro) fn is_fast(&self) -> bool {
         let fast = |driver| {
             matches!(driver, Driver::Rate | Driver::AbsRate | Driver::Direction | Driver::Heading)

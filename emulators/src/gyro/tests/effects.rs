@@ -4,7 +4,7 @@ use super::{NAVIGATOR, gyro, rate, run};
 use crate::gyro::{GyroEmulator, GyroParameters};
 use wire::units::Angle;
 
-/// What the gyro reads in deg/s at each of these instants, on a carrier that turns at `deg_per_s`.
+/// The gyro's readings in deg/s at these instants, on a carrier that turns at `deg_per_s`.
 fn readings(gyro: &mut GyroEmulator, deg_per_s: f64, at_s: &[f64]) -> Vec<f64> {
     at_s.iter()
         .map(|&until| {
@@ -19,7 +19,7 @@ fn at_rest(parameters: GyroParameters, at_s: &[f64]) -> Vec<f64> {
     readings(&mut gyro(parameters, NAVIGATOR), 0.0, at_s)
 }
 
-/// deg/s of one deg/h.
+/// One deg/h in deg/s.
 const DEG_PER_H: f64 = 1.0 / 3_600.0;
 
 #[track_caller]
@@ -46,7 +46,7 @@ fn hysteresis_has_a_branch_for_warming_and_one_for_cooling() {
     close(&readings(&mut gyro, 0.0, &[205.0]), &[-2.0], 1e-6);
     gyro.set_parameter("ambient_celsius", 20.0).unwrap();
     close(&readings(&mut gyro, 0.0, &[405.0]), &[2.0], 1e-6);
-    // Less than the play leaves the branch half-way.
+    // A change of less than the play leaves the branch half-way.
     gyro.set_parameter("ambient_celsius", 21.0).unwrap();
     close(&readings(&mut gyro, 0.0, &[605.0]), &[1.0], 1e-6);
 }

@@ -132,7 +132,7 @@ fn parameters_change_during_a_run() {
     assert!((gyro.truth().coil_temperature.celsius() - expected).abs() < 0.02);
 }
 
-/// The share of the rms that `bias_instability` computes, seen in the outputs of many gyros.
+/// The share of the rms that `bias_instability` computes, observed in the outputs of many gyros.
 #[test]
 fn a_bias_test_leaves_of_the_bias_instability_what_theory_says() {
     const UNITS: u32 = 1_500;
@@ -162,7 +162,7 @@ fn a_bias_test_leaves_of_the_bias_instability_what_theory_says() {
     assert!((share / 0.5607 - 1.0).abs() < 0.073, "{share}");
 }
 
-/// Its seconds stay where they are, and its values what they are.
+/// Its seconds keep their grid, and its values stay the same.
 #[test]
 fn setting_parameters_leaves_the_bias_instability_alone() {
     let parameters = GyroParameters { bias_instability_rms_deg_per_s: 0.005, ..Default::default() };
@@ -181,14 +181,14 @@ fn setting_parameters_leaves_the_bias_instability_alone() {
     let (often, never) = (rates(0.3), rates(30.0));
     assert_eq!(often.len(), never.len());
     assert!(often.iter().zip(&never).all(|(one, other)| (one - other).abs() < 1e-12));
-    // A straight line within a second, and not the same one in the next.
+    // Linear within a second, with another slope in the next.
     let second = |at: usize| never[at + 98] - never[at];
     assert!((2.0 * (never[149] - never[100]) - second(100)).abs() < 1e-12);
     assert!((second(200) - second(100)).abs() > 1e-6);
 }
 
-/// Allan variance of white noise N^2/t, of a Gauss-Markov process and of a rate random walk K^2 t/3
-/// (IEEE Std 952-1997, annex C), at averaging times where each one rules.
+/// Allan variance of white noise N^2/t, of a Gauss-Markov process and of a rate random walk K^2 t/3 (IEEE Std
+/// 952-1997, annex C), at averaging times where each one dominates.
 #[test]
 fn allan_deviations_are_those_of_theory() {
     let white = GyroParameters { angle_random_walk_deg_per_sqrt_h: 0.6, ..Default::default() };

@@ -1,4 +1,4 @@
-//! What each fault does to the outputs, and that all is as before once it is over.
+//! Effect of each fault on the outputs, and full recovery after it.
 
 use super::{DSP3000, GyroFault, GyroParameters, NAVIGATOR, gyro, increment, rate, table_turn};
 use crate::gyro::GyroEmulator;
@@ -6,7 +6,7 @@ use crate::random::RandomStream;
 use wire::gyro::GyroSample;
 use wire::time::Timestamp;
 
-/// The samples of a turn at 30 deg/s, with a fault on from 5 s to 7 s; how often it acted.
+/// The samples of a turn at 30 deg/s with a fault from 5 s to 7 s, and how often it acted.
 fn faulty(parameters: GyroParameters, fault: GyroFault) -> (Vec<(f64, GyroSample)>, u64) {
     let mut gyro = gyro(parameters, NAVIGATOR);
     run(&mut gyro, fault)
@@ -116,7 +116,7 @@ fn a_restart_is_silent_and_begins_to_count_anew() {
     assert!(within(&samples, 5.0, 7.0).is_empty() && acted > 100);
     let first = within(&samples, 7.0, 8.0)[0];
     assert_eq!(first.sequence.unwrap().value, 0);
-    // What was turned meanwhile is in no increment.
+    // Rotation during the fault appears in no increment.
     let mut gyro = gyro(GyroParameters::default(), DSP3000);
     let (samples, _) = run(&mut gyro, GyroFault::Off);
     assert!(within(&samples, 7.0, 9.0).iter().all(|sample| increment(*sample).abs() < 1.0));

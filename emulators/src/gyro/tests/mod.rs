@@ -1,4 +1,4 @@
-//! The whole chain, looked at before the encoder rounds it.
+//! The whole chain, before the encoder rounds its output.
 
 mod effects;
 mod errors;
@@ -21,7 +21,7 @@ pub(super) fn gyro(parameters: GyroParameters, stream: GyroStream) -> GyroEmulat
     GyroEmulator::new(parameters, stream, 5, "gyro")
 }
 
-/// Every output up to `seconds`, on a carrier that heads where `heading` says.
+/// Every output up to `seconds`, on a carrier with the heading `heading`.
 pub(super) fn run(
     gyro: &mut GyroEmulator,
     seconds: f64,
@@ -65,9 +65,9 @@ pub(super) fn table_turn(direction: f64) -> impl Fn(f64) -> Angle {
     }
 }
 
-/// Variance of the mean over `later` less the mean over the `earlier` seconds just before it, for a
-/// Gauss-Markov process of unit variance and correlation time `t`, from its autocovariance
-/// e^(-|s|/t) integrated over both intervals.
+/// Variance of the mean over `later` seconds minus the mean over the `earlier` seconds just before, for a Gauss-Markov
+/// process of unit variance and correlation time `t`, from its autocovariance e^(-|s|/t) integrated over both
+/// intervals.
 pub(super) fn variance_after_bias_test(earlier: f64, later: f64, t: f64) -> f64 {
     let own = |length: f64| 2.0 * (t / length).powi(2) * (length / t - 1.0 + (-length / t).exp());
     let shared =

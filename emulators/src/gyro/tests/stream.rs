@@ -132,7 +132,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_name_others() {
 }
 
 proptest! {
-    /// Time goes on with any value that a parameter may have.
+    /// No permitted parameter value stops the time.
     #[test]
     fn no_allowed_parameter_stops_the_clock(index in 0..GyroParameters::TABLE.len(), upper: bool) {
         let info = GyroParameters::TABLE[index];

@@ -1,12 +1,12 @@
-//! Terms that a device file spells out.
+//! Error terms given in a device file.
 
 use super::{NAVIGATOR, gyro, rate, run};
 use crate::gyro::GyroParameters;
 use crate::gyro::terms::{Acts, Driver, Form, Point, Term};
 use wire::units::Angle;
 
-/// What one term adds to the reading at 200 s, rad/s, on a coil that warms from 20 degC by 10 K with a
-/// time constant of 100 s while the carrier turns at -30 deg/s.
+/// Contribution of one term to the reading at 200 s, rad/s, on a coil that warms from 20 degC by 10 K with a time
+/// constant of 100 s while the carrier turns at -30 deg/s.
 fn adds(driver: Driver, form: Form) -> f64 {
     let term = Term { acts: Acts::Bias, driver, form };
     let parameters = GyroParameters {
@@ -36,7 +36,7 @@ fn each_driver_is_what_is_true() {
     for (driver, expected, within) in [
         (Driver::Temperature, 30.0 - left, 1e-3),
         (Driver::TemperatureRate, left / 100.0, 1e-3),
-        // Behind e^(-t/100) a lag of 50 s leaves 2 e^(-t/100) - e^(-t/50).
+        // Applied to e^(-t/100), a lag of 50 s gives 2 e^(-t/100) - e^(-t/50).
         (
             Driver::TemperatureLag { time_constant_s: 50.0 },
             30.0 - 10.0 * (2.0 * (-2f64).exp() - (-4f64).exp()),

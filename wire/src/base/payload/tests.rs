@@ -1,4 +1,4 @@
-//! Round trips and the rules for what does not fit; generators for the tests of both transports.
+//! Round trips and the rules for values out of range; generators for the tests of both transports.
 
 use super::{
     COUNTS_PER_DEG, COUNTS_PER_M, MOTION_HEADING_STEPS, PAYLOAD_BYTES_MAX, POSE_HEADING_STEPS,
@@ -27,19 +27,19 @@ pub(in crate::base) fn any_reply() -> impl Strategy<Value = Reply> {
     prop_oneof![any_pose().prop_map(Reply::Pose), any_motion().prop_map(Reply::Motion)]
 }
 
-/// What a request becomes on its way: rounded and clipped; `None` where it is not sent.
+/// A request after transport: rounded and clipped; `None` if it is not sent.
 pub(in crate::base) fn carried_request(request: &Request) -> Option<Request> {
     let (message, payload) = encode_request(request)?;
     decode_request(message, payload.as_slice())
 }
 
-/// What a reply becomes on its way: rounded and clipped.
+/// A reply after transport: rounded and clipped.
 pub(in crate::base) fn carried_reply(reply: &Reply) -> Reply {
     let (message, payload) = encode_reply(reply);
     decode_reply(message, payload.as_slice()).unwrap()
 }
 
-/// Mostly within `usual`, at times anything at all.
+/// Mostly within `usual`, sometimes any number.
 fn number(usual: f64) -> impl Strategy<Value = f64> {
     prop_oneof![4 => -usual..usual, 1 => any::<f64>()]
 }
@@ -90,7 +90,7 @@ fn pose(x_m: f64, y_m: f64, heading_deg: f64) -> Pose {
     Pose { x: Length::from_m(x_m), y: Length::from_m(y_m), heading: Angle::from_deg(heading_deg) }
 }
 
-/// Half a count, and what floating point adds to it.
+/// Half a count plus the rounding of floating point.
 fn half(counts_per_unit: f64) -> f64 {
     0.5 / counts_per_unit + 1e-9
 }

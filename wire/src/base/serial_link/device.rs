@@ -5,12 +5,12 @@ use super::super::{Message, Reply, Request};
 use super::{COMPUTER_ID, Line, LineDecoder, LineError, answer_checksum};
 use crate::packet::Packet;
 
-/// What a line from the host asked for.
+/// Meaning of a line from the host.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DeviceEvent {
     /// A write was received. `answer` acknowledges it: send [`write_answer`].
     Write {
-        /// What was asked.
+        /// The request.
         request: Request,
         /// The line's checksum.
         answer: u8,
@@ -21,7 +21,7 @@ pub enum DeviceEvent {
     Refused(Refusal),
 }
 
-/// Why a line gets no answer.
+/// Reason for not answering a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refusal {
     /// Not a line, or one with more data than any register takes.
@@ -30,15 +30,15 @@ pub enum Refusal {
     BadChecksum,
     /// A good line for the computer with this id.
     OtherComputer(u8),
-    /// No message begins at this address that could be written or, for a read, that could be read.
+    /// No message at this address that can be written or, for a read, read.
     UnknownRegister(u16),
-    /// The register of this message, but not its count of bytes.
+    /// The register of this message, but another byte count.
     WrongCount(Message),
-    /// The register of this message, but a value it does not take.
+    /// The register of this message, but a value that it refuses.
     WrongValue(Message),
 }
 
-/// What a [`Device`] has counted since it was made.
+/// Counters of a [`Device`] since its creation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceCounters {
     /// Writes understood.
@@ -61,7 +61,7 @@ pub struct DeviceCounters {
     pub skipped: u64,
 }
 
-/// What it takes to answer a read.
+/// Data needed to answer a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadAnswer {
     message: Message,
@@ -69,12 +69,12 @@ pub struct ReadAnswer {
 }
 
 impl ReadAnswer {
-    /// The message to be read: [`Message::Motion`] or [`Message::Pose`].
+    /// The requested message: [`Message::Motion`] or [`Message::Pose`].
     pub const fn message(self) -> Message {
         self.message
     }
 
-    /// The answer with this reply; `None` where it is not the message that was asked for.
+    /// The answer with this reply; `None` if it is not the requested message.
     pub fn packet(self, reply: &Reply) -> Option<Packet> {
         let (message, data) = encode_reply(reply);
         if message != self.message {
@@ -86,7 +86,7 @@ impl ReadAnswer {
     }
 }
 
-/// The answer to a write: the one byte given with [`DeviceEvent::Write`].
+/// The answer to a write: the byte given in [`DeviceEvent::Write`].
 pub fn write_answer(answer: u8) -> Packet {
     let mut packet = Packet::new();
     packet.push(answer);
@@ -107,7 +107,7 @@ impl Device {
         Self::default()
     }
 
-    /// Takes bytes from the line, in runs of any length, and delivers one event for each line begun.
+    /// Takes bytes from the line, in runs of any length, and delivers one event per started line.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(DeviceEvent)) {
         for byte in bytes {
             let event = match self.decoder.push(*byte) {
@@ -142,7 +142,7 @@ impl Device {
     }
 }
 
-/// What a good line asks of this command set.
+/// Decodes a good line with this command set.
 fn understand(line: &Line) -> Result<DeviceEvent, Refusal> {
     let (address, computer, count, is_read) = match line {
         Line::Write { address, computer, data } => {

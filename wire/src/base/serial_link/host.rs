@@ -5,21 +5,21 @@ use super::super::{Message, Reply, Request};
 use super::{ANSWER_BYTES_MAX, COMPUTER_ID, Line, answer_checksum};
 use crate::packet::Packet;
 
-/// What the bytes from the base meant.
+/// Meaning of the bytes from the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum HostEvent {
     /// The base received this write.
     Written(Message),
     /// The answer to a read.
     Reply(Reply),
-    /// The answer to this exchange came broken, which ends the exchange. Wait
-    /// [`quiet_time`](super::quiet_time) before the next.
+    /// The answer to this exchange was corrupted, which ends the exchange. Wait [`quiet_time`](super::quiet_time)
+    /// before the next.
     BadChecksum(Message),
-    /// A byte came that nothing asked for.
+    /// An unexpected byte.
     Unexpected(u8),
 }
 
-/// What a [`Host`] has counted since it was made.
+/// Counters of a [`Host`] since its creation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HostCounters {
     /// Exchanges started.
@@ -28,11 +28,11 @@ pub struct HostCounters {
     pub written: u64,
     /// Reads answered.
     pub replies: u64,
-    /// Exchanges that ended in a broken answer.
+    /// Exchanges that ended in a corrupted answer.
     pub bad_checksum: u64,
-    /// Exchanges given up by the caller.
+    /// Exchanges abandoned by the caller.
     pub abandoned: u64,
-    /// Bytes that nothing asked for.
+    /// Unexpected bytes.
     pub unexpected: u64,
 }
 
@@ -44,8 +44,7 @@ struct Exchange {
     received: usize,
 }
 
-/// The host's end of the line. It has no clock: the caller decides how long an answer may take and
-/// calls [`Host::abandon`].
+/// The host's end of the line. It has no clock: the caller limits the wait for an answer and calls [`Host::abandon`].
 #[derive(Debug, Clone, Default)]
 pub struct Host {
     outstanding: Option<Exchange>,
@@ -58,8 +57,8 @@ impl Host {
         Self::default()
     }
 
-    /// Starts an exchange: the line to send. `None`, and nothing started, while another is
-    /// outstanding and for a value that [`payload`](crate::base::payload) refuses.
+    /// Starts an exchange: returns the line to send. Returns `None` and starts nothing while another exchange is
+    /// outstanding, or for a value that [`payload`](crate::base::payload) refuses.
     pub fn start(&mut self, request: &Request) -> Option<Packet> {
         if self.busy() {
             return None;
@@ -87,7 +86,7 @@ impl Host {
         Some(line.encode())
     }
 
-    /// Takes bytes from the line, in runs of any length, and delivers what they meant.
+    /// Takes bytes from the line, in runs of any length, and delivers their meaning.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(HostEvent)) {
         for byte in bytes {
             if let Some(event) = self.push(*byte) {
@@ -97,13 +96,13 @@ impl Host {
         }
     }
 
-    /// An answer is outstanding.
+    /// True if an answer is outstanding.
     pub const fn busy(&self) -> bool {
         self.outstanding.is_some()
     }
 
-    /// Gives the outstanding exchange up and says which it was. Wait
-    /// [`quiet_time`](super::quiet_time) before the next.
+    /// Abandons the outstanding exchange and returns its message. Wait [`quiet_time`](super::quiet_time) before the
+    /// next.
     pub fn abandon(&mut self) -> Option<Message> {
         let exchange = self.outstanding.take()?;
         self.counters.abandoned += 1;

@@ -17,23 +17,23 @@ const _: () = assert!(super::LINE_BYTES_MAX <= BYTES_MAX, "a line fits a packet"
 /// One request line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Line {
-    /// Put `data` at `address`.
+    /// Write `data` to `address`.
     Write {
         /// Address of the first byte.
         address: u16,
-        /// The computer whose memory is meant.
+        /// The computer to write to.
         computer: u8,
-        /// What to put there. No register of the command set takes more than eight bytes; a line
-        /// with more is [`LineError::Malformed`].
+        /// The data. No register of the command set takes more than eight bytes; a line with more is
+        /// [`LineError::Malformed`].
         data: Payload,
     },
-    /// Send what is at `address`.
+    /// Read from `address`.
     Read {
         /// Address of the first byte.
         address: u16,
-        /// The computer whose memory is meant.
+        /// The computer to read from.
         computer: u8,
-        /// How many bytes.
+        /// Number of bytes.
         count: u8,
     },
 }
@@ -73,7 +73,7 @@ impl Line {
     }
 }
 
-/// Why the characters between two line starts were not a line.
+/// Reason why the characters between two line starts are not a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineError {
     /// Cut short, too long, a count that is not the number of data bytes, or not hexadecimal.
@@ -82,7 +82,7 @@ pub enum LineError {
     BadChecksum,
 }
 
-/// A line as far as it has come.
+/// A partial line.
 #[derive(Debug, Clone, Copy)]
 struct Partial {
     start: u8,
@@ -96,7 +96,7 @@ impl Partial {
         Self { start, fields: [0; FIELD_BYTES_MAX], complete: 0, high_digit: None }
     }
 
-    /// Adds a digit; `None` when it is not one or there is no room.
+    /// Adds a digit; `None` if it is not a digit or the line is full.
     fn push(&mut self, character: u8) -> Option<()> {
         let digit = char::from(character).to_digit(16)? as u8;
         match self.high_digit.take() {
@@ -139,8 +139,8 @@ impl Partial {
 
 /// Finds request lines in a stream of characters.
 ///
-/// `:` and `;` start a line wherever they stand, so nothing before them can spoil it. Digits are taken
-/// in either case. What stands between lines is skipped and counted.
+/// `:` and `;` start a line at any position, so that nothing before them can corrupt it. Digits may be in either case.
+/// Characters between lines are skipped and counted.
 #[derive(Debug, Clone, Default)]
 pub struct LineDecoder {
     partial: Option<Partial>,
@@ -148,13 +148,13 @@ pub struct LineDecoder {
 }
 
 impl LineDecoder {
-    /// A decoder that waits for a line to start.
+    /// A decoder without a started line.
     pub const fn new() -> Self {
         Self { partial: None, skipped: 0 }
     }
 
-    /// Takes one character. A line, or what was wrong with it, comes with its CR, with the first
-    /// character that does not belong there, or with the start of the next line.
+    /// Takes one character. Returns a line, or its error, at its CR, at the first character that does not belong in
+    /// it, or at the start of the next line.
     pub fn push(&mut self, character: u8) -> Option<Result<Line, LineError>> {
         match (character, self.partial.as_mut()) {
             (WRITE | READ, _) => {
@@ -176,7 +176,7 @@ impl LineDecoder {
         }
     }
 
-    /// Characters outside of lines so far.
+    /// Number of characters outside of lines.
     pub const fn skipped(&self) -> u64 {
         self.skipped
     }

@@ -8,17 +8,17 @@
 //! | write | `:` nn aaaa dd data cks, as in `:031F0001010203D7` | cks |
 //! | read | `;` nn aaaa ss cks, as in `;05E000011A` | nn bytes of data, checksum |
 //!
-//! Each byte of a line is two hexadecimal digits: nn counts the data bytes, aaaa is the address of the
-//! first, dd or ss the computer that holds them. cks makes the sum of all bytes of the line zero
-//! modulo 256. A read's checksum covers data *and request*; read here as the bytes nn aaaa ss before
-//! cks, for with cks a request would add nothing (assumption).
+//! Each byte of a line is two hexadecimal digits: nn counts the data bytes, aaaa is the address of the first, dd or ss
+//! the computer that holds them. cks makes the sum of all bytes of the line zero modulo 256. A read's checksum covers
+//! data *and request*, taken here as the bytes nn aaaa ss without cks, since with cks a request would add nothing
+//! (assumption).
 //!
-//! A write is answered when it was *received*; see [`super`] for what becomes of a pose. Every line
-//! that is not understood (checksum, unknown register, a count that is not the message's) stays
-//! without an answer: the host's time-out finds out, and the host repeats it, as in the source.
+//! The answer to a write means *received*; see [`super`] for the result of a pose write. A line that is not understood
+//! (checksum, unknown register, wrong count) gets no answer: the host notices by its time-out and repeats the line, as
+//! in the source.
 //!
-//! * [`Host`] makes request lines and reads answers, one exchange at a time.
-//! * [`Device`] reads request lines and makes answers.
+//! * [`Host`] encodes request lines and decodes answers, one exchange at a time.
+//! * [`Device`] decodes request lines and encodes answers.
 //! * [`Line`] and [`LineDecoder`] are the lines themselves, for any register.
 //!
 //! A write of a velocity and a read of the motion are 20 + 1 + 12 + 9 characters: 22 ms at 19200 baud,
@@ -42,7 +42,7 @@ pub const SETTINGS: SerialSettings = SerialSettings::new_8n1(19_200);
 /// The base's computer id in the published lines.
 pub const COMPUTER_ID: u8 = 0x01;
 
-/// Bytes that the digits of a line stand for, at most: nn, aaaa, dd, data, cks.
+/// Maximum number of bytes that a line encodes: nn, aaaa, dd, data, cks.
 const FIELD_BYTES_MAX: usize = 1 + 2 + 1 + PAYLOAD_BYTES_MAX + 1;
 
 /// The longest line, in characters: its first character, two for each byte, CR.
@@ -51,13 +51,12 @@ pub const LINE_BYTES_MAX: usize = 1 + 2 * FIELD_BYTES_MAX + 1;
 /// The longest answer to a request of this command set: eight bytes and a checksum.
 pub const ANSWER_BYTES_MAX: usize = PAYLOAD_BYTES_MAX + 1;
 
-/// [`Device`] and [`LineDecoder`] understand the first good line after any garbage: `:` and `;` start
-/// a line anew wherever they stand. That line ends no further than this beyond the garbage.
+/// [`Device`] and [`LineDecoder`] understand the first good line after any garbage: `:` and `;` restart a line at any
+/// position. That line ends within this many bytes after the garbage.
 pub const RESYNC_BYTES_MAX: usize = LINE_BYTES_MAX;
 
-/// How long a host waits, after a bad checksum or an abandoned exchange, before it starts the next:
-/// by then a late or overlong answer has passed as [`HostEvent::Unexpected`] and cannot be taken for
-/// part of the next one.
+/// Time that a host waits after a bad checksum or an abandoned exchange: meanwhile a late or overlong answer passes as
+/// [`HostEvent::Unexpected`] and cannot be taken for part of the next one.
 pub fn quiet_time() -> Span {
     SETTINGS.time_for(ANSWER_BYTES_MAX)
 }
@@ -67,7 +66,7 @@ fn checksum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0, |rest, byte| rest.wrapping_sub(*byte))
 }
 
-/// The last byte of a read's answer: over the data and the request, whose own checksum is given.
+/// The last byte of a read's answer: the checksum over the data and the request, given the request's own checksum.
 fn answer_checksum(request_checksum: u8, data: &[u8]) -> u8 {
     // The request's checksum is minus the sum of its other bytes.
     request_checksum.wrapping_add(checksum(data))

@@ -24,7 +24,7 @@ fn host_events(host: &mut Host, bytes: &[u8]) -> Vec<HostEvent> {
     events
 }
 
-/// Bytes that look like lines more often than chance would have it.
+/// Random bytes with a raised share of line characters.
 pub(super) fn any_bytes() -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![
         6 => prop::sample::select(b"0123456789ABCDEFabcdef".to_vec()),
@@ -155,7 +155,7 @@ proptest! {
         let mut device = Device::new();
         let events = device_events(&mut device, &bytes);
         let begun = bytes.iter().filter(|byte| matches!(byte, b':' | b';')).count();
-        // The last one may still be open.
+        // The last one may still be incomplete.
         prop_assert!(events.len() == begun || events.len() + 1 == begun);
         let c = device.counters();
         let counted = c.writes + c.reads + c.malformed + c.bad_checksum + c.other_computer

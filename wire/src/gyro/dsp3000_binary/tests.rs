@@ -34,8 +34,8 @@ fn delivered(decoder: &mut Decoder, bytes: &[u8]) -> Vec<GyroSample> {
 
 #[test]
 fn known_frames() {
-    // +30 deg/s by hand: 500,000 steps = 0x007a120 with seven ones; with the valid bit they are
-    // eight, so that the parity bit is set.
+    // +30 deg/s by hand: 500,000 steps = 0x007a120 with seven ones; with the valid bit eight, so that the parity bit
+    // is set.
     let sequence = |value| Some(Sequence { value, modulus: 256 });
     let angle = |deg| GyroSample {
         output: GyroOutput::Integrated(Angle::from_deg(deg)),
@@ -138,7 +138,7 @@ proptest! {
         if change.count_ones() % 2 == 1 || in_counter {
             prop_assert!(samples.iter().all(|sample| originals.contains(sample)));
         } else {
-            // Nothing can tell: lock is kept.
+            // The error is undetectable: lock is kept.
             prop_assert!(samples.len() >= originals.len() - 1);
         }
     }

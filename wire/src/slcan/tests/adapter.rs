@@ -21,7 +21,7 @@ fn output(adapter: &mut Adapter) -> String {
     bytes.escape_ascii().to_string()
 }
 
-/// What the adapter answers to this line, on a bus with room.
+/// The adapter's answer to `line`, on a bus with room.
 fn ask(adapter: &mut Adapter, line: &str) -> String {
     adapter.receive(line.as_bytes(), |_| Ok(()));
     adapter.receive(b"\r", |_| Ok(()));
@@ -107,7 +107,7 @@ fn frames_from_the_bus_come_while_it_is_heard() {
         assert_eq!(output(&mut adapter), r"t1231AB\rT000001230\r");
         assert_eq!(ask(&mut adapter, "C\rZ1"), r"\r\r");
         assert_eq!(ask(&mut adapter, opening), OK);
-        // A minute is over: 1,234 ms.
+        // The clock has wrapped after a minute: 1,234 ms.
         adapter.receive_frame(now, frame);
         assert_eq!(output(&mut adapter), r"t1231AB04D2\r");
         assert_eq!(ask(&mut adapter, "C"), OK);
@@ -125,7 +125,7 @@ fn a_host_that_does_not_read_loses_frames_and_is_told() {
     let lost = adapter.counters().frames_lost;
     assert_eq!(lost + adapter.counters().frames_to_host, u64::from(sent));
     assert!(lost > 0);
-    // Its command is still answered, behind the frames that had room.
+    // Its command is still answered, after the frames that had room.
     let answered = ask(&mut adapter, "F");
     assert!(answered.starts_with(r"t0000\rt0010\r"), "{answered}");
     assert!(answered.ends_with(r"F01\r"), "{answered}");
@@ -182,7 +182,7 @@ fn a_packet_of_commands_is_answered_whole_behind_a_full_queue() {
     adapter.receive(&[b'\r'; BYTES_MAX], |_| Ok(()));
     assert_eq!(adapter.counters().answers_lost, 0);
     assert_eq!(output(&mut adapter).matches(REFUSED).count(), BYTES_MAX);
-    // A longer run without a reader: the rest is counted.
+    // A longer run without a reader: the excess is counted.
     adapter.receive(&[b'\r'; OUTPUT_LINES_MAX + 5], |_| Ok(()));
     assert_eq!(adapter.counters().answers_lost, 5);
     assert_eq!(output(&mut adapter).matches(REFUSED).count(), OUTPUT_LINES_MAX);

@@ -1,4 +1,4 @@
-//! What stands on a line, and what it means.
+//! Content and meaning of lines.
 
 use super::super::{
     Answer, BitRate, BitTiming, BusErrors, Command, LineError, ReceivedFrame, StateReport,
@@ -82,7 +82,7 @@ fn the_lines_of_an_adapter() {
         assert_eq!(answer.encode().as_slice(), std::format!("{line}\r").as_bytes());
     }
     assert_eq!(Answer::Refused.encode().as_slice(), b"\x07");
-    // Letters in another order, and one twice.
+    // Letters in another order, with one repeated.
     let errors = Answer::Errors(BusErrors::BIT0 | BusErrors::CRC);
     assert_eq!(parse_answer(b"e3cbc"), Ok(errors));
 }
@@ -167,7 +167,7 @@ fn frames_of_can_fd_are_unsupported_and_not_malformed() {
     }
 }
 
-/// As Linux 6.1 makes error frames of them, but for the counters at bus-off, which it leaves out.
+/// As Linux 6.1 converts them, except for the counters at bus-off, which it omits.
 #[test]
 fn reports_of_the_bus_as_error_frames() {
     let mut table = String::new();

@@ -104,7 +104,7 @@ fn any_answer() -> impl Strategy<Value = Answer> {
     ]
 }
 
-/// Bytes that look like lines more often than chance would have it.
+/// Random bytes with a raised share of line characters.
 fn any_bytes() -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![
         8 => prop::sample::select(b"tTrRdDbBsSeOLCVNFzZ0123456789abcdefABF".to_vec()),

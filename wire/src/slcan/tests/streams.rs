@@ -54,7 +54,7 @@ fn a_line_that_is_too_long_is_dropped_and_counted() {
         assert_eq!(found[0], Err(LineError::Overlong));
         assert!(found[1].is_ok());
     }
-    // As long as a line may be, and none.
+    // The longest permitted length, but not a line.
     let mut decoder = AnswerDecoder::new();
     assert_eq!(answers(&mut decoder, String::from("t").repeat(LINE_BYTES_MAX).as_bytes()), []);
     assert_eq!(answers(&mut decoder, b"\r"), []);
@@ -146,7 +146,7 @@ proptest! {
         bytes[place] = spoiled;
         let mut end = 0;
         let hit = lines.iter().position(|line| { end += line.len(); place < end }).unwrap();
-        // A terminator joins its line with the next; any other byte spoils its own line alone.
+        // A changed terminator joins its line with the next; any other byte corrupts only its own line.
         let first_after = if place + 1 == end { hit + 2 } else { hit + 1 };
         let lost: usize = lines[hit..].iter().take(first_after - hit).map(|line| line.len()).sum();
         prop_assert!(lost <= LOST_BYTES_MAX);

@@ -1,4 +1,4 @@
-//! A host and an adapter that talk to each other, over a line that cuts anywhere.
+//! A host and an adapter in conversation, over a line that cuts anywhere.
 
 use super::super::{Adapter, Answer, AnswerDecoder, BitRate, Command};
 use super::any_frame;
@@ -13,9 +13,9 @@ enum Event {
     Host(CanFrame),
     /// Another node sends this.
     Bus(CanFrame),
-    /// So many bytes get through to the adapter.
+    /// This many bytes reach the adapter.
     ToAdapter(usize),
-    /// So many bytes get through to the host.
+    /// This many bytes reach the host.
     ToHost(usize),
 }
 
@@ -28,7 +28,7 @@ fn any_event() -> impl Strategy<Value = Event> {
     ]
 }
 
-/// Both ends, and the bytes under way between them.
+/// Both ends, and the bytes in transit between them.
 #[derive(Default)]
 struct Pair {
     adapter: Adapter,
