@@ -6,7 +6,7 @@
 //! | figure | its standard uncertainty |
 //! |---|---|
 //! | worst value | that of the observation |
-//! | mean, root mean square | from the scatter over blocks in time, or the values' own over sqrt(n), whichever is larger |
+//! | mean, rms | from the scatter over blocks in time, or the values' own over sqrt(n), whichever is larger |
 //! | ratio, correlation | from the same blocks |
 //! | slope, intercept | from the scatter about the line or the values' own, whichever is larger |
 //! | share, count, time | half the change when every band moves by one standard uncertainty |

@@ -21,7 +21,7 @@ pub(super) struct Allowed {
     pub(super) steer_acceleration: AngularAcceleration,
 }
 
-/// Judged at each velocity command and at every truth. Only positive acceleration is limited, since emergency braking
+/// Judged at each velocity command and at every truth. Only speeding up is limited, since emergency braking
 /// may be hard.
 #[derive(Debug)]
 pub(super) struct WithinLimits {

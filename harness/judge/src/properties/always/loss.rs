@@ -1,10 +1,10 @@
 //! After loss of the gyro or the base, the controller stops within a time and a distance.
 //!
-//! Both limits follow from the fastest motion since the input was last received, with reaction time and braking: `t + v
-//! / a` and `v t + v^2 / 2 a`. Drive and steering both have the time of the slower to stop. An input is missed since it
-//! was last received or since the base began to move, whichever is later, because a base at rest sends less often. A
-//! gyro that is bridged, as announced by the controller and for no longer than permitted, is missed from the end of the
-//! bridge.
+//! Both limits follow from the fastest motion since the input was last received, with reaction time and braking:
+//! `t + v / a` and `v t + v^2 / 2 a`. Drive and steering both have the time of the slower to stop. An input is missed
+//! since it was last received or since the base began to move, whichever is later, because a base at rest sends less
+//! often. A gyro that is bridged, as announced by the controller and for no longer than permitted, is missed from the
+//! end of the bridge.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
