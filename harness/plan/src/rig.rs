@@ -31,7 +31,7 @@
 //! | `message.NAME` of a line | counter and checksum of a message of its DBC: `counter`, `checksum` or `e2e` as in the description of a device |
 //! | `[[node]]` | `at`: a line, or several; one of `emulate` (and `set`: parameters of that one), `under_test`, `tester` and `replay = { log, channel }` |
 //! | `virtual_time` | of a program under test: `wall_limit_s`, `processes_max`, `spin_questions`, `spin_step_s` |
-//! | `dbc_node` | the node's name in the DBC, where that is another one |
+//! | `dbc_node` | the node's name in the DBC, if it differs |
 //!
 //! `devices = "paper"` and `device = "oven"` in a plan stand for a rig with only that.
 

@@ -144,9 +144,9 @@ pub enum RecordKind {
     Frame(CanFrame),
     /// A step of the plan began.
     StepBegan {
-        /// Where it stands in the plan, e.g. `steps[2].repeat[1]`.
+        /// Path in the plan, e.g. `steps[2].repeat[1]`.
         path: String,
-        /// What it is, in words.
+        /// Description of the step.
         title: String,
     },
     /// A step of the plan ended.

@@ -73,7 +73,7 @@ pub enum RecordError {
     Damaged {
         /// Where the record begins.
         offset: u64,
-        /// What is wrong with it.
+        /// Description of the damage.
         reason: &'static str,
     },
     /// The file could not be read.

@@ -10,7 +10,7 @@ macro_rules! kinds {
             $parameter:ident: $unit:literal $least:literal..=$greatest:literal, $typical:literal;)+
         }
     )*) => {
-        /// What goes wrong. In a plan a table with one key, the kind, and the parameters below it; the names
+        /// A kind of fault. In a plan it is a table with one key, the kind, and the parameters below it; the names
         /// of the parameters carry their units.
         #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(rename_all = "snake_case", deny_unknown_fields)]
