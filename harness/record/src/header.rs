@@ -54,7 +54,7 @@ pub struct Header {
     /// node on several lines has one entry per line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<Node>,
-    /// The serial lines of the bench as in its device file; empty if the file describes none.
+    /// The serial lines of the bench as in its device file; empty if not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Line>,
     /// The CAN buses of a rig; empty if the plan names its only device, whose bus has the default bit rate.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// Inside the band by more than the measurement's own uncertainty.
+    /// Inside the band by at least the measurement's own expanded uncertainty (k = 2).
     Pass,
     /// Inside the band, by less than the measurement's own expanded uncertainty (k = 2).
     Marginal,
@@ -211,7 +211,7 @@ impl Measurement {
 pub struct Counts {
     /// Inside the band.
     pub passed: usize,
-    /// Inside by less than the uncertainty.
+    /// Inside by less than the expanded uncertainty.
     pub marginal: usize,
     /// Outside.
     pub failed: usize,

@@ -29,7 +29,6 @@ pub struct Timing {
 /// A distribution of times.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Spread {
-    /// How many.
     /// Number of values.
     pub count: u64,
     /// Half are at most this long, ms; the upper end of the bin.
