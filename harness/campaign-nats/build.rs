@@ -1,10 +1,10 @@
-//! Says which build this is: two of the same version and of different commits do not share cases.
+//! Identifies the build: builds of the same version but different commits do not share cases.
 
 use std::process::Command;
 
 fn main() {
     let version = std::env::var("CARGO_PKG_VERSION").expect("cargo says which version");
-    // A commit is a line of that log. Without git there is none.
+    // Each commit adds a line to that log. Without git there is no log.
     let log = git(&["rev-parse", "--git-path", "logs/HEAD"]);
     println!("cargo::rerun-if-changed={}", log.as_deref().unwrap_or("build.rs"));
     let build = match git(&["rev-parse", "--short=12", "HEAD"]) {

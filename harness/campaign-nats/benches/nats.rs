@@ -1,7 +1,7 @@
-//! How busy workers are with a campaign over a NATS server on this machine: cases that take 10 ms each and no processor,
-//! so that what is measured is the waiting for one another, the server and the coordinator.
+//! Utilisation of workers in a campaign over a local NATS server. Cases take 10 ms each without using a processor, so
+//! the benchmark measures the waiting for each other, the server and the coordinator.
 //!
-//! `cargo bench -p harness --bench nats`. It needs `nats-server` (Debian package of that name).
+//! `cargo bench -p harness --bench nats`. Requires `nats-server` (the Debian package of that name).
 
 use campaign::{Case, CaseResult, Executor, Journal, Search, Settings, WINDOW, run};
 use campaign_nats::{
@@ -18,13 +18,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{scope, sleep};
 use std::time::{Duration, Instant};
 
-/// What one case takes.
+/// Duration of one case.
 const CASE: Duration = Duration::from_millis(10);
-/// Cases of one measurement, for each thread of all workers.
+/// Number of cases per measurement and worker thread.
 const CASES: u64 = 500;
 
 fn main() {
-    // `cargo test --benches` only asks whether it starts.
+    // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
@@ -42,7 +42,7 @@ fn main() {
     }
 }
 
-/// Sleeps, and counts for how long it really did.
+/// Sleeps, and adds up the actual time.
 struct Sleeps {
     busy_ns: AtomicU64,
 }
@@ -58,7 +58,7 @@ impl Executor for Sleeps {
     }
 }
 
-/// Cases that differ in their seeds alone.
+/// Cases that differ only in their seeds.
 struct Counting(u64);
 
 impl Search for Counting {
@@ -70,7 +70,7 @@ impl Search for Counting {
     fn learn(&mut self, _: &Case, _: &CaseResult) {}
 }
 
-/// How long all workers were busy, and how long the campaign took.
+/// Total busy time of all workers, and the duration of the campaign.
 #[expect(clippy::disallowed_methods, reason = "takes the time of what it measures")]
 fn measured(url: &str, workers: usize, threads: usize, cases: u64) -> (Duration, Duration) {
     let server = Server::new(&[url.to_owned()], Credentials::default()).expect("an address");
@@ -103,7 +103,7 @@ fn measured(url: &str, workers: usize, threads: usize, cases: u64) -> (Duration,
         };
         let remote = Remote::open(&server, &package, settings, Local, Arc::new(|_| ()), || false)
             .expect("a campaign");
-        // The first case waits for connections and for the package: what takes a worker's start is another matter.
+        // The first cases wait for connections and the package; the start of a worker is not measured.
         for seed in 0..4 * (workers * threads) as u64 {
             let case = Case { seed: u64::MAX - seed, ..Case::default() };
             remote.execute(&case);
@@ -130,7 +130,7 @@ fn measured(url: &str, workers: usize, threads: usize, cases: u64) -> (Duration,
     (Duration::from_nanos(sleeps.busy_ns.load(Ordering::Relaxed)), took)
 }
 
-/// The coordinator's machine carries nothing out.
+/// The coordinator's machine carries out no cases.
 struct Local;
 
 impl Executor for Local {
@@ -169,7 +169,7 @@ impl NatsServer {
 
 impl Drop for NatsServer {
     fn drop(&mut self) {
-        // One that ended already needs no end.
+        // It may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

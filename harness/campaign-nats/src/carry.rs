@@ -1,4 +1,4 @@
-//! A worker carries out one job: its lease on it is extended meanwhile, and it is acknowledged when it is reported.
+//! Carries out one job of a worker: extends its lease meanwhile, reports the result, then acknowledges the job.
 
 use super::connect::{News, Tell};
 use super::error::NatsError;
@@ -23,24 +23,24 @@ use tokio::sync::mpsc::Sender;
 use tokio::sync::{Mutex, Semaphore, watch};
 use tokio::time::{interval, sleep, timeout};
 
-/// How a case ended that was handed out again and again and never came back: it ends whoever carries it out.
+/// Outcome of a case that was handed out repeatedly without a result: it brings down every worker.
 pub(super) const WORKER_LOST: &str = "worker_lost";
-/// So often a case is handed out. Assumption: a worker that is stopped or refused and a server that restarts hand one
-/// back now and then, but not so often.
+/// The most times that a case is handed out. Assumption: stopped or rejected workers and server restarts return a case
+/// now and then, but not this often.
 pub(super) const HANDED_OUT_MAX: i64 = 8;
-/// Packages that are kept ready.
+/// Number of packages kept ready.
 const PACKAGES_MAX: usize = 8;
-/// Attempts to fetch a package from a server that is there.
+/// The most attempts to fetch a package from a reachable server.
 const FETCHES_MAX: usize = 5;
-/// How long a worker that is to end tries to hand back what it had begun. Assumption: some answers of a server that is
-/// there; one that is away hands it out again by itself.
+/// How long a worker that is to end tries to hand back a case it has begun. Assumption: a few answers of a reachable
+/// server; an unreachable one hands the case out again by itself.
 const HAND_BACK: Duration = Duration::from_secs(5);
-/// Attempts to acknowledge a case that is reported; without, it is carried out once more and counted once.
+/// The most attempts to acknowledge a reported case; without acknowledgement it is carried out again but counted once.
 const ACKS_MAX: usize = 3;
 
 type Ready = Arc<dyn Executor + Send + Sync>;
 
-/// What all cases of a worker share.
+/// State shared by all cases of a worker.
 pub(super) struct Hands {
     pub(super) room: Room,
     pub(super) place: Place,
@@ -48,32 +48,32 @@ pub(super) struct Hands {
     pub(super) holder: Holder,
     pub(super) maker: Maker,
     pub(super) tell: Tell,
-    /// One for each case that may run at a time.
+    /// One permit for each case that may run in parallel.
     pub(super) running: Semaphore,
-    /// The lease on the bench, where there is one.
+    /// The lease on the bench, if there is one.
     pub(super) lease: Option<watch::Receiver<Standing>>,
-    /// Nothing more begins.
+    /// Whether no further case may begin.
     pub(super) stopping: watch::Sender<bool>,
-    /// Who is told of a campaign of another version.
+    /// Receives the error when a campaign has another version.
     pub(super) refused: Sender<NatsError>,
     pub(super) packages: Mutex<VecDeque<(String, Result<Ready, String>)>>,
     pub(super) done: AtomicU64,
-    /// Results that the server does not have yet.
+    /// Number of results that the server has not received yet.
     pub(super) unreported: AtomicUsize,
 }
 
-/// How a job ended here.
+/// How a job ended in this worker.
 enum Ended {
-    /// There is something to report.
+    /// With a result to report.
     Came(Came),
-    /// Nothing more was to begin.
+    /// Not begun, because the worker is stopping.
     NotBegun,
-    /// It was begun and broken off: somebody wants an end, or the bench did not come up.
+    /// Begun and interrupted: the worker is to end, or the bench did not start.
     BrokenOff,
 }
 
 impl Hands {
-    /// Carries out one case and reports it. Its room is free again afterwards.
+    /// Carries out one case and reports it. Its slot is free again afterwards.
     pub(super) async fn carry_out(self: Arc<Self>, (message, _room): Taken) {
         let said = match Said::of(message.headers.as_ref(), &self.version) {
             Ok(said) => said,
@@ -82,7 +82,7 @@ impl Hands {
                 let _ = message.ack_with(AckKind::Nak(None)).await;
                 let (theirs, campaign) = (other.version, other.campaign);
                 let ours = self.version.clone();
-                // It is told once.
+                // One error is enough.
                 let _ = self.refused.try_send(NatsError::OtherVersion { ours, theirs, campaign });
                 return;
             }
@@ -95,7 +95,7 @@ impl Hands {
                     return None;
                 }
                 Ended::BrokenOff => {
-                    // What kept this one from its end keeps the next: nothing more begins here.
+                    // The cause of the interruption also affects the next case, so nothing more begins here.
                     self.stopping.send_replace(true);
                     self.put_back(&said, &message).await;
                     return None;
@@ -112,7 +112,7 @@ impl Hands {
             select! {
                 done = &mut work => break done,
                 _ = still.tick() => {
-                    // A server that is away does not count the time.
+                    // May fail: an unreachable server does not count the time.
                     let _ = message.ack_with(AckKind::Progress).await;
                 }
             }
@@ -136,8 +136,8 @@ impl Hands {
         }
     }
 
-    /// Hands back what was begun, as if it had never been handed out: a bench that does not come up and a worker that is
-    /// asked to end say nothing of the case, however often.
+    /// Hands back a case as if it had never been handed out. A bench that does not start, or a worker that is to end,
+    /// says nothing about the case, however often that occurs.
     async fn put_back(&self, said: &Said, message: &Message) {
         let Ok(sequence) = message.info().map(|info| info.stream_sequence) else { return };
         let name = name_of(message);
@@ -148,7 +148,7 @@ impl Hands {
             headers: said.headers(),
             body: message.payload.to_vec(),
         };
-        // It is on the stream once more before it goes.
+        // Puts it on the stream again before removing it.
         let put_back = async {
             if self.room.send(&letter).await.is_ok() {
                 self.acknowledge(message).await;
@@ -188,7 +188,7 @@ impl Hands {
         }
     }
 
-    /// A processor is free, and the bench is ours beyond doubt.
+    /// Waits until a processor is free and the worker certainly holds the bench.
     async fn may_begin(&self) -> Option<tokio::sync::SemaphorePermit<'_>> {
         let running = self.running.acquire().await.ok();
         if let Some(lease) = &self.lease {
@@ -197,7 +197,7 @@ impl Hands {
         running
     }
 
-    /// Who carries out the cases of a package, made when it is first asked for.
+    /// The executor for the cases of a package, made on first use.
     async fn executor(&self, said: &Said) -> Result<Ready, String> {
         let mut packages = self.packages.lock().await;
         if let Some((_, ready)) = packages.iter().find(|(id, _)| *id == said.package) {
@@ -238,7 +238,7 @@ impl Hands {
             sleep(PAUSE).await;
         };
         let package = Package::of_json(&bytes).map_err(|error| error.to_string())?;
-        // What is carried out is what the name says.
+        // The content must match the name.
         if package.id() == id { Ok(package) } else { Err(format!("package {id} is not whole")) }
     }
 
@@ -247,7 +247,7 @@ impl Hands {
         let report = Report { worker: self.holder.to_string(), came };
         let letter = Letter {
             subject: result_subject(&said.campaign, id),
-            // Carried out twice it is reported once.
+            // If it is carried out twice, it is reported once.
             name: name_of(message).to_owned(),
             headers: said.headers(),
             body: serde_json::to_vec(&report).unwrap_or_default(),
@@ -256,16 +256,16 @@ impl Hands {
     }
 }
 
-/// Between a job's name and the number of the message that was handed back.
+/// Separates a job's name from the number of the message that was handed back.
 const BACK: &str = ".back-";
 
-/// The name under which a job was sent; without one, that of the job.
+/// The name under which a job was sent; without one, the job's own name.
 fn name_of(message: &Message) -> &str {
     let name = message.headers.as_ref().and_then(|headers| headers.get(NATS_MESSAGE_ID));
     name.map_or(id_of(&message.subject), |name| name.as_str())
 }
 
-/// Where a package lies in the object store.
+/// Name of a package in the object store.
 pub(super) fn package_object(id: &str) -> String {
     format!("packages/{id}.json")
 }

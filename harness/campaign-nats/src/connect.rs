@@ -1,4 +1,4 @@
-//! The connection: which server, by what right, and whether it is there at present.
+//! The connection: its server, its credentials, and its current state.
 
 use super::error::NatsError;
 use super::message::Place;
@@ -10,63 +10,63 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// How long the first connection may take. Assumption: more than a round trip round the world and a TLS handshake.
+/// Time limit for the first connection. Assumption: more than a round trip around the world and a TLS handshake.
 const CONNECT: Duration = Duration::from_secs(10);
-/// Longest pause between two attempts to reach a server that is away.
+/// Longest pause between two attempts to reconnect.
 const RECONNECT_MAX: Duration = Duration::from_secs(2);
-/// How often the client asks whether the server is still there; two that are not answered, and it is away.
+/// Interval of the client's pings; after two without an answer the server counts as unreachable.
 const PING: Duration = Duration::from_secs(5);
-/// Messages that wait while the server is away.
+/// Number of messages queued while the server is unreachable.
 const CAPACITY: usize = 1_024;
 
-/// By what right somebody connects.
+/// Credentials of a client.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Credentials {
-    /// File of a JWT and its key, as `nsc` writes it.
+    /// File with a JWT and its key, as written by `nsc`.
     pub creds: Option<PathBuf>,
-    /// File of the seed of an nkey.
+    /// File with the seed of an nkey.
     pub nkey: Option<PathBuf>,
-    /// Certificates of authorities that may vouch for the server, beside those of this machine, PEM.
+    /// CA certificates for the server, in addition to those of this machine, PEM.
     pub tls_ca: Option<PathBuf>,
-    /// Certificate of this client and its key, PEM.
+    /// Certificate and key of this client, PEM.
     pub tls_client: Option<(PathBuf, PathBuf)>,
 }
 
-/// A server, or several of one cluster.
+/// A server, or several servers of one cluster.
 #[derive(Debug, Clone)]
 pub struct Server {
     addresses: Vec<ServerAddr>,
     credentials: Credentials,
 }
 
-/// What there is to be told while it goes on.
+/// Notices during a campaign or a worker's run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum News {
     /// The server does not answer.
     Away,
-    /// The server is there again.
+    /// The server answers again.
     Back,
-    /// The server refuses something.
+    /// The server rejected something.
     Refuses(String),
     /// A campaign is waiting for workers.
     Waiting {
-        /// Where its cases are carried out.
+        /// Place of its cases.
         place: Place,
-        /// Cases that nobody has taken.
+        /// Number of cases that no worker has taken.
         queued: u64,
-        /// Cases that somebody has.
+        /// Number of cases that workers have taken.
         taken: u64,
-        /// Workers that ask for one.
+        /// Number of workers that request a case.
         idle: u64,
     },
-    /// A case was handed out so often without a result that it is given up.
+    /// A case was abandoned after it was handed out this often without a result.
     GivenUp {
         /// The case.
         case: String,
-        /// How often.
+        /// Number of times it was handed out.
         times: i64,
     },
-    /// A worker begins with a campaign.
+    /// A worker begins a campaign.
     Campaign {
         /// Its name.
         campaign: String,
@@ -80,17 +80,17 @@ pub enum News {
         /// Why.
         cause: String,
     },
-    /// A worker carried out so many cases so far.
+    /// Number of cases that a worker has carried out so far.
     CarriedOut(u64),
-    /// So many results wait for the server.
+    /// Number of results that wait for the server.
     Unreported(usize),
-    /// The bench is this worker's.
+    /// This worker holds the bench.
     Holds(String),
-    /// Somebody else has the bench or the campaign; it is waited for.
+    /// Another process holds the bench or the campaign; this one waits for it.
     Held {
-        /// What.
+        /// The bench or the campaign.
         what: String,
-        /// Who.
+        /// Its holder.
         holder: String,
     },
 }
@@ -125,15 +125,15 @@ impl fmt::Display for News {
     }
 }
 
-/// Who is told.
+/// Receives the notices.
 pub(super) type Tell = Arc<dyn Fn(&News) + Send + Sync>;
 
-/// How a connection is.
+/// State of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Up {
     /// The server answers.
     pub(super) now: bool,
-    /// How often it was connected to.
+    /// Number of connections made so far.
     pub(super) times: u64,
 }
 
@@ -142,18 +142,18 @@ pub(super) struct Up {
 pub(super) struct Link {
     pub(super) client: Client,
     pub(super) up: watch::Receiver<Up>,
-    /// The server, for messages.
+    /// Name of the server, for messages.
     pub(super) server: String,
 }
 
 impl Link {
-    /// Waits until the server is there.
+    /// Waits until the server is reachable.
     pub(super) async fn there(&self) {
-        // The other end lives as long as the client.
+        // The sender lives as long as the client.
         let _ = self.up.clone().wait_for(|up| up.now).await;
     }
 
-    /// Waits until it was connected to once more since `times`.
+    /// Waits until a new connection is made after the first `times`.
     pub(super) async fn connected_since(&self, times: u64) -> u64 {
         let mut up = self.up.clone();
         let connected = up.wait_for(|up| up.times > times).await.map(|up| up.times);
@@ -165,11 +165,12 @@ impl Link {
 }
 
 impl Server {
-    /// At these addresses: `nats://HOST:PORT` or `tls://HOST:PORT`, with `USER:PASSWORD@` or `TOKEN@` before the host.
+    /// A server at these addresses: `nats://HOST:PORT` or `tls://HOST:PORT`, with `USER:PASSWORD@` or `TOKEN@` before
+    /// the host.
     ///
     /// # Errors
     ///
-    /// When there is none, or one is none.
+    /// When there is no address, or one is invalid.
     pub fn new(urls: &[String], credentials: Credentials) -> Result<Self, NatsError> {
         let parse = |url: &String| {
             url.parse::<ServerAddr>().map_err(|error| NatsError::Argument {
@@ -187,7 +188,7 @@ impl Server {
         Ok(Self { addresses, credentials })
     }
 
-    /// Host and port of each; no password.
+    /// Host and port of each address, without passwords.
     fn name(&self) -> String {
         let names: Vec<String> = self
             .addresses
@@ -241,14 +242,14 @@ impl Server {
             options = options.nkey(seed.trim().to_owned());
         }
         if let Some(path) = tls_ca {
-            // A certificate says which server it is: plain text would not.
+            // A certificate identifies the server; plain text would not.
             options = options.add_root_certificates(path.clone()).require_tls(true);
         }
         if let Some((certificate, key)) = tls_client {
             options = options.add_client_certificate(certificate.clone(), key.clone());
         }
         let text = |part: &str| percent_decode_str(part).decode_utf8_lossy().into_owned();
-        // The library leaves them in the address and does not use them.
+        // The library parses them from the address but does not use them.
         let with_name = self.addresses.iter().find(|address| address.has_user_pass());
         Ok(match with_name.map(|address| (address.username(), address.password())) {
             Some((Some(user), Some(password))) => {

@@ -1,4 +1,4 @@
-//! The coordinator's thread: hands out cases, takes what comes of them, and waits for a server that is away.
+//! The coordinator's thread: hands out cases, takes the results, and waits for an unreachable server.
 
 use super::connect::{News, Tell};
 use super::error::NatsError;
@@ -20,34 +20,34 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tokio::time::{interval, sleep, timeout};
 
-/// A file that the campaign leaves on the server.
+/// A file that the campaign stores on the server.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredFile {
-    /// Its name among those of the campaign.
+    /// Its name within the campaign.
     pub name: String,
-    /// Its text.
+    /// Its content.
     pub text: String,
 }
 
-/// After so long without a result it is told who is waited for.
+/// After this time without a result, a notice tells what the campaign waits for.
 const SILENCE: Duration = Duration::from_secs(10);
-/// How long it tries to take back what a bench has not begun.
+/// Time limit for withdrawing cases that a bench has not begun.
 const WITHDRAW: Duration = Duration::from_secs(1);
-/// Attempts to leave files on a server that is there.
+/// The most attempts to store files on a reachable server.
 const FINISHES_MAX: usize = 5;
 
-/// What the campaign asks for.
+/// Requests of the campaign.
 #[derive(Debug)]
 pub(super) enum Ask {
-    /// What comes of a job?
+    /// Carry out a job and return its result.
     Execute { id: String, body: Vec<u8>, answer: oneshot::Sender<Done> },
-    /// The result of the job of that name is kept.
+    /// The result of the job with this name has been stored.
     Kept(String),
-    /// The campaign is over.
+    /// The campaign has ended.
     Finish { files: Vec<StoredFile>, answer: oneshot::Sender<Result<(), NatsError>> },
 }
 
-/// Where cases go out and results come in.
+/// Hands out cases and receives results.
 pub(super) struct Desk {
     room: Room,
     said: Said,
@@ -55,10 +55,10 @@ pub(super) struct Desk {
     lease: Lease,
     tell: Tell,
     tray: Tray,
-    /// Cases that were sent again under another name.
+    /// Number of cases that were sent again under another name.
     again: Arc<AtomicU64>,
     failure: Arc<Mutex<Option<NatsError>>>,
-    /// No more cases are carried out.
+    /// Whether no more cases are carried out.
     is_over: bool,
 }
 
@@ -75,7 +75,7 @@ impl Desk {
         Self { room, said, place, lease, tell, tray, again, failure, is_over: false }
     }
 
-    /// Until nobody asks any more.
+    /// Runs until the campaign drops its end of the channel.
     pub(super) async fn serve(mut self, mut asked: mpsc::Receiver<Ask>, stop: impl Fn() -> bool) {
         let (send, mut arrived) = mpsc::channel(WINDOW as usize);
         let campaign = self.said.campaign.clone();
@@ -90,7 +90,7 @@ impl Desk {
                     Some(Ask::Execute { id, body, answer }) => self.execute(id, body, answer, &trouble),
                     Some(Ask::Kept(id)) => {
                         for message in self.tray.kept(&id) {
-                            // Not acknowledged it comes again, and is ignored.
+                            // If the acknowledgement is lost, the message comes again and is ignored.
                             let _ = message.ack().await;
                         }
                     }
@@ -157,13 +157,13 @@ impl Desk {
                 (message, NatsError::Unreadable { case, cause })
             }
         };
-        // Nobody wants to hear it again.
+        // The message is not needed again.
         let _ = message.ack().await;
         let said = Said::of(message.headers.as_ref(), &self.said.version);
         if said.as_ref() == Ok(&self.said) {
             return self.fail(error);
         }
-        // That was of an earlier attempt: by now the worker may be mended, or gone.
+        // The message is from an earlier attempt; since then the worker may have been repaired or have ended.
         tracing::debug!("of an earlier attempt: {error}");
         let id = id_of(&message.subject);
         if let Some(body) = self.tray.asked.get(id).map(|asked| asked.body.clone()) {
@@ -174,7 +174,7 @@ impl Desk {
         }
     }
 
-    /// A server that lost what it held gets it again.
+    /// Hands out all cases again after a reconnection, because the server may have lost them.
     fn hand_out_again(&mut self, trouble: &mpsc::Sender<NatsError>) {
         let mut asked = std::mem::take(&mut self.tray.asked);
         for (id, asked) in &mut asked {
@@ -212,7 +212,7 @@ impl Desk {
             if let Ok(consumer) = room.cases(&place, &version).await {
                 let info = consumer.cached_info();
                 let (queued, taken) = (info.num_pending, info.num_ack_pending as u64);
-                // A run in real time takes its time, and who carries it out is there.
+                // A run in real time takes long, and a worker is busy with it.
                 if taken > 0 && matches!(place, Place::Bench(_)) {
                     return;
                 }
@@ -264,10 +264,11 @@ impl Desk {
         self.give_up();
     }
 
-    /// A bench does nothing for a campaign that somebody stopped. In virtual time what waits is done for when it goes on.
+    /// A bench must not work for a stopped campaign. In virtual time waiting cases are useful when the campaign
+    /// resumes.
     async fn withdraw(&self) {
         if matches!(self.place, Place::Bench(_)) {
-            // What stays on a server that is away is one case.
+            // If the server is unreachable, at most one case remains.
             let withdrawn = self.room.withdraw(&self.place, &self.said.campaign);
             let _ = timeout(WITHDRAW, withdrawn).await;
         }
@@ -279,7 +280,7 @@ impl Desk {
     }
 }
 
-/// Carried on beside the rest; what goes wrong is told.
+/// Runs `work` in the background and reports its error.
 fn reported(
     trouble: &mpsc::Sender<NatsError>,
     work: impl Future<Output = Result<(), NatsError>> + Send + 'static,
@@ -287,24 +288,25 @@ fn reported(
     let trouble = trouble.clone();
     tokio::spawn(async move {
         if let Err(error) = work.await {
-            // One is enough.
+            // One error is enough.
             let _ = trouble.try_send(error);
         }
     })
 }
 
-/// A case on its way to the stream.
+/// A case being sent to the stream.
 struct HandingOut {
     room: Room,
     letter: Letter,
-    /// Subject of what comes of it.
+    /// Subject of its result.
     result: String,
     lease: u64,
     again: Arc<AtomicU64>,
 }
 
 impl HandingOut {
-    /// Puts it on the stream. One that was there earlier is there again only if neither it nor its result is left.
+    /// Sends it to the stream. If it was there before, it is sent again only if neither the case nor its result is
+    /// left.
     async fn go(mut self) -> Result<(), NatsError> {
         let name = self.letter.name.clone();
         while self.room.send(&self.letter).await? && !self.is_on_its_way().await {
@@ -314,7 +316,7 @@ impl HandingOut {
         Ok(())
     }
 
-    /// A worker reports before it acknowledges: asked in this order, one of the two is there meanwhile.
+    /// A worker reports before it acknowledges, so with this order of queries one of the two is found.
     async fn is_on_its_way(&self) -> bool {
         let Self { room, letter, result, .. } = self;
         room.holds(CASES, &letter.subject).await || room.holds(RESULTS, result).await

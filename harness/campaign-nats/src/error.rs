@@ -1,49 +1,49 @@
-//! What keeps a campaign from going over a server.
+//! Errors of a campaign over a server.
 
 use super::message::FORMAT;
 
-/// Why a campaign cannot go over a server, or no longer.
+/// Why a campaign cannot run over a server, or not any longer.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum NatsError {
-    /// An argument is wrong.
+    /// An invalid argument.
     #[error("{message}")]
     Argument {
-        /// What is wrong.
+        /// Description of the problem.
         message: String,
-        /// What to do.
+        /// What to do about it.
         #[help]
         help: String,
     },
-    /// There is no server there, or it lets nobody in.
+    /// The server is unreachable, or rejects the client.
     #[error("failed to connect to {server}: {cause}")]
     Connect {
         /// Its address, without a password.
         server: String,
         /// Why.
         cause: String,
-        /// What to do.
+        /// What to do about it.
         #[help]
         help: &'static str,
     },
-    /// The server keeps no streams.
+    /// The server has no streams.
     #[error("the server {server} has no JetStream: {cause}")]
     #[diagnostic(help("start it with `nats-server -js -sd FOLDER`"))]
     NoJetStream {
         /// Its address, without a password.
         server: String,
-        /// What it says.
+        /// Its answer.
         cause: String,
     },
-    /// The server did not do what was asked of it.
+    /// The server failed to do something.
     #[error("failed to {what}: {cause}")]
     #[diagnostic(help("`nats stream report` shows what the server holds"))]
     Server {
-        /// What was asked for.
+        /// What it was asked to do.
         what: String,
         /// Why.
         cause: String,
     },
-    /// A stream is of another version of this program, or of another program.
+    /// A stream is from another version of this program, or from another program.
     #[error(
         "the stream {stream} is of another version: \"{found}\", this is message format {FORMAT}"
     )]
@@ -53,21 +53,21 @@ pub enum NatsError {
     OtherFormat {
         /// Its name.
         stream: String,
-        /// What it says of itself.
+        /// Its description.
         found: String,
     },
-    /// This worker is of another version than a campaign.
+    /// This worker and a campaign have different versions.
     #[error("this worker is version {ours}, the campaign {campaign} is of version {theirs}")]
     #[diagnostic(help("results of two versions do not mix: start a worker of version {theirs}"))]
     OtherVersion {
-        /// Of the worker.
+        /// Version of the worker.
         ours: String,
-        /// Of the campaign.
+        /// Version of the campaign.
         theirs: String,
-        /// Its name.
+        /// Name of the campaign.
         campaign: String,
     },
-    /// Somebody else has it.
+    /// Another process holds the lease.
     #[error("{what} is held by {holder}")]
     #[diagnostic(help(
         "end that one; if it died already, its lease ends {seconds} s after it did"
@@ -75,12 +75,12 @@ pub enum NatsError {
     Held {
         /// A bench or a campaign.
         what: String,
-        /// Who.
+        /// The holder.
         holder: String,
         /// How long a lease outlives its holder.
         seconds: u64,
     },
-    /// The lease is another's now.
+    /// Another process has taken over the lease.
     #[error("the lease on {what} is lost to {holder}")]
     #[diagnostic(help(
         "this machine did not reach the server for too long, and another took over"
@@ -88,21 +88,21 @@ pub enum NatsError {
     Lost {
         /// A bench or a campaign.
         what: String,
-        /// Who has it now.
+        /// The current holder.
         holder: String,
     },
-    /// A worker cannot carry the campaign out.
+    /// A worker cannot carry out the campaign.
     #[error("the worker {worker} cannot carry out this campaign: {cause}")]
     #[diagnostic(help(
         "mend or end that worker, and start the campaign again: it goes on where it stopped"
     ))]
     Refused {
-        /// Which.
+        /// Name of the worker.
         worker: String,
         /// Why.
         cause: String,
     },
-    /// What a worker sent is nothing that it should send.
+    /// A worker sent an invalid report.
     #[error("a result of the case {case} cannot be read: {cause}")]
     #[diagnostic(help("who else writes to hil.results.> on this server?"))]
     Unreadable {
@@ -111,13 +111,13 @@ pub enum NatsError {
         /// Why.
         cause: String,
     },
-    /// No thread or no runtime for the connection.
+    /// The thread or the runtime for the connection could not be started.
     #[error("failed to start the connection to the server")]
     Start(#[source] std::io::Error),
 }
 
 impl NatsError {
-    /// What the caller can mend by calling differently.
+    /// Whether the caller can correct it by different arguments.
     pub const fn is_bad_input(&self) -> bool {
         matches!(
             self,

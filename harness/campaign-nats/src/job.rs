@@ -1,4 +1,4 @@
-//! What is asked of a worker, and what it says when it is done.
+//! Requests to a worker, and its results.
 
 use campaign::Executor;
 use campaign::Repeated;
@@ -8,54 +8,54 @@ use record::VERSION;
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
 
-/// What is asked of a worker, as it lies on the stream of cases.
+/// A request to a worker, as stored on the stream of cases.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Job {
-    /// A case; where runs differ, by the rule of its package.
+    /// A case; if runs differ, with the repetition rule of its package.
     Case(Case),
-    /// One run without faults: how long it takes.
+    /// One run without faults, to measure its duration.
     WithoutFaults {
-        /// Of everything random in the run.
+        /// Seed of all random numbers of the run.
         seed: u64,
     },
     /// All repetitions of a case, afresh.
     Confirm {
         /// The case.
         case: Case,
-        /// What it is said to break.
+        /// The property that it is supposed to break.
         property: String,
     },
 }
 
-/// What came of a job that was carried out.
+/// Result of a job.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Done {
-    /// Of a case, or of the run without faults; how it ended, where there is nothing else.
+    /// Result of a case or of the run without faults; for other jobs only the outcome.
     pub(super) result: CaseResult,
-    /// Of the run without faults: how long it took.
+    /// Duration of the run without faults.
     #[serde(default, rename = "lasted_ns", skip_serializing_if = "Option::is_none")]
     pub(super) lasted: Option<Span>,
-    /// Of repetitions: what they show.
+    /// Result of the repetitions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) shown: Option<Repeated>,
 }
 
 impl Done {
-    /// A case came to this.
+    /// The result of a case.
     pub(super) fn of(result: CaseResult) -> Self {
         Self { result, ..Self::default() }
     }
 
-    /// Nobody carried it out.
+    /// The result of a job that was interrupted.
     pub(super) fn given_up() -> Self {
         Self::of(CaseResult::given_up())
     }
 }
 
 impl Job {
-    /// Its name among those of a package: equal jobs have equal names.
+    /// Its name among the jobs of a package: equal jobs have equal names.
     pub(super) fn id(&self, package: &str) -> String {
         let id = match self {
             Self::Case(case) => case.id(package),
@@ -70,12 +70,12 @@ impl Job {
         id.to_string()
     }
 
-    /// As it lies on the stream.
+    /// Its text on the stream.
     pub(super) fn body(&self) -> Vec<u8> {
         serde_json::to_vec(self).unwrap_or_default()
     }
 
-    /// Has `executor` do it. A controller that panics breaks a property, whatever is asked.
+    /// Carries it out with `executor`. In any kind of job, a controller that panics breaks a property.
     pub(super) fn carry_out(&self, executor: &(impl Executor + ?Sized)) -> Done {
         caught(|| self.asked_of(executor), Done::of)
     }
@@ -102,7 +102,7 @@ mod tests {
     use record::outcome::Outcome;
     use wire::time::Span;
 
-    /// A bench that takes 8 s and breaks in 7 of 8, but for seeds that panic or are given up.
+    /// A bench whose runs take 8 s and break in 7 of 8, except for seeds that panic or are interrupted.
     struct Bench;
 
     const PANICS: u64 = 1;

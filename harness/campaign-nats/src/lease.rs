@@ -1,4 +1,4 @@
-//! Leases with expiry: who drives a bench, who carries on a campaign. A holder that died lets go by itself.
+//! Leases with expiry, on a bench or a campaign. The lease of a holder that died expires by itself.
 
 use super::connect::{News, Tell};
 use super::error::NatsError;
@@ -10,12 +10,12 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// How often it is renewed.
+/// Interval of renewal.
 const RENEWAL: Duration = Duration::from_millis(2_500);
-/// How often one that another holds is asked for again.
+/// Interval of attempts to take a lease that another process holds.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
-/// Who holds something.
+/// The holder of a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Holder(String);
 
@@ -27,7 +27,7 @@ impl Holder {
         Self(format!("hil {} on {host}, process {}", crate::VERSION, std::process::id()))
     }
 
-    /// By any name.
+    /// A holder with any name.
     pub fn named(name: impl Into<String>) -> Self {
         Self(name.into())
     }
@@ -39,14 +39,14 @@ impl fmt::Display for Holder {
     }
 }
 
-/// What a lease is like at present.
+/// Current state of a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Standing {
-    /// It is ours.
+    /// Held by this process.
     Held,
-    /// It was not renewed in time: it may be anybody's.
+    /// It was not renewed in time: another process may have taken it.
     Doubtful,
-    /// It is another's.
+    /// Another process holds it.
     Lost(String),
 }
 
@@ -55,18 +55,18 @@ pub(super) struct Lease {
     what: String,
     key: String,
     bucket: Store,
-    /// Number of the message that made it: no other lease has it.
+    /// Number of the message that created it, unique among leases.
     pub(super) number: u64,
     pub(super) standing: watch::Receiver<Standing>,
     renewing: JoinHandle<()>,
 }
 
 impl Lease {
-    /// Takes the lease on `what`, which lies under `key`; waits for as long as `patience` where another holds it.
+    /// Takes the lease on `what`, stored under `key`; if another process holds it, waits for up to `patience`.
     ///
     /// # Errors
     ///
-    /// When another holds it then, or the server does not answer.
+    /// When another process still holds it then, or the server does not answer.
     pub(super) async fn take(
         room: &Room,
         what: &str,
@@ -105,7 +105,7 @@ impl Lease {
         Ok(Self { what, key, bucket, number, standing, renewing })
     }
 
-    /// Waits until it is another's.
+    /// Waits until another process holds it.
     pub(super) async fn lost(&self) -> NatsError {
         let mut standing = self.standing.clone();
         let lost = standing.wait_for(|standing| matches!(standing, Standing::Lost(_))).await;
@@ -117,11 +117,11 @@ impl Lease {
         }
     }
 
-    /// Lets go, so that the next need not wait for its expiry.
+    /// Releases it, so that the next holder need not wait for its expiry.
     pub(super) async fn release(self) {
         self.renewing.abort();
         if *self.standing.borrow() == Standing::Held {
-            // One that cannot be given back ends by itself.
+            // A lease that cannot be returned expires by itself.
             let _ = timeout(RENEWAL, self.bucket.purge(&self.key)).await;
         }
     }
@@ -171,7 +171,7 @@ impl Renewal {
         }
     }
 
-    /// Asks until the server answers: its new number, or who has it now.
+    /// Tries until the server answers: returns the new number, or the name of the new holder.
     async fn renewed(&self, number: u64) -> Result<u64, String> {
         let value = || self.holder.0.clone().into();
         loop {

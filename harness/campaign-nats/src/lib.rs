@@ -1,4 +1,4 @@
-//! One campaign on many machines, through a NATS server with JetStream.
+//! Runs one campaign on many machines, through a NATS server with JetStream.
 //!
 //! ```text
 //!  hil campaign --nats          server                              hil worker --nats  (any number)
@@ -9,14 +9,14 @@
 //!                               bucket HIL_LEASES   who drives a bench, who carries on a campaign
 //! ```
 //!
-//! * A case is on the stream until what came of it is; what came of it is there until the coordinator's journal has it.
-//!   So neither a worker nor the server nor the coordinator loses one by going away, and each is counted once.
-//! * [`Remote`] is an [`Executor`](campaign::Executor): the campaign knows nothing of machines. The cases are those that
-//!   one process would have drawn, and so is what comes of them.
-//! * A [`Package`] is all that a worker needs of the coordinator's machine, by content.
-//! * On a bench runs differ: the worker repeats by the rule in the package, carries the plan out without faults first, and
-//!   repeats the smallest case afresh in the end. Each of these is a job on the same stream.
-//! * Nothing here depends on when a message arrives: what was given up for lost is sent again under the same name.
+//! * A case stays on the stream until its result is there, and the result stays until the coordinator's journal has it.
+//!   So no worker, server or coordinator loses a case by its failure, and each case is counted once.
+//! * [`Remote`] is an [`Executor`](campaign::Executor), so the campaign does not depend on machines. The cases and
+//!   results are the same as in a single process.
+//! * A [`Package`] contains everything that a worker needs from the coordinator's machine, named by its content.
+//! * On a bench runs differ: the worker repeats cases by the rule in the package, first carries out the plan without
+//!   faults, and in the end repeats the smallest case afresh. Each of these is a job on the same stream.
+//! * Nothing depends on the arrival time of a message: a case considered lost is sent again under the same name.
 
 mod carry;
 mod connect;
@@ -45,5 +45,5 @@ pub use package::{NotHere, Package};
 pub use remote::{Remote, RemoteSettings};
 pub use worker::{Worked, WorkerSettings, work};
 
-/// Which build this is: its version and commit. Cases of one are carried out by no other.
+/// Version and commit of this build. Other builds do not carry out its cases.
 pub const VERSION: &str = env!("HIL_BUILD");

@@ -1,4 +1,4 @@
-//! What is said over the server: names of streams and subjects, headers, and who reports what.
+//! Messages over the server: names of streams and subjects, headers, and reports.
 
 use super::job::Done;
 use async_nats::HeaderMap;
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// Number of the format of all that is said here. Whoever says something else is refused by name.
+/// Version of the message format. Messages of other formats are rejected with an error that names the version.
 pub(super) const FORMAT: &str = "3";
 
-/// Stream of the cases that wait to be carried out.
+/// Stream of the cases to be carried out.
 pub(super) const CASES: &str = "HIL_CASES";
-/// Stream of what came of cases, until it is kept.
+/// Stream of results, until they are stored.
 pub(super) const RESULTS: &str = "HIL_RESULTS";
 /// Bucket of leases.
 pub(super) const LEASES: &str = "HIL_LEASES";
 /// Object store of packages, failing cases and results of campaigns.
 pub(super) const OBJECTS: &str = "HIL";
 
-/// Headers that every format has, so that whoever is of another can be told.
+/// Headers common to all formats, so that other formats can be recognised.
 mod header {
     pub const FORMAT: &str = "Hil-Format";
     pub const VERSION: &str = "Hil-Version";
@@ -27,24 +27,24 @@ mod header {
     pub const LEASE: &str = "Hil-Lease";
 }
 
-/// Where cases are carried out.
+/// Place where cases are carried out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// In virtual time, on any machine.
     Virtual,
-    /// On the bench of that name.
+    /// On the bench with this name.
     Bench(String),
 }
 
 impl Place {
-    /// On the bench of that name: letters, digits, `-` and `_`, as far as a subject of NATS takes any.
+    /// The bench with this name: letters, digits, `-` and `_`, which are valid in any NATS subject.
     pub fn bench(name: &str) -> Option<Self> {
         let fits = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         (!name.is_empty() && name.len() <= 64 && name.chars().all(fits))
             .then(|| Self::Bench(name.to_owned()))
     }
 
-    /// Subject of all cases that are carried out there by workers of this version.
+    /// Subject of all cases at this place for workers of this version.
     pub(super) fn cases(&self, version: &str) -> String {
         format!("{}.{}.>", self.subject(), word(version))
     }
@@ -66,7 +66,7 @@ impl Place {
         }
     }
 
-    /// Name of the consumer from which all workers of this version at this place take.
+    /// Name of the consumer that all workers of this version at this place share.
     pub(super) fn consumer(&self, version: &str) -> String {
         match self {
             Self::Virtual => format!("virtual-{}", word(version)),
@@ -75,7 +75,7 @@ impl Place {
     }
 }
 
-/// A version as one word of a subject.
+/// A version in the form of a subject token.
 fn word(version: &str) -> String {
     version.replace(|c: char| !c.is_ascii_alphanumeric(), "-")
 }
@@ -89,7 +89,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Subject of what came of a case.
+/// Subject of the result of a case.
 pub(super) fn result_subject(campaign: &str, id: &str) -> String {
     format!("hil.results.{campaign}.{id}")
 }
@@ -99,17 +99,17 @@ pub(super) fn results_subject(campaign: &str) -> String {
     format!("hil.results.{campaign}.>")
 }
 
-/// Who says something, and of which campaign.
+/// Sender of a message: version, campaign, package and lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Said {
     pub(super) version: String,
     pub(super) campaign: String,
     pub(super) package: String,
-    /// Number of the lease under which the coordinator said it: none of another attempt has it.
+    /// Number of the lease under which the coordinator sent it, unique to an attempt.
     pub(super) lease: u64,
 }
 
-/// Somebody of another version.
+/// A sender of another version.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Other {
     pub(super) version: String,
@@ -127,7 +127,7 @@ impl Said {
         headers
     }
 
-    /// Of the headers of a message, where it is by `version` and of our format.
+    /// Parses the headers of a message, if it has this `version` and format.
     pub(super) fn of(headers: Option<&HeaderMap>, version: &str) -> Result<Self, Other> {
         let text = |name| {
             let value = headers.and_then(|headers| headers.get(name));
@@ -152,33 +152,33 @@ fn or_unknown(text: &str) -> &str {
     if text.is_empty() { "unknown" } else { text }
 }
 
-/// What a worker says of a case.
+/// A worker's report on a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Report {
-    /// Who.
+    /// Name of the worker.
     pub(super) worker: String,
-    /// What.
+    /// The result.
     pub(super) came: Came,
 }
 
-/// What came of a job.
+/// Result of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Came {
-    /// It was done.
+    /// The job was carried out.
     Done(Done),
-    /// It cannot be done here, and no other of its campaign.
+    /// This worker cannot carry out any job of the campaign.
     Refused(String),
 }
 
-/// A job's name, from the subject that it lies under.
+/// A job's name, from its subject.
 pub(super) fn id_of(subject: &str) -> &str {
     subject.rsplit('.').next().unwrap_or_default()
 }
 
-/// The nonce that tells one sending of a case from an earlier one that is gone: which lease the coordinator holds, and
-/// how many of its cases it sent again.
+/// Distinguishes a case sent again from one sent earlier that was lost: the lease of the coordinator and the number of
+/// cases it has sent again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Again {
     pub(super) lease: u64,

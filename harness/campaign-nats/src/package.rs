@@ -1,4 +1,4 @@
-//! All that a machine needs to carry out the cases of a campaign, by content.
+//! Everything that a machine needs to carry out the cases of a campaign, named by content.
 
 use campaign::CaseId;
 use campaign::Repetition;
@@ -9,36 +9,36 @@ use plan::made::Made;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A plan, the files that it names, and what a person would be asked.
+/// A plan, the files that it names, and the answers to its questions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Package {
-    /// The plan and what it names.
+    /// The plan and the files that it names.
     files: Arc<Pack>,
-    /// Answers to what the plan asks for.
+    /// Answers to the plan's questions.
     answers: Answers,
-    /// On a bench: which, and when a case counts as broken there.
+    /// For a bench: its file, and the rule for broken cases.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     bench: Option<BenchOrder>,
 }
 
-/// What a campaign on a bench says of it.
+/// The bench of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BenchOrder {
-    /// Its file, by the hash of its text.
+    /// Its file, by the hash of the text.
     file: String,
-    /// When a case counts as broken.
+    /// The rule by which a case counts as broken.
     repetition: Repetition,
 }
 
-/// Why a package is not for a bench.
+/// Why a package does not fit a bench.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NotHere {
     /// It is for virtual time.
     #[error("its cases are for virtual time, not for a bench")]
     NoBench,
-    /// The bench file of that name has another content.
+    /// The bench file with this name has a different content.
     #[error(
         "the worker's bench file {name} is another than the campaign's (content {here:.8}, the campaign's {theirs:.8}): \
          give both the same file"
@@ -48,33 +48,33 @@ pub enum NotHere {
         name: String,
         /// Hash of the worker's file.
         here: String,
-        /// Hash of the campaign's.
+        /// Hash of the campaign's file.
         theirs: String,
     },
 }
 
 impl Package {
-    /// Of the plan of that name or path.
+    /// The package of the plan with this name or path.
     ///
     /// # Errors
     ///
-    /// When anything is missing or not right.
+    /// When a file is missing or invalid.
     pub fn of(plan: &str, answers: &Answers) -> Result<Self, PrepareError> {
         let files = Prepared::load(plan, &Made::default())?.files;
         Ok(Self { files, answers: answers.clone(), bench: None })
     }
 
-    /// The same, to be carried out on the bench whose file has this text; cases count as broken by this rule.
+    /// The package for the bench whose file has this text, with this rule for broken cases.
     #[must_use]
     pub fn on_bench(self, file: &str, repetition: Repetition) -> Self {
         Self { bench: Some(BenchOrder { file: content(file), repetition }), ..self }
     }
 
-    /// When a case counts as broken on the bench of that name, whose file has this text here.
+    /// The rule for broken cases on the bench with this name, whose file has this text here.
     ///
     /// # Errors
     ///
-    /// When it is not for this bench.
+    /// When the package is not for this bench.
     pub fn repetition_on(&self, name: &str, file: &str) -> Result<Repetition, NotHere> {
         let order = self.bench.as_ref().ok_or(NotHere::NoBench)?;
         let here = content(file);
@@ -84,24 +84,24 @@ impl Package {
         Err(NotHere::OtherBench { name: name.to_owned(), here, theirs: order.file.clone() })
     }
 
-    /// What is in it, read and checked.
+    /// Its content, parsed and checked.
     ///
     /// # Errors
     ///
-    /// When anything is missing or not right.
+    /// When a file is missing or invalid.
     pub fn prepare(&self) -> Result<(Prepared, Answers), PrepareError> {
         let library = Library::packed(Arc::clone(&self.files));
         let prepared = Prepared::load_from(&library, PLAN, &Made::default())?;
         Ok((prepared, self.answers.clone()))
     }
 
-    /// As it lies on the server.
+    /// Its text on the server.
     pub(super) fn to_json(&self) -> String {
-        // Strings, numbers and maps with strings as keys: there is nothing that JSON cannot say.
+        // Strings, numbers and maps with string keys: JSON can represent all of them.
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Its name: that of its content.
+    /// Its name, derived from its content.
     pub(super) fn id(&self) -> String {
         content(&self.to_json())
     }
@@ -111,7 +111,7 @@ impl Package {
     }
 }
 
-/// The name of a text: that of its content.
+/// The name of a text, derived from its content.
 fn content(text: &str) -> String {
     CaseId::of(&[text]).to_string()
 }

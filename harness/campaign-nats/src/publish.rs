@@ -1,4 +1,4 @@
-//! Sending until the server has it: a server that is away is waited for.
+//! Sends messages until the server has them; waits for an unreachable server.
 
 use super::error::NatsError;
 use super::room::{PAUSE, Room};
@@ -11,18 +11,18 @@ use async_nats::jetstream::publish::PublishAck;
 #[derive(Debug, Clone)]
 pub(super) struct Letter {
     pub(super) subject: String,
-    /// Sent again under the same name it is on the stream once.
+    /// A message sent again under the same name is on the stream only once.
     pub(super) name: String,
     pub(super) headers: HeaderMap,
     pub(super) body: Vec<u8>,
 }
 
 impl Room {
-    /// Sends it until it is on the stream. True if it was there before.
+    /// Sends a message until it is on the stream. Returns true if it was there before.
     ///
     /// # Errors
     ///
-    /// When the server will never take it.
+    /// When the server will never accept it.
     pub(super) async fn send(&self, letter: &Letter) -> Result<bool, NatsError> {
         loop {
             self.link.there().await;
@@ -31,7 +31,7 @@ impl Room {
                 Err(error) if error.kind() == PublishErrorKind::MaxPayloadExceeded => {
                     return Err(NatsError::server(format!("send {}", letter.subject), error));
                 }
-                // The server lost what it held: it gets it again.
+                // The server lost its data and gets it again.
                 Err(error) if error.kind() == PublishErrorKind::StreamNotFound => {
                     match self.furnish().await {
                         Err(error @ NatsError::OtherFormat { .. }) => return Err(error),

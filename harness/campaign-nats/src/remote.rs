@@ -1,4 +1,4 @@
-//! The coordinator's end: an executor whose cases other machines carry out.
+//! The coordinator's side: an executor whose cases are carried out by other machines.
 
 use super::carry::package_object;
 use super::connect::{News, Server, Tell};
@@ -20,21 +20,21 @@ use std::time::Duration;
 use tokio::sync::{mpsc, oneshot};
 use wire::time::Span;
 
-/// Requests of the campaign that wait for the connection's thread: a case and its keeping for each of the window.
+/// Requests that can wait for the connection's thread: for each case of the window, its execution and its storage.
 const ASKS: usize = 2 * WINDOW as usize;
 
-/// What a campaign over a server is.
+/// Settings of a campaign over a server.
 #[derive(Debug, Clone)]
 pub struct RemoteSettings {
-    /// What decides its cases, as its journal says it. The same campaign has the same name again.
+    /// The text that determines its cases, as in its journal. The same campaign gets the same name again.
     pub what: String,
-    /// Where its cases are carried out.
+    /// Place where its cases are carried out.
     pub place: Place,
-    /// Who carries it on.
+    /// The process that runs it.
     pub holder: Holder,
 }
 
-/// Has cases carried out by the workers of a server. `E` says which can be.
+/// Has cases carried out by the workers of a server. `E` decides which cases are possible.
 #[derive(Debug)]
 pub struct Remote<E> {
     local: E,
@@ -46,12 +46,12 @@ pub struct Remote<E> {
 }
 
 impl<E: Executor> Remote<E> {
-    /// Opens a campaign on `server`: what its workers need is there then. Cases are given up, as interrupted, once
-    /// `stop` says so.
+    /// Opens a campaign on `server` and uploads what its workers need. Once `stop` returns true, cases are given up as
+    /// interrupted.
     ///
     /// # Errors
     ///
-    /// When there is no server, it is of another version, or somebody carries on the same campaign.
+    /// When the server is unreachable or of another version, or another process runs the same campaign.
     pub fn open(
         server: &Server,
         package: &Package,
@@ -83,7 +83,7 @@ impl<E: Executor> Remote<E> {
             runtime.block_on(async {
                 match opening.open(failed).await {
                     Ok(desk) => {
-                        // Whoever opens waits for it.
+                        // The caller of `open` waits for it.
                         let _ = opened.send(Ok(()));
                         desk.serve(asked, stop).await;
                     }
@@ -101,7 +101,7 @@ impl<E: Executor> Remote<E> {
         Ok(Self { local, package: package_id, campaign, asks: Some(asks), failure, thread })
     }
 
-    /// Who says here what can be carried out.
+    /// The local executor, which decides which cases are possible.
     pub const fn local(&self) -> &E {
         &self.local
     }
@@ -111,16 +111,16 @@ impl<E: Executor> Remote<E> {
         &self.campaign
     }
 
-    /// Why cases are given up though nobody asked for it.
+    /// The error for which cases are given up without a request to stop.
     pub fn failure(&self) -> Option<NatsError> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// The campaign is over: leaves `files` on the server, and nothing else of it.
+    /// Ends the campaign: stores `files` on the server and removes everything else of it.
     ///
     /// # Errors
     ///
-    /// When the server does not take them.
+    /// When the server does not accept them.
     pub fn finish(&self, files: Vec<StoredFile>) -> Result<(), NatsError> {
         let (answer, answered) = oneshot::channel();
         self.ask(Ask::Finish { files, answer });
@@ -130,7 +130,7 @@ impl<E: Executor> Remote<E> {
         }
     }
 
-    /// Has it done, however long that takes.
+    /// Has the job carried out and waits for its result, without limit.
     fn done(&self, job: &Job) -> Done {
         let (answer, answered) = oneshot::channel();
         let (id, body) = (job.id(&self.package), job.body());
@@ -138,7 +138,7 @@ impl<E: Executor> Remote<E> {
         answered.blocking_recv().unwrap_or_else(|_| Done::given_up())
     }
 
-    /// The same where nobody asks for it again.
+    /// Has a job carried out whose result is not needed again.
     fn done_once(&self, job: &Job) -> Done {
         let done = self.done(job);
         self.ask(Ask::Kept(job.id(&self.package)));
@@ -147,7 +147,7 @@ impl<E: Executor> Remote<E> {
 
     fn ask(&self, ask: Ask) {
         if let Some(asks) = &self.asks {
-            // Where nobody listens any more, nobody answers.
+            // If the thread has ended, no answer will come.
             let _ = asks.blocking_send(ask);
         }
     }
@@ -183,7 +183,7 @@ impl<E> Drop for Remote<E> {
     fn drop(&mut self) {
         self.asks = None;
         if let Some(thread) = self.thread.take() {
-            // It says itself what went wrong.
+            // The thread reports its own errors.
             let _ = thread.join();
         }
     }
@@ -203,7 +203,7 @@ impl Opening {
         let room = Room::new(server.connect(&tell).await?);
         room.furnish().await?;
         let (what, key) = ("this campaign", format!("campaign.{}", said.campaign));
-        // One that was killed a moment ago is waited for.
+        // Waits for the lease of a coordinator that was just killed.
         let patience = LEASE + Duration::from_secs(2);
         let lease = Lease::take(&room, what, &key, &settings.holder, patience, &tell).await?;
         said.lease = lease.number;

@@ -1,4 +1,4 @@
-//! Results as they arrive at the coordinator.
+//! Receives results in the coordinator.
 
 use super::room::{PAUSE, Room};
 use async_nats::jetstream::Message;
@@ -8,21 +8,21 @@ use tokio::select;
 use tokio::sync::mpsc::Sender;
 use tokio::time::sleep;
 
-/// A server that says nothing for twice as long is asked again.
+/// After twice this time without a message the server is asked again.
 const HEARTBEAT: Duration = Duration::from_secs(2);
-/// How long one request for results waits at the server.
+/// How long one request for results stays open at the server.
 const REQUEST: Duration = Duration::from_secs(10);
-/// Results that are sent at a time.
+/// Number of results per request.
 const BATCH: usize = 64;
 
-/// Hands on the results of a campaign until nobody wants them; a server that is away is waited for.
+/// Passes on the results of a campaign until the receiver is closed; waits for an unreachable server.
 pub(super) async fn receive(room: Room, campaign: String, arrived: Sender<Message>) {
     while !arrived.is_closed() {
         room.link.there().await;
         let times = room.link.up.borrow().times;
         select! {
             () = stream(&room, &campaign, &arrived) => {}
-            // What was asked for over a connection that is gone does not come.
+            // Requests made over a lost connection are not answered.
             _ = room.link.connected_since(times) => {}
             () = arrived.closed() => return,
         }

@@ -1,4 +1,4 @@
-//! What a server holds for campaigns: two streams, a bucket of leases and an object store.
+//! The storage of campaigns on a server: two streams, a bucket of leases and an object store.
 
 use super::connect::Link;
 use super::error::NatsError;
@@ -16,29 +16,29 @@ use tokio::io::AsyncReadExt as _;
 
 /// How long a lease outlives its holder.
 pub(super) const LEASE: Duration = Duration::from_secs(10);
-/// Between two attempts.
+/// Pause between two attempts.
 pub(super) const PAUSE: Duration = Duration::from_millis(300);
-/// How long a case belongs to a worker that says nothing: it is another's then.
+/// Time after which the case of a silent worker goes to another worker.
 pub(super) const ACK_WAIT: Duration = Duration::from_secs(5);
-/// How often a worker says that it is still at it.
+/// Interval at which a worker extends its lease on a case.
 pub(super) const STILL_AT_IT: Duration = Duration::from_millis(1_500);
-/// How long a result belongs to a coordinator that has not kept it.
+/// Time after which a result that the coordinator has not stored is delivered again.
 const RESULT_WAIT: Duration = Duration::from_secs(5);
-/// How long an answer of the server may take.
+/// Time limit for an answer of the server.
 const ANSWER: Duration = Duration::from_secs(3);
-/// How long a name of a message is remembered, so that nothing is on a stream twice. Assumption: whoever sends again
-/// after a server was away does so within it.
+/// How long message names are remembered, so that no message is on a stream twice. Assumption: messages are sent again
+/// within this time after the server was unreachable.
 const REMEMBERED: Duration = Duration::from_secs(3_600);
-/// How long what nobody fetches is kept. Assumption: a campaign that nobody resumes for so long is forgotten.
+/// How long unfetched messages are kept. Assumption: a campaign that is not resumed for this long is abandoned.
 const KEPT: Duration = Duration::from_secs(7 * 24 * 3_600);
-/// Packages and failing cases are kept for so long.
+/// How long packages and failing cases are kept.
 const OBJECTS_KEPT: Duration = Duration::from_secs(90 * 24 * 3_600);
-/// The most bytes that a package has.
+/// The largest package, in bytes.
 const PACKAGE_BYTES_MAX: usize = 16 << 20;
-/// Cases or results that are handed out and not acknowledged, at most.
+/// The most cases or results that are delivered and not acknowledged.
 const OPEN_MAX: i64 = 100_000;
 
-/// The server's room for campaigns.
+/// The storage of campaigns on a server.
 #[derive(Clone)]
 pub(super) struct Room {
     pub(super) link: Link,
@@ -52,11 +52,11 @@ impl Room {
         Self { link, context }
     }
 
-    /// Makes what is not there yet.
+    /// Creates what does not exist yet.
     ///
     /// # Errors
     ///
-    /// When it is there and of another version, or the server keeps no streams.
+    /// When something exists in another version, or the server has no streams.
     pub(super) async fn furnish(&self) -> Result<(), NatsError> {
         for (name, subjects) in [(CASES, "hil.cases.>"), (RESULTS, "hil.results.>")] {
             self.stream(Config {
@@ -68,12 +68,12 @@ impl Room {
             })
             .await?;
         }
-        // What `create_key_value` asks for is refused by servers before 2.10.
+        // Servers before 2.10 reject the configuration of `create_key_value`.
         self.stream(Config {
             subjects: vec![format!("$KV.{LEASES}.>")],
             max_messages_per_subject: 1,
             max_age: LEASE,
-            // The server wants no more than the age.
+            // The server accepts at most the maximum age.
             duplicate_window: LEASE,
             discard: DiscardPolicy::New,
             allow_rollup: true,
@@ -116,7 +116,7 @@ impl Room {
         error: &async_nats::jetstream::context::GetStreamError,
     ) -> Option<NatsError> {
         let text = error.to_string();
-        // Without JetStream nobody answers on its subjects.
+        // Without JetStream its subjects have no responders.
         let says = text.contains("not enabled")
             || text.contains("unavailable")
             || text.contains("no responders");
@@ -127,7 +127,7 @@ impl Room {
         NatsError::NoJetStream { server: self.link.server.clone(), cause: cause.to_string() }
     }
 
-    /// From which all workers of a version at a place take cases.
+    /// The consumer from which all workers of a version at a place take cases.
     pub(super) async fn cases(
         &self,
         place: &Place,
@@ -136,7 +136,7 @@ impl Room {
         self.consumer(CASES, place.consumer(version), place.cases(version), ACK_WAIT).await
     }
 
-    /// Is there a message under this subject? Asked until the server says so.
+    /// Whether there is a message under this subject. Repeats the query until the server answers.
     pub(super) async fn holds(&self, stream: &str, subject: &str) -> bool {
         loop {
             self.link.there().await;
@@ -153,7 +153,7 @@ impl Room {
         }
     }
 
-    /// From which the coordinator of a campaign takes results.
+    /// The consumer from which the coordinator of a campaign takes results.
     pub(super) async fn results(&self, campaign: &str) -> Result<PullConsumer, NatsError> {
         let name = results_consumer(campaign);
         self.consumer(RESULTS, name, results_subject(campaign), RESULT_WAIT).await
@@ -172,7 +172,7 @@ impl Room {
             ack_wait,
             max_ack_pending: OPEN_MAX,
             filter_subject: subject,
-            // Builds come and go; what waits for one is kept no longer either.
+            // Consumers of old builds are removed after the same time as their messages.
             inactive_threshold: KEPT,
             ..pull::Config::default()
         };
@@ -180,7 +180,7 @@ impl Room {
         made.map_err(|error| NatsError::server(format!("make the consumer {name}"), error))
     }
 
-    /// Where leases are.
+    /// The bucket of leases.
     pub(super) async fn leases(&self) -> Result<kv::Store, NatsError> {
         let bucket = self.context.get_key_value(LEASES).await;
         bucket.map_err(|error| NatsError::server("open the bucket of leases", error))
@@ -201,7 +201,7 @@ impl Room {
         made.map_err(|error| NatsError::server("make the object store", error))
     }
 
-    /// Puts an object there, unless it is there as it is.
+    /// Stores an object, unless the same content is stored already.
     pub(super) async fn put(&self, name: &str, bytes: &[u8]) -> Result<(), NatsError> {
         let store = self.objects().await?;
         if let Ok(found) = self.get(name).await
@@ -213,7 +213,7 @@ impl Room {
         put.map(|_| ()).map_err(|error| NatsError::server(format!("store {name}"), error))
     }
 
-    /// An object.
+    /// Reads an object.
     pub(super) async fn get(&self, name: &str) -> Result<Vec<u8>, NatsError> {
         let failed =
             |cause: &dyn std::fmt::Display| NatsError::server(format!("fetch {name}"), cause);
@@ -228,17 +228,17 @@ impl Room {
         Ok(bytes)
     }
 
-    /// No case of a campaign waits any longer; those that somebody has are carried out.
+    /// Removes the waiting cases of a campaign; those that workers have taken are still carried out.
     pub(super) async fn withdraw(&self, place: &Place, campaign: &str) -> Result<(), NatsError> {
         self.purge(CASES, place.campaign(campaign)).await
     }
 
-    /// Nothing of a campaign is left on the streams.
+    /// Removes everything of a campaign from the streams.
     pub(super) async fn clear(&self, place: &Place, campaign: &str) -> Result<(), NatsError> {
         self.withdraw(place, campaign).await?;
         self.purge(RESULTS, results_subject(campaign)).await?;
         let name = results_consumer(campaign);
-        // One that is not there needs no removal.
+        // It may not exist.
         let _ = self.context.delete_consumer_from_stream(name, RESULTS).await;
         Ok(())
     }

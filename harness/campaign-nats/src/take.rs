@@ -1,4 +1,4 @@
-//! A worker takes cases: as many as it has room for, from the queue of its place.
+//! Takes cases from the queue of a worker's place, as many as it has slots for.
 
 use super::error::NatsError;
 use super::message::Place;
@@ -14,26 +14,26 @@ use tokio::sync::mpsc::Sender;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::sleep;
 
-/// How long one request for cases waits at the server.
+/// How long one request for cases stays open at the server.
 const REQUEST: Duration = Duration::from_secs(5);
 
-/// A case, and the room that it takes up until it is reported.
+/// A case, and the slot that it occupies until it is reported.
 pub(super) type Taken = (Message, OwnedSemaphorePermit);
 
-/// Of which place and version cases are taken.
+/// Place and version of the cases to take.
 pub(super) type Queue = (Place, String);
 
 /// How a request ended.
 enum Ended {
-    /// There may be more.
+    /// Ended normally; there may be more cases.
     Served,
-    /// What was asked is not there any more.
+    /// The connection or the consumer is gone.
     Broken,
-    /// Nobody wants cases.
+    /// The worker takes no more cases.
     Unwanted,
 }
 
-/// Asks for cases as long as somebody wants them.
+/// Takes cases as long as the worker accepts them.
 pub(super) async fn take(room: Room, queue: Queue, slots: Arc<Semaphore>, taken: Sender<Taken>) {
     let mut known: Option<PullConsumer> = None;
     loop {
@@ -70,7 +70,7 @@ async fn request(
     count: usize,
 ) -> Result<Batch, NatsError> {
     if known.is_none() {
-        // The server may have lost everything, or be another.
+        // The server may have lost its data, or be a different one.
         room.furnish().await?;
         *known = Some(room.cases(place, version).await?);
     }
@@ -79,7 +79,7 @@ async fn request(
     batch.map_err(|error| NatsError::server("ask for cases", error))
 }
 
-/// Hands on what comes. A request that was made over a connection that is gone is gone too.
+/// Passes on arriving cases. A request over a lost connection is lost too.
 async fn receive(
     room: &Room,
     mut batch: Batch,

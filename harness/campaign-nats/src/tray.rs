@@ -1,4 +1,4 @@
-//! What the coordinator waits for, what arrived before it was asked for, and what is not kept yet.
+//! The coordinator's bookkeeping: cases it waits for, results that arrived early, and results not stored yet.
 
 use super::job::Done;
 use super::message::{Came, Report, id_of};
@@ -8,22 +8,22 @@ use std::collections::BTreeMap;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-/// Results that nobody has asked for yet, at most: those of a campaign that was interrupted. What is beyond stays on the
-/// server until it is sent again.
+/// The most results that arrived before they were requested: those of an interrupted campaign. Further ones stay on the
+/// server until they are sent again.
 const EARLY_MAX: usize = 4 * WINDOW as usize;
 
 /// A result that arrived.
 pub(super) struct Arrived {
     pub(super) done: Done,
-    /// To be acknowledged once the result is kept.
+    /// Acknowledged once the result is stored.
     pub(super) message: Message,
 }
 
-/// A case that is out.
+/// A case that has been handed out.
 pub(super) struct Asked {
-    /// How it is handed out; ends when the case is on the stream.
+    /// The task that hands it out; ends when the case is on the stream.
     pub(super) handing_out: JoinHandle<()>,
-    /// Its case, to be handed out again.
+    /// Its text, to hand it out again.
     pub(super) body: Vec<u8>,
     waiting: Vec<oneshot::Sender<Done>>,
 }
@@ -33,26 +33,26 @@ pub(super) struct Asked {
 pub(super) struct Tray {
     pub(super) asked: BTreeMap<String, Asked>,
     early: BTreeMap<String, Arrived>,
-    /// Told of, and not kept yet.
+    /// Passed on, but not stored yet.
     told: BTreeMap<String, Vec<Message>>,
 }
 
-/// What a message turned out to be.
+/// Interpretation of a message.
 pub(super) enum Read {
-    /// Whoever asked has it, or will.
+    /// A result; the requester has it or will get it.
     Taken,
-    /// A worker refuses the campaign.
+    /// A worker rejects the campaign.
     Refused { message: Message, worker: String, cause: String },
-    /// It cannot be read.
+    /// The message is invalid.
     Unreadable { message: Message, cause: String },
 }
 
 impl Tray {
-    /// Somebody wants what comes of a case.
+    /// Requests the result of a case.
     pub(super) fn ask(&mut self, id: &str, answer: oneshot::Sender<Done>) -> Asking {
         if let Some(arrived) = self.early.remove(id) {
             self.told.entry(id.to_owned()).or_default().push(arrived.message);
-            // Who asked may have gone.
+            // The receiver may be gone.
             let _ = answer.send(arrived.done);
             return Asking::Known;
         }
@@ -65,7 +65,7 @@ impl Tray {
         }
     }
 
-    /// It is being handed out.
+    /// Registers a case that is being handed out.
     pub(super) fn out(
         &mut self,
         id: String,
@@ -76,7 +76,7 @@ impl Tray {
         self.asked.insert(id, Asked { handing_out, body, waiting: vec![answer] });
     }
 
-    /// A result arrived.
+    /// Takes a result that arrived.
     pub(super) fn arrived(&mut self, message: Message) -> Read {
         let id = id_of(&message.subject).to_owned();
         let report: Report = match serde_json::from_slice(&message.payload) {
@@ -96,7 +96,7 @@ impl Tray {
                 let _ = waiting.send(done.clone());
             }
         } else if let Some(told) = self.told.get_mut(&id) {
-            // It came a second time, and counts once.
+            // A duplicate result, which counts once.
             told.push(message);
         } else if self.early.len() < EARLY_MAX {
             self.early.insert(id, Arrived { done, message });
@@ -104,12 +104,12 @@ impl Tray {
         Read::Taken
     }
 
-    /// The result of a case is kept: its messages may go.
+    /// The result of a case has been stored: returns its messages, to be acknowledged.
     pub(super) fn kept(&mut self, id: &str) -> Vec<Message> {
         self.told.remove(id).unwrap_or_default()
     }
 
-    /// Nobody waits any longer.
+    /// Gives up all requested cases.
     pub(super) fn give_up(&mut self) {
         for (_, asked) in std::mem::take(&mut self.asked) {
             asked.handing_out.abort();
@@ -122,7 +122,7 @@ impl Tray {
 
 /// Whether a case is new.
 pub(super) enum Asking {
-    /// It is out already, or its result is here.
+    /// It has been handed out, or its result is here.
     Known,
     /// It has to be handed out.
     New(oneshot::Sender<Done>),

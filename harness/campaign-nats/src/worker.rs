@@ -1,4 +1,4 @@
-//! A worker: takes cases from a server, carries them out, reports what came of them.
+//! A worker: takes cases from a server, carries them out, and reports the results.
 
 use super::carry::Hands;
 use super::connect::{News, Server, Tell};
@@ -18,42 +18,42 @@ use tokio::sync::{Mutex, Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval};
 
-/// How often it is asked whether it shall stop.
+/// Interval at which the request to stop is checked.
 pub(super) const LISTEN: Duration = Duration::from_millis(100);
-/// How often it is told how far it is.
+/// Interval of progress notices.
 const TELL: Duration = Duration::from_secs(10);
-/// Threads beside those of the cases: for names of machines, and for what is unpacked.
+/// Threads in addition to those of the cases: for name resolution and for unpacking packages.
 const THREADS_BESIDE: usize = 2;
 
-/// What a worker is.
+/// Settings of a worker.
 #[derive(Debug, Clone)]
 pub struct WorkerSettings {
-    /// Where it is.
+    /// Its place.
     pub place: Place,
-    /// Cases at a time.
+    /// Number of parallel cases.
     pub threads: NonZeroUsize,
-    /// Who it is.
+    /// Its name as a holder of leases.
     pub holder: Holder,
-    /// Its version: it carries out cases of no other.
+    /// Its version; it carries out only cases of the same version.
     pub version: String,
     /// How long it waits for a bench that another worker holds.
     pub patience: Duration,
 }
 
-/// What a worker did.
+/// Result of a worker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Worked {
-    /// Cases that it carried out and reported.
+    /// Number of cases carried out and reported.
     pub cases: u64,
 }
 
-/// Works until `stop` says so, or a case is broken off: what is under way is finished and reported as far as its executor does
-/// not break it off, the rest is handed back.
+/// Works until `stop` returns true or a case is interrupted. Cases under way are finished and reported unless their
+/// executor interrupts them; the others are handed back.
 ///
 /// # Errors
 ///
-/// When there is no server at first, the bench is held by another or is lost to one, or a campaign is of another
-/// version. A server that goes away later is waited for.
+/// When the server is unreachable at the start, another worker holds or takes over the bench, or a campaign has another
+/// version. A server that becomes unreachable later is waited for.
 pub fn work(
     server: &Server,
     settings: &WorkerSettings,
@@ -133,7 +133,7 @@ async fn until_stopped(
         }
     };
     hands.stopping.send_replace(true);
-    // What was taken and not begun is handed back with the rest.
+    // Cases that were taken but not begun are handed back too.
     while let Ok(one) = taken.try_recv() {
         cases.spawn(Arc::clone(&hands).carry_out(one));
     }
@@ -149,7 +149,7 @@ async fn until_stopped(
     if let Some(lease) = lease {
         lease.release().await;
     }
-    // What was said last is on its way before the connection is closed.
+    // Sends the last messages before the connection is closed.
     let _ = tokio::time::timeout(LISTEN, hands.room.link.client.flush()).await;
     ended.map(|()| Worked { cases: hands.done.load(Ordering::Relaxed) })
 }
@@ -162,8 +162,8 @@ async fn lost(lease: Option<&Lease>) -> NatsError {
 }
 
 impl WorkerSettings {
-    /// Cases that it has at a time: those that run, and in virtual time as many that wait, so that no thread waits for
-    /// the server. On a bench a case that waits would be kept from nobody else, and gain nothing.
+    /// Number of cases held at a time: the running ones, and in virtual time as many waiting ones, so that no thread
+    /// waits for the server. On a bench a queue would gain nothing.
     fn slots(&self) -> usize {
         match self.place {
             Place::Virtual => 2 * self.threads.get(),

@@ -1,6 +1,6 @@
-//! What a campaign was to do and what came of it: `campaign.json` of its folder, beside the journal of its cases.
+//! The settings and the result of a campaign: `campaign.json` in its folder, beside the journal of its cases.
 //!
-//! It is written when a campaign begins and again when it ends: one that was killed is known as such by it.
+//! It is written when a campaign begins and again when it ends, so it shows whether a campaign was killed.
 
 use super::case::{Case, Repeated};
 use serde::{Deserialize, Serialize};
@@ -11,69 +11,69 @@ use std::path::{Path, PathBuf};
 /// Name of the file in the folder of a campaign.
 pub const ACCOUNT: &str = "campaign.json";
 
-/// Version of the file that is written, and the only one that is read.
+/// Version of the file format, the only one that can be read.
 const SCHEMA: u32 = 1;
 
-/// The longest file that is read.
+/// The longest file that can be read.
 const BYTES_MAX: u64 = 64 * 1024 * 1024;
 
-/// What a campaign was to do, and its end.
+/// The settings of a campaign, and its end.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Account {
     /// Format of the file.
     pub schema: u32,
     /// Version of the harness.
     pub version: String,
-    /// Name of the plan that was struck.
+    /// Name of the plan under test.
     pub plan: String,
-    /// Its title.
+    /// Title of the plan.
     pub title: String,
     /// Seed of the campaign.
     pub seed: u64,
-    /// What chose the next case.
+    /// Name of the search that chose the cases.
     pub search: String,
-    /// Cases that were asked for.
+    /// Number of cases requested.
     pub asked: u64,
-    /// Faults of one case, at most.
+    /// The most faults in one case.
     pub faults_max: usize,
-    /// Who carried the cases out.
+    /// The machine or bench that carried the cases out.
     pub carried_out_by: String,
-    /// What is added to `hil run PLAN --seed N` to carry a case out there.
+    /// Arguments to add to `hil run PLAN --seed N` to carry a case out there.
     pub replay: String,
-    /// How long a run without faults takes, s of bench time.
+    /// Duration of a run without faults, s of bench time.
     pub horizon_s: f64,
-    /// What could strike.
+    /// The possible faults.
     pub kinds: Vec<Struck>,
     /// Phases of the plan that a fault could be tied to.
     pub phases: Vec<String>,
-    /// States that should come about.
+    /// States that the campaign should reach.
     pub states: Vec<String>,
-    /// What it came to; absent while it goes on, and where it was killed.
+    /// The result; absent while the campaign runs, and if it was killed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub end: Option<End>,
 }
 
-/// A kind of fault, and what it strikes.
+/// A kind of fault and its target.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Struck {
     /// The kind.
     pub kind: String,
-    /// What it strikes.
+    /// The target.
     pub target: String,
 }
 
-/// What a campaign came to, beside what its journal says.
+/// The result of a campaign, beyond its journal.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct End {
-    /// How long it took, s; since it was resumed, if it was.
+    /// Duration, s, since the last resumption.
     pub wall_s: f64,
-    /// Cases that were done before it was resumed.
+    /// Number of cases done before it was resumed.
     pub resumed: u64,
-    /// It was stopped before its end.
+    /// Whether it was stopped before its end.
     pub stopped: bool,
-    /// The smallest case of each property that broke.
+    /// The smallest case for each broken property.
     pub found: Vec<FoundCase>,
-    /// Properties that could not be judged, and why.
+    /// Properties that could not be judged, with the reason.
     pub not_judged: BTreeMap<String, String>,
 }
 
@@ -84,28 +84,28 @@ pub struct FoundCase {
     pub property: String,
     /// Number of the first case that broke it.
     pub number: u64,
-    /// Cases that broke it.
+    /// Number of cases that broke it.
     pub times: u64,
-    /// Bench time when it broke, s.
+    /// Bench time of the violation, s.
     pub at_s: f64,
-    /// What was seen then.
+    /// The observation at that time.
     pub what: String,
-    /// Runs that it took to make it small.
+    /// Number of runs that shrinking took.
     pub executions: u64,
     /// The smallest case.
     pub case: Case,
-    /// Its plan, as a path from where the campaign was started.
+    /// Path of its plan, relative to the folder in which the campaign was started.
     pub plan: String,
-    /// The same in the folder of the campaign; absent where it went elsewhere.
+    /// The same file in the folder of the campaign; absent if it was written elsewhere.
     pub file: Option<String>,
-    /// Where runs differ: what repeating it came to.
+    /// Result of the repetitions, if runs differ.
     pub repeated: Option<Repeated>,
 }
 
 /// Why an account cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AccountError {
-    /// It cannot be read or written.
+    /// The file cannot be read or written.
     #[error("failed to keep {}", path.display())]
     #[diagnostic(help(
         "`hil campaign` with the same arguments goes on where it stopped, and writes it anew"
@@ -116,7 +116,7 @@ pub enum AccountError {
         /// Why.
         source: io::Error,
     },
-    /// It is none, or another program wrote it.
+    /// The file is not an account, or is from another program.
     #[error("failed to understand {} as the account of a campaign", path.display())]
     #[diagnostic(help(
         "`hil campaign` with the same arguments goes on where it stopped, and writes it anew"
@@ -127,30 +127,30 @@ pub enum AccountError {
         /// Why.
         source: serde_json::Error,
     },
-    /// Another version wrote it.
+    /// The file is from another version.
     #[error("{} is of format {found}, and {SCHEMA} is the one that is known here", path.display())]
     #[diagnostic(help("draw it with the version of hil that made it, {version}"))]
     Version {
         /// The file.
         path: PathBuf,
-        /// Its format.
+        /// Format of the file.
         found: u32,
-        /// The harness that wrote it.
+        /// Version of the harness that wrote it.
         version: String,
     },
 }
 
 impl Account {
-    /// Of a campaign that begins, of this version.
+    /// The account of a new campaign, with this version.
     pub fn new() -> Self {
         Self { schema: SCHEMA, version: record::VERSION.to_owned(), ..Self::default() }
     }
 
-    /// Writes it into the folder of the campaign.
+    /// Writes the account into the folder of the campaign.
     ///
     /// # Errors
     ///
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), AccountError> {
         let path = folder.join(ACCOUNT);
         let written = serde_json::to_vec_pretty(self).map_err(io::Error::from);
@@ -159,11 +159,11 @@ impl Account {
             .map_err(|source| AccountError::Io { path, source })
     }
 
-    /// Reads it from there.
+    /// Reads the account from the folder.
     ///
     /// # Errors
     ///
-    /// When there is none, or none of this version.
+    /// When there is no account, or it has another version.
     pub fn read(folder: &Path) -> Result<Self, AccountError> {
         use io::Read as _;
         let path = folder.join(ACCOUNT);
@@ -184,7 +184,7 @@ impl Account {
     }
 }
 
-/// What every version says.
+/// The part that all versions have in common.
 #[derive(Deserialize)]
 struct Head {
     schema: u32,

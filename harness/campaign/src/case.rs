@@ -1,4 +1,4 @@
-//! One case: a seed and what goes wrong; and what came of it.
+//! A case: a seed and a fault schedule; and its result.
 
 use plan::faults::Schedule;
 use record::outcome::Outcome;
@@ -6,35 +6,35 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-/// The property that is broken by a controller that panics.
+/// The property that a controller breaks by a panic.
 pub const PANIC: &str = "no_panic";
-/// What is broken where a plan does not pass.
+/// The property that a plan breaks if it does not pass.
 pub const PASSES: &str = "passes";
 
 /// One run of a plan.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Case {
-    /// Of everything random in the run.
+    /// Seed of all random numbers of the run.
     pub seed: u64,
-    /// What goes wrong.
+    /// The faults.
     #[serde(default)]
     pub schedule: Schedule,
 }
 
-/// A case by its content: equal cases of equal plans have equal names.
+/// Identity of a case by its content: equal cases of equal plans have equal names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CaseId(u128);
 
 impl Case {
-    /// Its name among those of the plan with this text.
+    /// Its name among the cases of the plan with this text.
     pub fn id(&self, plan: &str) -> CaseId {
         CaseId::of(&[record::VERSION, plan, &self.seed.to_string(), &self.schedule.to_toml()])
     }
 }
 
 impl CaseId {
-    /// Of texts, which may hold anything.
+    /// The name of these texts, which may contain any characters.
     pub fn of(texts: &[&str]) -> Self {
         let mut hash = Fnv::new();
         for text in texts {
@@ -45,7 +45,7 @@ impl CaseId {
     }
 }
 
-/// FNV-1a, 128 bits (Fowler, Noll, Vo; constants of RFC 9923): fixed for all time and all platforms.
+/// FNV-1a, 128 bits (Fowler, Noll, Vo; constants of RFC 9923): the same in all versions and on all platforms.
 struct Fnv(u128);
 
 impl Fnv {
@@ -68,73 +68,73 @@ impl fmt::Display for CaseId {
     }
 }
 
-/// Where a property broke.
+/// A violation of a property.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Violated {
     /// The property.
     pub property: String,
     /// Bench time, s.
     pub at_s: f64,
-    /// What was seen.
+    /// The observation at that time.
     pub what: String,
 }
 
-/// What one case came to.
+/// Result of one case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct CaseResult {
-    /// How the run ended, as in its summary.
+    /// Outcome of the run, as in its summary.
     pub outcome: String,
-    /// Always-properties that were broken, in the order in which they are declared.
+    /// Broken always-properties, in the order of their declaration.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub violated: Vec<Violated>,
-    /// Least margin of each always-property that had something to judge: negative where it broke.
+    /// Smallest margin of each always-property that had something to judge; negative if it broke.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub margins: BTreeMap<String, f64>,
-    /// Sometimes-properties that came about.
+    /// Sometimes-properties that occurred.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub reached: BTreeSet<String>,
-    /// Where runs differ: what came of repeating the case, for each property that broke in its first run. One that is not
-    /// among the violated was not shown to break.
+    /// If runs differ: the result of the repetitions, for each property that broke in the first run. A property that is
+    /// not in `violated` was not confirmed.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub repeated: BTreeMap<String, Repeated>,
-    /// Every measurement of the plan was in its band, and the plan went to its end.
+    /// Whether the plan ran to its end with every measurement in its band.
     pub passed: bool,
-    /// A controller that takes missions said that something is wrong: its health was worse than ok after it had been ok, or it
-    /// refused or broke off a mission. Envelopes ask for it, whose journals keep it beside the result.
+    /// Whether a controller that takes missions reported a problem: its health became worse than ok after it had been
+    /// ok, or it refused or aborted a mission. Used by envelopes, whose journals store it beside the result.
     #[serde(skip)]
     pub announced: bool,
 }
 
 impl CaseResult {
-    /// Of a case of which nothing is known but how it ended.
+    /// The result of a case of which only the outcome is known.
     pub fn ended(outcome: &str) -> Self {
         Self { outcome: outcome.to_owned(), ..Self::default() }
     }
 
-    /// Nobody carried it out to its end, because somebody wants no more.
+    /// The result of a case that was interrupted on request.
     pub fn given_up() -> Self {
         Self::ended(Outcome::Aborted.name())
     }
 
-    /// It was given up on request: it says nothing of the case.
+    /// Whether it was interrupted on request, and so says nothing about the case.
     pub fn is_given_up(&self) -> bool {
         self.outcome == Outcome::Aborted.name()
     }
 
-    /// Did this property break?
+    /// Whether this property broke.
     pub fn breaks(&self, property: &str) -> bool {
         self.violated.iter().any(|violated| violated.property == property)
     }
 }
 
-/// What repetitions of one case came to, for one property.
+/// Result of the repetitions of one case, for one property.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Repeated {
-    /// How many broke it.
+    /// Number of repetitions that broke it.
     pub broke: u64,
-    /// Of how many.
+    /// Number of repetitions.
     pub of: u64,
-    /// At the confidence asked for it breaks in at least this share of all runs.
+    /// The lower bound, at the requested confidence, of the share of all runs that break it.
     pub at_least: f64,
 }
 

@@ -1,7 +1,7 @@
-//! How much of one kind of fault is tolerated: what becomes of runs over its severity.
+//! The tolerance for one kind of fault: results of runs at increasing severity.
 //!
-//! A run passes, or it fails and the controller said so, or it fails and nobody was told: silently wrong. The last is worse
-//! than the second, so that each has its share.
+//! A run passes, or it fails and the controller reported that, or it fails without a report: silently wrong. A silent
+//! failure is worse than a reported one, so they are counted separately.
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
@@ -14,59 +14,59 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroUsize;
 use wire::time::Span;
 
-/// How an envelope is measured.
+/// Settings for measuring an envelope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnvelopeSettings {
-    /// Runs at each severity at most, each with a seed of its own; fewer where they decide.
+    /// The most runs at each severity, each with its own seed; fewer if they suffice for a decision.
     pub runs: u64,
-    /// What is tolerated passes in this share of runs at least, at 95 % confidence.
+    /// A severity is tolerated if at least this share of runs passes, at 95 % confidence.
     pub share: f64,
     /// The first seed.
     pub seed: u64,
-    /// A severity that is run whatever the rest shows: the one that is asked for.
+    /// A severity that is run in any case: the requested one.
     pub asked: Option<f64>,
-    /// How long the plan takes where nothing goes wrong. A fault that lasts by itself, or an instant, begins at a
-    /// time within it that is drawn from the seed of each run.
+    /// Duration of the plan without faults. A fault with its own duration, or at an instant, begins at a time within
+    /// it, drawn from the seed of each run.
     pub horizon: Span,
-    /// Where the plan moves after a bias test, these phases: faults strike there, as one before the test is a fault of the
-    /// test. The first of them is the first to come.
+    /// The phases with motion, if the plan moves after a bias test. Faults act there, because an earlier one would be a
+    /// fault of the test. The first phase is the earliest.
     pub motions: Vec<(Name, u32)>,
-    /// Somebody takes missions and reports how well he is: what fails can have been said.
+    /// Whether the controller takes missions and reports its health, so that a failure can have been announced.
     pub tells: bool,
-    /// Runs at a time.
+    /// Number of parallel runs.
     pub threads: NonZeroUsize,
 }
 
 impl EnvelopeSettings {
-    /// Runs that an envelope takes at most: those without a fault, the ladder and what lies below it, the halvings, and what
-    /// is asked for.
+    /// The most runs of an envelope: those without a fault, the ladder and the steps below it, the bisection, and the
+    /// requested severity.
     pub fn runs_max(&self) -> u64 {
         let levels = 1 + LADDER + BELOW + HALVINGS + usize::from(self.asked.is_some());
         self.runs.saturating_mul(levels as u64)
     }
 
-    /// Is a severity tolerated by what was run?
+    /// Whether a severity is tolerated according to its runs.
     fn tolerates(&self, level: &Level) -> bool {
         level.interval.0 >= self.share
     }
 }
 
-/// What became of the runs at one severity.
+/// Results of the runs at one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Level {
-    /// In the unit of the kind's first parameter; zero where there is no fault.
+    /// In the unit of the kind's first parameter; zero without a fault.
     pub severity: f64,
-    /// Runs that passed.
+    /// Number of runs that passed.
     pub passed: u64,
-    /// Runs that did not, and whose controller said so: it stopped, refused, or reported that it is not well.
+    /// Number of failed runs whose controller reported it: it stopped, refused, or reported bad health.
     #[serde(default)]
     pub announced: u64,
-    /// Runs that did not, and whose controller said nothing, or too late: silently wrong.
+    /// Number of failed runs whose controller reported nothing, or too late: silently wrong.
     #[serde(default)]
     pub silent: u64,
-    /// Runs. Where nobody takes missions, those that failed are neither announced nor silent.
+    /// Number of runs. Without a controller that takes missions, failed runs are neither announced nor silent.
     pub runs: u64,
-    /// 95 % interval of the probability to pass (Wilson).
+    /// 95 % interval of the pass probability (Wilson).
     pub interval: (f64, f64),
 }
 
@@ -77,79 +77,79 @@ impl Level {
     }
 }
 
-/// The share of runs that pass over the severity of one kind.
+/// The share of runs that pass, over the severity of one kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Envelope {
     /// The kind.
     pub kind: String,
-    /// What it strikes.
+    /// The target.
     pub target: String,
     /// Unit of severities.
     pub unit: String,
-    /// Share of runs that has to pass.
+    /// Required share of passing runs.
     pub share: f64,
-    /// What was run, the mildest first.
+    /// Results, the mildest severity first.
     pub levels: Vec<Level>,
-    /// The greatest severity at which, and at every smaller one that was run, the lower end of the interval is
-    /// `share` or more; none where even the least is not tolerated.
+    /// The greatest severity for which it holds, as for every smaller one that was run, that the lower end of the
+    /// interval is at least `share`; `None` if not even the smallest is tolerated.
     pub tolerated: Option<f64>,
-    /// The range ended there: more was not tried.
+    /// Whether everything up to the end of the range is tolerated.
     pub is_all: bool,
 }
 
 impl Envelope {
-    /// Runs that passed without any fault, where that is too few already.
+    /// The level without any fault, if too few of its runs passed.
     pub fn fails_by_itself(&self) -> Option<&Level> {
         let first = self.levels.first().filter(|level| level.severity == 0.0);
         first.filter(|level| level.interval.0 < self.share)
     }
 
-    /// The severity at which the largest share of runs was silently wrong; none where none was.
+    /// The severity with the largest share of silent failures; `None` if there were none.
     pub fn most_silent(&self) -> Option<&Level> {
         let share = |level: &Level| level.silent as f64 / level.runs as f64;
         let silent = self.levels.iter().filter(|level| level.silent > 0);
         silent.max_by(|a, b| share(a).total_cmp(&share(b)))
     }
 
-    /// So much, and all less of it that was run, is tolerated.
+    /// Whether this severity, and every smaller one that was run, is tolerated.
     pub fn tolerates(&self, severity: f64) -> bool {
         self.tolerated.is_some_and(|most| most >= severity)
     }
 }
 
-/// One envelope, and what it should have been.
+/// An envelope and its requirement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The plan that ran.
     pub plan: String,
-    /// What was measured.
+    /// The measured envelope.
     #[serde(flatten)]
     pub envelope: Envelope,
-    /// The severity that must be tolerated, where one was asked for.
+    /// The severity that must be tolerated, if requested.
     pub at_least: Option<f64>,
 }
 
 impl Measured {
-    /// What was asked for is tolerated; true where nothing was.
+    /// Whether the requested severity is tolerated; true without a request.
     pub fn holds(&self) -> bool {
         self.at_least.is_none_or(|least| self.envelope.tolerates(least))
     }
 }
 
-/// Severities of the first look, in even steps of the logarithm.
+/// Number of severities in the first pass, in even logarithmic steps.
 const LADDER: usize = 9;
-/// Severities below those, each a tenth of the one above, where even the least is not tolerated.
+/// Number of severities below those, each a tenth of the previous, if not even the smallest is tolerated.
 const BELOW: usize = 3;
-/// Times that the step between what is tolerated and what is not is halved.
+/// Number of bisections between a tolerated severity and the next one that is not.
 const HALVINGS: usize = 4;
-/// Runs of the first round at a severity; each further round doubles them.
+/// Runs in the first round at a severity; each further round doubles the total.
 const ROUND: u64 = 20;
-/// A round decides where an interval of 99 % does: several rounds are looked at, and each look may be wrong.
+/// A round decides by an interval of 99 %, because several rounds are evaluated and each may be wrong.
 const Z_ROUND: f64 = 2.575_829_303_548_901;
 
-/// Measures the envelope of `fault` with one executor: no fault, a ladder over the whole range of its severity, tenths below
-/// it where the least is too much, then halves between the last step that is tolerated and the next. `pulse` hears of each
-/// level; false stops.
+/// Measures the envelope of `fault` with one executor: no fault, a ladder over the whole range of severity, tenths
+/// below it if the smallest is too much, then a bisection between the last tolerated step and the next. `pulse`
+/// receives each level; returning false stops.
 pub fn envelope(
     executor: &impl Executor,
     fault: &Fault,
@@ -169,7 +169,7 @@ pub fn envelope(
         Some(settings.tolerates(&level))
     };
     let rung = |step: usize| severity(fault.what, step as f64 / (LADDER - 1) as f64);
-    // Without any fault: what fails there says nothing of the fault.
+    // Without any fault: a failure there says nothing about the fault.
     let passes_by_itself = measure(0.0, &mut levels) == Some(true);
     let (mut good, mut bad) = (None, None);
     for step in 0..LADDER {
@@ -177,7 +177,7 @@ pub fn envelope(
             Some(true) if bad.is_none() => good = Some(rung(step)),
             Some(false) if bad.is_none() => bad = Some(rung(step)),
             None => break,
-            // What is worse shows how it goes on: it may pass again.
+            // Higher severities complete the picture: runs may pass again.
             Some(_) => {}
         }
     }
@@ -220,7 +220,7 @@ pub fn envelope(
     }
 }
 
-/// Tenths of `least`, as far down as the kind goes.
+/// Tenths of `least`, down to the limit of the kind.
 fn below(what: FaultKind, least: f64) -> impl Iterator<Item = f64> {
     let floor = what.severity_range().0;
     let tenths = (1..=BELOW as i32).map(move |power| least * 0.1f64.powi(power));
@@ -263,10 +263,10 @@ fn at(
     }
 }
 
-/// As the fault says. Where it says nothing, it begins with the first motion after a bias test; one that would be over at once
-/// begins some time in the run, within a motion after the bias test where there is one.
+/// The start given by the fault. Otherwise it starts with the first motion after a bias test; a fault that would end at
+/// once starts at a random time of the run, within a motion after the bias test if there is one.
 fn begin(fault: &Fault, seed: u64, settings: &EnvelopeSettings) -> When {
-    // A person errs before the test, too.
+    // Errors of a person can also occur before the test.
     if !fault.when.is_always() || fault.target == Target::Operator {
         return fault.when.clone();
     }
@@ -290,7 +290,7 @@ fn begin(fault: &Fault, seed: u64, settings: &EnvelopeSettings) -> When {
     When::At(ms(share(), settings.horizon))
 }
 
-/// What became of a run.
+/// Result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ended {
     Passed,
@@ -308,7 +308,7 @@ fn ended(result: &CaseResult) -> Ended {
     }
 }
 
-/// The property that fails when a word of it arrives too late.
+/// The property that fails if a report comes too late.
 const NO_SILENT_WRONG: &str = "no_silent_wrong";
 
 #[cfg(test)]

@@ -1,36 +1,35 @@
-//! Who carries out a case.
+//! The interface that carries out cases.
 
 use super::case::{Case, CaseResult, Repeated};
 use record::outcome::Outcome;
 use wire::time::Span;
 
-/// Carries out cases. The same case gives the same result, but on a real bench. One that is interrupted gives a
-/// result that ended [`Outcome::Aborted`]: nobody learns from it.
+/// Carries out cases. The same case gives the same result, except on a real bench. An interrupted case ends as
+/// [`Outcome::Aborted`]; its result is not used.
 pub trait Executor: Sync {
     /// Carries out `case`.
     fn execute(&self, case: &Case) -> CaseResult;
 
-    /// How long the plan takes where nothing goes wrong, and what one run comes to then. What has no plan takes no time.
+    /// Duration of the plan without faults, and the result of one such run. Zero for an executor without a plan.
     fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
         (Span::ZERO, self.execute(&Case { seed, ..Case::default() }))
     }
 
-    /// What all repetitions of `case` show of `property`, afresh. Where the same case always comes to the same, once is
-    /// enough.
+    /// The result of repeating `case` afresh, for `property`. If a case always gives the same result, one run suffices.
     ///
     /// # Errors
     ///
-    /// How a run ended that says nothing: [`Outcome::Error`] where the bench broke, [`Outcome::Aborted`] where it was
-    /// given up.
+    /// The outcome of a run that says nothing: [`Outcome::Error`] if the bench failed, [`Outcome::Aborted`] if it was
+    /// interrupted.
     fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {
         let broke = u64::from(self.execute(case).breaks(property));
         Ok(Repeated { broke, of: 1, at_least: broke as f64 })
     }
 
-    /// What came of `case` is kept: this executor need not remember it any longer.
+    /// The result of `case` has been stored: the executor need not keep it any longer.
     fn kept(&self, _case: &Case) {}
 
-    /// Can `case` be carried out at all?
+    /// Whether `case` can be carried out at all.
     fn takes(&self, _case: &Case) -> bool {
         true
     }

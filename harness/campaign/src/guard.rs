@@ -1,16 +1,16 @@
-//! A controller that panics ends no campaign.
+//! Keeps a campaign running when a controller panics.
 
 use super::case::{Case, CaseResult, PANIC, Violated};
 use super::executor::Executor;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// A controller that panics breaks a property; it does not end the campaign.
+/// Carries out a case and turns a panic of the controller into a broken property.
 pub(super) fn guarded(executor: &(impl Executor + ?Sized), case: &Case) -> CaseResult {
     caught(|| executor.execute(case), |panicked| panicked)
 }
 
-/// What `work` gives, or what is made of a case whose controller panicked.
+/// The result of `work`, or, if the controller panicked, the result that `of` makes of such a case.
 pub fn caught<T>(work: impl FnOnce() -> T, of: impl FnOnce(CaseResult) -> T) -> T {
     let panic = match catch_unwind(AssertUnwindSafe(work)) {
         Ok(given) => return given,
@@ -32,13 +32,13 @@ fn message(panic: &(dyn Any + Send)) -> String {
         .unwrap_or_else(|| "a panic without words".to_owned())
 }
 
-/// An executor whose cases end no campaign.
+/// An executor whose panics do not end the campaign.
 pub(super) struct Guarded<'a, E>(pub(super) &'a E);
 
 impl<E: Executor> Executor for Guarded<'_, E> {
     fn execute(&self, case: &Case) -> CaseResult {
         let result = guarded(self.0, case);
-        // Nobody asks for it again: where shrinking is repeated, so is this case.
+        // The result is not requested again: if shrinking is repeated, so is this case.
         self.0.kept(case);
         result
     }

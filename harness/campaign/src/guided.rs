@@ -1,4 +1,4 @@
-//! Looks everywhere evenly, and goes down along margins as far as that pays.
+//! Covers the space evenly, and descends along margins as far as that pays off.
 
 use super::case::{Case, CaseResult};
 use super::mutation::mutated;
@@ -8,45 +8,45 @@ use super::survey::Survey;
 use rand::RngExt as _;
 use std::collections::{BTreeMap, VecDeque};
 
-/// Best cases that are kept for each property.
+/// Number of best cases kept per property.
 const KEPT: usize = 4;
-/// Share of cases that are changes of earlier ones: at least, at most, and before it is known whether they pay.
+/// Share of cases that mutate earlier ones: minimum and maximum.
 const DESCENT: (f64, f64) = (0.05, 0.6);
-/// See [`DESCENT`].
+/// Initial share, until the success of mutations is known.
 const DESCENT_FIRST: f64 = 0.15;
-/// How much the last change says of whether changes pay.
+/// Weight of the last mutation in the estimate of success.
 const MEMORY: f64 = 0.1;
-/// A margin has come down where it is less than the greatest that was seen by this share of it.
+/// A margin counts as decreased if it is below the greatest seen by this share.
 const DOWN: f64 = 0.05;
 
-/// Goes down along the margins of the properties, as falsification of cyber-physical systems does (Annpureddy, Liu,
+/// Descends along the margins of the properties, as in the falsification of cyber-physical systems (Annpureddy, Liu,
 /// Fainekos and Sankaranarayanan, S-TaLiRo, 2011), from cases that cover the space evenly.
 ///
-/// A margin says nothing of a mistake until a case is nearly there: then it leads on, and until then only other kinds,
-/// phases and severities do. So the share of cases that are changes of those that came nearest to break a property
-/// follows from how often such a change came nearer still (adaptive choice of operators; Fialho, 2010); all others are
-/// drawn evenly. Several cases may be drawn before what came of the first of them is learnt.
+/// A margin carries no information until a case is close to a violation; from there it guides the search, and until
+/// then only other kinds, phases and severities help. So the share of mutations of the closest cases follows from how
+/// often such a mutation came closer (adaptive choice of operators; Fialho, 2010); all other cases are drawn evenly.
+/// Several cases may be drawn before the result of the first is learnt.
 #[derive(Debug)]
 pub struct Guided {
     space: Space,
     dice: Dice,
     survey: Survey,
-    /// The nearest cases of each property, the nearest first.
+    /// The closest cases of each property, the closest first.
     nearest: BTreeMap<String, Vec<(f64, Case)>>,
-    /// The greatest margin of each property: that of a run in which nothing comes near.
+    /// The greatest margin of each property: that of an uneventful run.
     farthest: BTreeMap<String, f64>,
-    /// Properties that are found broken: nothing is left to be learnt of them.
+    /// Broken properties, which need no further search.
     broken: Vec<String>,
-    /// Of each case that is drawn and not learnt, the property along which it goes down.
+    /// For each case drawn but not learnt yet: the property of its descent, if any.
     under_way: VecDeque<Option<String>>,
-    /// How often going down along each property came nearer, of late.
+    /// Recent success rate of the descent along each property.
     pays: BTreeMap<String, f64>,
-    /// The same of all of them.
+    /// The same rate over all properties.
     descent: f64,
 }
 
 impl Guided {
-    /// In `space`; `seed` says which.
+    /// Searches `space` with random numbers from `seed`.
     pub fn new(space: &Space, seed: u64) -> Self {
         let mut dice = Dice::new(seed);
         Self {
@@ -62,7 +62,7 @@ impl Guided {
         }
     }
 
-    /// A property to go down along, more likely one that pays, and a change of one of its nearest cases.
+    /// Mutates one of the closest cases of a property; properties with success are more likely.
     fn descend(&mut self) -> Option<(String, Case)> {
         let weights: Vec<(&String, f64)> = self
             .nearest
@@ -83,14 +83,14 @@ impl Guided {
         });
         let property = chosen.or(weights.last())?.0.clone();
         let cases = self.nearest.get(&property)?;
-        // The nearest is as likely as all others together.
+        // The closest is as likely as all others together.
         let rank = self.dice.random.random_range(0..2 * cases.len()).saturating_sub(cases.len());
         let parent = cases.get(rank)?.1.clone();
         let case = mutated(&parent, &self.space, &mut self.survey, &mut self.dice)?;
         Some((property, case))
     }
 
-    /// Keeps a case where it is among the nearest of a property; true where it is nearer than all.
+    /// Keeps a case if it is among the closest of a property; returns whether it is closer than all.
     fn keep(&mut self, property: &str, margin: f64, case: &Case) -> bool {
         let farthest = self.farthest.entry(property.to_owned()).or_insert(margin);
         *farthest = farthest.max(margin);
@@ -172,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Cases until the toy breaks, of which so many are drawn before the first is learnt.
+    /// Number of cases until the toy breaks, when this many are drawn before the first is learnt.
     fn needed(search: &mut dyn Search, toy: &Toy, window: usize) -> usize {
         const CASES_MAX: usize = 3_000;
         let mut drawn: VecDeque<Case> = VecDeque::new();
@@ -190,8 +190,8 @@ mod tests {
         CASES_MAX
     }
 
-    /// The toy breaks where two of its faults are large and close together: the margin leads there, and still does
-    /// when many cases are drawn ahead.
+    /// The toy breaks if two of its faults are large and close together: the margin leads there, even when many cases
+    /// are drawn ahead.
     #[test]
     fn margins_lead_to_what_chance_finds_late() {
         let (space, toy) = (space(), Toy::narrow());

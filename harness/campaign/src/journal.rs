@@ -1,5 +1,4 @@
-//! What has been done of a campaign: one JSON line a case, so that one that was interrupted goes on where it
-//! stopped.
+//! The progress of a campaign, one JSON line per case, so that an interrupted campaign can resume.
 
 use super::case::{Case, CaseResult};
 use serde::{Deserialize, Serialize};
@@ -15,7 +14,7 @@ struct Head {
     schema: u32,
     version: String,
     campaign: String,
-    /// In real time: how long a run without faults took when the campaign was begun.
+    /// In real time: the duration of a run without faults at the start of the campaign.
     #[serde(default, rename = "horizon_ns", skip_serializing_if = "Option::is_none")]
     horizon: Option<Span>,
 }
@@ -23,23 +22,23 @@ struct Head {
 const SCHEMA: u32 = 1;
 
 impl Head {
-    /// Of the same campaign, begun at another time.
+    /// Whether both are of the same campaign, even if begun at different times.
     fn is_of_the_same(&self, other: &Self) -> bool {
         let of = |head: &Self| (head.schema, head.horizon.is_some());
         of(self) == of(other) && self.version == other.version && self.campaign == other.campaign
     }
 }
 
-/// One case that is done.
+/// One finished case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// Its number in the campaign, from 0.
+    /// Number in the campaign, from 0.
     pub number: u64,
     /// The case.
     pub case: Case,
-    /// What it came to.
+    /// The result.
     pub result: CaseResult,
-    /// That of the result, where an envelope asks for it.
+    /// Copy of the result's flag, for envelopes.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub announced: bool,
 }
@@ -47,7 +46,7 @@ pub struct Line {
 /// Why a journal cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum JournalError {
-    /// It cannot be read or written.
+    /// The file cannot be read or written.
     #[error("failed to keep the journal {}", path.display())]
     Io {
         /// The journal.
@@ -55,58 +54,58 @@ pub enum JournalError {
         /// Why.
         source: io::Error,
     },
-    /// It is of another campaign.
+    /// The journal is from another campaign.
     #[error("{} is of another campaign: {found}", path.display())]
     #[diagnostic(help("this one is {asked}; choose another --out, or remove the folder"))]
     Other {
         /// The journal.
         path: PathBuf,
-        /// What it says of itself.
+        /// The campaign in the journal.
         found: String,
-        /// What is asked for.
+        /// The requested campaign.
         asked: String,
     },
-    /// A line within it is not right.
+    /// A line is invalid.
     #[error("{}:{line}: {message}", path.display())]
     #[diagnostic(help("remove the journal to begin anew"))]
     Broken {
         /// The journal.
         path: PathBuf,
-        /// Which line, from 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// What is wrong.
+        /// Description of the error.
         message: String,
     },
 }
 
-/// The journal of one campaign, open for more.
+/// The journal of one campaign, open for appending.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     file: File,
     horizon: Option<Span>,
-    /// What was done before, by number.
+    /// Finished cases by number.
     pub(super) done: BTreeMap<u64, Line>,
 }
 
 impl Journal {
-    /// Opens `path`, or begins it. `campaign` says which campaign it is of: plan, search, seed and what else
-    /// decides its cases. A last line that was cut short is dropped.
+    /// Opens the journal at `path`, or creates it. `campaign` identifies the campaign: plan, search, seed and
+    /// everything else that determines its cases. A truncated last line is dropped.
     ///
     /// # Errors
     ///
-    /// When it cannot be read or written, or is of another campaign or version.
+    /// When it cannot be read or written, or is from another campaign or version.
     pub fn open(path: &Path, campaign: &str) -> Result<Self, JournalError> {
         Self::open_any(path, campaign, None)
     }
 
-    /// The same of a campaign in real time, where a run without faults took `horizon` this time. What it took when the
-    /// campaign was begun goes on to count ([`horizon`](Self::horizon)): no two runs take the same time, and cases are to
-    /// be drawn as they were.
+    /// Opens the journal of a campaign in real time, in which a run without faults has now taken `horizon`. The
+    /// duration at the start of the campaign stays valid ([`horizon`](Self::horizon)), because durations differ from
+    /// run to run and cases must be drawn as before.
     ///
     /// # Errors
     ///
-    /// As of [`open`](Self::open).
+    /// See [`open`](Self::open).
     pub fn open_in_real_time(
         path: &Path,
         campaign: &str,
@@ -149,17 +148,17 @@ impl Journal {
         Ok(Self { path: path.to_owned(), file, horizon, done })
     }
 
-    /// What was done before it was opened.
+    /// The cases that were finished before it was opened.
     pub const fn done(&self) -> &BTreeMap<u64, Line> {
         &self.done
     }
 
-    /// In real time: how long a run without faults took when the campaign was begun.
+    /// In real time: the duration of a run without faults at the start of the campaign.
     pub const fn horizon(&self) -> Option<Span> {
         self.horizon
     }
 
-    /// Keeps one more.
+    /// Appends a finished case.
     ///
     /// # Errors
     ///
@@ -170,18 +169,18 @@ impl Journal {
     }
 }
 
-/// Reads the journal at `path`, one case after another in the order in which they were done, and leaves it as it is.
-/// A last line that was cut short is left out.
+/// Reads the journal at `path` case by case, in the order of completion, without changing it. A truncated last line is
+/// left out.
 ///
 /// # Errors
 ///
-/// When it cannot be read, or a line within it is not right.
+/// When it cannot be read, or a line is invalid.
 pub fn each_line(path: &Path, take: &mut dyn FnMut(Line)) -> Result<(), JournalError> {
     let failed = |source| JournalError::Io { path: path.to_owned(), source };
     read(path, &File::open(path).map_err(failed)?, take).map(|_| ())
 }
 
-/// The head, and how many bytes of it are whole lines.
+/// The head, and the number of bytes in complete lines.
 type Read = (Option<Head>, u64);
 
 fn read(path: &Path, file: &File, take: &mut dyn FnMut(Line)) -> Result<Read, JournalError> {
@@ -195,7 +194,7 @@ fn read(path: &Path, file: &File, take: &mut dyn FnMut(Line)) -> Result<Read, Jo
         let length = reader
             .read_until(b'\n', &mut text)
             .map_err(|source| JournalError::Io { path: path.to_owned(), source })?;
-        // What was being written when the power went has no end of line.
+        // A line that a power failure cut off has no line end.
         if length == 0 || text.last() != Some(&b'\n') {
             break;
         }
@@ -215,7 +214,7 @@ fn read(path: &Path, file: &File, take: &mut dyn FnMut(Line)) -> Result<Read, Jo
 fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
     let mut text = serde_json::to_vec(line)?;
     text.push(b'\n');
-    // One write, so that a line is there as a whole or cut short at its end.
+    // A single write, so that a line is complete or truncated at its end.
     file.write_all(&text)
 }
 
@@ -261,7 +260,7 @@ mod tests {
         assert_eq!(read, lines[..4]);
     }
 
-    /// No two runs in real time take the same: what the first took decides the cases for good.
+    /// Durations in real time differ; the first one determines the cases for good.
     #[test]
     fn the_first_horizon_stays() {
         let folder = tempfile::tempdir().unwrap();
@@ -269,7 +268,7 @@ mod tests {
         let open = |ms| Journal::open_in_real_time(&path, "toy", Span::from_millis(ms));
         assert_eq!(open(8_003).unwrap().horizon(), Some(Span::from_millis(8_003)));
         assert_eq!(open(7_998).unwrap().horizon(), Some(Span::from_millis(8_003)));
-        // That of a campaign in virtual time is another's.
+        // A campaign in virtual time is a different campaign.
         assert!(matches!(Journal::open(&path, "toy"), Err(JournalError::Other { .. })));
     }
 

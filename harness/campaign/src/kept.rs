@@ -1,4 +1,4 @@
-//! Cases that are carried out once: what came of them stands in a journal, so that an envelope that was interrupted goes on.
+//! Carries out each case once and stores its result in a journal, so that an interrupted envelope can resume.
 
 use super::case::{Case, CaseId, CaseResult};
 use super::executor::Executor;
@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use wire::time::Span;
 
-/// Carries out what a journal does not hold, and keeps it there. The numbers of its lines are those of their order.
+/// Carries out the cases that are missing in a journal, and adds them. Lines are numbered in order.
 #[derive(Debug)]
 pub struct Kept<'a, E> {
     executor: &'a E,
@@ -24,11 +24,11 @@ struct Keeping {
 }
 
 impl<'a, E: Executor> Kept<'a, E> {
-    /// With the journal at `path`, which is created if it does not exist; `what` identifies the campaign.
+    /// Opens or creates the journal at `path`; `what` identifies the campaign.
     ///
     /// # Errors
     ///
-    /// As of [`Journal::open`].
+    /// See [`Journal::open`].
     pub fn open(executor: &'a E, path: &Path, what: &str) -> Result<Self, JournalError> {
         let mut journal = Journal::open(path, what)?;
         let done = std::mem::take(&mut journal.done);
@@ -42,7 +42,7 @@ impl<'a, E: Executor> Kept<'a, E> {
         self.keeping.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 
-    /// Why the journal could not be kept. What was carried out since is lost with this process.
+    /// The error that stopped the journal. Results since then are lost with this process.
     pub fn failure(&self) -> Option<JournalError> {
         self.kept().failure.take()
     }
@@ -81,7 +81,7 @@ mod tests {
     use crate::{Case, CaseResult, Executor, Random, Search as _, each_line};
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    /// Counts what it carries out.
+    /// Counts the cases that it carries out.
     #[derive(Default)]
     struct Counted {
         toy: Toy,

@@ -1,5 +1,5 @@
-//! Campaigns: seeded fault schedules thrown at a plan, until a property breaks; the smallest case that
-//! still breaks it; and how much of a fault is tolerated.
+//! Campaigns: run a plan under seeded fault schedules until a property breaks, find the smallest case that still breaks
+//! it, and measure how much of a fault is tolerated.
 //!
 //! ```text
 //!  Space ──► Search ──► Case ──► Executor ──► CaseResult ──► Journal (resumes where it stopped)
@@ -9,15 +9,15 @@
 //!                                    shrink ──► Regression (a plan that anyone can run)
 //! ```
 //!
-//! * [`Space`]: which faults can strike a bench and a plan, and strategies (proptest) that draw them.
-//! * [`Search`]: which case is next: [`Random`], or [`Guided`]: evenly over the space, and along the margins of the
-//!   properties where that pays.
-//! * [`Executor`]: carries out one case. In real time, where runs differ, [`Repeatedly`] takes only what breaks again
-//!   and again for broken.
-//! * [`shrink()`]: less faults, later, shorter, weaker, as long as the same property breaks.
-//! * [`Account`]: what a campaign was to do and what came of it, beside its journal: what a report is drawn from.
+//! * [`Space`]: the faults that are possible on a bench with a plan, and strategies (proptest) that draw them.
+//! * [`Search`]: chooses the next case: [`Random`], or [`Guided`], which covers the space evenly and descends along the
+//!   margins of the properties where that pays off.
+//! * [`Executor`]: carries out one case. In real time, where runs differ, [`Repeatedly`] counts only what breaks in
+//!   repeated runs as broken.
+//! * [`shrink()`]: fewer faults, later, shorter, weaker, as long as the same property breaks.
+//! * [`Account`]: settings and result of a campaign, beside its journal; the source of reports.
 //! * [`seeds`]: the same plan under many seeds.
-//! * [`envelope()`]: the share of runs that pass over the severity of one kind; [`Kept`] lets it go on where it stopped.
+//! * [`envelope()`]: the share of passing runs over the severity of one kind; [`Kept`] lets it resume.
 
 mod account;
 mod case;

@@ -1,4 +1,4 @@
-//! A case changed a little.
+//! Small mutations of a case.
 
 use super::case::Case;
 use super::search::Dice;
@@ -9,11 +9,11 @@ use proptest::strategy::{Strategy as _, ValueTree as _};
 use rand::RngExt as _;
 use wire::time::Span;
 
-/// Changes that are tried until one can apply.
+/// The most mutations tried until one is applicable.
 const TRIES: usize = 20;
 
-/// `parent` with one or two changes, within `space`; none where nothing that was tried can apply. New faults are those
-/// of `survey`.
+/// `parent` with one or two changes, within `space`; `None` if no tried change is applicable. New faults come from
+/// `survey`.
 pub(super) fn mutated(
     parent: &Case,
     space: &Space,
@@ -61,7 +61,7 @@ fn change(case: &mut Case, space: &Space, survey: &mut Survey, dice: &mut Dice) 
     }
 }
 
-/// Of one fault: its size, when it begins, or how long it lasts; mostly a little, now and then a lot.
+/// Changes the severity, the start or the duration of one fault, mostly a little and sometimes a lot.
 fn adjust(fault: &mut Fault, space: &Space, dice: &mut Dice) {
     let random = &mut dice.random;
     let spread = if random.random_bool(0.2) { 2.0 } else { 0.3 };

@@ -1,36 +1,36 @@
-//! The smallest failing case as a plan that anyone can run.
+//! Saves the smallest failing case as a plan that anyone can run.
 
 use super::case::{Case, PANIC, PASSES};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A case to be kept.
+/// A case to save.
 #[derive(Debug, Clone, Copy)]
 pub struct Regression<'a> {
-    /// Name of the plan that it is a case of.
+    /// Name of the plan under test.
     pub plan: &'a str,
-    /// The text of that plan.
+    /// Text of that plan.
     pub text: &'a str,
     /// The property that breaks.
     pub property: &'a str,
-    /// What was seen.
+    /// The observed violation.
     pub what: &'a str,
     /// The case.
     pub case: &'a Case,
 }
 
-/// Why it cannot be kept.
+/// Why a case cannot be saved.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RegressionError {
     /// The file cannot be written.
     #[error("failed to write {}", path.display())]
     Io {
-        /// Where to.
+        /// The path.
         path: PathBuf,
         /// Why.
         source: io::Error,
     },
-    /// The plan is no TOML, which it was when it was read.
+    /// The plan's text is not TOML any more.
     #[error("the plan {plan} cannot be written again: {message}")]
     Plan {
         /// Its name.
@@ -40,7 +40,7 @@ pub enum RegressionError {
     },
 }
 
-/// The name of a property as names of plans and files have it: words with hyphens between them, cut off where it is long.
+/// The name of a property in the names of plans and files: words joined by hyphens, truncated.
 pub fn slug(property: &str) -> String {
     const LENGTH_MAX: usize = 40;
     let words =
@@ -51,19 +51,19 @@ pub fn slug(property: &str) -> String {
 }
 
 impl Regression<'_> {
-    /// Name of the plan: that of the plan struck, of the property, and of the case.
+    /// Name of the plan, from the plan under test, the property and the case.
     pub fn name(&self) -> String {
         let id = self.case.id(self.text).to_string();
         format!("{}-{}-{}", self.plan, slug(self.property), &id[..8])
     }
 
-    /// The plan that was struck, under its new name, with the seed and the faults of the case behind its own: in
-    /// those places, and with the random numbers of the plan that was struck, they had the same when the case was carried
-    /// out.
+    /// The plan under test under its new name, with the seed of the case and its faults after the plan's own. In these
+    /// positions, and with the random numbers of the original plan, the faults behave as they did when the case was
+    /// carried out.
     ///
     /// # Errors
     ///
-    /// When the plan's text is no TOML.
+    /// When the plan's text is not TOML.
     pub fn to_toml(&self) -> Result<String, RegressionError> {
         let failed =
             |message: String| RegressionError::Plan { plan: self.plan.to_owned(), message };
@@ -87,7 +87,7 @@ impl Regression<'_> {
         if !all.is_empty() {
             table.insert("fault".to_owned(), all.into());
         }
-        // What broke is judged again; a panic, and a plan that does not pass, need no property.
+        // The broken property is judged again; a panic, and a plan that does not pass, need no property.
         let by_itself = [PANIC, PASSES].contains(&self.property);
         if !by_itself && !table.contains_key("property") {
             let always: toml::Table =
@@ -111,11 +111,11 @@ impl Regression<'_> {
         ))
     }
 
-    /// Writes it into `folder`; where it is.
+    /// Writes it into `folder` and returns the path.
     ///
     /// # Errors
     ///
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, RegressionError> {
         let path = folder.join(format!("{}.toml", self.name()));
         let text = self.to_toml()?;
@@ -148,7 +148,7 @@ check = { all_within = [0, 10] }
 "#;
     const OWN: &str = "\n[[fault]]\ntarget = \"gyro\"\nwhat = { drop = { loss_percent = 1 } }\n";
 
-    /// The faults of the plan that is made of a case of `text`.
+    /// The faults of the plan made from a case of `text`.
     fn written(text: &str, case: &Case) -> Schedule {
         let (plan, property, what) = ("struck", "fresh_heading", "an old one\nor two");
         let regression = Regression { plan, text, property, what, case };
@@ -164,7 +164,7 @@ check = { all_within = [0, 10] }
         let own = Plan::parse("own.toml", &with_own).unwrap().faults;
         assert_eq!(written(PLAN, &case).faults, [stuck]);
         assert_eq!(written(&with_own, &case), case.schedule.beside(&own));
-        // What breaks without any fault of the case breaks with those of the plan alone.
+        // A violation without any fault of the case comes from the plan's own faults.
         assert_eq!(written(&with_own, &Case::default()), own);
         assert!(written(PLAN, &Case::default()).is_empty());
     }

@@ -1,10 +1,10 @@
-//! Repetition, where the same case does not always come to the same: in real time, on a real bench.
+//! Repetition of cases that do not always give the same result: in real time, on a real bench.
 //!
-//! A case that breaks a property once is carried out `repeats` times more. The first run does not count: the case
-//! was chosen for it. It counts as broken where the repetitions show, at the stated confidence, that the property
-//! breaks in a share of all runs: where the exact lower bound of that share (Clopper and Pearson) is no less than
-//! asked for. So a case that breaks more rarely is taken for broken with a probability of at most 1 - confidence.
-//! Repetitions end as soon as it is decided, which changes no decision.
+//! A case that breaks a property once is repeated `repeats` times. The first run does not count, because the case was
+//! chosen for it. The case counts as broken if the repetitions show, at the given confidence, that the property breaks
+//! in a share of all runs: if the exact lower bound of that share (Clopper and Pearson) is at least the requested one.
+//! So a case that breaks more rarely counts as broken with a probability of at most 1 - confidence. Repetitions end as
+//! soon as the decision is certain, which does not affect it.
 
 use super::case::{Case, CaseResult, Repeated};
 use super::executor::Executor;
@@ -16,17 +16,16 @@ use std::collections::BTreeMap;
 use std::fmt;
 use wire::time::Span;
 
-/// Repetitions where nobody says otherwise: enough that one of them may hold by chance.
+/// Default number of repetitions: enough that one of them may hold by chance.
 pub const REPEATS: u64 = 8;
-/// Confidence where nobody says otherwise.
+/// Default confidence.
 pub const CONFIDENCE: f64 = 0.95;
-/// Share of runs that must break where nobody says otherwise. Assumption: what breaks in every other run can be
-/// worked on.
+/// Default share of runs that must break. Assumption: a failure in every other run can be debugged.
 pub const BREAKS_AT_LEAST: f64 = 0.5;
 /// The most repetitions of one case.
 pub const REPEATS_MAX: u64 = 10_000;
 
-/// The rule by which a case counts as broken.
+/// The rule that decides whether a case counts as broken.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(into = "Rule", try_from = "Rule")]
 pub struct Repetition {
@@ -36,7 +35,7 @@ pub struct Repetition {
     needed: u64,
 }
 
-/// `broken where 7 of 8 repetitions break (0.95, 0.5)`: with confidence and share.
+/// `broken where 7 of 8 repetitions break (0.95, 0.5)`, with confidence and share.
 impl fmt::Display for Repetition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { repeats, confidence, share, needed } = self;
@@ -44,7 +43,7 @@ impl fmt::Display for Repetition {
     }
 }
 
-/// A rule as it is written down.
+/// A rule in serialized form.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Rule {
@@ -68,42 +67,42 @@ impl TryFrom<Rule> for Repetition {
     }
 }
 
-/// Why there is no such rule.
+/// Why a rule is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error, miette::Diagnostic)]
 pub enum RepetitionError {
-    /// No probability between 0 and 1.
+    /// A value that is not a probability between 0 and 1.
     #[error("failed to repeat with {name} {value}: expected more than 0 and less than 1")]
     #[diagnostic(help("such as 0.95"))]
     NoShare {
-        /// Which.
+        /// Name of the value.
         name: &'static str,
         /// Its value.
         value: f64,
     },
-    /// Even if all of them break, they cannot show it.
+    /// The rule could not be met even if all repetitions break.
     #[error(
         "failed to show anything with {repeats} repetitions: all of them broken show a share of {shown:.2}, and \
          {share} is asked for"
     )]
     #[diagnostic(help("--repeat {enough} is the least at this confidence"))]
     TooFew {
-        /// Repetitions asked for.
+        /// Requested number of repetitions.
         repeats: u64,
-        /// What they could show.
+        /// The share that they could show.
         shown: f64,
-        /// What is asked for.
+        /// The requested share.
         share: f64,
-        /// How many could.
+        /// The number of repetitions that would suffice.
         enough: u64,
     },
 }
 
 impl Repetition {
-    /// A case is broken where `repeats` repetitions show at `confidence` that at least `share` of all runs break.
+    /// A case is broken if `repeats` repetitions show at `confidence` that at least `share` of all runs break.
     ///
     /// # Errors
     ///
-    /// When so many can never show it.
+    /// When this number of repetitions can never show it.
     pub fn new(repeats: u64, confidence: f64, share: f64) -> Result<Self, RepetitionError> {
         for (name, value) in [("a confidence of", confidence), ("a share of", share)] {
             if !(value > 0.0 && value < 1.0) {
@@ -120,22 +119,22 @@ impl Repetition {
         Ok(Self { repeats, confidence, share, needed })
     }
 
-    /// So many of them must break.
+    /// Number of repetitions that must break.
     pub const fn needed(&self) -> u64 {
         self.needed
     }
 
-    /// How sure it is.
+    /// The confidence of the rule.
     pub const fn confidence(&self) -> f64 {
         self.confidence
     }
 
-    /// What `broke` of `of` show.
+    /// The conclusion from `broke` of `of` repetitions.
     fn shown(&self, broke: u64, of: u64) -> Repeated {
         Repeated { broke, of, at_least: clopper_pearson_lower(broke, of, self.confidence) }
     }
 
-    /// Is it decided after `broke` of `of`, and how?
+    /// The decision after `broke` of `of` repetitions, if it is certain.
     const fn decided(&self, broke: u64, of: u64) -> Option<bool> {
         if broke >= self.needed {
             return Some(true);
@@ -145,7 +144,7 @@ impl Repetition {
     }
 }
 
-/// An executor on which only what breaks again and again is broken.
+/// An executor on which a case counts as broken only after repetition.
 #[derive(Debug, Clone)]
 pub struct Repeatedly<E> {
     inner: E,
@@ -158,13 +157,13 @@ impl<E: Executor> Repeatedly<E> {
         Self { inner, repetition }
     }
 
-    /// Whoever carries them out.
+    /// The executor that carries out the cases.
     pub const fn inner(&self) -> &E {
         &self.inner
     }
 
-    /// One run that says something; one that the bench broke is done again, once. Where that says nothing, either, and
-    /// where somebody stopped it, the outcome is all that there is. A controller that panics is repeated as any other.
+    /// One conclusive run. A run in which the bench failed is repeated once; if that is inconclusive too, or if the run
+    /// was interrupted, only the outcome is returned. A controller that panics is repeated like any other.
     fn run(&self, case: &Case) -> Result<CaseResult, Outcome> {
         let run = || guarded(&self.inner, case);
         let first = run();
@@ -173,7 +172,7 @@ impl<E: Executor> Repeatedly<E> {
         nothing.into_iter().find(|one| one.name() == result.outcome).map_or(Ok(result), Err)
     }
 
-    /// Repeats until each property that broke is decided.
+    /// Repeats until each broken property is decided.
     fn repeat(&self, case: &Case, first: CaseResult) -> CaseResult {
         let suspects = first.violated.iter().map(|violated| (violated.property.clone(), 0));
         let mut broke: BTreeMap<String, u64> = suspects.collect();
@@ -181,7 +180,7 @@ impl<E: Executor> Repeatedly<E> {
         for of in 1..=self.repetition.repeats {
             let result = match self.run(case) {
                 Ok(result) => result,
-                // The bench broke, or somebody stopped it: whatever broke before says nothing.
+                // The bench failed or the run was interrupted: the violations before that are inconclusive.
                 Err(outcome) => return CaseResult::ended(outcome.name()),
             };
             broke.retain(|property, times| {
@@ -220,7 +219,7 @@ impl<E: Executor> Executor for Repeatedly<E> {
         self.inner.without_faults(seed)
     }
 
-    /// What was chosen as the smallest of many is lucky; these repetitions are not.
+    /// The smallest of many cases was chosen with some luck; these repetitions are independent of the choice.
     fn confirm(&self, case: &Case, property: &str) -> Result<Repeated, Outcome> {
         let mut broke = 0;
         for _ in 0..self.repetition.repeats {

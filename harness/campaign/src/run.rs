@@ -1,4 +1,4 @@
-//! A campaign: cases drawn, carried out side by side, learnt from in their order, and kept.
+//! Runs a campaign: draws cases, carries them out in parallel, learns from them in order, and stores them.
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
@@ -11,18 +11,19 @@ use crate::seeds::for_each_seed;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 
-/// How a campaign goes.
+/// Settings of a campaign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Settings {
-    /// Cases.
+    /// Number of cases.
     pub cases: u64,
-    /// Cases at a time: processors of this machine, or [`WINDOW`](super::WINDOW) where other machines carry them out.
+    /// Number of parallel cases: processors of this machine, or [`WINDOW`](super::WINDOW) if other machines carry them
+    /// out.
     pub threads: NonZeroUsize,
-    /// Tries to make one case smaller, at most.
+    /// The most tries to shrink one case.
     pub shrink_max: u64,
 }
 
-/// A property that broke.
+/// A broken property.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The property.
@@ -33,55 +34,55 @@ pub struct Found {
     pub case: Case,
     /// The smallest case that breaks it.
     pub shrunk: Shrunk,
-    /// How many cases broke it.
+    /// Number of cases that broke it.
     pub times: u64,
 }
 
-/// What was counted.
+/// Counts over the cases.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tally {
-    /// Cases done.
+    /// Number of finished cases.
     pub cases: u64,
-    /// Of these, done before this campaign was resumed.
+    /// Of these, the number finished before this campaign was resumed.
     pub resumed: u64,
-    /// Runs that passed with every property held.
+    /// Number of passed runs with every property held.
     pub passed: u64,
-    /// How runs ended.
+    /// Number of runs per outcome.
     pub outcomes: BTreeMap<String, u64>,
-    /// How many cases broke each property, and the first of them.
+    /// Number of cases that broke each property, and the first of them.
     pub broken: BTreeMap<String, (u64, u64)>,
-    /// How many cases came to each state.
+    /// Number of cases that reached each state.
     pub reached: BTreeMap<String, u64>,
-    /// Where runs differ: how many cases broke a property once, and were not shown to break it again.
+    /// If runs differ: the number of cases that broke a property once without confirmation.
     pub unconfirmed: BTreeMap<String, u64>,
-    /// Least margin of each property, and the case.
+    /// Smallest margin of each property, and its case.
     pub nearest: BTreeMap<String, (f64, u64)>,
 }
 
-/// What a campaign came to.
+/// Result of a campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Campaign {
-    /// What was counted.
+    /// Counts over the cases.
     pub tally: Tally,
-    /// Properties that broke, in the order of their names.
+    /// Broken properties, sorted by name.
     pub found: Vec<Found>,
-    /// States that no case came to.
+    /// States that no case reached.
     pub never: Vec<String>,
-    /// It was stopped before its end.
+    /// Whether it was stopped before its end.
     pub stopped: bool,
 }
 
-/// Carries out a campaign. `states` are those that it should come to. `journal` holds what is done already: those
-/// cases are learnt from and not carried out again. `pulse` is told of each case that is learnt from, and is called now
-/// and then while none is; false stops. A case that ends [`Aborted`](record::outcome::Outcome::Aborted) was given up: it is not kept, and the
-/// campaign stops.
+/// Runs a campaign. `states` are those that it should reach. `journal` contains finished cases, which are learnt from
+/// and not carried out again. `pulse` is called for each case that is learnt from, and regularly in between; returning
+/// false stops. A case that ends as [`Aborted`](record::outcome::Outcome::Aborted) was interrupted: it is not stored,
+/// and the campaign stops.
 ///
-/// Case number k is drawn once the results of all cases up to k - [`WINDOW`](super::WINDOW) are learnt, in their order:
-/// the cases are the same whoever carries them out, and however many at a time.
+/// Case number k is drawn once the results of all cases up to k - [`WINDOW`](super::WINDOW) have been learnt, in order.
+/// So the cases depend neither on the executor nor on the number of parallel cases.
 ///
 /// # Errors
 ///
-/// When the journal cannot be kept.
+/// When the journal cannot be written.
 pub fn run(
     executor: &impl Executor,
     search: &mut dyn Search,
@@ -123,7 +124,7 @@ pub fn run(
     Ok(Campaign { never: never.collect(), tally, found, stopped })
 }
 
-/// The smallest case of each property, several properties at a time.
+/// Shrinks the first case of each property, several properties in parallel.
 fn made_small(
     executor: &impl Executor,
     first: BTreeMap<String, (u64, Case, CaseResult)>,
@@ -143,7 +144,7 @@ fn made_small(
 }
 
 impl Tally {
-    /// Counts one case more, whatever is known of it.
+    /// Counts one more case, with whatever is known of it.
     pub fn count(&mut self, number: u64, result: &CaseResult) {
         self.cases += 1;
         self.passed += u64::from(result.passed && result.violated.is_empty());
@@ -209,14 +210,14 @@ mod tests {
         assert_eq!(one, four);
     }
 
-    /// Counts what it carries out.
+    /// Counts the cases that it carries out.
     struct Counted(AtomicU64);
 
     impl Executor for Counted {
         fn execute(&self, case: &Case) -> CaseResult {
             self.0.fetch_add(1, Ordering::Relaxed);
             let mut result = Toy::default().execute(case);
-            // Nothing to make small.
+            // Nothing to shrink.
             result.violated.clear();
             result
         }
@@ -235,7 +236,7 @@ mod tests {
         assert_eq!(whole.tally.reached, resumed.tally.reached);
     }
 
-    /// Gives up after so many cases, as one does whose bench is interrupted.
+    /// Gives up after this many cases, like an executor whose bench is interrupted.
     struct Tired(AtomicU64);
 
     impl Executor for Tired {

@@ -1,4 +1,4 @@
-//! Which case is next.
+//! The searches that choose the next case.
 
 use super::case::{Case, CaseResult};
 use super::space::Space;
@@ -8,16 +8,16 @@ use proptest::strategy::{BoxedStrategy, Strategy as _, ValueTree as _};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use rand::{RngExt as _, SeedableRng as _};
 
-/// Draws cases, and may learn from what came of them.
+/// Draws cases, and may learn from their results.
 pub trait Search {
     /// The next case.
     fn next(&mut self) -> Case;
 
-    /// What came of one. Results come in the order in which the cases were drawn.
+    /// Learns a result. Results come in the order in which the cases were drawn.
     fn learn(&mut self, case: &Case, result: &CaseResult);
 }
 
-/// Cases without regard to what came of earlier ones.
+/// Draws cases regardless of earlier results.
 #[derive(Debug)]
 pub struct Random {
     draws: Draws,
@@ -27,7 +27,7 @@ pub struct Random {
 /// may run once for all of them.
 const SEEDS: u64 = 32;
 
-/// Where chance comes from: what strategies draw from, and all other decisions.
+/// Random source for strategies and for all other decisions.
 #[derive(Debug)]
 pub(super) struct Dice {
     pub(super) runner: TestRunner,
@@ -54,7 +54,7 @@ impl Dice {
     }
 }
 
-/// Seeds and schedules.
+/// Draws seeds and schedules.
 #[derive(Debug)]
 struct Draws {
     schedule: BoxedStrategy<Schedule>,
@@ -68,14 +68,14 @@ impl Draws {
 
     fn case(&mut self) -> Case {
         let seed = self.dice.seed();
-        // What cannot apply is drawn again, a bounded number of times.
+        // An inapplicable schedule is drawn again, a limited number of times.
         let schedule = self.schedule.new_tree(&mut self.dice.runner).map(|tree| tree.current());
         Case { seed, schedule: schedule.unwrap_or_default() }
     }
 }
 
 impl Random {
-    /// Of `space`; `seed` says which.
+    /// Searches `space` with random numbers from `seed`.
     pub fn new(space: &Space, seed: u64) -> Self {
         Self { draws: Draws::new(space, seed) }
     }

@@ -1,4 +1,4 @@
-//! The same for many seeds: one run is an anecdote, a share of many has an interval.
+//! Runs a plan under many seeds: a single run is an anecdote, a share of many has an interval.
 
 use plan::Plan;
 use plan::confidence::{Z_95, wilson};
@@ -10,13 +10,12 @@ use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
-/// Runs `job` once for every seed, on `threads` threads, and gives what came out in the order of the
-/// seeds, whichever was ready first. Once a job gives `None`, no further seed begins, and what is done
-/// by then is given.
+/// Runs `job` once for every seed, on `threads` threads, and returns the results in the order of the seeds. Once a job
+/// returns `None`, no further seed begins, and the results so far are returned.
 ///
 /// # Panics
 ///
-/// Where a job does.
+/// When a job panics.
 pub fn for_each_seed<T: Send>(
     seeds: Range<u64>,
     threads: NonZeroUsize,
@@ -55,20 +54,20 @@ pub fn for_each_seed<T: Send>(
     results
 }
 
-/// What one plan came to under one seed, as small as a share needs it.
+/// Result of one plan under one seed, reduced to what a share needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeedVerdicts {
-    /// Why the run did not go to its end: its outcome and a sentence.
+    /// Why the run did not reach its end: its outcome and a sentence.
     pub broke_off: Option<(Outcome, String)>,
-    /// Measurement by measurement, in the order of the plan: was it acceptable? None of a run that
-    /// broke off is: what it did not come to might have failed.
+    /// Whether each measurement was acceptable, in the order of the plan. In an incomplete run none is, because the
+    /// missing ones might have failed.
     pub accepted: Vec<bool>,
-    /// Likewise each figure with its standard uncertainty; `None` for what was not measured.
+    /// Each figure with its standard uncertainty, in the same order; `None` if it was not measured.
     pub figures: Vec<Option<(f64, f64)>>,
 }
 
 impl SeedVerdicts {
-    /// Of a run that ended like this, for this reason, with these measurements.
+    /// The result of a run with this outcome, reason and measurements.
     pub fn of(ended: Outcome, reason: Option<&str>, measurements: &[Measurement]) -> Self {
         let complete = ended == Outcome::Passed;
         let accepted = |one: &Measurement| complete && one.verdict.is_acceptable();
@@ -87,38 +86,38 @@ impl SeedVerdicts {
     }
 }
 
-/// Over how many seeds a measurement was acceptable.
+/// The share of seeds for which a measurement was acceptable.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SeedShare {
     /// The plan.
     pub plan: String,
     /// The measurement.
     pub measurement: String,
-    /// Seeds whose run passed it, marginally or not.
+    /// Number of seeds whose run passed it, marginally or not.
     pub passed: u64,
-    /// Seeds that ran.
+    /// Number of seeds that ran.
     pub seeds: u64,
     /// 95 % Wilson interval of the share, lower and upper end, from 0 to 1.
     pub interval: (f64, f64),
-    /// How often a run's stated 95 % interval held the mean over all seeds; none where a figure is no estimate from many
-    /// values, or comes out the same in every run.
+    /// How often the stated 95 % interval of a run contained the mean over all seeds; `None` for a figure that is not
+    /// an estimate from many values, or that is the same in every run.
     pub coverage: Option<Coverage>,
-    /// What the paper gives, with its place.
+    /// The value in the paper, with its place there.
     pub paper: Option<String>,
 }
 
-/// How many of the intervals that runs state hold what they are of.
+/// How many of the intervals that runs state contain the true value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Coverage {
-    /// Those that do.
+    /// Number that do.
     pub held: u64,
-    /// All.
+    /// Number of intervals.
     pub of: u64,
 }
 
 impl Coverage {
-    /// Of figures and their standard uncertainties. What they are of is their mean, which is known to a share of
-    /// `1 / sqrt(n)` of one run's spread.
+    /// Coverage of figures with their standard uncertainties. The mean stands in for the true value; its uncertainty is
+    /// `1 / sqrt(n)` of the spread of a run.
     fn of(figures: &[(f64, f64)]) -> Option<Self> {
         let first = figures.first()?;
         if figures.iter().all(|figure| figure == first) {
@@ -130,7 +129,7 @@ impl Coverage {
     }
 }
 
-/// Over how many seeds each measurement of `plan` was acceptable, with the 95 % Wilson interval.
+/// The share of seeds for which each measurement of `plan` was acceptable, with the 95 % Wilson interval.
 pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
     let share = |(index, declared): (usize, &plan::Declared)| {
         let accepted = |(_, run): &&(u64, &SeedVerdicts)| run.accepted.get(index) == Some(&true);
@@ -143,7 +142,7 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
             measurement: declared.name.as_str().to_owned(),
             passed,
             seeds,
-            // No seed says nothing: the share may be anything.
+            // Without a seed the share may be anything.
             interval: interval.map_or((0.0, 1.0), |interval| (interval.lower, interval.upper)),
             coverage: Coverage::of(&figures),
             paper: declared.paper.clone(),
@@ -176,7 +175,7 @@ mod tests {
             count in 0u64..60,
             workers in 1usize..9,
         ) {
-            // A job whose length depends on the seed, so that threads overtake each other.
+            // The duration of a job depends on the seed, so that threads overtake each other.
             let job = |seed: u64| {
                 let spins = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % 5_000;
                 Some((0..spins).fold(seed, |a, b| std::hint::black_box(a ^ b ^ b)))

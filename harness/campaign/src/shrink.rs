@@ -1,4 +1,4 @@
-//! The smallest case that still breaks a property.
+//! Finds the smallest case that still breaks a property.
 
 use super::case::{Case, CaseResult};
 use super::executor::Executor;
@@ -7,25 +7,25 @@ use plan::faults::{Fault, FaultKind, Lasts, Schedule, Toward, When};
 use std::collections::BTreeSet;
 use wire::time::Span;
 
-/// Halvings of a number on its way to the least that still breaks.
+/// Number of bisections towards the smallest number that still breaks.
 const HALVINGS: usize = 6;
-/// Plainer kinds that are tried in place of one.
+/// Number of plainer kinds tried in place of one.
 const PLAINER_MAX: usize = 3;
 
-/// What shrinking came to.
+/// Result of shrinking.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shrunk {
     /// The smallest case.
     pub case: Case,
-    /// What came of it.
+    /// Its result.
     pub result: CaseResult,
-    /// Cases that were carried out on the way.
+    /// Number of cases carried out on the way.
     pub executions: u64,
 }
 
-/// Makes `case`, which broke `property` with this `result`, smaller in number, kind, size, time and direction of its
-/// faults for as long as the same property breaks, with at most `executions_max` tries. The seed stays. Nothing is carried
-/// out twice, and what makes all faults smaller is tried before what makes one.
+/// Shrinks `case`, which broke `property` with this `result`, in number, kind, severity, time and direction of its
+/// faults, as long as the same property breaks, with at most `executions_max` tries. The seed stays the same. No
+/// schedule is carried out twice, and changes of all faults are tried before changes of one.
 pub fn shrink(
     executor: &impl Executor,
     case: &Case,
@@ -57,7 +57,7 @@ struct Shrinker<'a, E> {
     property: &'a str,
     executions_max: u64,
     best: Shrunk,
-    /// Schedules that were carried out, as they stand in a plan.
+    /// Schedules already carried out, as text in a plan.
     tried: BTreeSet<String>,
 }
 
@@ -66,7 +66,7 @@ impl<E: Executor> Shrinker<'_, E> {
         self.best.executions >= self.executions_max
     }
 
-    /// Takes this schedule if it breaks the property too.
+    /// Accepts this schedule if it also breaks the property.
     fn takes(&mut self, faults: Vec<Fault>) -> bool {
         if self.is_spent() || faults == self.best.case.schedule.faults {
             return false;
@@ -84,7 +84,7 @@ impl<E: Executor> Shrinker<'_, E> {
         true
     }
 
-    /// Takes the change of one fault if it still breaks the property.
+    /// Accepts the change of one fault if the property still breaks.
     fn with(&mut self, index: usize, change: impl FnOnce(&mut Fault)) -> bool {
         let mut faults = self.best.case.schedule.faults.clone();
         change(&mut faults[index]);
@@ -95,7 +95,7 @@ impl<E: Executor> Shrinker<'_, E> {
         &self.best.case.schedule.faults[index]
     }
 
-    /// Leaves out halves, quarters and so on, as delta debugging does (Zeller and Hildebrandt, 2002).
+    /// Leaves out halves, quarters and so on, as in delta debugging (Zeller and Hildebrandt, 2002).
     fn fewer(&mut self) {
         let mut size = self.best.case.schedule.faults.len();
         while size > 0 {
@@ -111,8 +111,8 @@ impl<E: Executor> Shrinker<'_, E> {
         }
     }
 
-    /// Every fault at once: plain and both ways, as early, as short and as weak as can be. Where a number does not
-    /// matter it does not for most.
+    /// Changes every fault at once: certain and in both directions, as early, as short and as weak as possible. If a
+    /// number does not matter, that mostly holds for all faults.
     fn all(&mut self) {
         let changes: [fn(&mut Fault); 4] = [
             |fault| {
@@ -134,7 +134,8 @@ impl<E: Executor> Shrinker<'_, E> {
         }
     }
 
-    /// What a person would write: certain, both ways, the plainest kind of its target, typical parameters.
+    /// Prefers what a person would write: certain, both directions, the plainest kind for its target, typical
+    /// parameters.
     fn plainer(&mut self, index: usize) {
         self.with(index, |fault| fault.probability = 1.0);
         if self.fault(index).toward != Toward::Both {
@@ -156,7 +157,7 @@ impl<E: Executor> Shrinker<'_, E> {
         self.with(index, |fault| fault.what = typical);
     }
 
-    /// Each kind of number towards its least: first all the way, then by halves.
+    /// Moves each kind of number towards its minimum: first all the way, then by bisection.
     fn shorter(&mut self, index: usize) {
         let fault = self.fault(index);
         if fault.what.info().lasts == Lasts::Scheduled
@@ -214,7 +215,7 @@ impl<E: Executor> Shrinker<'_, E> {
         }
     }
 
-    /// Numbers with few digits, as near as may be.
+    /// Rounds numbers to few digits, as near as possible.
     fn rounder(&mut self, index: usize) {
         for digits in [1, 2, 3] {
             let severity = rounded_up(self.fault(index).what.severity(), digits);
@@ -242,7 +243,7 @@ impl<E: Executor> Shrinker<'_, E> {
     }
 }
 
-/// The same fault of another kind, as far as that can be.
+/// The same fault with another kind, as far as possible.
 fn recast(fault: &Fault, what: FaultKind) -> Fault {
     let info = what.info();
     let toward = if info.reach.is_line() { fault.toward } else { Toward::Both };
@@ -268,15 +269,15 @@ fn set_number(fault: &mut Fault, to: u32) {
     }
 }
 
-/// To so many digits, away from zero.
+/// Rounds to this many digits, away from zero.
 fn rounded_up(value: f64, digits: i32) -> f64 {
     if value.is_nan() || value <= 0.0 {
         return value;
     }
     let unit = 10f64.powi(value.log10().floor() as i32 + 1 - digits);
-    // A value that is round already stays.
+    // A number that is already round stays.
     let rounded = (value / unit - 1e-9).ceil() * unit;
-    // As a person writes it: without the rounding of a product.
+    // Without the rounding error of the product, as a person would write it.
     format!("{rounded:.*e}", 6).parse().unwrap_or(rounded)
 }
 
@@ -294,7 +295,7 @@ mod tests {
         }
     }
 
-    /// The toy breaks with two faults at a time: two are left, no worse than they must be.
+    /// The toy breaks with two faults at a time: two remain, no worse than necessary.
     #[test]
     fn two_faults_are_left_as_weak_and_as_early_as_they_can_be() {
         let (toy, space) = (Toy::default(), space());
@@ -313,7 +314,7 @@ mod tests {
             let faults = &shrunk.case.schedule.faults;
             assert_eq!(faults.len(), 2, "{}", shrunk.case.schedule.to_toml());
             assert!(shrunk.result.breaks("held"));
-            // Within a digit of where it begins to break.
+            // Within one digit of the limit at which it breaks.
             assert!(faults.iter().all(|fault| size(fault) < 0.65), "{faults:?}");
             assert!(shrunk.executions <= 500);
             assert_eq!(shrunk, shrink(&toy, &case, &result, "held", 500));

@@ -1,4 +1,4 @@
-//! What can go wrong on one bench while one plan is carried out, and how it is drawn.
+//! The faults that are possible on one bench during one plan, and how they are drawn.
 
 use plan::faults::{Fault, FaultKind, Lasts, Lines, Reach, Schedule, Target, Toward, When};
 use plan::{Name, Plan};
@@ -6,14 +6,14 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use wire::time::Span;
 
-/// Shortest fault that is drawn. Assumption: a tenth of the gyro's time-out; less is a lost sample.
+/// Shortest fault drawn. Assumption: a tenth of the gyro's time-out; anything shorter is a lost sample.
 pub const DURATION_MIN: Span = Span::from_millis(10);
-/// Longest time from the begin of a phase to that of a fault. Assumption: turns and straights take some seconds.
+/// Longest time from the start of a phase to that of a fault. Assumption: turns and straights take some seconds.
 pub(super) const AFTER_MAX: Span = Span::from_secs(10);
-/// Most numbers of one phase that are drawn: a plan may repeat it thousands of times.
+/// The most repetitions of one phase that faults are drawn for; a plan may have thousands.
 const NUMBERS_MAX: u64 = 100;
 
-/// Every fault that can be drawn.
+/// The set of all faults that can be drawn.
 #[derive(Debug, Clone)]
 pub struct Space {
     plan: Plan,
@@ -25,8 +25,8 @@ pub struct Space {
 }
 
 impl Space {
-    /// Of `plan` on a bench with these `lines`; at most `faults_max` at a time. A run without faults takes
-    /// `horizon`. `only` names the kinds; without any, all of them.
+    /// The space for `plan` on a bench with these `lines`; at most `faults_max` at a time. A run without faults takes
+    /// `horizon`. `only` names the kinds; if empty, all of them.
     pub fn new(
         plan: &Plan,
         lines: Lines,
@@ -36,7 +36,7 @@ impl Space {
     ) -> Self {
         let mut kinds = Vec::new();
         for info in FaultKind::all() {
-            // There may be a thousand signals: what strikes one of them is drawn where it is asked for.
+            // There may be a thousand signals, so faults of single messages are drawn only on request.
             let is_asked = only.iter().any(|name| name == info.name);
             let is_of_message = matches!(info.reach, Reach::Message(_));
             if !is_asked && (is_of_message || !only.is_empty()) {
@@ -44,7 +44,7 @@ impl Space {
             }
             for target in lines.targets(info.reach) {
                 let schedule = Schedule { faults: vec![Fault::new(target, info.typical)] };
-                // By itself: what is at odds with a fault of the plan may strike at another time.
+                // Checked alone: a fault that conflicts with one of the plan may still occur at another time.
                 if schedule.fits(plan, &lines).is_ok() {
                     kinds.push((target, info.typical));
                 }
@@ -62,24 +62,24 @@ impl Space {
         Self { plan: plan.clone(), lines, kinds, phases, horizon, faults_max: faults_max.max(1) }
     }
 
-    /// Without what `can_suffer` says no to: a real bench has devices that nobody can strike.
+    /// Removes the faults that `can_suffer` rejects: a real bench has devices on which faults are impossible.
     #[must_use]
     pub fn within(mut self, can_suffer: impl Fn(Target, FaultKind) -> bool) -> Self {
         self.kinds.retain(|(target, what)| can_suffer(*target, *what));
         self
     }
 
-    /// The kinds that can be drawn, with what they strike.
+    /// The kinds that can be drawn, with their targets.
     pub fn kinds(&self) -> &[(Target, FaultKind)] {
         &self.kinds
     }
 
-    /// The phases that a fault can be tied to, with how often each comes, as far as that is drawn.
+    /// The phases that a fault can be tied to, with their number of repetitions, up to the limit for drawing.
     pub fn phases(&self) -> &[(Name, u32)] {
         &self.phases
     }
 
-    /// How long a run without faults takes.
+    /// Duration of a run without faults.
     pub const fn horizon(&self) -> Span {
         self.horizon
     }
@@ -89,12 +89,12 @@ impl Space {
         self.faults_max
     }
 
-    /// Can this schedule apply to the plan and the bench, beside the faults of the plan itself?
+    /// Whether this schedule is applicable to the plan and the bench, together with the plan's own faults.
     pub fn takes(&self, schedule: &Schedule) -> bool {
         schedule.beside(&self.plan.faults).fits(&self.plan, &self.lines).is_ok()
     }
 
-    /// One fault: each kind is as likely as the others, its size is drawn over orders of magnitude.
+    /// Draws one fault: all kinds are equally likely, the severity is drawn over orders of magnitude.
     pub fn fault(&self) -> BoxedStrategy<Fault> {
         let (when, horizon) = (self.when(), self.horizon);
         let toward = select(vec![Toward::Host, Toward::Device, Toward::Both]);
@@ -110,7 +110,7 @@ impl Space {
             .boxed()
     }
 
-    /// When a fault begins.
+    /// Draws the start of a fault.
     pub fn when(&self) -> BoxedStrategy<When> {
         let horizon_ms = (self.horizon.as_nanos() / 1_000_000).max(1);
         let at = (0..horizon_ms).prop_map(|ms| When::At(Span::from_millis(ms)));
@@ -129,7 +129,7 @@ impl Space {
         prop_oneof![2 => at, 2 => step, 1 => during].boxed()
     }
 
-    /// A schedule of one fault or more that can apply.
+    /// Draws an applicable schedule of one or more faults.
     pub fn schedule(&self) -> BoxedStrategy<Schedule> {
         let space = self.clone();
         proptest::collection::vec(self.fault(), 1..=self.faults_max)
@@ -139,27 +139,27 @@ impl Space {
     }
 }
 
-/// The least severity that is drawn, as a share of the greatest.
+/// The smallest severity drawn, as a share of the greatest.
 const LEAST: f64 = 1e-4;
 
-/// The severities of a kind that are drawn, the least and the greatest: four orders of magnitude at most.
+/// The smallest and the greatest severity drawn for a kind: at most four orders of magnitude.
 pub(super) fn severities(what: FaultKind) -> (f64, f64) {
     let (least, greatest) = what.severity_range();
     (least.max(greatest * LEAST), greatest)
 }
 
-/// A severity at `share` of the way: even steps of its logarithm.
+/// The severity at `share` of the range, on a logarithmic scale.
 pub(super) fn severity(what: FaultKind, share: f64) -> f64 {
     let (least, greatest) = severities(what);
     least * (greatest / least).powf(share)
 }
 
-/// Times of faults are in whole milliseconds: a person has to read them.
+/// Times of faults are in whole milliseconds, for readability.
 pub(super) fn whole_ms(seconds: f64) -> Span {
     Span::from_millis((seconds * 1e3).round() as i64)
 }
 
-/// A duration at `share` of the way from the shortest to all of the run, in even steps of its logarithm; whole ms.
+/// The duration at `share` of the range from the shortest to the whole run, on a logarithmic scale; whole ms.
 pub(super) fn duration(horizon: Span, share: f64) -> Span {
     let (least, greatest) = (DURATION_MIN.as_secs_f64(), horizon.max(DURATION_MIN).as_secs_f64());
     whole_ms(least * (greatest / least).powf(share))

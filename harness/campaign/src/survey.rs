@@ -1,10 +1,10 @@
-//! Cases that cover a space evenly: every kind of fault soon, in every phase, the worst first.
+//! Draws cases that cover a space evenly: every kind of fault early, in every phase, the worst severity first.
 //!
-//! Independent draws need the coupon collector's number of cases until each of n kinds has been seen, n ln n, and
-//! leave one kind at its mildest for long. Here kinds are dealt from a shuffled deck, and each goes through phases,
-//! directions and severities by itself: phases from a deck too, severities from the worst down in the order of van der
-//! Corput (1, 1/2, 3/4, 1/4 ...), times of the run in steps of the golden ratio. What goes wrong on purpose is a
-//! boundary value: most of what a fault can do it does at its worst.
+//! Independent draws see each of n kinds only after n ln n cases (coupon collector), and may keep one kind at its
+//! mildest for long. Here kinds are dealt from a shuffled deck, and each kind goes through phases, directions and
+//! severities separately: phases from a deck too, severities from the worst down in the van der Corput order (1, 1/2,
+//! 3/4, 1/4 ...), times of the run in steps of the golden ratio. An injected fault is a boundary value: most of its
+//! effects occur at its worst.
 
 use super::case::Case;
 use super::search::Dice;
@@ -13,28 +13,28 @@ use plan::faults::{Fault, Lasts, Schedule, Toward, When};
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
 
-/// Draws of a case until a fault of one can apply.
+/// The most draws of a case until one of its faults is applicable.
 const TRIES: usize = 50;
-/// Share of cases with as many faults as are allowed: each tells of another kind. The others have fewer: what one
-/// fault does another may hide.
+/// Share of cases with the maximum number of faults, each of another kind. The others have fewer, because one fault may
+/// hide the effects of another.
 const CROWDED: f64 = 0.75;
 /// Share of faults that are tied to a phase of the plan.
 const IN_PHASE: f64 = 0.6;
 /// Of these, the share that lasts as long as the phase.
 const WHOLE_PHASE: f64 = 0.5;
-/// A kind that seems to do nothing still comes at this share of its turns: it may do something elsewhere.
+/// A kind without visible effect still keeps this share of its turns: it may have an effect elsewhere.
 const QUIET_MIN: f64 = 0.2;
 
-/// One kind on its way through the space.
+/// Progress of one kind through the space.
 #[derive(Debug, Clone)]
 struct Lane {
-    /// Faults drawn.
+    /// Number of faults drawn.
     drawn: u64,
-    /// Phases to come; a number beyond them is a time of the run.
+    /// Remaining phases; an index beyond them stands for a time of the run.
     phases: Vec<usize>,
-    /// Where in the run the last one began, as a share of it.
+    /// Start of the last fault in the run, as a share of it.
     at: f64,
-    /// Cases that it was in, and those that went otherwise than without any fault.
+    /// Number of cases with it; `stirred`: number of those that differed from a run without faults.
     cases: u32,
     stirred: u32,
 }
@@ -60,7 +60,7 @@ impl Survey {
         Self { space: space.clone(), lanes, deck: Vec::new() }
     }
 
-    /// The next case; without any fault where nothing that was drawn can apply.
+    /// The next case; without any fault if none of those drawn is applicable.
     pub(super) fn case(&mut self, dice: &mut Dice) -> Case {
         let seed = dice.seed();
         let mut schedule = Schedule::default();
@@ -81,7 +81,7 @@ impl Survey {
         Case { seed, schedule }
     }
 
-    /// The next fault; none in an empty space.
+    /// The next fault; `None` in an empty space.
     pub(super) fn fault(&mut self, dice: &mut Dice) -> Option<Fault> {
         let index = self.kind(dice)?;
         let (target, kind) = *self.space.kinds().get(index)?;
@@ -103,7 +103,7 @@ impl Survey {
         Some(Fault { toward, when, duration, ..Fault::new(target, what) })
     }
 
-    /// Takes which kinds were in a case, and whether it went otherwise than without any fault.
+    /// Learns the kinds in a case, and whether it differed from a run without faults.
     pub(super) fn learn(&mut self, case: &Case, stirred: bool) {
         for fault in &case.schedule.faults {
             let is_it = |(target, kind): &(_, plan::faults::FaultKind)| {
@@ -136,7 +136,7 @@ impl Survey {
         let phases = self.space.phases();
         let lane = &mut self.lanes[index];
         if lane.phases.is_empty() {
-            // As many times of the run as the share says, one at least.
+            // As many times of the run as the share requires, but at least one.
             let timed = (phases.len() as f64 * (1.0 - IN_PHASE) / IN_PHASE).round().max(1.0);
             lane.phases = (0..phases.len() + timed as usize).collect();
             lane.phases.shuffle(&mut dice.random);
@@ -155,12 +155,12 @@ impl Survey {
     }
 }
 
-/// Steps of it, taken modulo one, stay as far from one another as they can (Weyl).
+/// Its multiples modulo one are as evenly spaced as possible (Weyl).
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// The number with its binary digits mirrored at the point: 0, 1/2, 1/4, 3/4 ...
 fn van_der_corput(number: u64) -> f64 {
-    // Of 64 digits the 53 that a number holds.
+    // Of 64 digits, the 53 that a float can represent.
     (number.reverse_bits() >> 11) as f64 / (1_u64 << 53) as f64
 }
 

@@ -1,4 +1,4 @@
-//! Something to search in that takes no time.
+//! An executor for tests of searches that takes no time.
 
 use super::case::{Case, CaseResult, Violated};
 use super::executor::Executor;
@@ -22,7 +22,7 @@ unit = "deg"
 check = { all_within = [-1, 1] }
 "#;
 
-/// A plan to strike.
+/// A plan to test.
 pub fn plan() -> Plan {
     Plan::parse("toy.toml", PLAN).expect("the toy's plan is right")
 }
@@ -32,13 +32,13 @@ pub fn space() -> Space {
     Space::new(&plan(), Lines::CAN_BASE, Span::from_secs(100), 4, &[])
 }
 
-/// Breaks `held` where two faults that begin at a time are worse than `worse` (as a share of the way to the
-/// worst, by orders of magnitude) and begin within `within_s` of one another.
+/// Breaks `held` if two faults that begin at an instant are worse than `worse` and begin within `within_s` of one
+/// another.
 #[derive(Debug, Clone, Copy)]
 pub struct Toy {
-    /// Share of the way to the worst.
+    /// Share of the logarithmic way to the worst severity.
     pub worse: f64,
-    /// At most so far apart, s.
+    /// Largest distance in time, s.
     pub within_s: f64,
 }
 
@@ -49,13 +49,13 @@ impl Default for Toy {
 }
 
 impl Toy {
-    /// One that is hard to break.
+    /// A toy that is hard to break.
     pub fn narrow() -> Self {
         Self { worse: 0.9, within_s: 1.0 }
     }
 }
 
-/// Share of the way to the worst.
+/// Share of the logarithmic way to the worst severity.
 pub fn size(fault: &Fault) -> f64 {
     let (least, greatest) = severities(fault.what);
     ((fault.what.severity() / least).max(1.0).ln() / (greatest / least).ln()).clamp(0.0, 1.0)

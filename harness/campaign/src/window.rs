@@ -1,4 +1,4 @@
-//! Cases drawn ahead by a fixed number, carried out side by side, and learnt from in their order.
+//! Cases drawn ahead by a fixed number, carried out in parallel, and learnt from in order.
 
 use super::case::{Case, CaseResult};
 use super::journal::Line;
@@ -11,38 +11,38 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// Cases that are drawn before what came of the first of them is learnt: always as many, so that the cases of a
-/// campaign depend neither on who carries them out nor on how many do. A machine that is late by the time of as many
-/// cases keeps nobody waiting.
+/// Number of cases drawn before the result of the first is learnt. It is constant, so that the cases of a campaign
+/// depend neither on the machines that carry them out nor on their number. A machine that is late by the time of this
+/// many cases does not delay the others.
 pub const WINDOW: u64 = 64;
 
-/// How often somebody may ask for a stop while nothing arrives.
+/// Interval at which a stop is possible while no result arrives.
 const WAITING: Duration = Duration::from_millis(100);
 
-/// What happens to cases.
+/// Progress of cases.
 pub(super) enum Step<'a> {
-    /// One was carried out; in no order.
+    /// A case was carried out; in any order.
     Done(&'a Line),
-    /// One was learnt from, in their order.
+    /// A case was learnt from, in order.
     Learnt {
         /// The case.
         line: &'a Line,
-        /// It was known before.
+        /// Whether the result was known before.
         resumed: bool,
     },
-    /// Nothing arrived for a while.
+    /// No result arrived for a while.
     Waiting,
 }
 
-/// Draws `cases` cases and has them carried out, `threads` at a time.
+/// Draws `cases` cases and has them carried out, `threads` in parallel.
 pub(super) struct Window {
     pub(super) cases: u64,
     pub(super) threads: NonZeroUsize,
 }
 
 impl Window {
-    /// `known` is what is done already, `job` carries out a case, `tell` hears of each step: false or an error stops.
-    /// What is under way then is finished, and told of. True if it was stopped.
+    /// `known` returns results from before, `job` carries out a case, `tell` receives each step; false or an error
+    /// stops. Cases under way are then finished and reported. Returns true if it was stopped.
     pub(super) fn run<E>(
         &self,
         search: &mut dyn Search,
@@ -64,7 +64,7 @@ impl Window {
             let gone = self.go(&mut drawing, &results, tell);
             stopped.store(true, Ordering::Relaxed);
             drop(drawing);
-            // What was under way is not lost. It does not matter any more who wants to stop.
+            // Keeps the results of cases under way; a request to stop makes no difference any more.
             for line in results {
                 tell(Step::Done(&line))?;
             }
@@ -92,7 +92,7 @@ impl Window {
                 drawing.ahead.pop_front();
                 drawing.search.learn(&line.case, &line.result);
                 learnt += 1;
-                // One is drawn for each that is learnt: what was learnt before a draw is always the same.
+                // One case is drawn for each that is learnt, so that each draw always knows the same results.
                 if drawing.drawn < self.cases {
                     drawing.draw();
                 }
@@ -108,7 +108,7 @@ impl Window {
                     goes_on
                 }
                 Err(RecvTimeoutError::Timeout) => tell(Step::Waiting)?,
-                // Nobody is left to carry anything out.
+                // All threads have ended.
                 Err(RecvTimeoutError::Disconnected) => false,
             };
             if !goes_on {
@@ -123,7 +123,7 @@ struct Drawing<'a> {
     search: &'a mut dyn Search,
     known: &'a dyn Fn(u64, &Case) -> Option<CaseResult>,
     hand_out: Sender<(u64, Case)>,
-    /// Drawn and not yet learnt from, the oldest first; with what was known of it.
+    /// Cases drawn and not yet learnt from, the oldest first, with their result if it was known.
     ahead: VecDeque<Option<Line>>,
     drawn: u64,
 }
@@ -138,7 +138,7 @@ impl Drawing<'_> {
             }
             None => {
                 self.ahead.push_back(None);
-                // With nobody to take it, the results say so.
+                // If no thread takes it, the results channel is closed too.
                 let _ = self.hand_out.send((number, case));
             }
         }
@@ -170,12 +170,12 @@ mod tests {
     use crate::{Case, CaseResult, Search};
     use std::num::NonZeroUsize;
 
-    /// Writes down what happens.
+    /// Writes down the events.
     #[derive(Default)]
     struct Scribe {
         drawn: u64,
         learnt: u64,
-        /// How many were learnt from when each case was drawn.
+        /// Number of cases learnt when each case was drawn.
         seen: Vec<u64>,
     }
 
@@ -192,7 +192,7 @@ mod tests {
         }
     }
 
-    /// Cases whose length differs, so that they overtake one another.
+    /// Cases of different duration, so that they overtake one another.
     fn job(case: &Case) -> CaseResult {
         let spins = case.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % 20_000;
         std::hint::black_box((0..spins).fold(case.seed, |a, b| std::hint::black_box(a ^ b)));

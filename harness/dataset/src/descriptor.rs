@@ -1,10 +1,10 @@
-//! `datapackage.json` as it is written: a Frictionless Data Package with `unit`, `role`, `axis` and `hil`.
+//! The literal content of `datapackage.json`: a Frictionless Data Package with `unit`, `role`, `axis` and `hil`.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// The package. Properties of the standard that say nothing about the data are passed over.
+/// The package. Properties of the standard that do not describe the data are ignored.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Descriptor {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -15,7 +15,7 @@ pub(super) struct Descriptor {
     pub resources: Vec<Resource>,
 }
 
-/// What the contract adds to a package.
+/// Properties that the contract adds to a package.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Hil {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -56,24 +56,24 @@ pub(super) struct Resource {
     pub schema: Option<Schema>,
 }
 
-/// How the table is written.
+/// The dialect of the table.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Dialect {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header: Option<bool>,
-    /// The group of an MDF file that has the rows, by its name.
+    /// Name of the group with the rows, in an MDF file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
 }
 
-/// Fields of a table.
+/// The fields of a table.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Schema {
     #[serde(default)]
     pub fields: Vec<Field>,
-    /// Cells that mean that there is no value.
+    /// Cells that mean a missing value.
     #[serde(default, rename = "missingValues", skip_serializing_if = "Option::is_none")]
     pub missing_values: Option<Vec<String>>,
 }
@@ -92,7 +92,7 @@ pub(super) struct Field {
     pub axis: Option<String>,
 }
 
-/// The bytes of the last of `words`, each looked for as a JSON string after the one before it.
+/// Finds `words` as JSON strings one after the other and returns the byte range of the last.
 pub(super) fn place(text: &str, words: &[&str]) -> Option<std::ops::Range<usize>> {
     let mut found = 0..0;
     for word in words {

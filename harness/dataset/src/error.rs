@@ -1,4 +1,4 @@
-//! Why a data package cannot be used: where, what is wrong there, and what was expected.
+//! Errors in data packages: the place, the problem, and the expectation.
 
 use identification::dataset::{Kind, Role, Unit};
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
@@ -7,7 +7,7 @@ use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A mistake in a data package. Nothing of the package is used then.
+/// A mistake in a data package, which makes all of it unusable.
 #[derive(Debug)]
 pub struct DatasetError(Box<Inner>);
 
@@ -23,43 +23,43 @@ struct Inner {
 /// A row of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// Which row of data, from 1; the header is none.
+    /// Number of the data row, from 1, not counting the header.
     pub number: u64,
-    /// Which line of the file it begins in, from 1; 0 in a file that has no lines.
+    /// Line of the file on which it begins, from 1; 0 in a file without lines.
     pub line: u64,
 }
 
-/// What is wrong.
+/// The problem.
 #[derive(Debug, thiserror::Error)]
 pub enum Defect {
-    /// There is no such folder or file, or it cannot be read.
+    /// The folder or file does not exist or cannot be read.
     #[error("failed to read it: {0}")]
     Unreadable(#[source] io::Error),
-    /// It has more than is read.
+    /// It exceeds a limit.
     #[error("it holds more than {max} {what}")]
     TooLong {
-        /// How many are read.
+        /// The limit.
         max: u64,
-        /// Of what.
+        /// The unit of the limit.
         what: &'static str,
     },
-    /// The descriptor is no JSON, or not of the shape of a data package.
+    /// The descriptor is not valid JSON or does not describe a data package.
     #[error("it is no data package: {0}")]
     Json(#[source] serde_json::Error),
-    /// A property that is needed.
+    /// A required property is missing.
     #[error("{0} is missing")]
     NoProperty(&'static str),
-    /// A word that is not of the contract.
+    /// A word that the contract does not define.
     #[error("{what} `{found}` is not known")]
     Unknown {
-        /// What it was to be.
+        /// What the word should be.
         what: &'static str,
-        /// What it says.
+        /// The word.
         found: String,
-        /// What it can say.
+        /// The valid words.
         known: Vec<&'static str>,
     },
-    /// A unit that measures something else than the role is.
+    /// A unit that does not fit the role.
     #[error("{unit} is no unit of {}, expected one of {}", role.name(), allowed(*role))]
     WrongUnit {
         /// The unit.
@@ -67,7 +67,7 @@ pub enum Defect {
         /// The role.
         role: Role,
     },
-    /// The type of a field that must hold numbers.
+    /// The type of a field that must contain numbers.
     #[error("type {found} cannot be {}, expected number or integer", role.name())]
     WrongType {
         /// The type.
@@ -75,7 +75,7 @@ pub enum Defect {
         /// The role.
         role: Role,
     },
-    /// Two fields for one thing.
+    /// Two fields with the same meaning.
     #[error("{} is the role of {other}, too{}", role.name(), if role.has_axes() { "" } else { ", expected one field" })]
     RoleTwice {
         /// The role.
@@ -83,10 +83,10 @@ pub enum Defect {
         /// The field that has it already.
         other: String,
     },
-    /// Two fields have one name.
+    /// Two fields with the same name.
     #[error("two fields have this name")]
     NameTwice,
-    /// What the kind needs is not there.
+    /// A role that the kind requires is missing.
     #[error("{} need a field of role {expected}", kind.name())]
     NoRole {
         /// The kind.
@@ -94,10 +94,10 @@ pub enum Defect {
         /// The role, or the choice of roles.
         expected: String,
     },
-    /// A constant that is none.
+    /// An invalid constant.
     #[error("the constant {0} is not finite")]
     Constant(String),
-    /// A path that is refused.
+    /// An invalid path.
     #[error("the path {path:?} {why}, expected a file in the folder of the package")]
     Path {
         /// The path.
@@ -105,48 +105,48 @@ pub enum Defect {
         /// Why it is refused.
         why: &'static str,
     },
-    /// Something of the standard that is not read.
+    /// A feature of the standard that is not supported.
     #[error("{0}")]
     Unsupported(String),
-    /// Two tables that do not go together.
+    /// Two tables with different fields.
     #[error("its fields are not those of {other}, expected the same names, roles, axes and units")]
     OtherFields {
         /// The file of the first resource.
         other: String,
     },
-    /// A file with nothing in it.
+    /// An empty file.
     #[error("the file is empty, expected a header row")]
     Empty,
-    /// No row can be used.
+    /// No row is usable.
     #[error("no row can be used, expected at least one")]
     NoRows,
-    /// The schema has it, the header does not.
+    /// A field of the schema that is missing in the header.
     #[error("the header has no such field, expected every field of the schema")]
     NotInHeader,
-    /// The header has it, the schema does not.
+    /// A column of the header that is missing in the schema.
     #[error("the schema has no such field, expected every field of the header")]
     NotInSchema,
-    /// A row that is too long or too short.
+    /// A row with too many or too few cells.
     #[error("found {found} cells, expected {expected} as in the header")]
     Ragged {
-        /// How many there are.
+        /// Actual number.
         found: usize,
-        /// How many there should be.
+        /// Expected number.
         expected: usize,
     },
-    /// Text where a number belongs.
+    /// Text in place of a number.
     #[error("found {0:?}, expected a number")]
     NotANumber(String),
-    /// Not a number, or infinite.
+    /// NaN or infinite.
     #[error("found {0:?}, expected a finite number")]
     NotFinite(String),
-    /// Neither way round.
+    /// A direction that is neither 1 nor -1.
     #[error("found {0}, expected +1 (counter-clockwise) or -1 (clockwise)")]
     Direction(f64),
-    /// Bytes that are no text.
+    /// Bytes that are not valid text.
     #[error("found bytes that are no UTF-8, expected text")]
     NotText,
-    /// Time that does not move on.
+    /// Time does not increase.
     #[error("time {how} in run {run:?}: {now} after {before}, expected it to grow")]
     Time {
         /// Backwards, or not at all.
@@ -158,20 +158,20 @@ pub enum Defect {
         /// The time in this row.
         now: f64,
     },
-    /// A field without which nothing can be said has nothing in it.
+    /// A required field without any value.
     #[error("every cell is empty, expected values of {}", .0.name())]
     AllMissing(Role),
     /// The MDF file cannot be read.
     #[error("{0}")]
     Mdf(String),
-    /// The MDF file has no such group, or several.
+    /// The MDF file has no group with this name, or several.
     #[error("{count} groups have the name {name:?}, expected one")]
     Group {
         /// The name.
         name: String,
-        /// How many groups have it.
+        /// Number of groups with the name.
         count: usize,
-        /// The names of all, as far as they have one.
+        /// The names of all groups that have one.
         known: Vec<String>,
     },
     /// No channel of an MDF file has the name of the field.
@@ -180,7 +180,7 @@ pub enum Defect {
     /// Several channels of an MDF file have the name of the field.
     #[error("{0} channels have this name, expected one")]
     Channels(usize),
-    /// The rows cannot be those of one group.
+    /// The rows cannot come from one group.
     #[error("{0}")]
     OtherRaster(&'static str),
     /// The compressed file ends too early.
@@ -191,7 +191,7 @@ pub enum Defect {
     Damaged(#[source] io::Error),
 }
 
-/// Units in which a role can be.
+/// The permitted units of a role.
 fn allowed(role: Role) -> String {
     let units = Unit::ALL.iter().filter(|unit| role.dimensions().contains(&unit.dimension()));
     units.map(|unit| unit.text()).collect::<Vec<_>>().join(", ")
@@ -222,7 +222,7 @@ impl Defect {
 }
 
 impl DatasetError {
-    /// Something is wrong with `file` as a whole.
+    /// A defect of `file` as a whole.
     pub(super) fn new(file: &Path, defect: Defect) -> Self {
         let inner = Inner { file: file.to_owned(), row: None, field: None, defect, shown: None };
         Self(Box::new(inner))
@@ -238,7 +238,7 @@ impl DatasetError {
         self
     }
 
-    /// Shows the place in the text of the file.
+    /// Marks the place in the text of the file.
     pub(super) fn shown(mut self, text: &str, place: Option<Range<usize>>) -> Self {
         self.0.shown = place.map(|place| {
             let name = self.0.file.display().to_string();
@@ -252,17 +252,17 @@ impl DatasetError {
         &self.0.file
     }
 
-    /// The row of the table, where it is in one.
+    /// The row of the table, if the error is in a row.
     pub fn row(&self) -> Option<Row> {
         self.0.row
     }
 
-    /// The field, where it is about one.
+    /// The field, if the error is in a field.
     pub fn field(&self) -> Option<&str> {
         self.0.field.as_deref()
     }
 
-    /// What is wrong.
+    /// The problem.
     pub fn defect(&self) -> &Defect {
         &self.0.defect
     }

@@ -1,8 +1,8 @@
-//! Tables that are compressed; without the feature `gzip` they are refused.
+//! Compressed tables; rejected without the feature `gzip`.
 
 use std::io;
 
-/// Without a time in its header, so that the same data are the same bytes.
+/// The header has no time, so that the same data give the same bytes.
 #[cfg(feature = "gzip")]
 pub(super) fn packed(bytes: &[u8]) -> io::Result<Vec<u8>> {
     use flate2::{Compression, write::GzEncoder};
@@ -12,7 +12,7 @@ pub(super) fn packed(bytes: &[u8]) -> io::Result<Vec<u8>> {
     encoder.finish()
 }
 
-/// What is in a compressed file.
+/// The content of a compressed file.
 #[cfg(feature = "gzip")]
 pub(super) fn unpacked<R: io::BufRead + 'static>(file: R) -> io::Result<Box<dyn io::Read>> {
     Ok(Box::new(flate2::bufread::MultiGzDecoder::new(file)))

@@ -1,14 +1,13 @@
-//! Measured data as data packages: a folder with `datapackage.json` and CSV tables, compressed or not, or MDF files.
+//! Measured data as data packages: a folder with `datapackage.json` and tables in CSV, optionally compressed, or MDF.
 //!
-//! A package is a [Frictionless Data Package](https://specs.frictionlessdata.io/data-package/) whose fields have
-//! a `unit` and a `role`, perhaps an `axis`, and which says with `hil` what one row is. [`read`] gives what
-//! [`identification`] works on, or one error that names file, row and field; [`write()`] is the way back.
+//! A package is a [Frictionless Data Package](https://specs.frictionlessdata.io/data-package/) whose fields have a
+//! `unit`, a `role` and optionally an `axis`; `hil` defines what one row is. [`read`] returns the input of
+//! [`identification`], or one error that names file, row and field; [`write()`] is the reverse.
 //!
-//! What is mended rather than refused is told in [`Dataset::notices`]: cells that are missing, rows that lack
-//! what the kind needs, runs of one sample, rows of a run that lie apart, channels that never change, text
-//! that becomes numbers.
+//! [`Dataset::notices`] lists what was corrected instead of rejected: missing cells, rows that lack required values,
+//! runs of one sample, rows of a run that were not adjacent, constant channels, and text converted to numbers.
 //!
-//! [`export`](mod@export): runs as such data.
+//! [`export`](mod@export) turns runs into such data.
 
 mod descriptor;
 mod error;
@@ -36,16 +35,16 @@ use std::io;
 use std::path::{Path, PathBuf};
 pub use write::{WriteOptions, write};
 
-/// Name of the file that makes a folder a data package.
+/// Name of the file that marks a folder as a data package.
 pub const DESCRIPTOR: &str = "datapackage.json";
 
-/// The longest descriptor that is read.
+/// The longest descriptor accepted.
 const DESCRIPTOR_BYTES_MAX: u64 = 16 * 1024 * 1024;
 
-/// Reads the package that `path` is: a folder with a [`DESCRIPTOR`], or that file itself.
+/// Reads the package at `path`: a folder with a [`DESCRIPTOR`], or that file.
 ///
 /// # Errors
-/// What is wrong with it, and where. Values stay in the units of the file.
+/// The first mistake, with its place. Values stay in the units of the file.
 pub fn read(path: &Path) -> Result<Dataset, DatasetError> {
     let file = descriptor_of(path);
     let text = read_text(&file).map_err(|defect| DatasetError::new(&file, defect))?;
@@ -61,7 +60,7 @@ pub fn read(path: &Path) -> Result<Dataset, DatasetError> {
     rows::assemble(package, rows)
 }
 
-/// Whether `path` is a data package, be it a good one or not.
+/// Whether `path` is a data package, valid or not.
 pub fn is_package(path: &Path) -> bool {
     descriptor_of(path).is_file()
 }
@@ -81,11 +80,11 @@ fn read_text(file: &Path) -> Result<String, Defect> {
     })
 }
 
-/// A data set of columns that were not read from a table, by the rules for those that are. Rows are those of the
-/// runs of these labels; `file` is named in errors.
+/// A data set from columns that were not read from a table, by the same rules. `labels` gives the run of each row;
+/// errors name `file`.
 ///
 /// # Errors
-/// As [`read`].
+/// See [`read`].
 pub(crate) fn assembled(
     kind: Kind,
     name: &str,

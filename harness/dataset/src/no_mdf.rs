@@ -1,4 +1,4 @@
-//! Without the feature `mdf` tables in MDF files are refused.
+//! Rejects tables in MDF files when the feature `mdf` is off.
 
 use super::error::{DatasetError, Defect};
 use super::package::{Field, Table};

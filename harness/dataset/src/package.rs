@@ -1,4 +1,4 @@
-//! From the descriptor as written to one that can be relied on.
+//! Validates a descriptor.
 
 use super::descriptor::{self, Descriptor, Hil, Resource, place};
 use super::error::{DatasetError, Defect};
@@ -6,13 +6,13 @@ use identification::dataset::{Axis, Constant, Drive, Kind, Role, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-/// Cells of a table that mean nothing, where the schema does not say (Frictionless, `missingValues`).
+/// The cell that means a missing value unless the schema states others (Frictionless, `missingValues`).
 const MISSING: &str = "";
 
-/// How names of tables end.
+/// File extensions of tables.
 const ENDS: [&str; 4] = ["csv", "csv.gz", "mf4", "mdf"];
 
-/// A package that makes sense; its tables are still unread.
+/// A valid package whose tables have not been read yet.
 #[derive(Debug)]
 pub(super) struct Package {
     pub name: String,
@@ -24,14 +24,14 @@ pub(super) struct Package {
     pub notices: Vec<String>,
 }
 
-/// A field that makes sense.
+/// A valid field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Field {
     pub name: String,
     pub role: Role,
     pub axis: Option<Axis>,
     pub unit: Unit,
-    /// Its cells are words, not numbers.
+    /// Whether its cells are words instead of numbers.
     pub text: bool,
 }
 
@@ -42,20 +42,20 @@ pub(super) struct Table {
     pub path: PathBuf,
     pub delimiter: u8,
     pub missing: BTreeSet<String>,
-    /// The group of an MDF file that has the rows, where that is said.
+    /// The group with the rows, in an MDF file, if given.
     #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
     pub group: Option<String>,
 }
 
 impl Table {
-    /// Stands for a file that was read in another way.
+    /// A placeholder for a file that was read in another way.
     pub(super) fn of(path: &Path) -> Self {
         let (name, missing) = (String::new(), BTreeSet::new());
         Self { name, path: path.to_owned(), delimiter: b',', missing, group: None }
     }
 }
 
-/// Makes sense of the descriptor `text`, which stands in `file`.
+/// Validates the descriptor `text` from `file`.
 pub(super) fn understand(file: &Path, text: &str) -> Result<Package, DatasetError> {
     let written: Descriptor = serde_json::from_str(text.trim_start_matches('\u{feff}'))
         .map_err(|error| bad_json(file, text, error))?;
@@ -105,7 +105,7 @@ pub(super) fn understand(file: &Path, text: &str) -> Result<Package, DatasetErro
     Ok(Package { name, kind, drive, constants, fields, tables, notices })
 }
 
-/// Where mistakes of the descriptor are.
+/// Context of mistakes in the descriptor.
 struct Context<'a> {
     file: &'a Path,
     text: &'a str,
@@ -237,13 +237,13 @@ fn table(
     Ok((Table { name, path: folder.join(plain), delimiter, missing, group }, fields))
 }
 
-/// An MDF file, by the end of its name: `.mf4` or `.mdf`, in whatever case.
+/// Whether it is an MDF file by its extension: `.mf4` or `.mdf`, in any case.
 pub(super) fn is_mdf(path: &Path) -> bool {
     let end = path.extension().unwrap_or_default();
     ["mf4", "mdf"].iter().any(|known| end.eq_ignore_ascii_case(known))
 }
 
-/// Two fields that would be one thing.
+/// Whether two fields have the same meaning.
 fn clash(one: &Field, other: &Field) -> bool {
     let apart = one.role.has_axes() && one.axis.is_some() && other.axis.is_some();
     one.role == other.role && !one.role.repeats() && !(apart && one.axis != other.axis)
@@ -261,7 +261,7 @@ fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, Da
     })?;
     let unit = match written.unit.as_deref() {
         Some(found) => unit(context, found, &after("unit")).map_err(inside)?,
-        // Nobody computes with them.
+        // Their values are not used in calculations.
         None if matches!(role, Role::Run | Role::Ignore) => Unit::One,
         None => return Err(missing("the unit")),
     };
@@ -294,7 +294,7 @@ fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, Da
     Ok(Field { name: name.to_owned(), role, axis, unit, text })
 }
 
-/// A path that stays in the folder.
+/// Accepts only a path inside the folder.
 fn plain_path(path: &str) -> Result<&Path, &'static str> {
     if path.contains("://") {
         return Err("is remote");
@@ -313,7 +313,7 @@ fn plain_path(path: &str) -> Result<&Path, &'static str> {
     Ok(plain)
 }
 
-/// The same fields, in whatever order.
+/// Whether the fields are the same, in any order.
 fn same_fields(one: &[Field], other: &[Field]) -> bool {
     one.len() == other.len() && one.iter().all(|field| other.contains(field))
 }

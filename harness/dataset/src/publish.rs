@@ -1,25 +1,25 @@
-//! Several files at once, or none of them.
+//! Writes several files at once, or none of them.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Writes `files` (name and content) into `folder`. They are written beside it first: what goes wrong leaves
-/// nothing behind, and a reader finds the old files or the new ones. Other files in the folder stay.
+/// Writes `files` (name and content) into `folder`. It writes them to a temporary folder first: an error leaves nothing
+/// behind, and a reader sees the old files or the new ones. Other files in the folder stay.
 ///
 /// # Errors
-/// When something cannot be written. The error names it.
+/// When a file cannot be written. The error names it.
 pub fn publish(folder: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
     let parent = match folder.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
     };
     let name = folder.file_name().map_or_else(|| "out".into(), |name| name.to_string_lossy());
-    // Inside a folder that is there: its parent need not be ours to write.
+    // Inside an existing folder, because its parent may not be writable.
     let partial = if folder.is_dir() { folder } else { parent }.join(format!(".{name}.partial"));
     let done = write_all(folder, &partial, files);
     if done.is_err() || partial.exists() {
-        // Best effort: the error that matters is the first.
+        // Best effort; only the first error matters.
         let _ = fs::remove_dir_all(&partial);
     }
     done
@@ -27,7 +27,7 @@ pub fn publish(folder: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
 
 fn write_all(folder: &Path, partial: &Path, files: &[(String, Vec<u8>)]) -> io::Result<()> {
     if partial.exists() {
-        // Of a process that was killed.
+        // Left by a process that was killed.
         fs::remove_dir_all(partial).map_err(|error| named(partial, error))?;
     }
     fs::create_dir_all(partial).map_err(|error| named(partial, error))?;

@@ -1,11 +1,11 @@
-//! From rows as they stand in the files to those of a data set: together, in time, and of use.
+//! Turns the rows of files into those of a data set: grouped by run, in time order, complete.
 
 use super::error::{DatasetError, Defect};
 use super::package::{Field, Package};
 use super::table::{Origin, Rows};
 use identification::dataset::{Column, Dataset, Dimension, Kind, Role};
 
-/// Makes a data set of all rows, and says what it left out or mended.
+/// Makes a data set of all rows, with notices of what was left out or corrected.
 pub(super) fn assemble(package: Package, rows: Rows) -> Result<Dataset, DatasetError> {
     let mut notices = package.notices.clone();
     notices.extend(ignored(&package.fields));
@@ -29,7 +29,7 @@ fn ignored(fields: &[Field]) -> Option<String> {
     (!names.is_empty()).then(|| format!("not used, as their role is ignore: {}", names.join(", ")))
 }
 
-/// The rows that have a run, those of one run together, in order of appearance.
+/// The rows that belong to a run, grouped by run, in order of appearance.
 fn together(rows: &Rows, notices: &mut Vec<String>) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..rows.runs.len()).filter(|row| rows.runs[*row].is_some()).collect();
@@ -37,7 +37,7 @@ fn together(rows: &Rows, notices: &mut Vec<String>) -> Vec<usize> {
         0 => {}
         lost => notices.push(format!("{lost} rows are left out: they belong to no run")),
     }
-    // Labels count up in order of appearance: where they fall, an earlier run goes on.
+    // Label numbers increase in order of appearance: a decrease means that an earlier run continues.
     if !order.is_sorted_by_key(|row| rows.runs[*row]) {
         order.sort_by_key(|row| rows.runs[*row]);
         notices.push("rows of one run did not lie together and were brought together".to_owned());
@@ -45,7 +45,7 @@ fn together(rows: &Rows, notices: &mut Vec<String>) -> Vec<usize> {
     order
 }
 
-/// Rows on their way into a data set. `order` says which are in it, and in which order.
+/// Rows being turned into a data set. `order` selects and sorts them.
 struct Working<'a> {
     package: &'a Package,
     rows: Rows,
@@ -62,14 +62,14 @@ impl Working<'_> {
         DatasetError::new(&self.file(table), defect).at_row(row)
     }
 
-    /// Fields by role, with their place.
+    /// Indices of the fields with this role.
     fn of_role(&self, role: Role) -> Vec<usize> {
         let fields = self.package.fields.iter().enumerate();
         fields.filter(|(_, field)| field.role == role).map(|(at, _)| at).collect()
     }
 
-    /// Leaves out rows that lack what the kind needs, references apart. Where several axes of a role are
-    /// measured, one of them is enough. What a whole row counted goes to the row after.
+    /// Leaves out rows that lack required values other than references. If several axes of a role are measured, one of
+    /// them suffices. The counts of a dropped row, if complete, are added to the next row.
     fn leave_out_incomplete(&mut self, notices: &mut Vec<String>) -> Result<(), DatasetError> {
         let mut needed = Vec::new();
         for alternatives in self.package.kind.required() {
@@ -143,7 +143,7 @@ impl Working<'_> {
         Err(error.in_field(name.unwrap_or_default()))
     }
 
-    /// Columns that count since the row before.
+    /// Columns that count since the previous row.
     fn increments(&self) -> Vec<usize> {
         let counts = |field: &Field| match field.role {
             Role::WheelLeft | Role::WheelRight => field.unit.dimension() == Dimension::Count,
@@ -154,7 +154,7 @@ impl Working<'_> {
         fields.filter(|(_, field)| counts(field)).map(|(at, _)| at).collect()
     }
 
-    /// Time grows within a run; of turns and laps two can be noted at one time.
+    /// Checks that time increases within a run; two turns or laps may have the same time.
     fn check_time(&self) -> Result<(), DatasetError> {
         let Some(time) = self.of_role(Role::Time).first().copied() else { return Ok(()) };
         let times = &self.rows.columns[time];
@@ -179,7 +179,7 @@ impl Working<'_> {
         Ok(())
     }
 
-    /// One sample alone has no course of time.
+    /// Leaves out runs of a single sample, which show no change over time.
     fn leave_out_single_rows(&mut self, notices: &mut Vec<String>) {
         if !self.package.kind.is_sampled() {
             return;
@@ -197,7 +197,7 @@ impl Working<'_> {
         }
     }
 
-    /// Run of each row, and the labels of the runs that are left.
+    /// Run of each row, and the labels of the remaining runs.
     fn runs(&self) -> (Vec<usize>, Vec<String>) {
         let (mut run_of_row, mut labels) = (Vec::with_capacity(self.order.len()), Vec::new());
         let mut last = None;
@@ -233,7 +233,7 @@ impl Working<'_> {
     }
 }
 
-/// What a reader should know of a column: cells that are missing, or that never change.
+/// Notices about a column: missing cells, or a constant value.
 fn peculiarity(kind: Kind, field: &Field, values: &[f64]) -> Vec<String> {
     let name = &field.name;
     let mut there = values.iter().filter(|value| !value.is_nan());

@@ -1,4 +1,4 @@
-//! One table: from CSV, compressed or not, to columns.
+//! Reads a table, from CSV, compressed or not, into columns.
 
 use super::error::{DatasetError, Defect, Row};
 use super::gzip::unpacked;
@@ -11,21 +11,21 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::rc::Rc;
 
-/// The most rows that are read, of all tables: a week at 100 Hz.
+/// The most rows of all tables: a week at 100 Hz.
 pub(super) const ROWS_MAX: usize = 60_480_000;
 
-/// The most bytes of a table that are read, unpacked: what unpacks without end is no measurement.
+/// The most bytes of a table, decompressed: a limit on decompression bombs.
 const BYTES_MAX: u64 = 8 * 1024 * 1024 * 1024;
 
-/// The most bytes of a row that are read: what has no end is no row, and would fill the memory.
+/// The most bytes of a row: an endless row would exhaust the memory.
 const ROW_BYTES_MAX: u64 = 1024 * 1024;
 
-/// How gzip files begin (RFC 1952, section 2.3.1).
+/// The first bytes of gzip files (RFC 1952, section 2.3.1).
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
 const BUFFER_BYTES: usize = 256 * 1024;
 
-/// Numbers for words, in the order in which the words come.
+/// Numbers for words, in order of appearance.
 #[derive(Debug, Default)]
 pub(super) struct Labels {
     pub known: Vec<String>,
@@ -44,32 +44,32 @@ impl Labels {
     }
 }
 
-/// A cell as a file has it.
+/// A cell in a file.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Given<'a> {
     Missing,
-    /// Of a file of text.
+    /// From a text file.
     Word(&'a str),
-    /// Of a file of numbers.
+    /// From a numeric file.
     #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
     Number(f64),
 }
 
-/// Where a row stood.
+/// Place of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Origin {
     pub table: usize,
     pub row: Row,
 }
 
-/// What the tables hold, a column a field. Nothing is left out or moved yet.
+/// The content of the tables, one column per field, with no row dropped or moved yet.
 #[derive(Debug)]
 pub(super) struct Rows {
     /// Numbers, or codes of words; NaN where a cell is missing. Empty for `run` and `ignore`.
     pub columns: Vec<Vec<f64>>,
-    /// The words behind the codes of each field of text.
+    /// The words that the codes of each text field stand for.
     pub words: Vec<Labels>,
-    /// Run of each row; none where the cell is missing.
+    /// Run of each row; `None` if the cell is missing.
     pub runs: Vec<Option<usize>>,
     pub run_labels: Labels,
     pub origins: Vec<Origin>,
@@ -86,7 +86,7 @@ impl Rows {
         }
     }
 
-    /// Appends what `table`, the one of that `index`, holds.
+    /// Appends the content of `table`, which has this `index`.
     pub(super) fn read(
         &mut self,
         fields: &[Field],
@@ -94,7 +94,7 @@ impl Rows {
         index: usize,
     ) -> Result<(), DatasetError> {
         self.read_rows(fields, table, index).map_err(|error| match damage(table) {
-            // What is wrong with the rows is not what is wrong with the file.
+            // A mistake in a row may be caused by a damaged file.
             Some(defect @ Defect::Damaged(_)) => DatasetError::new(&table.path, defect),
             _ => error,
         })
@@ -110,7 +110,7 @@ impl Rows {
         let in_row = Rc::new(Cell::new(0));
         let input = open(table).map_err(|error| fail(of_io(error)))?;
         let input = Rowwise { input, in_row: Rc::clone(&in_row) };
-        // Ragged rows are found here, where it is known how to say so.
+        // Ragged rows are detected here, where the error can be worded better.
         let mut reader = ReaderBuilder::new()
             .delimiter(table.delimiter)
             .flexible(true)
@@ -158,7 +158,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Says that there is a row for each of these labels of runs.
+    /// Adds one row for each of these run labels.
     pub(super) fn number(&mut self, labels: &[String]) {
         for (label, number) in labels.iter().zip(1..) {
             let run = self.run_labels.index_of(label);
@@ -167,13 +167,13 @@ impl Rows {
         }
     }
 
-    /// The run that all rows of a table are of, where no field says so.
+    /// The common run of all rows of a table, if no field gives the run.
     pub(super) fn run_of(&mut self, fields: &[Field], table: &Table) -> Option<usize> {
         let has_runs = fields.iter().any(|field| field.role == Role::Run);
         if has_runs { None } else { Some(self.run_labels.index_of(&table.name)) }
     }
 
-    /// Begins a row; [`Self::take`] gives it a cell a field.
+    /// Begins a row; [`Self::take`] then takes one cell per field.
     pub(super) fn begin_row(&mut self, origin: Origin, run: Option<usize>) -> Result<(), Defect> {
         if self.origins.len() == ROWS_MAX {
             return Err(Defect::TooLong { max: ROWS_MAX as u64, what: "rows" });
@@ -183,7 +183,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Takes the cell of the field of that place, of the row that was begun last.
+    /// Takes the cell of the field at this index, in the current row.
     pub(super) fn take(&mut self, at: usize, field: &Field, cell: Given<'_>) -> Result<(), Defect> {
         match field.role {
             Role::Ignore => return Ok(()),
@@ -225,7 +225,7 @@ fn number(cell: &str) -> Result<f64, Defect> {
     }
 }
 
-/// Where in a row each field is.
+/// Index of each field in a row.
 fn places(
     fields: &[Field],
     header: &StringRecord,
@@ -251,7 +251,7 @@ fn places(
     Ok(places)
 }
 
-/// The text of the table, unpacked. Whether it is packed shows in its first bytes.
+/// The text of the table, decompressed. The first bytes show whether it is compressed.
 fn open(table: &Table) -> io::Result<Box<dyn Read>> {
     let mut file = BufReader::with_capacity(BUFFER_BYTES, File::open(&table.path)?);
     let packed = file.fill_buf()?.starts_with(&GZIP_MAGIC);
@@ -263,13 +263,13 @@ fn open(table: &Table) -> io::Result<Box<dyn Read>> {
     })
 }
 
-/// What keeps the file from being read to its end.
+/// The defect that prevents reading the file to its end.
 fn damage(table: &Table) -> Option<Defect> {
     let read = open(table).and_then(|mut input| io::copy(&mut input, &mut io::sink()));
     read.err().map(of_io)
 }
 
-/// An input that is an error when it goes on for too long.
+/// An input that fails after too many bytes.
 struct Limited<R> {
     input: R,
     left: u64,
@@ -284,10 +284,10 @@ impl<R: Read> Read for Limited<R> {
     }
 }
 
-/// An input that is an error when a row goes on for too long.
+/// An input that fails when a row has too many bytes.
 struct Rowwise<R> {
     input: R,
-    /// Read since the row began; set to nothing by who has read a row.
+    /// Bytes read since the row began; the reader of rows resets it.
     in_row: Rc<Cell<u64>>,
 }
 

@@ -1,4 +1,4 @@
-//! A data set out as a package that [`super::read`] reads back.
+//! Writes a data set as a package that [`super::read`] reads back.
 
 use super::DESCRIPTOR;
 use super::gzip::packed;
@@ -8,25 +8,25 @@ use serde_json::{Map, Value, json};
 use std::io;
 use std::path::Path;
 
-/// Name of the field of runs, where no other has it.
+/// Name of the run field, unless another field has it.
 const RUN_FIELD: &str = "run";
 
-/// Name of the one table, without its ending.
+/// Name of the single table, without extension.
 const TABLE: &str = "data";
 
-/// How a package is written.
+/// Options for writing a package.
 #[derive(Debug, Clone, Default)]
 pub struct WriteOptions {
-    /// The table is compressed.
+    /// Whether to compress the table.
     pub compressed: bool,
-    /// What the set is, for a person.
+    /// Title for readers.
     pub title: Option<String>,
-    /// What else a person should know; stands under `hil.notes`.
+    /// Further notes for readers, under `hil.notes`.
     pub notes: Option<String>,
 }
 
-/// Writes `dataset` as a package into `folder`, which is made where it is not there. Either all of it is
-/// written or nothing. Words that were numbered stay numbers; notices are not kept.
+/// Writes `dataset` as a package into `folder`, which is created if needed. Writes everything or nothing. Words that
+/// were numbered stay numbers; notices are not stored.
 ///
 /// # Errors
 /// When a file cannot be written.
@@ -57,7 +57,7 @@ fn table(dataset: &Dataset, run_field: &str) -> io::Result<Vec<u8>> {
         cells[0].clone_from(&dataset.run_labels[*run]);
         for (cell, column) in cells[1..].iter_mut().zip(&dataset.columns) {
             let value = column.values[row];
-            // The shortest text that reads back as the same number.
+            // The shortest text that parses to the same number.
             *cell = if value.is_nan() { String::new() } else { format!("{value}") };
         }
         writer.write_record(&cells)?;

@@ -1,4 +1,4 @@
-//! Runs of the simulated bench, made data sets.
+//! Exports runs of the simulated bench as data sets.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -40,7 +40,7 @@ fn turns_of_a_temperature_calibration() {
         assert_eq!(*direction, if row % 2 == 0 { -1.0 } else { 1.0 });
         assert_eq!(*reference, 360.0 * direction);
     }
-    // E_T = -0.52 T + 19.23 (Eq. 5), and a scatter of some tenths of a degree.
+    // E_T = -0.52 T + 19.23 (Eq. 5), with a scatter of some tenths of a degree.
     let columns =
         [Role::Direction, Role::GyroAngle, Role::Temperature].map(|role| values(&set, role));
     for row in 0..set.rows() {
@@ -51,7 +51,7 @@ fn turns_of_a_temperature_calibration() {
             "{row}: {error} at {temperature}"
         );
     }
-    // 14 s by rate and ramps, and what telegrams and settling take.
+    // 14 s by rate and ramps, plus telegrams and settling.
     assert!(values(&set, Role::Duration).iter().all(|duration| (14.0..15.0).contains(duration)));
     assert!(values(&set, Role::TableRate).iter().all(|rate| (rate.abs() - 30.0).abs() < 1e-9));
     assert!(values(&set, Role::Bias).iter().all(|bias| bias.abs() < 0.1));
@@ -77,17 +77,17 @@ fn series_has_its_reference(set: &Dataset) {
     let mut known = BTreeMap::<i64, usize>::new();
     for (rate, reference) in rates.filter(|(_, reference)| !reference.is_nan()) {
         *known.entry(reference.round() as i64).or_default() += 1;
-        // The scale is off by 2 % at most: 1 deg in 360 is 0.3 %, 12 deg 3.3 %.
+        // The scale error is at most 2 %: 1 deg in 360 is 0.3 %, 12 deg 3.3 %.
         let allowed = 0.1 + 0.05 * reference.abs();
         assert!((rate - reference).abs() < allowed, "{rate} deg/s where it is {reference}");
     }
     let rows = |rate| known.get(&rate).copied().unwrap_or_default();
     assert_eq!(known.len(), 3, "{known:?}");
-    // A state a second: of 20 s at rest and 10 s of steady turning the ends are lost.
+    // One state per second: of 20 s at rest and 10 s of steady turning the ends are lost.
     assert!(rows(0) > 150 * 15 && rows(30) > 150 * 6 && rows(-30) > 150 * 6, "{known:?}");
 }
 
-/// A record without it gives the same data.
+/// A record without the truth gives the same data.
 fn nothing_of_the_truth_is_in_it(folder: &RunFolder) {
     let records = || folder.records().unwrap().map(|record| record.unwrap());
     let told = records().filter(|record| !matches!(record.kind, RecordKind::Truth { .. }));
@@ -100,7 +100,7 @@ fn nothing_of_the_truth_is_in_it(folder: &RunFolder) {
     for kind in [Kind::Turns, Kind::Series] {
         let set = |recorded: &Recorded| {
             let set = recorded.dataset(kind, "run", Path::new("run")).unwrap().unwrap();
-            // Missing cells are not equal to themselves.
+            // Missing cells are NaN, which is not equal to itself.
             format!("{set:?}")
         };
         assert_eq!(set(&all), set(&told));
@@ -144,7 +144,7 @@ fn laps_that_the_plan_does_not_judge() {
     for (gyro, reference) in column(Role::GyroAngle).iter().zip(column(Role::ReferenceAngle)) {
         assert!((gyro - reference).abs() < 20.0 && (reference.abs() - 360.0).abs() < 30.0);
     }
-    // Steered by its odometry the robot believes to be back where it began; it is not.
+    // A robot that steers by its odometry believes it is back at the start, but it is not.
     for (odometry, reference) in
         column(Role::OdometryHeading).iter().zip(column(Role::ReferenceHeading))
     {
@@ -168,7 +168,7 @@ fn laps_that_the_plan_does_not_judge() {
     assert_eq!(identified.finding.held_out.quantity.as_deref(), Some("final_position"));
 }
 
-/// Dead reckoning over the rows of each lap ends where the base's own odometry did, seen from its start.
+/// Dead reckoning over the rows of each lap ends where the base's own odometry ended, seen from its start.
 fn is_driven_as_the_laps_say(path: &Dataset, laps: &Dataset) {
     assert_eq!(
         (path.kind, path.drive, path.run_labels.len()),
@@ -190,7 +190,7 @@ fn is_driven_as_the_laps_say(path: &Dataset, laps: &Dataset) {
             assert_eq!(reference.is_finite(), pair[1] == last, "only the ends are measured");
         }
         let said = |role| values(laps, role)[lap];
-        // A state a second: what is driven and turned within one is taken for an arc.
+        // One state per second: driving and turning within a second are taken as an arc.
         assert!((x - said(Role::OdometryX)).abs() < 0.05, "{lap}: {x}");
         assert!((y - said(Role::OdometryY)).abs() < 0.05, "{lap}: {y}");
         for role in [Role::ReferenceX, Role::ReferenceY, Role::ReferenceHeading] {

@@ -1,7 +1,7 @@
-//! Verdicts on what happened in a run.
+//! Verdicts on a run.
 //!
-//! * [`checks`]: one figure a measurement, held against its band, with the figure's own uncertainty.
-//! * [`properties`]: what must hold at every moment, judged as the run goes.
+//! * [`checks`]: one figure per measurement, compared with its band, with the figure's own uncertainty.
+//! * [`properties`]: conditions that must hold at every moment, judged during the run.
 
 pub mod checks;
 pub mod properties;

@@ -1,4 +1,4 @@
-//! The band that a figure must lie in, ends included; open at one end if need be.
+//! The band that a figure must lie in, ends inclusive and optionally open.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -15,7 +15,7 @@ pub struct Band {
 }
 
 impl Band {
-    /// From `lower` to `upper`; `None` where that is nothing at all or an end is not a number.
+    /// From `lower` to `upper`; `None` if the band is empty or an end is not finite.
     pub fn new(lower: f64, upper: f64) -> Option<Self> {
         (lower.is_finite() && upper.is_finite() && lower <= upper)
             .then_some(Self { lower: Some(lower), upper: Some(upper) })
@@ -31,7 +31,8 @@ impl Band {
         Self { lower: Some(lower), upper: None }
     }
 
-    /// The same without ends that no figure between `least` and `greatest` can pass: there is nothing to stay clear of.
+    /// The band without ends that no figure between `least` and `greatest` can pass, so that no margin to them is
+    /// required.
     pub fn of_figures_within(self, least: f64, greatest: f64) -> Self {
         Self {
             lower: self.lower.filter(|lower| *lower > least),
@@ -39,18 +40,17 @@ impl Band {
         }
     }
 
-    /// Lower end, included.
+    /// Lower end, inclusive.
     pub const fn lower(self) -> Option<f64> {
         self.lower
     }
 
-    /// Upper end, included.
+    /// Upper end, inclusive.
     pub const fn upper(self) -> Option<f64> {
         self.upper
     }
 
-    /// How far inside `value` is: the distance to the nearer end, negative outside. Minus infinity for
-    /// what is not a finite number.
+    /// Distance of `value` from the nearer end, negative outside. Minus infinity if `value` is not finite.
     pub fn margin(self, value: f64) -> f64 {
         if !value.is_finite() {
             return f64::NEG_INFINITY;
@@ -60,7 +60,7 @@ impl Band {
         above.min(below)
     }
 
-    /// Is `value` a finite number inside?
+    /// Whether `value` is finite and inside.
     pub fn contains(self, value: f64) -> bool {
         self.margin(value) >= 0.0
     }

@@ -1,4 +1,4 @@
-//! Calibrations by name: made by a plan, kept beside it, or shipped.
+//! Calibrations by name: made by a plan, stored beside it, or shipped.
 
 use crate::library::{Kind, Library, LibraryError};
 use crate::{Action, Plan, Step};
@@ -8,11 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Why a calibration cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum CalibrationError {
-    /// Its file cannot be had, or is not right.
+    /// Its file is missing or invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// Its numbers are not credible.
+    /// Its values are implausible.
     #[error("{origin}: not a credible calibration of a gyro")]
     NotCredible {
         /// The file.
@@ -20,11 +20,11 @@ pub enum CalibrationError {
     },
 }
 
-/// Loads every calibration that `plan` uses and does not make itself, unless `made` has it already.
+/// Loads every calibration that `plan` uses and does not make itself, except those in `made`.
 ///
 /// # Errors
 ///
-/// When one is missing or not right.
+/// When one is missing or invalid.
 pub fn load(
     plan: &Plan,
     library: &Library,
@@ -75,7 +75,7 @@ fn read(library: &Library, name: &str) -> Result<Calibration, CalibrationError> 
     }
 }
 
-/// The file of a calibration, with a line that says where it comes from.
+/// The file of a calibration, with a line that states its origin.
 pub fn to_toml(calibration: &Calibration, origin: &str) -> String {
     let body = toml::to_string(calibration).unwrap_or_default();
     format!("# {origin}\n{body}")

@@ -164,7 +164,7 @@ impl Check {
         )
     }
 
-    /// The tag on the abscissa, where there is one.
+    /// The tag on the abscissa, if any.
     pub fn against(&self) -> Option<&str> {
         match self {
             Self::SlopeWithin { against, .. }
@@ -174,7 +174,7 @@ impl Check {
         }
     }
 
-    /// The second quantity, where there is one, and its key.
+    /// The key and the name of the second quantity, if any.
     pub fn second_quantity(&self) -> Option<(&'static str, &QuantityName)> {
         match self {
             Self::AllButInSquare { y, .. } | Self::UmbmarkWithin { y, .. } => Some(("y", y)),
@@ -183,8 +183,8 @@ impl Check {
         }
     }
 
-    /// Unit of the figure that is judged, where the quantity's is `unit` and the abscissa's is
-    /// `against`: `1` for shares, counts and ratios.
+    /// Unit of the judged figure; `unit` is that of the quantity, `against` that of the abscissa. `1` for shares,
+    /// counts and ratios.
     pub fn figure_unit(&self, unit: &str, against: &str) -> String {
         match self {
             Self::AllWithin(_)
@@ -207,7 +207,7 @@ impl Check {
         }
     }
 
-    /// Where the figure that is judged has to lie.
+    /// The band of the judged figure.
     pub fn figure_band(&self) -> Band {
         match self {
             Self::AllWithin(band)
@@ -227,7 +227,7 @@ impl Check {
         }
     }
 
-    /// Where single values are meant to lie; none where the check is on a figure of all of them.
+    /// The band of single values; `None` if the check is on a figure of all values.
     pub const fn value_band(&self) -> Option<Band> {
         match self {
             Self::AllWithin(band)

@@ -1,4 +1,4 @@
-//! How sure a share is: k of n seeds passed, what does that say about all seeds?
+//! Confidence of a share: what k of n passed seeds say about all seeds.
 
 use statrs::distribution::{Beta, ContinuousCDF as _};
 
@@ -14,9 +14,8 @@ pub struct Interval {
     pub upper: f64,
 }
 
-/// Wilson's score interval (Wilson 1927) for `successes` of `trials`, without continuity correction; `z` is
-/// the standard normal quantile, for instance [`Z_95`]. `None` where there are no trials or fewer than
-/// successes.
+/// Wilson's score interval (Wilson 1927) for `successes` of `trials`, without continuity correction; `z` is the
+/// standard normal quantile, for instance [`Z_95`]. `None` without trials, or with fewer trials than successes.
 pub fn wilson(successes: u64, trials: u64, z: f64) -> Option<Interval> {
     if trials == 0 || successes > trials {
         return None;
@@ -25,13 +24,13 @@ pub fn wilson(successes: u64, trials: u64, z: f64) -> Option<Interval> {
     let z2 = z * z;
     let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
     let half = z / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
-    // At the ends rounding would leave a share of 0 or 1 just outside its own interval.
+    // Rounding could put a share of 0 or 1 just outside its own interval.
     let lower = if successes == 0 { 0.0 } else { (centre - half).max(0.0) };
     let upper = if successes == trials { 1.0 } else { (centre + half).min(1.0) };
     Some(Interval { lower, upper })
 }
 
-/// The least number of trials of which all must succeed for the interval of [`wilson`] to reach `share`: fewer can never
+/// The smallest number of trials, all successful, for which the interval of [`wilson`] reaches `share`; fewer can never
 /// show it.
 pub fn trials_min(share: f64, z: f64) -> u64 {
     let shows =
@@ -39,9 +38,9 @@ pub fn trials_min(share: f64, z: f64) -> u64 {
     (1..=u64::from(u16::MAX)).find(shows).unwrap_or(u64::MAX)
 }
 
-/// Lower bound of a share at one-sided `confidence` (Clopper and Pearson 1934): exact, so that a share below it gives
-/// `successes` of `trials` or more in at most 1 - `confidence` of all series. It holds as well for a series that ends with
-/// its last success. Zero where nothing succeeded, and for what is no series or no confidence.
+/// Lower bound of a share at one-sided `confidence` (Clopper and Pearson 1934). It is exact: a share below it yields
+/// `successes` of `trials` or more in at most 1 - `confidence` of all series. It also holds for a series that ends with
+/// its last success. Zero without successes, and for invalid arguments.
 pub fn clopper_pearson_lower(successes: u64, trials: u64, confidence: f64) -> f64 {
     if successes == 0 || successes > trials || !(confidence > 0.0 && confidence < 1.0) {
         return 0.0;
@@ -70,7 +69,7 @@ mod tests {
         }
     }
 
-    /// The probability of `k` of `n` or more, summed up.
+    /// The probability of `k` of `n` or more, by summation.
     fn tail(k: u64, n: u64, share: f64) -> f64 {
         let term = |i: u64| {
             let ways: f64 = (0..i).map(|j| (n - j) as f64 / (i - j) as f64).product();
@@ -85,7 +84,7 @@ mod tests {
             let lower = clopper_pearson_lower(k, n, confidence);
             assert!((tail(k, n, lower) - (1.0 - confidence)).abs() < 1e-6, "{k}/{n}: {lower}");
         }
-        // All of n: the n-th root of what confidence leaves.
+        // For n of n: the n-th root of 1 - confidence.
         assert!((clopper_pearson_lower(5, 5, 0.95) - 0.05f64.powf(0.2)).abs() < 1e-6);
         assert!((clopper_pearson_lower(7, 8, 0.95) - 0.529_321).abs() < 1e-5);
         for (k, n, confidence) in [(0, 8, 0.95), (9, 8, 0.95), (0, 0, 0.95), (8, 8, 1.0)] {

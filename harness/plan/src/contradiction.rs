@@ -1,4 +1,4 @@
-//! Properties that cannot all hold: of one another, or of what the plan itself orders.
+//! Finds properties that cannot hold, because of one another or of the plan's own commands.
 
 use super::property::{Always, Property, Sometimes};
 use super::step::{Action, Step};
@@ -29,7 +29,7 @@ pub(super) fn contradictions(properties: &[Property], steps: &[Step]) -> Result<
     Ok(())
 }
 
-/// What the plan orders.
+/// The fastest motions that the plan commands.
 #[derive(Default)]
 struct Fastest {
     speed: Speed,
@@ -52,8 +52,8 @@ impl Fastest {
     }
 }
 
-/// The first property that this bench cannot satisfy, whatever the controller does: a heading fresher than the gyro sends
-/// it, or a state of something that is not there.
+/// The first property that this bench can never satisfy, whatever the controller does: a heading fresher than the
+/// gyro's samples, or a state of an absent device.
 pub(super) fn of_bench(
     properties: &[Property],
     lines: &Lines,
@@ -88,7 +88,7 @@ pub(super) fn of_bench(
     Ok(())
 }
 
-/// What a state is of that this bench does not have.
+/// The device that a state needs and this bench lacks, with a help text.
 fn absent(state: Sometimes, lines: &Lines) -> Option<(&'static str, &'static str)> {
     match (state, lines.robot) {
         (Sometimes::BusOff, Some(Ride::Table | Ride::Base(LineKind::Serial))) => Some((
@@ -107,7 +107,7 @@ fn absent(state: Sometimes, lines: &Lines) -> Option<(&'static str, &'static str
 }
 
 fn always_contradictions(index: usize, always: &Always, fastest: &Fastest) -> Result<(), Fault> {
-    // What is demanded, what is there, and whether more or less than that cannot be.
+    // The stated limit, the actual value, and which of the two is the bound.
     let motion = MotionConfig::default();
     let ramps = motion.base_acceleration_margin;
     let checks: Vec<(&'static str, Option<f64>, f64, Bound)> = match always {
@@ -180,7 +180,7 @@ fn always_contradictions(index: usize, always: &Always, fastest: &Fastest) -> Re
     };
     for (key, stated, there, bound) in checks {
         let Some(stated) = stated else { continue };
-        // Degrees went through radians: the last digits are nobody's.
+        // The value was converted from degrees to radians, so its last digits are inexact.
         let slack = there * 1e-9;
         let (contradicts, expected, why) = match bound {
             Bound::AtLeast(why) => (stated < there - slack, "at least", why),
@@ -202,7 +202,7 @@ enum Bound {
     AtMost(&'static str),
 }
 
-/// Without the digits that come of converting units.
+/// Without the rounding errors of unit conversion.
 fn tidy(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

@@ -1,4 +1,4 @@
-//! Envelopes: how much of one kind of fault the plan has to stand.
+//! Envelopes: the severity of one kind of fault that a plan must tolerate.
 //!
 //! ```toml
 //! [[envelope]]
@@ -9,7 +9,7 @@
 //! runs = 100             # at each severity
 //! ```
 //!
-//! A run does not judge them: A campaign (`campaign::envelope`) measures them, with many.
+//! A run does not judge envelopes. A campaign measures them with many runs (`campaign::envelope`).
 
 use super::validate::{Fault as Mistake, Segment};
 use crate::confidence::{Z_95, trials_min};
@@ -46,7 +46,7 @@ const fn share() -> f64 {
     0.9
 }
 
-/// So many tell 90 % from 97 %.
+/// This number of runs distinguishes 90 % from 97 %.
 const fn runs() -> u64 {
     100
 }
@@ -57,7 +57,7 @@ fn kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FaultKind, D::Erro
         .map_err(|unknown| D::Error::custom(format!("{unknown}: {}", unknown.help)))
 }
 
-/// The first thing of a bench that a kind can strike, or `asked` if it can be struck.
+/// The first target of a bench that this kind of fault can act on, or `asked` if it can.
 pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Option<Target> {
     let fits = |target: &Target| {
         let schedule = Schedule { faults: vec![Fault::new(*target, kind)] };
@@ -67,7 +67,7 @@ pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Optio
 }
 
 impl DeclaredEnvelope {
-    /// What is wrong with it by itself.
+    /// Checks it by itself.
     pub(super) fn check(&self, index: usize) -> Result<(), Mistake> {
         let mistake = |key, message, help| {
             let path = vec![Segment::Key("envelope"), Segment::Index(index), Segment::Key(key)];
@@ -101,7 +101,7 @@ impl DeclaredEnvelope {
         Ok(())
     }
 
-    /// That a bench has what it is to strike.
+    /// Checks that the bench has the target.
     pub(super) fn check_bench(&self, index: usize, lines: &Lines) -> Result<(), Mistake> {
         if struck_by(self.kind, self.target, lines).is_some() {
             return Ok(());

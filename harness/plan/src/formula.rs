@@ -1,4 +1,4 @@
-//! Formulas of a plan: the signals that they may name are those that the nodes of its rig send.
+//! Formulas of a plan, over the signals that the nodes of its rig send.
 
 use super::quantity::OfMessage;
 use super::speakers::{DEVICE, MessagePlace, Speaker, resolve, signal};
@@ -6,33 +6,33 @@ use described::{Decoded, Verdict};
 use std::collections::BTreeMap;
 use temporal::{Formula, Mistake, NotFound, Protecting, Signal, Signals};
 
-/// Reads a formula over the signals of `speakers`: `manager.ContactorCommand`, `manager.Status.ContactorCommand`, and
-/// `ContactorCommand` where one node alone sends a signal of that name.
+/// Parses a formula over the signals of `speakers`: `manager.ContactorCommand`, `manager.Status.ContactorCommand`, or
+/// `ContactorCommand` if only one node sends a signal with that name.
 ///
 /// # Errors
 ///
-/// The first mistake, with its place in the text.
+/// The first mistake, with its position in the text.
 pub fn formula(text: &str, speakers: &[Speaker]) -> Result<Formula, Mistake> {
     Formula::parse(text, &Sent(speakers))
 }
 
-/// What a formula reads of a message.
+/// A value that a formula reads from a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
     /// The value of a signal.
     Signal(MessagePlace),
-    /// Whether the signal, a counter or a checksum, is right: 1 or 0.
+    /// Whether the signal, a counter or a checksum, is correct: 1 or 0.
     Protecting(MessagePlace, Protecting),
 }
 
 impl Origin {
-    /// The message, by its speaker and place.
+    /// The message, by speaker and index.
     const fn message(self) -> (usize, usize) {
         let (Self::Signal(place) | Self::Protecting(place, _)) = self;
         (place.speaker, place.message)
     }
 
-    /// What a message brings.
+    /// The value in a message.
     fn value(self, decoded: &Decoded<'_>) -> Option<f64> {
         match self {
             Self::Signal(place) => decoded.values.get(place.signal?).copied().flatten(),
@@ -40,7 +40,7 @@ impl Origin {
                 let is_right = match (decoded.verdict?, how) {
                     (Verdict::WrongChecksum, Protecting::Fits) => false,
                     (_, Protecting::Fits) | (Verdict::Ok, Protecting::Follows) => true,
-                    // A counter in a message that is damaged says nothing.
+                    // The counter of a damaged message carries no information.
                     (Verdict::WrongChecksum, Protecting::Follows) => return None,
                     (_, Protecting::Follows) => false,
                 };
@@ -50,7 +50,7 @@ impl Origin {
     }
 }
 
-/// What formulas may read of `speakers`, in the order of the numbers that a [`formula`] has for them.
+/// All values that formulas may read from `speakers`, in the order of the numbers in a [`formula`].
 pub fn origins(speakers: &[Speaker]) -> impl Iterator<Item = Origin> {
     speakers.iter().enumerate().flat_map(|(speaker, one)| {
         one.layout.messages().iter().enumerate().flat_map(move |(message, of)| {
@@ -75,7 +75,7 @@ impl Sent<'_> {
         NotFound::unknown(name, &self.names())
     }
 
-    /// The signal of this name.
+    /// The signal with this name.
     fn place(&self, name: &str) -> Result<MessagePlace, NotFound> {
         let nodes = |node: &str| self.0.iter().any(|speaker| speaker.node == node);
         if let Some((node, name)) = name.split_once('.').filter(|(node, _)| nodes(node)) {
@@ -96,7 +96,7 @@ impl Sent<'_> {
         }
     }
 
-    /// Every signal that is sent, by its node and name.
+    /// Every signal that is sent, by node and name.
     fn names(&self) -> Vec<String> {
         let of = |speaker: &Speaker| {
             let node = speaker.node.clone();
@@ -146,16 +146,16 @@ impl Signals for Sent<'_> {
     }
 }
 
-/// What some formulas read of which messages.
+/// The values that some formulas read from each message.
 #[derive(Debug, Clone, Default)]
 pub struct Reads {
-    /// Of each message, by its speaker and place: what is read, and the number that formulas have for it.
+    /// For each message, by speaker and index: the values to read, and their numbers in the formulas.
     messages: BTreeMap<(usize, usize), Vec<(Origin, usize)>>,
     values: Vec<(usize, f64)>,
 }
 
 impl Reads {
-    /// What `formulas` read of what `speakers` send.
+    /// The values that `formulas` read from the messages of `speakers`.
     pub fn of<'a>(formulas: impl IntoIterator<Item = &'a Formula>, speakers: &[Speaker]) -> Self {
         let origins: Vec<Origin> = origins(speakers).collect();
         let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
@@ -169,7 +169,7 @@ impl Reads {
         Self { messages, values: Vec::new() }
     }
 
-    /// What a message of a speaker brings, by the numbers of formulas; none where no formula reads it.
+    /// The values in a message of a speaker, by their numbers in the formulas; `None` if no formula reads it.
     pub fn take(&mut self, speaker: usize, decoded: &Decoded<'_>) -> Option<&[(usize, f64)]> {
         let read = self.messages.get(&(speaker, decoded.message))?;
         self.values.clear();

@@ -1,4 +1,4 @@
-//! Plans: what is done on the bench, in which order, and what is judged. Written in TOML 1.1.
+//! Plans: the steps on a bench, and the criteria by which they are judged. Written in TOML 1.1.
 //!
 //! ```toml
 //! name = "verification"
@@ -25,15 +25,15 @@
 //! paper = "all within +-0.25 deg (Fig. 6)"
 //! ```
 //!
-//! What goes wrong on purpose stands in `[[fault]]` tables ([`crate::faults`]).
+//! Faults to inject are in `[[fault]]` tables ([`crate::faults`]).
 //!
-//! A step is a table with one key, the [`Action`]; `label` and `time_limit_s` may stand beside it. A key
-//! carries its unit; the parsed plan is SI. Nothing is guessed: an unknown key, a value out of bounds or
-//! a reference to nothing is a [`FileError`] that shows its place in the file.
+//! A step is a table with one key, the [`Action`], and optionally `label` and `time_limit_s`. A key carries its unit;
+//! the parsed plan is in SI units. Nothing is guessed: an unknown key, a value out of bounds or a dangling reference is
+//! a [`FileError`] that shows its place in the file.
 //!
-//! Around it: what goes wrong on purpose ([`faults`]), which port plays which role ([`bench_file`]), what one plan makes
-//! and a later one uses ([`calibrations`], [`models`], [`made`]). [`library`] reads these files, and those that ship;
-//! nothing else here reads any.
+//! Related modules: injected faults ([`faults`]), the ports of roles ([`bench_file`]), results that one plan makes and
+//! a later one uses ([`calibrations`], [`models`], [`made`]). Only [`library`] reads files, from disk and from those
+//! that ship.
 
 mod band;
 pub mod bench_file;
@@ -94,9 +94,9 @@ use wire::time::Span;
 pub const FILE_LEN_MAX: usize = 1 << 20;
 /// Most steps written in one plan.
 pub const STEPS_MAX: usize = 1_000;
-/// Most steps carried out by one plan, all repetitions counted.
+/// Most steps carried out by one plan, including all repetitions.
 pub const STEPS_DONE_MAX: u64 = 1_000_000;
-/// Steps may stand in repeats and sweeps so deep.
+/// Maximum nesting of steps in repeats and sweeps.
 pub const DEPTH_MAX: usize = 6;
 
 /// A plan that can be run.
@@ -172,13 +172,13 @@ impl Plan {
         Ok(plan)
     }
 
-    /// What the random numbers of a run of it are made from.
+    /// The seed of all random numbers in a run of the plan.
     pub fn seed_of_run(&self, seed: u64) -> u64 {
         seed_of_run(seed, self.random_numbers_of.as_ref().unwrap_or(&self.name).as_str())
     }
 
-    /// Checks the plan by itself, as [`Plan::parse`] does; `file` and `text` are those that it was read from, and empty
-    /// where it was built in code.
+    /// Checks the plan by itself, like [`Plan::parse`]. `file` and `text` are its source, or empty if it was built in
+    /// code.
     ///
     /// # Errors
     ///
@@ -187,8 +187,8 @@ impl Plan {
         validate::validate(self, None).map_err(located(file, text))
     }
 
-    /// The properties that a campaign judges on `rig`: those that are declared, or all of the paper's robot. Where nobody
-    /// takes missions there are none: the plan has to pass.
+    /// The properties that a campaign judges on `rig`: the declared ones, or all of the paper's robot. Without a
+    /// controller that takes missions there are none: the plan has to pass.
     pub fn judged(&self, rig: &Rig) -> Vec<Property> {
         match self.properties.as_slice() {
             [] if rig.robot.is_none() => Vec::new(),
@@ -197,19 +197,20 @@ impl Plan {
         }
     }
 
-    /// Checks that `rig` has every node, message, signal and parameter that the plan speaks of, in which units, and what
-    /// its faults are to strike; `file` and `text` are those that the plan was read from.
+    /// Checks that `rig` has every node, message, signal and parameter that the plan names, with the right units, and
+    /// the targets of its faults. `file` and `text` are the source of the plan.
     ///
     /// # Errors
     ///
-    /// The first that it has not, with its place.
+    /// The first that is missing, with its place.
     pub fn check_rig(&self, file: &str, text: &str, rig: &Rig) -> Result<(), FileError> {
         validate::validate(self, Some(rig)).map_err(located(file, text))?;
         let gyro = rig.robot.as_ref().map(|devices| devices.gyro.0);
         self.check_lines(file, text, &rig.struck(), gyro)
     }
 
-    /// Checks that a rig with these `lines` and this gyro has what faults are to strike, and what properties are of.
+    /// Checks that a rig with these `lines` and this gyro has the targets of faults and the devices that properties
+    /// refer to.
     fn check_lines(
         &self,
         file: &str,
@@ -228,7 +229,7 @@ impl Plan {
     }
 }
 
-/// The place of what is wrong, in the file.
+/// Adds the place in the file to a mistake.
 fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> FileError {
     move |fault| {
         let at = locate::locate(text, &fault.path);

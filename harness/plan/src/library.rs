@@ -1,8 +1,8 @@
-//! The plans, device files and calibrations that ship with the harness, and those on disk.
+//! The plans, device files, calibrations and other files that ship with the harness, and those on disk.
 //!
-//! A name is looked for among the shipped files, a path on disk: what ends in `.toml` or holds a
-//! separator is a path. Files next to a plan on disk go first, then those in the working directory, then the shipped
-//! ones, so that a copy of `test-plans` can be changed as a whole.
+//! A name refers to a shipped file, a path to a file on disk; a text that ends in `.toml` or contains a separator is a
+//! path. Files next to a plan on disk have priority, then those in the working directory, then the shipped ones, so
+//! that a copy of `test-plans` can be changed as a whole.
 
 mod pack;
 
@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 static SHIPPED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/../../test-plans");
 
-/// The procedures of the paper, in the order in which they need each other's results.
+/// The procedures of the paper, in an order in which each has the results it needs.
 pub const PAPER_PLANS: [&str; 10] = [
     "warm-up",
     "static-bias",
@@ -33,38 +33,38 @@ pub const PAPER_PLANS: [&str; 10] = [
     "umbmark",
 ];
 
-/// A file's text and where it comes from.
+/// The text of a file and its origin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// How messages call it: a path, or `test-plans/...` for a shipped file.
+    /// Its name in messages: a path, or `test-plans/...` for a shipped file.
     pub origin: String,
     /// Its text.
     pub text: String,
 }
 
-/// Why a file cannot be had.
+/// Why a file cannot be loaded.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LibraryError {
-    /// No shipped file has that name.
+    /// No shipped file has this name.
     #[error("no {kind} is called \"{name}\"")]
     #[diagnostic(help("shipped: {known}; a path ends in .toml or holds a /"))]
     UnknownName {
         /// `plan`, `device file`, ...
         kind: Kind,
-        /// What was asked for.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// The names that exist.
         known: String,
     },
     /// The file cannot be read.
     #[error("failed to read {}: {cause}", path.display())]
     Unreadable {
-        /// Which.
+        /// The path.
         path: PathBuf,
         /// Why.
         cause: std::io::Error,
     },
-    /// The file is not what it should be.
+    /// The file is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Mistake(#[from] FileError),
@@ -76,23 +76,23 @@ pub enum LibraryError {
 pub enum Kind {
     /// A plan.
     Plan,
-    /// A device file: what the emulated devices are like.
+    /// A device file: properties of the emulated devices.
     Devices,
-    /// A gyro that device files name.
+    /// A gyro model for device files.
     GyroModel,
-    /// A base that device files name.
+    /// A base model for device files.
     BaseModel,
-    /// A table that device files name.
+    /// A table model for device files.
     TableModel,
     /// A calibration of a gyro.
     Calibration,
-    /// A model that was identified.
+    /// An identified model.
     Model,
-    /// A bench file: which port plays which role.
+    /// A bench file: the ports of the roles.
     Bench,
     /// A rig: nodes on lines.
     Rig,
-    /// The description of a device of the user's own.
+    /// The description of a custom device.
     Description,
     /// A file that such a description names.
     DeviceData,
@@ -133,40 +133,40 @@ impl std::fmt::Display for Kind {
     }
 }
 
-/// Where to look, besides the shipped files.
+/// Where to search, in addition to the shipped files.
 #[derive(Debug, Clone, Default)]
 pub struct Library {
     folder: Option<PathBuf>,
-    /// Files that came from elsewhere: then there are no others.
+    /// The files of a pack; if present, no others are used.
     packed: Option<Arc<Pack>>,
-    /// What was opened.
+    /// Records the opened files.
     opened: Option<Arc<Mutex<Pack>>>,
 }
 
 impl Library {
-    /// The shipped files alone.
+    /// Only the shipped files.
     pub const fn shipped() -> Self {
         Self { folder: None, packed: None, opened: None }
     }
 
-    /// The files of a pack, and no others.
+    /// Only the files of a pack.
     pub const fn packed(pack: Arc<Pack>) -> Self {
         Self { folder: None, packed: Some(pack), opened: None }
     }
 
-    /// The same files; each that is opened goes into the pack too.
+    /// The same files, and a pack to which each opened file is added.
     pub fn packing(self) -> (Self, Arc<Mutex<Pack>>) {
         let opened = Arc::new(Mutex::new(Pack::default()));
         (Self { opened: Some(Arc::clone(&opened)), ..self }, opened)
     }
 
-    /// The shipped files, and before them those in the folder of `plan`, if it is a path.
+    /// The shipped files, after those in the folder of `plan` if it is a path.
     pub fn beside(plan: &str) -> Self {
         let folder = is_path(plan).then(|| Path::new(plan).parent().map(Path::to_owned)).flatten();
         Self { folder, ..Self::default() }
     }
 
-    /// As [`Self::beside`], for a rig: what its nodes name is where a plan of its project finds it.
+    /// Like [`Self::beside`], for a rig: files that its nodes name are found as from a plan of its project.
     pub fn beside_rig(rig: &str) -> Self {
         let Self { folder, .. } = Self::beside(rig);
         let folder = folder.map(|folder| match folder.ends_with(Kind::Rig.folder()) {
@@ -176,16 +176,16 @@ impl Library {
         Self { folder, ..Self::default() }
     }
 
-    /// The shipped files, and before them those of the project in this folder.
+    /// The shipped files, after those of the project in this folder.
     pub fn of_project(folder: &Path) -> Self {
         Self { folder: Some(folder.to_owned()), ..Self::default() }
     }
 
-    /// The file that `name` means.
+    /// The file that `name` refers to.
     ///
     /// # Errors
     ///
-    /// When no shipped file has that name or the path cannot be read.
+    /// When no shipped file has this name, or the path cannot be read.
     pub fn open(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
         let source = match &self.packed {
             Some(pack) => pack.open(kind, name)?,
@@ -205,7 +205,7 @@ impl Library {
     /// When it cannot be read.
     pub fn open_beside(&self, source: &Source, name: &str) -> Result<Source, LibraryError> {
         let kind = Kind::DeviceData;
-        // Two files of one name may lie beside two others.
+        // Two descriptions in different folders may each have a file with this name.
         let beside = Path::new(&source.origin).file_name().unwrap_or_default().to_string_lossy();
         let key = format!("{beside}/{name}");
         if let Some(pack) = &self.packed {
@@ -224,7 +224,7 @@ impl Library {
             return read(Path::new(name));
         }
         let file = Path::new(kind.folder()).join(format!("{name}.toml"));
-        // A plan that a campaign has saved lies below the project that it is of.
+        // A plan saved by a campaign lies in a subfolder of its project.
         let folders = self.folder.iter().flat_map(|folder| [folder.as_path(), Path::new("")]);
         let mut paths = folders.map(|folder| folder.join(&file));
         if let Some(path) = paths.find(|path| path.is_file()) {
@@ -246,11 +246,11 @@ impl Library {
 }
 
 impl Library {
-    /// What the file that `name` means holds, and where it comes from.
+    /// The content of the file that `name` refers to, and its origin.
     ///
     /// # Errors
     ///
-    /// When it cannot be had, or is not right.
+    /// When it is missing or invalid.
     pub fn read<T: DeserializeOwned>(
         &self,
         kind: Kind,
@@ -262,11 +262,11 @@ impl Library {
     }
 }
 
-/// What the TOML file at `path` holds.
+/// The content of the TOML file at `path`.
 ///
 /// # Errors
 ///
-/// When it cannot be read, or is not right.
+/// When it cannot be read or is invalid.
 pub fn read_file<T: DeserializeOwned>(path: &Path) -> Result<T, LibraryError> {
     read(path)?.parse()
 }
@@ -281,22 +281,22 @@ impl Source {
         read(path)
     }
 
-    /// What the TOML in it holds.
+    /// The parsed TOML content.
     ///
     /// # Errors
     ///
-    /// When it is not right.
+    /// When it is invalid.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LibraryError> {
         let read = toml::from_str(&self.text);
         Ok(read.map_err(|error| FileError::from_toml(&self.origin, &self.text, &error))?)
     }
 
-    /// Something that is wrong with the bytes `at`.
+    /// A mistake at the bytes `at`.
     pub fn mistake(&self, at: Range<usize>, message: String, help: Option<String>) -> LibraryError {
         FileError::new(&self.origin, &self.text, at, message).with_help(help).into()
     }
 
-    /// A name that nothing has, shown where this file says it; none for other mistakes, and for a name that is not said here.
+    /// An unknown name, with its place in this file; `None` for other errors, and for a name that is not in this file.
     pub fn placed(&self, error: &LibraryError) -> Option<LibraryError> {
         let LibraryError::UnknownName { name, .. } = error else { return None };
         let said = format!("\"{name}\"");

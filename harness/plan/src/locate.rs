@@ -1,10 +1,10 @@
-//! From a path in a plan to its place in the file.
+//! Finds the place of a path in a plan file.
 
 use super::validate::Segment;
 use std::ops::Range;
 use toml::de::{DeArray, DeTable, DeValue};
 
-/// The bytes of the value at `path`, or of the nearest one above it that there is.
+/// The byte range of the value at `path`, or of its nearest existing parent.
 pub(super) fn locate(text: &str, path: &[Segment]) -> Range<usize> {
     let Ok(document) = DeTable::parse(text) else {
         return 0..0;
@@ -32,7 +32,8 @@ pub(super) fn locate(text: &str, path: &[Segment]) -> Range<usize> {
     found
 }
 
-/// Bytes of a text that stands at `found`, quotes included; all of it where it is not written as it is meant.
+/// The byte range of a part of the string at `found`, which includes the quotes; the whole string if it has
+/// escapes or line breaks.
 fn part(text: &str, found: Range<usize>, within: &Range<usize>) -> Range<usize> {
     let written = text.get(found.clone()).unwrap_or_default();
     let marks = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|marks| written.starts_with(marks));

@@ -1,4 +1,4 @@
-//! What plans make for later ones.
+//! Results that plans make for later ones.
 
 use crate::Plan;
 use crate::calibrations;
@@ -8,42 +8,42 @@ use identification::finding::Finding;
 use identification::model::Model;
 use std::collections::BTreeMap;
 
-/// What was found by one identification.
+/// The result of one identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// What to read.
+    /// For reports.
     pub finding: Finding,
-    /// What to use.
+    /// For controllers and emulators.
     pub model: Model,
 }
 
-/// What plans make, by name.
+/// Results of plans, by name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Made {
     /// Calibrations.
     pub calibrations: BTreeMap<String, Calibration>,
     /// Identified models.
     pub models: BTreeMap<String, Model>,
-    /// What was found, of each of those models.
+    /// The findings of these models.
     pub findings: BTreeMap<String, Finding>,
 }
 
 impl Made {
-    /// Takes for granted what `plan` will make: all that counts is that it has a name.
+    /// Adds placeholders for the results of `plan`: checks of later plans only need their names.
     pub fn promise(&mut self, plan: &Plan) {
         let calibrations = calibrations::made_by(plan).into_iter();
         self.calibrations.extend(calibrations.map(|name| (name, Calibration::default())));
         self.models.extend(models::made_by(plan).into_iter().map(|name| (name, models::empty())));
     }
 
-    /// Adds what a later plan made; of two with one name the later one stays.
+    /// Adds the results of a later plan, which replace those with the same name.
     pub fn extend(&mut self, later: Self) {
         self.calibrations.extend(later.calibrations);
         self.models.extend(later.models);
         self.findings.extend(later.findings);
     }
 
-    /// Nothing was made.
+    /// Whether there are no results.
     pub fn is_empty(&self) -> bool {
         self.calibrations.is_empty() && self.models.is_empty()
     }

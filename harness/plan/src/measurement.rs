@@ -1,4 +1,4 @@
-//! A measurement as it is declared: before the run, with its band and the place in the paper it is from.
+//! The declaration of a measurement, with its band and its place in the paper.
 
 use super::check::Check;
 use super::name::Name;
@@ -49,7 +49,7 @@ pub enum Proves {
 }
 
 impl Proves {
-    /// For a column of a table: what would be at fault.
+    /// For a table column: the component whose fault a failure would show.
     pub const fn short(self) -> &'static str {
         match self {
             Self::TestsTheController => "controller",

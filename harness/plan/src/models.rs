@@ -1,11 +1,11 @@
-//! Models that were identified: by name, and as what a controller and an emulated gyro take.
+//! Identified models: loading by name, and conversion for controllers and emulated gyros.
 //!
-//! An identified model is about names of fields in units of a data set; a controller takes off terms
-//! of what it sees itself, in SI, and an emulated gyro adds terms of what is true. What cannot be
-//! carried is refused, term by term and with the reason, rather than left out.
+//! An identified model refers to fields by name, in the units of a data set. A controller corrects terms of its own
+//! inputs, in SI units, and an emulated gyro adds terms of the true values. Terms that cannot be converted are
+//! rejected, each with the reason, rather than left out.
 //!
-//! A model speaks of what is read under the calibration that was in force when its data were taken:
-//! its scale terms come on top of that calibration's factors.
+//! A model describes readings under the calibration that was in force when its data were recorded: its scale terms
+//! apply on top of that calibration's factors.
 
 mod driver;
 mod form;
@@ -30,29 +30,29 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Why a model cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ModelError {
-    /// Its file cannot be had, or is not right.
+    /// Its file is missing or invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// It is of another version of the contract.
+    /// It has another version of the contract.
     #[error("{origin}: schema {found}, expected {SCHEMA}")]
     Schema {
         /// The file.
         origin: String,
-        /// What it says.
+        /// The version in the file.
         found: u32,
     },
-    /// Some of its terms cannot be carried.
+    /// Some of its terms cannot be converted.
     #[error("{origin}: {refused}")]
     Refused {
         /// The file.
         origin: String,
-        /// Which, and why.
+        /// The terms, with the reasons.
         refused: Refused,
     },
 }
 
-/// Terms that cannot be carried: name and reason of each.
+/// Terms that cannot be converted, each with its name and the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refused(pub Vec<(String, String)>);
 
@@ -68,11 +68,11 @@ impl std::fmt::Display for Refused {
 
 impl std::error::Error for Refused {}
 
-/// Loads every model that `plan` uses and does not identify itself, unless `made` has it already.
+/// Loads every model that `plan` uses and does not identify itself, except those in `made`.
 ///
 /// # Errors
 ///
-/// When one is missing or not right, or a controller cannot correct by it.
+/// When one is missing or invalid, or a controller cannot apply it.
 pub fn load(
     plan: &Plan,
     library: &Library,
@@ -116,7 +116,7 @@ fn collect(steps: &[Step], used: &mut BTreeSet<String>, identified: &mut BTreeSe
     }
 }
 
-/// A model that says nothing.
+/// A model without terms.
 pub const fn empty() -> Model {
     Model {
         schema: SCHEMA,
@@ -131,7 +131,7 @@ pub const fn empty() -> Model {
     }
 }
 
-/// The file of a model, with a line that says where it comes from.
+/// The file of a model, with a line that states its origin.
 pub fn to_toml(model: &Model, origin: &str) -> String {
     format!("# {origin}\n{}", model.to_toml())
 }
@@ -141,11 +141,11 @@ pub fn to_json(finding: &Finding) -> String {
     serde_json::to_string_pretty(finding).unwrap_or_default() + "\n"
 }
 
-/// Reads the model of that name or path.
+/// Reads the model with this name or path.
 ///
 /// # Errors
 ///
-/// When it is missing or not right.
+/// When it is missing or invalid.
 pub fn read(library: &Library, name: &str) -> Result<(String, Model), ModelError> {
     let (origin, model): (String, Model) = library.read(Kind::Model, name)?;
     if model.schema == SCHEMA {
@@ -155,20 +155,20 @@ pub fn read(library: &Library, name: &str) -> Result<(String, Model), ModelError
     }
 }
 
-/// The calibration in force with the model's terms in the place of its own.
+/// The calibration in force, with its terms replaced by those of the model.
 ///
 /// # Errors
 ///
-/// Every term that a controller cannot correct by.
+/// All terms that a controller cannot correct.
 pub fn calibration(model: &Model, in_force: &Calibration) -> Result<Calibration, Refused> {
     Ok(Calibration { corrections: corrections(model)?, ..in_force.clone() })
 }
 
-/// The terms by which a controller corrects.
+/// The corrections of a controller.
 ///
 /// # Errors
 ///
-/// Every term that a controller cannot correct by.
+/// All terms that a controller cannot correct.
 pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
     let mut corrections = Corrections::new();
     let mut refused = Vec::new();
@@ -188,7 +188,7 @@ pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
     if refused.is_empty() { Ok(corrections) } else { Err(Refused(refused)) }
 }
 
-/// What a term acts on, where a controller can do something about it.
+/// The quantity that a term acts on, if a controller can correct it.
 fn acts(term: &model::Term) -> Result<Acts, String> {
     let why = match term.term {
         model::Acts::Bias => return Ok(Acts::Bias),
@@ -213,8 +213,8 @@ fn acts(term: &model::Term) -> Result<Acts, String> {
     Err(why.to_owned())
 }
 
-/// A term of bias or scale, in SI; where a temperature goes through a play as a whole, two: one of the
-/// temperature and one of how far the play's output is from it.
+/// Converts a term of bias or scale to SI units. If a temperature passes through a play operator, the result is two
+/// terms: one of the temperature, and one of the difference between the play's output and it.
 fn translate(model: &Model, term: &model::Term, acts: Acts) -> Result<Vec<Term>, String> {
     let numbers = Numbers(term);
     let mut drivers = term.drivers.iter();

@@ -13,12 +13,12 @@ const EXPECTED_NAME: &str =
     "a name of a-z, 0-9, `-` and `_`, at most 64 long, that begins with a letter";
 const EXPECTED_PARAMETER: &str = "a parameter as `device.name`, for example `gyro.ambient_celsius`";
 
-/// A name that is also safe as a file name: a letter, then `a-z`, `0-9`, `-`, `_`.
+/// A name that is also a safe file name: a letter, then `a-z`, `0-9`, `-`, `_`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Name(String);
 
 impl Name {
-    /// `None` where `text` is not a name.
+    /// `None` if `text` is not a name.
     pub fn new(text: &str) -> Option<Self> {
         let rest = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-' || b == b'_';
         (text.len() <= NAME_LEN_MAX
@@ -27,7 +27,7 @@ impl Name {
         .then(|| Self(text.to_owned()))
     }
 
-    /// What a name is, as a regular expression.
+    /// The syntax of names, as a regular expression.
     pub(super) fn pattern() -> String {
         format!("[a-z][a-z0-9_-]{{0,{}}}", NAME_LEN_MAX - 1)
     }
@@ -69,18 +69,18 @@ impl Serialize for Name {
     }
 }
 
-/// A parameter of a device or of its surroundings, written `device.name`. Which there are, the world
-/// that runs the plan knows; on a real bench the operator is asked to set it.
+/// A parameter of a device or of the environment, written `device.name`. The world that runs the plan knows the valid
+/// parameters; on a real bench the operator is asked to set them.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ParameterName {
-    /// Whose: a role of the bench, such as `gyro`, or `room`.
+    /// The device: a role of the bench, such as `gyro`, or `room`.
     pub device: Name,
-    /// Which; its unit comes last.
+    /// The parameter; its name ends with its unit.
     pub parameter: Name,
 }
 
 impl ParameterName {
-    /// `None` where `text` is not `device.name`.
+    /// `None` if `text` does not have the form `device.name`.
     pub fn new(text: &str) -> Option<Self> {
         let (device, parameter) = text.split_once('.')?;
         Some(Self { device: Name::new(device)?, parameter: Name::new(parameter)? })

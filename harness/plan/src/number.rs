@@ -1,7 +1,7 @@
-//! Numbers of a plan file: bounded while they are read, SI from then on.
+//! Numbers of a plan file: checked against bounds during parsing, in SI units from then on.
 //!
-//! Each function is a serde `deserialize_with`. A value out of bounds is refused there, so that the
-//! error carries the place of the value in the file.
+//! Each function is a serde `deserialize_with`. A value out of bounds is rejected there, so that the error contains its
+//! place in the file.
 
 pub(crate) mod schema;
 
@@ -11,24 +11,24 @@ use std::fmt;
 use wire::time::Span;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
 
-/// Longest duration in a plan: 31 days. Assumption: longer is a slip of units.
+/// Longest duration in a plan: 31 days. Assumption: a longer one is an error of units.
 pub const DURATION_MAX_S: f64 = 31.0 * 86_400.0;
-/// Shortest time between two sendings of a message. Assumption: below it a CAN bus of 500 kbit/s is full.
+/// Shortest period of a sent message. Assumption: a shorter one fills a CAN bus of 500 kbit/s.
 pub const SENDING_PERIOD_MIN_S: f64 = 0.001;
-/// Largest angle of one motion: 100 turns. Assumption: more is a slip of units.
+/// Largest angle of one motion: 100 turns. Assumption: a larger one is an error of units.
 pub const ANGLE_MAX_DEG: f64 = 36_000.0;
 /// Largest rate of one motion, in deg/s. Assumption: ten times the range of the paper's gyro.
 pub const RATE_MAX_DEG_PER_S: f64 = 1_000.0;
-/// Largest angular acceleration, in deg/s^2. Assumption: beyond every stepper table.
+/// Largest angular acceleration, in deg/s^2. Assumption: more than any stepper table reaches.
 pub const ANGULAR_ACCELERATION_MAX_DEG_PER_S2: f64 = 10_000.0;
-/// Farthest position or distance, in metres. Assumption: beyond every test floor.
+/// Largest coordinate or distance, in metres. Assumption: larger than any test floor.
 pub const DISTANCE_MAX_M: f64 = 1_000.0;
 /// Largest speed, in m/s. Assumption: far beyond the 0.78 m/s of the K2A.
 pub const SPEED_MAX_M_PER_S: f64 = 10.0;
-/// Largest acceleration, in m/s^2. Assumption: ten times that of gravity, beyond every robot on wheels.
+/// Largest acceleration, in m/s^2. Assumption: ten times gravity, more than any wheeled robot reaches.
 pub const ACCELERATION_MAX_M_PER_S2: f64 = 100.0;
 
-/// A finite number that `accept` takes; `expected` says which those are.
+/// A finite number that `accept` allows; `expected` describes the allowed values.
 struct Number<F> {
     expected: &'static str,
     accept: F,
@@ -71,7 +71,7 @@ pub(super) fn finite<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
     read(d, "a finite number", |_| true)
 }
 
-/// A finite number, or nothing.
+/// A finite number, or none.
 pub(super) fn finite_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<f64>, D::Error> {
     finite(d).map(Some)
 }
@@ -92,25 +92,25 @@ pub(super) fn duration<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error
         .map(Span::from_secs_f64)
 }
 
-/// Seconds above zero, or nothing.
+/// Seconds above zero, or none.
 pub(crate) fn duration_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
     duration(d).map(Some)
 }
 
-/// Seconds, zero included.
+/// Seconds, zero or above.
 pub(crate) fn duration_or_zero<'de, D: Deserializer<'de>>(d: D) -> Result<Span, D::Error> {
     read(d, "a number of seconds, 0 to 31 days", |x| (0.0..=DURATION_MAX_S).contains(&x))
         .map(Span::from_secs_f64)
 }
 
-/// Seconds between two sendings, or zero for one alone.
+/// The period of a message in seconds, or zero to send it once.
 pub(super) fn sending_period<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Span>, D::Error> {
     let accept = |x: f64| x == 0.0 || (SENDING_PERIOD_MIN_S..=DURATION_MAX_S).contains(&x);
     read(d, "0, or a number of seconds from 0.001 to 31 days", accept)
         .map(|x| Some(Span::from_secs_f64(x)))
 }
 
-/// Degrees of a turn: not zero.
+/// Degrees of a turn, not zero.
 pub(super) fn turn<'de, D: Deserializer<'de>>(d: D) -> Result<Angle, D::Error> {
     read(d, "degrees, not 0, at most 36000 either way", |x| x != 0.0 && x.abs() <= ANGLE_MAX_DEG)
         .map(Angle::from_deg)
@@ -137,7 +137,7 @@ pub(super) fn angular_acceleration<'de, D: Deserializer<'de>>(
     .map(AngularAcceleration::from_deg_per_s2)
 }
 
-/// Metres of a straight line: not zero.
+/// Metres of a straight line, not zero.
 pub(super) fn distance<'de, D: Deserializer<'de>>(d: D) -> Result<Length, D::Error> {
     read(d, "metres, not 0, at most 1000 either way", |x| x != 0.0 && x.abs() <= DISTANCE_MAX_M)
         .map(Length::from_m)
@@ -172,38 +172,38 @@ fn angle<'de, D: Deserializer<'de>>(d: D) -> Result<Angle, D::Error> {
     read(d, "degrees above 0, at most 360", |x| x > 0.0 && x <= 360.0).map(Angle::from_deg)
 }
 
-/// Metres per second squared above zero, or nothing.
+/// Metres per second squared above zero, or none.
 pub(super) fn acceleration_option<'de, D: Deserializer<'de>>(
     d: D,
 ) -> Result<Option<Acceleration>, D::Error> {
     acceleration(d).map(Some)
 }
 
-/// Degrees per second squared above zero, or nothing.
+/// Degrees per second squared above zero, or none.
 pub(super) fn angular_acceleration_option<'de, D: Deserializer<'de>>(
     d: D,
 ) -> Result<Option<AngularAcceleration>, D::Error> {
     angular_acceleration(d).map(Some)
 }
 
-/// Metres per second above zero, or nothing.
+/// Metres per second above zero, or none.
 pub(super) fn speed_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Speed>, D::Error> {
     speed(d).map(Some)
 }
 
-/// Degrees per second above zero, or nothing.
+/// Degrees per second above zero, or none.
 pub(super) fn rate_option<'de, D: Deserializer<'de>>(
     d: D,
 ) -> Result<Option<AngularRate>, D::Error> {
     rate(d).map(Some)
 }
 
-/// Degrees above zero, or nothing.
+/// Degrees above zero, or none.
 pub(super) fn angle_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Angle>, D::Error> {
     angle(d).map(Some)
 }
 
-/// Metres above zero, or nothing.
+/// Metres above zero, or none.
 pub(super) fn length_option<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Length>, D::Error> {
     length(d).map(Some)
 }

@@ -1,7 +1,7 @@
-//! Phases of a plan: what can be waited for by name while it runs.
+//! Phases of a plan: events that other parts can wait for by name during the run.
 //!
-//! A phase is a step, by its key or its label, or one round of a repeat or a sweep. Turns, straights and
-//! bias tests are counted by what the controller is told, so that a lap holds four turns.
+//! A phase is a step, by its key or its label, or one round of a repeat or a sweep. Turns, straights and bias tests are
+//! counted by the commands to the controller, so a lap contains four turns.
 
 use super::step::Step;
 use super::{Name, Plan};
@@ -13,11 +13,11 @@ use std::collections::BTreeMap;
 pub enum PhaseEvent {
     /// The phase of this name began.
     Began(String),
-    /// The phase of this name ended; of several of one name the one that began last.
+    /// The phase with this name ended; if several are active, the one that began last.
     Ended(String),
 }
 
-/// The phase that a command to the controller is, where it is one.
+/// The phase that corresponds to a command to the controller, if any.
 pub const fn of_command(command: &Command) -> Option<&'static str> {
     match command {
         Command::Turn(_) => Some("turn"),
@@ -27,7 +27,7 @@ pub const fn of_command(command: &Command) -> Option<&'static str> {
     }
 }
 
-/// The names of the phase that a step, or a round of it, is.
+/// The names of the phase of a step, or of a round of it.
 pub fn names(step: &Step) -> impl Iterator<Item = &str> {
     let name = step.action.name();
     let told_by_this_name = step.action.missions().iter().any(|(told, _)| *told == name);
@@ -36,7 +36,7 @@ pub fn names(step: &Step) -> impl Iterator<Item = &str> {
 }
 
 impl Plan {
-    /// How often each phase comes, at most: a repeat may end early.
+    /// Maximum number of occurrences of each phase; a repeat may end early.
     pub fn phases(&self) -> BTreeMap<&str, u64> {
         let mut counts = BTreeMap::new();
         count(&self.steps, 1, &mut counts);
@@ -45,8 +45,8 @@ impl Plan {
 }
 
 impl Plan {
-    /// Turns and straights where all of them come after a bias test, and how many of each, in the order in which the first of
-    /// each comes; none where a motion comes before any test.
+    /// Turns and straights with their numbers, in order of first occurrence, if all of them come after a bias test;
+    /// otherwise empty.
     pub fn motions_after_bias_test(&self) -> Vec<(Name, u32)> {
         let mut order = Vec::new();
         for (name, _) in Step::walk(&self.steps).flat_map(|step| step.action.missions()) {

@@ -1,4 +1,4 @@
-//! Properties: what must hold throughout a run, and what a campaign must have reached.
+//! Properties: conditions that must hold throughout a run, and states that a campaign must reach.
 //!
 //! ```toml
 //! [[property]]
@@ -12,8 +12,8 @@
 //! always = { fresh_heading = { age_s_max = 0.16 } }
 //! ```
 //!
-//! A text is a formula over signals of the rig, in the language of the crate `temporal`. Those with names are built in and
-//! of the paper's robot; a limit that is left out is the bench's (`judge::properties::Limits`).
+//! A text is a formula over signals of the rig, in the language of the crate `temporal`. Named properties are built in
+//! and belong to the paper's robot; a limit that is left out comes from the bench (`judge::properties::Limits`).
 
 use super::number;
 use schemars::JsonSchema;
@@ -26,30 +26,30 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length,
 pub enum Property {
     /// It must hold at every moment of every run.
     Always(Always),
-    /// It must come about in at least one run of a campaign.
+    /// It must occur in at least one run of a campaign.
     Sometimes(Sometimes),
-    /// The plan states it itself.
+    /// A formula of the plan.
     Stated(Stated),
 }
 
-/// Which kind of property.
+/// The kind of a property.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// It must hold at every moment.
     Always,
-    /// It must come about in at least one run.
+    /// It must occur in at least one run.
     Sometimes,
 }
 
 /// A formula over signals of the rig.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stated {
-    /// Its text, where the plan gives it no name.
+    /// Its name; if the plan gives none, its text.
     pub name: String,
     /// When it must hold.
     pub kind: Kind,
-    /// As it is written.
+    /// The text of the formula.
     pub formula: String,
 }
 

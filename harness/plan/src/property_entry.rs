@@ -1,4 +1,4 @@
-//! How a plan writes a property: a formula, or one that is built in.
+//! The notation of a property in a plan: a formula, or a built-in one.
 
 use super::property::{Always, Kind, Property, Sometimes, Stated};
 use schemars::JsonSchema;
@@ -28,11 +28,11 @@ enum OrFormula<T> {
     Formula(String),
 }
 
-/// A built-in property, and whether a text names one.
+/// A set of built-in properties, recognised by name.
 trait BuiltIn: Sized {
     const EXPECTED: &'static str;
 
-    /// What a text stands for: a name has neither spaces nor operators.
+    /// The meaning of a text: a name has neither spaces nor operators.
     fn of_text<E: serde::de::Error>(text: &str) -> Result<OrFormula<Self>, E>;
 }
 

@@ -1,11 +1,10 @@
-//! The quantities that a run can measure: the contract between the engine that observes and the plans
-//! that judge. A new quantity is one more entry in the table below.
+//! The quantities that a run can measure: the contract between the engine, which observes, and plans, which judge. To
+//! add a quantity, add an entry to the table below.
 //!
-//! Every observation carries the [`COMMON_TAGS`]. Within a step it also carries `during.<step>` = 1 for
-//! each step around it, and `during.<label>` where that step has a label; within a sweep, the swept
-//! parameter under its own name.
+//! Every observation has the [`COMMON_TAGS`]. Within a step it also has `during.<step>` = 1 for each enclosing step,
+//! and `during.<label>` if that step has a label; within a sweep, the swept parameter under its own name.
 
-/// A quantity: what it is, in which unit, and with which tags it is observed.
+/// A quantity: its meaning, its unit, and the tags of its observations.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Quantity {
     /// Name in plans and records.
@@ -16,7 +15,7 @@ pub struct Quantity {
     pub tags: &'static [&'static str],
     /// The step that yields it, or `always`.
     pub made_by: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
 }
 
@@ -27,14 +26,14 @@ pub struct Tag {
     pub name: &'static str,
     /// Unit of its values, `1` for a plain number.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
 }
 
 /// Tags of every observation.
 pub const COMMON_TAGS: &[&str] = &["run", "time"];
 
-/// Every tag that observations carry, `during.*` and swept parameters apart.
+/// All tags of observations, except `during.*` and swept parameters.
 pub const TAGS: &[Tag] = &[
     Tag {
         name: "run",
@@ -61,15 +60,15 @@ pub const TAGS: &[Tag] = &[
     Tag { name: "age", unit: "s", doc: "time since the bias test whose bias is in force" },
 ];
 
-/// Before the name of a step or a label: the tag of what was observed during it.
+/// Prefix of the tag for observations during a step; the step's name or label follows.
 pub const DURING_PREFIX: &str = "during.";
-/// Before the name of a signal, `Signal` or `Message.Signal`: its values, in the unit that the layout gives.
+/// Prefix of a signal, `Signal` or `Message.Signal`: its values, in the unit of the layout.
 pub const SIGNAL: &str = "signal";
-/// Before the name of a message of a device: the time from one to the next, s.
+/// Prefix of a message of a device: the time between consecutive messages, s.
 pub const PERIOD: &str = "period";
-/// Before the name of a reaction: how long it took, s.
+/// Prefix of a reaction: its duration, s.
 pub const REACTION_PREFIX: &str = "reaction.";
-/// Before the name of an answer: the quantity that an operator gives.
+/// Prefix of an answer: the quantity that an operator gives.
 pub const OPERATOR_PREFIX: &str = "operator.";
 
 /// The tag of observations made during `phase`, a step's name or label.
@@ -77,12 +76,12 @@ pub fn during_tag(phase: &str) -> String {
     format!("{DURING_PREFIX}{phase}")
 }
 
-/// The quantity of that name.
+/// The quantity with this name.
 pub fn find(name: &str) -> Option<&'static Quantity> {
     QUANTITIES.iter().copied().find(|quantity| quantity.name == name)
 }
 
-/// The tag of that name.
+/// The tag with this name.
 pub fn find_tag(name: &str) -> Option<&'static Tag> {
     TAGS.iter().find(|tag| tag.name == name)
 }

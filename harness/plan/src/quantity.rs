@@ -1,4 +1,4 @@
-//! Names of quantities in a plan, and which of their observations are meant.
+//! Names of quantities in a plan, and filters on their observations.
 
 mod schema;
 
@@ -12,14 +12,14 @@ use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, `reaction.<name>`, or of the messages of a rig
-/// `<node>.<signal>`, `<node>.<message>.<signal>` and `period.<node>.<message>`. Where a plan has one device alone, that is
-/// `signal.<signal>` and `period.<message>`.
+/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, `reaction.<name>`, or, for the
+/// messages of a rig, `<node>.<signal>`, `<node>.<message>.<signal>` and `period.<node>.<message>`. In a plan with a
+/// single device these are `signal.<signal>` and `period.<message>`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct QuantityName(String);
 
 impl QuantityName {
-    /// `None` where there is no such quantity.
+    /// `None` if there is no such quantity.
     pub fn new(name: &str) -> Option<Self> {
         let operator = name.strip_prefix(OPERATOR_PREFIX).and_then(Name::new);
         let reaction = name.strip_prefix(REACTION_PREFIX).and_then(Name::new);
@@ -27,7 +27,7 @@ impl QuantityName {
         (known || OfMessage::of(name).is_some()).then(|| Self(name.to_owned()))
     }
 
-    /// What of a node's messages it is; none where the table has it, or an operator gives it.
+    /// The part of a node's messages that it refers to; `None` if it is in the table or an operator gives it.
     pub fn of_message(&self) -> Option<OfMessage<'_>> {
         let known = self.operator_answer().is_some() || self.entry().is_some();
         let known = known || self.reaction().is_some();
@@ -39,23 +39,23 @@ impl QuantityName {
         &self.0
     }
 
-    /// Its entry in the table; none for what an operator answers.
+    /// Its entry in the table; `None` for an operator's answer.
     pub fn entry(&self) -> Option<&'static Quantity> {
         quantities::find(&self.0)
     }
 
-    /// The reaction's name where it is how long one took.
+    /// The reaction's name, if it is a reaction time.
     pub fn reaction(&self) -> Option<&str> {
         self.0.strip_prefix(REACTION_PREFIX)
     }
 
-    /// The answer's name where an operator gives this quantity.
+    /// The answer's name, if an operator gives this quantity.
     pub fn operator_answer(&self) -> Option<&str> {
         self.0.strip_prefix(OPERATOR_PREFIX)
     }
 }
 
-/// A quantity that the messages of a node bring.
+/// A quantity taken from the messages of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OfMessage<'a> {
     /// Each value of this signal, `Signal` or `Message.Signal`, in the signal's unit.
@@ -65,7 +65,7 @@ pub enum OfMessage<'a> {
         /// The signal.
         name: &'a str,
     },
-    /// The time between two of this message, s.
+    /// The time between consecutive messages, s.
     Period {
         /// The node that sends it.
         node: &'a str,
@@ -104,7 +104,7 @@ impl<'a> OfMessage<'a> {
     }
 }
 
-/// As DBCs name messages and signals: letters, digits and `_`, in some a digit first.
+/// The syntax of message and signal names in DBCs: letters, digits and `_`; some begin with a digit.
 fn is_identifier(text: &str) -> bool {
     !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
@@ -125,13 +125,13 @@ impl<'de> Deserialize<'de> for QuantityName {
     }
 }
 
-/// Which observations of a quantity are meant: those whose tags match, all of them. In a file:
+/// Selects the observations of a quantity whose tags all match. In a file:
 /// `where = { direction = -1, temperature = [20, 30] }`.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(transparent)]
 pub struct Filter(BTreeMap<String, TagMatch>);
 
-/// What one tag must be.
+/// The condition on one tag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TagMatch {
     /// This number.
@@ -141,7 +141,7 @@ pub enum TagMatch {
 }
 
 impl Filter {
-    /// Is there every tag, and does each match?
+    /// Whether every tag is present and matches.
     pub fn matches(&self, tag_of: impl Fn(&str) -> Option<f64>) -> bool {
         self.0.iter().all(|(tag, wanted)| {
             tag_of(tag).is_some_and(|value| match wanted {
@@ -151,7 +151,7 @@ impl Filter {
         })
     }
 
-    /// The tags that must have one certain value.
+    /// The tags that must have one exact value.
     pub fn equalities(&self) -> BTreeMap<String, f64> {
         let equal = |(tag, wanted): (&String, &TagMatch)| match wanted {
             TagMatch::Equal(number) => Some((tag.clone(), *number)),
@@ -160,7 +160,7 @@ impl Filter {
         self.0.iter().filter_map(equal).collect()
     }
 
-    /// The tags that are asked for.
+    /// The tags in the filter.
     pub fn tags(&self) -> impl Iterator<Item = &str> {
         self.0.keys().map(String::as_str)
     }

@@ -1,4 +1,4 @@
-//! Reactions: how long the nodes of a rig take from one condition to another.
+//! Reactions: the time that the nodes of a rig take from one condition to another.
 //!
 //! ```toml
 //! [[reaction]]
@@ -7,11 +7,12 @@
 //! to = "manager.ContactorClosed == 0"
 //! ```
 //!
-//! Each time `from` becomes true, the time to the next moment at which `to` holds is an observation of the quantity
-//! `reaction.opening`, in s, which measurements judge. What was not answered when the run ended has taken as long as the run
-//! lasted from there: it counts, and is never shorter than it was.
+//! Each time `from` becomes true, the time until `to` holds next is an observation of the quantity `reaction.opening`,
+//! in s, for measurements to judge. If there is no response before the run ends, the observation is the time until the
+//! end, a lower bound.
 //!
-//! The step `reaction = "opening"` waits for one: until `from` has become true after the step began, and `to` has held since.
+//! The step `reaction = "opening"` waits for one reaction: until `from` has become true since the step began, and `to`
+//! has held since then.
 
 use super::formula::formula;
 use super::name::Name;
@@ -34,7 +35,7 @@ pub struct Reaction {
     pub to: String,
 }
 
-/// The first mistake in `reactions`; formulas are read where the rig is at hand.
+/// The first mistake in `reactions`; formulas are only parsed if the rig is known.
 pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Fault> {
     let mut names = BTreeSet::new();
     for (index, reaction) in reactions.iter().enumerate() {
@@ -55,7 +56,7 @@ pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Fau
     Ok(())
 }
 
-/// There is a reaction of this name.
+/// Checks that a reaction with this name exists.
 pub(super) fn find(
     reactions: &[Reaction],
     name: &str,

@@ -1,4 +1,4 @@
-//! Nodes whose part a log of their bus plays.
+//! Nodes that are replayed from a log of their bus.
 
 use crate::rig::{NodePart, Rig, RigLine};
 use crate::speakers::Speaker;
@@ -8,37 +8,37 @@ use std::sync::Arc;
 use wire::device::Transmit;
 use wire::time::Span;
 
-/// What a log has of one moment.
+/// An entry of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Logged {
-    /// When, since the log's first entry.
+    /// Time since the log's first entry.
     pub at: Span,
-    /// On which bus or line.
+    /// The bus or line.
     pub channel: Arc<str>,
-    /// What it was.
+    /// The frame or bytes.
     pub what: Transmit,
 }
 
-/// What a node sends, as a log has it: when, at which of its ports, and what.
+/// The traffic of a node in a log: time, index of its port, and content.
 pub type Replayed = Arc<[(Span, u8, Transmit)]>;
 
-/// Whose words of a line are meant.
+/// Selects traffic on a line.
 #[derive(Clone, Copy)]
 pub(crate) enum Words<'a> {
-    /// Everybody's: nobody knows who says what.
+    /// All traffic, if the senders are unknown.
     All,
-    /// Those of who sends as this in the layout. On a serial line a log does not say who spoke.
+    /// The messages of this sender in the layout. On a serial line a log does not record the sender.
     Of(&'a Layout, Sender),
-    /// Nobody's.
+    /// No traffic.
     None,
 }
 
-/// The part that `log` has of a node on these lines, which are in the order of its ports; none where the line is not one of
-/// its rig's own.
+/// The traffic of a node in `log` on these lines, which are in the order of its ports; `None` for a line that is not
+/// one of the rig's own.
 ///
 /// # Errors
 ///
-/// The line that is not in the log, and the channels that could be it.
+/// The line that is missing in the log, and the channels that could be it.
 pub(crate) fn part_in<'a>(
     log: &[Logged],
     named: Option<&str>,
@@ -55,12 +55,12 @@ pub(crate) fn part_in<'a>(
     Ok(said.into())
 }
 
-/// The channel of a log that a line is: the one that is named, the one of the line's name, or the only one that carries
-/// what the line does.
+/// The channel of a log for a line: the channel given by name, the one with the line's name, or the only one with the
+/// line's kind of traffic.
 ///
 /// # Errors
 ///
-/// The channels that carry it, where several could be meant or the one that is meant is not among them.
+/// The channels with that kind of traffic, if several are possible or the named one is not among them.
 fn channel_of<'a>(
     log: &'a [Logged],
     line: &RigLine,
@@ -78,7 +78,7 @@ fn channel_of<'a>(
     found.ok_or_else(|| known.into_iter().map(str::to_owned).collect())
 }
 
-/// What of `log` on `channel` is said in these words.
+/// The entries of `log` on `channel` that `words` selects.
 fn said_on<'a>(
     log: &'a [Logged],
     channel: &'a str,
@@ -98,12 +98,12 @@ fn said_on<'a>(
 }
 
 impl Rig {
-    /// The same with every node played by `log`: what a plan finds when it listens to the bench of the log. On a serial line,
-    /// where a log does not say who spoke, it is the device.
+    /// The rig with every node replayed from `log`, as a plan finds it when it listens to the bench of the log. On a
+    /// serial line, where a log does not record the sender, all bytes count as the device's.
     ///
     /// # Errors
     ///
-    /// The line that is not in the log, and the channels that are.
+    /// The line that is missing in the log, and the channels in it.
     pub fn replayed_by(
         mut self,
         log: &[Logged],

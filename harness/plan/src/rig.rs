@@ -1,4 +1,4 @@
-//! Rigs as a plan speaks of them: lines, the nodes on them, and who says what.
+//! Rigs from the plan's point of view: lines, the nodes on them, and the messages of each.
 //!
 //! ```toml
 //! title = "A battery pack and its manager"
@@ -31,9 +31,9 @@
 //! | `message.NAME` of a line | counter and checksum of a message of its DBC: `counter`, `checksum` or `e2e` as in the description of a device |
 //! | `[[node]]` | `at`: a line, or several; one of `emulate` (and `set`: parameters of that one), `under_test`, `tester` and `replay = { log, channel }` |
 //! | `virtual_time` | of a program under test: `wall_limit_s`, `processes_max`, `spin_questions`, `spin_step_s` |
-//! | `dbc_node` | the node's name in the DBC, where that is another one |
+//! | `dbc_node` | the node's name in the DBC, if it differs |
 //!
-//! `devices = "paper"` and `device = "oven"` in a plan are short for a rig of that alone.
+//! `devices = "paper"` and `device = "oven"` in a plan stand for a rig with only that.
 
 mod file;
 
@@ -51,7 +51,7 @@ use std::fmt;
 use std::sync::Arc;
 use wire::can::{BIT_RATE, BitRates};
 
-/// Most nodes of a rig, those of the paper's robot included: one bit each, and one of the plan, in a word.
+/// Most nodes of a rig, including those of the paper's robot: one bit per node, plus one for the plan, in a word.
 pub const NODES_MAX: usize = 62;
 /// Most lines of a rig.
 pub const LINES_MAX: usize = 16;
@@ -112,16 +112,16 @@ impl VirtualTime {
 pub struct RigLine {
     /// Its name.
     pub name: String,
-    /// What carries it.
+    /// The medium.
     pub medium: Medium,
-    /// Bits per second of a CAN bus, where the file says so.
+    /// Bits per second of a CAN bus, if the file states them.
     pub bit_rate: Option<u32>,
-    /// Those of the data of CAN FD frames, where it has any.
+    /// Bits per second of the data of CAN FD frames, if there are any.
     pub data_bit_rate: Option<u32>,
 }
 
 impl RigLine {
-    /// The line of one device that stands for itself.
+    /// The line of a plan's only device.
     pub fn of_device(layout: &Layout) -> Self {
         Self {
             name: DEVICE.to_owned(),
@@ -153,19 +153,19 @@ impl fmt::Display for RigLine {
     }
 }
 
-/// Bits per second of the data on the bus of one device that has CAN FD messages. Assumption: the usual rate of vehicles.
+/// Data bit rate of the bus of a plan's only device if it has CAN FD messages. Assumption: the usual rate of vehicles.
 const DATA_BIT_RATE: u32 = 2_000_000;
 
-/// What a node is.
+/// The kind of a node.
 #[derive(Debug, Clone)]
 pub enum NodePart {
-    /// Emulated, as a file describes.
+    /// Emulated, as described in a file.
     Described(Arc<Description>),
     /// Under test.
     UnderTest(UnderTest),
-    /// The plan speaks as it.
+    /// The plan sends and receives in its place.
     Tester(Layout, Sender),
-    /// A log plays its part.
+    /// Replayed from a log.
     Replayed(Replayed),
 }
 
@@ -174,38 +174,38 @@ pub enum NodePart {
 pub struct RigNode {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub part: NodePart,
     /// Its lines, in the order of its ports.
     pub lines: Vec<usize>,
-    /// What its program may do in virtual time.
+    /// Limits of its program in virtual time.
     pub virtual_time: VirtualTime,
 }
 
 impl RigNode {
-    /// On the line of a device alone.
+    /// A node on the line of a plan's only device.
     fn of_device(name: &str, part: NodePart) -> Self {
         let virtual_time = VirtualTime::default();
         Self { name: name.to_owned(), part, lines: vec![0], virtual_time }
     }
 }
 
-/// What a plan is carried out on, read and checked.
+/// The rig of a plan, parsed and checked.
 #[derive(Debug, Clone, Default)]
 pub struct Rig {
     /// The paper's robot or table; its lines come before the others.
     pub robot: Option<Box<Devices>>,
-    /// The lines, but for those of the robot.
+    /// The lines, except those of the robot.
     pub lines: Vec<RigLine>,
-    /// The nodes, but for those of the robot.
+    /// The nodes, except those of the robot.
     pub nodes: Vec<RigNode>,
-    /// Who says what.
+    /// The senders of messages.
     pub speakers: Vec<Speaker>,
-    /// Of one device alone, or of the paper's robot.
+    /// Whether it has only a single device or the paper's robot.
     pub is_short: bool,
 }
 
-/// What the gyro of these devices rides on.
+/// The carrier of the gyro of these devices.
 pub fn ride(devices: &Devices) -> Ride {
     match (devices.mount, &devices.base) {
         (Mount::Base, Some((Transport::Can, _))) => Ride::Base(LineKind::Can),
@@ -215,12 +215,12 @@ pub fn ride(devices: &Devices) -> Ride {
 }
 
 impl Rig {
-    /// The paper's robot or table alone.
+    /// Only the paper's robot or table.
     pub fn of_robot(devices: Devices) -> Self {
         Self { robot: Some(Box::new(devices)), is_short: true, ..Self::default() }
     }
 
-    /// One device, and the plan at the other end of its line.
+    /// A single device, with the plan at the other end of its line.
     pub fn of_device(description: Arc<Description>) -> Self {
         let layout = description.layout().clone();
         let line = RigLine::of_device(&layout);
@@ -243,7 +243,7 @@ impl Rig {
         }
     }
 
-    /// The nodes on their lines, by their places: as a record tells who spoke where.
+    /// The nodes on each of their lines, by index; records identify senders by the position in this list.
     pub fn ends(&self) -> impl Iterator<Item = (usize, usize)> {
         let of = |(place, node): (usize, &RigNode)| {
             node.lines.iter().map(move |line| (place, *line)).collect::<Vec<_>>()
@@ -261,17 +261,17 @@ impl Rig {
         }
     }
 
-    /// How many lines the robot has: those of `gyro` and of what carries it.
+    /// Number of lines of the robot: those of `gyro` and of its carrier.
     pub const fn robot_lines(&self) -> usize {
         if self.robot.is_some() { 2 } else { 0 }
     }
 
-    /// What the gyro of the robot rides on.
+    /// The carrier of the robot's gyro.
     pub fn ride(&self) -> Option<Ride> {
         self.robot.as_deref().map(ride)
     }
 
-    /// What there is for faults to strike.
+    /// The possible targets of faults.
     pub fn struck(&self) -> Lines {
         let mut nodes: Vec<(Target, LineKind)> = Vec::new();
         let mut add = |name: &str, kind| {
@@ -311,7 +311,7 @@ impl Rig {
         Lines { robot: self.ride(), host, nodes, said: said.collect() }
     }
 
-    /// The only device of a plan that names no rig.
+    /// The only device of a plan without a rig.
     pub fn device(&self) -> Option<&Arc<Description>> {
         self.nodes.iter().filter(|_| self.is_short).find_map(|node| match &node.part {
             NodePart::Described(description) => Some(description),
@@ -319,7 +319,7 @@ impl Rig {
         })
     }
 
-    /// The emulated device of this name.
+    /// The emulated device with this name.
     pub fn described(&self, name: &str) -> Option<&Arc<Description>> {
         self.nodes.iter().filter(|node| node.name == name).find_map(|node| match &node.part {
             NodePart::Described(description) => Some(description),
@@ -333,7 +333,7 @@ impl Rig {
         self.nodes.iter().filter(described).map(|node| node.name.as_str()).collect()
     }
 
-    /// What the plan can send: the nodes as which it speaks, with their messages.
+    /// The nodes in whose place the plan sends, with their messages.
     pub fn testers(&self) -> impl Iterator<Item = (&str, &Layout, Sender)> {
         self.nodes.iter().filter_map(|node| match &node.part {
             NodePart::Tester(layout, sender) => Some((node.name.as_str(), layout, *sender)),
@@ -341,7 +341,7 @@ impl Rig {
         })
     }
 
-    /// Is somebody at this line, by its place among those that are not the robot's, who is not in this process?
+    /// Whether a node on this line, an index into the lines that are not the robot's, runs outside this process.
     pub fn is_away(&self, line: usize) -> bool {
         let line = self.robot_lines() + line;
         self.under_test().any(|(node, how)| {
@@ -349,7 +349,7 @@ impl Rig {
         })
     }
 
-    /// What is under test, but for the paper's controller.
+    /// The nodes under test, except the paper's controller.
     pub fn under_test(&self) -> impl Iterator<Item = (&RigNode, &UnderTest)> {
         self.nodes.iter().filter_map(|node| match &node.part {
             NodePart::UnderTest(how) => Some((node, how)),

@@ -1,4 +1,4 @@
-//! A rig from its file: what is wrong is said with its place.
+//! Builds a rig from its file. Errors carry their place.
 
 mod place;
 mod replayed;
@@ -19,37 +19,37 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::serial::SerialSettings;
 
-/// Who reads what a rig file names.
+/// Loads the files that a rig file names.
 pub trait Parts {
-    /// Why it cannot be had.
+    /// Why a file cannot be loaded.
     type Error: From<LibraryError>;
 
     /// The paper's robot or table of a device file.
     ///
     /// # Errors
     ///
-    /// When it is missing or not right.
+    /// When it is missing or invalid.
     fn devices(&mut self, name: &str) -> Result<Devices, Self::Error>;
 
     /// The description of a device.
     ///
     /// # Errors
     ///
-    /// When it is missing or not right.
+    /// When it is missing or invalid.
     fn description(&mut self, name: &str) -> Result<Description, Self::Error>;
 
-    /// The layout of the DBCs of a line: what `is_ours` says yes to is sent by the node.
+    /// The layout of the DBCs of a line; the node sends the messages of the senders for which `is_ours` returns true.
     ///
     /// # Errors
     ///
-    /// When one is no DBC that can be used, or two contradict each other.
+    /// When a file is not a usable DBC, or two files contradict each other.
     fn layout(
         &mut self,
         files: &[Source],
         is_ours: &dyn Fn(&str) -> bool,
     ) -> Result<Layout, Self::Error>;
 
-    /// What a bus log has.
+    /// The entries of a bus log.
     ///
     /// # Errors
     ///
@@ -57,7 +57,7 @@ pub trait Parts {
     fn log(&mut self, file: &Source) -> Result<Vec<Logged>, Self::Error>;
 }
 
-/// Reads the rig of that name or path.
+/// Reads the rig with this name or path.
 ///
 /// # Errors
 ///
@@ -69,7 +69,7 @@ pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Ri
         Builder { library, source: &source, rig: Rig::default(), dbcs: BTreeMap::new() };
     builder.lines(&file, parts)?;
     builder.nodes(&file, parts)?;
-    // The paper's robot alone is what `devices` in a plan is short for.
+    // `devices` in a plan stands for the paper's robot alone.
     builder.rig.is_short = file.lines.is_empty() && file.nodes.is_empty();
     Ok(builder.rig)
 }
@@ -78,12 +78,12 @@ struct Builder<'a> {
     library: &'a Library,
     source: &'a Source,
     rig: Rig,
-    /// The DBCs of a line that has any.
+    /// The DBCs of each line that has some.
     dbcs: BTreeMap<usize, Vec<Source>>,
 }
 
 impl Builder<'_> {
-    /// A mistake at the `number`-th table of this name; at its `key` where it has that.
+    /// A mistake at the `number`-th table with this name, at its `key` if it has that.
     fn mistake(
         &self,
         at: (&str, usize, &str),
@@ -122,14 +122,14 @@ impl Builder<'_> {
                     let dbcs = dbcs.map(|dbc| self.library.open_beside(self.source, dbc));
                     let dbcs = dbcs.collect::<Result<Vec<_>, _>>()?;
                     if !dbcs.is_empty() {
-                        // What is wrong with them is said whoever is on the line.
+                        // Reports mistakes in the DBCs, whichever nodes are on the line.
                         let layout = parts.layout(&dbcs, &|_| false)?;
                         self.check_carries(&declared, &layout, ("line", number, "can"))?;
                         self.protected(layout, number, line)?;
                         self.dbcs.insert(number, dbcs);
                     }
                 }
-                // How it is set, the device on it says.
+                // The device on the line determines its settings.
                 (None, Some(_)) => {
                     declared.medium = Medium::Serial(SerialSettings::new_8n1(9_600));
                 }
@@ -164,7 +164,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A classic bus has no CAN FD messages.
+    /// Checks that a classic bus has no CAN FD messages.
     fn check_carries(
         &self,
         line: &RigLine,
@@ -194,7 +194,7 @@ impl Builder<'_> {
             return Err(self.mistake(("node", NODES_MAX - 2, "name"), message, None).into());
         }
         let of_robot = self.rig.robot_lines();
-        // Emulated devices first: they say how a serial line is set, and what is said on it.
+        // Emulated devices first: they determine the settings of a serial line and its messages.
         let order = |node: &NodeTable| {
             usize::from(node.emulate.is_none()) + usize::from(node.tester.is_some())
         };
@@ -267,7 +267,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A serial line has two ends.
+    /// Checks that a serial line has two ends.
     fn check_ends(
         &self,
         number: usize,

@@ -1,37 +1,36 @@
-//! Who says what on the lines of a rig: the messages that a plan can name.
+//! The senders on the lines of a rig: the messages that a plan can name.
 
 use super::quantity::OfMessage;
 use described::{Layout, Message, Sender, Signal};
 
-/// The name of the only device of a plan that names no rig: in names of parameters, in bench files and as the target of
-/// faults.
+/// The name of the only device of a plan without a rig, in parameter names, in bench files and as a target of faults.
 pub const DEVICE: &str = "device";
 
-/// A node of which messages are known, on one line.
+/// A node with known messages, on one line.
 #[derive(Debug, Clone)]
 pub struct Speaker {
     /// The node.
     pub node: String,
-    /// The line, by its place in the rig.
+    /// Index of the line in the rig.
     pub line: usize,
-    /// Messages of the line, as far as a file has them.
+    /// The messages of the line, as far as a file describes them.
     pub layout: Layout,
-    /// Which of them are this node's.
+    /// Which of them this node sends.
     pub sender: Sender,
 }
 
-/// A signal of a message of a speaker, or the message, by their places.
+/// A message of a speaker, or a signal of it, by index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct MessagePlace {
-    /// Which speaker.
+    /// Index of the speaker.
     pub speaker: usize,
-    /// Which message of its layout.
+    /// Index of the message in its layout.
     pub message: usize,
-    /// Which signal of it; none where the message itself is meant.
+    /// Index of the signal; `None` for the message itself.
     pub signal: Option<usize>,
 }
 
-/// Why a name leads nowhere: what is wrong, and the names that there are.
+/// An unknown name: the error, and the names that exist.
 pub type Unknown = (String, Vec<String>);
 
 impl Speaker {
@@ -83,16 +82,16 @@ impl Speaker {
     }
 }
 
-/// A node as a sentence names it.
+/// The description of a node in a sentence.
 pub(crate) fn whose(node: &str) -> String {
     if node == DEVICE { "the device".to_owned() } else { format!("`{node}`") }
 }
 
-/// What a name of messages leads to among `speakers`.
+/// Resolves a name of a message or signal among `speakers`.
 ///
 /// # Errors
 ///
-/// What is wrong with the name, and which there are.
+/// The error, and the names that exist.
 pub fn resolve(speakers: &[Speaker], of: OfMessage<'_>) -> Result<MessagePlace, Unknown> {
     let mut wrong = None;
     for (index, speaker) in speakers.iter().enumerate() {
@@ -111,18 +110,18 @@ pub fn resolve(speakers: &[Speaker], of: OfMessage<'_>) -> Result<MessagePlace, 
     }))
 }
 
-/// The signal at a place; none where a message is meant.
+/// The signal at a place; `None` for a message.
 pub fn signal(speakers: &[Speaker], place: MessagePlace) -> Option<&Signal> {
     let message = speakers.get(place.speaker)?.layout.messages().get(place.message)?;
     message.signals.get(place.signal?)
 }
 
-/// The unit of a signal, or of a time between messages.
+/// The unit of a signal, or of the time between messages.
 pub fn unit(speakers: &[Speaker], place: MessagePlace) -> String {
     signal(speakers, place).map_or_else(|| "s".to_owned(), unit_of)
 }
 
-/// A plain number is in `1`, where a layout leaves the unit out.
+/// The unit of a signal; `1` if the layout states none.
 pub fn unit_of(signal: &Signal) -> String {
     if signal.unit.is_empty() { "1".to_owned() } else { signal.unit.clone() }
 }

@@ -1,4 +1,4 @@
-//! What a plan may say, by the rig that it is carried out on: of the paper's robot or table, of nodes and their messages.
+//! Checks what a plan may refer to on its rig: the paper's robot or table, or nodes and their messages.
 
 use super::Plan;
 use super::formula::formula;
@@ -12,7 +12,7 @@ use super::validate::{Checked, Fault, Place, Segment};
 use described::hint::proposal;
 use described::{Message, Sender};
 
-/// Quantities that do not depend on what the plan is of.
+/// Quantities of every plan, whatever its rig.
 const COMMON_QUANTITIES: &[&str] = &[
     "step.duration",
     "repeat.overrun",
@@ -21,14 +21,14 @@ const COMMON_QUANTITIES: &[&str] = &[
     "identification.structure_left",
 ];
 
-/// What a plan is of.
+/// The rig of a plan, as far as known.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Subject<'a> {
-    /// It names a device file: the paper's robot or table, with a controller that takes missions.
+    /// Whether it names a device file: the paper's robot or table, with a controller that takes missions.
     has_robot: bool,
-    /// It names its only device.
+    /// Whether it names its only device.
     is_short: bool,
-    /// Where that is at hand.
+    /// The rig, if loaded.
     rig: Option<&'a Rig>,
 }
 
@@ -40,7 +40,7 @@ impl<'a> Subject<'a> {
         let said = [plan.devices.is_some(), plan.device.is_some(), plan.rig.is_some()];
         match (said.iter().filter(|said| **said).count(), &plan.rig) {
             (1, Some(_)) => {
-                // What it has, the rig's file says; without it nothing is refused.
+                // The rig's file determines this; without it nothing is rejected.
                 let has_robot = rig.is_none_or(|rig| rig.robot.is_some());
                 Ok(Self { has_robot, is_short: false, rig })
             }
@@ -65,12 +65,12 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// It is of the paper's robot or table alone.
+    /// Whether the rig has only the paper's robot or table.
     const fn is_robot(&self) -> bool {
         self.has_robot && self.is_short
     }
 
-    /// Can this step be of such a plan?
+    /// Checks that this step is possible in the plan.
     pub(super) fn admits(&self, action: &Action, at: &Place<'_>) -> Checked {
         match action.needs() {
             Needs::Tester if self.is_robot() => {
@@ -84,7 +84,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The rig has a gyro on a robot or a table, as the step `name` needs.
+    /// Checks that the rig has a gyro on a robot or a table, as the step `name` requires.
     pub(super) fn needs_robot(&self, name: &str, at: &Place<'_>) -> Checked {
         if self.has_robot {
             return Ok(());
@@ -96,7 +96,7 @@ impl<'a> Subject<'a> {
         Err(at.fault(&[], message, Some(proposal("", &known))))
     }
 
-    /// Can the plan send a message of this name, with these signals, and do the values fit in?
+    /// Checks that the plan can send a message with this name and these signals, and that the values fit.
     pub(super) fn send(&self, send: &Send, at: &Place<'_>) -> Checked {
         if self.is_robot() {
             let message = "`finally` is for a device of your own".to_owned();
@@ -127,7 +127,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Why the layouts of the rig do not have what a file names so.
+    /// Why the layouts of the rig omit a message or signal that a file declares under this name.
     fn left_out(&self, name: &str) -> Option<String> {
         let testers = self.rig.into_iter().flat_map(Rig::testers);
         let layouts = testers.map(|(_, layout, _)| layout);
@@ -136,7 +136,7 @@ impl<'a> Subject<'a> {
         layouts.find_map(|layout| layout.left_out(name)).map(ToString::to_string)
     }
 
-    /// Can such a plan judge this quantity?
+    /// Checks that the plan can judge this quantity.
     pub(super) fn quantity(
         &self,
         quantity: &QuantityName,
@@ -171,7 +171,7 @@ impl<'a> Subject<'a> {
         Ok(())
     }
 
-    /// The unit of a quantity of messages; none where the rig is not at hand.
+    /// The unit of a quantity of messages; `None` if the rig is not loaded.
     pub(super) fn unit(
         &self,
         quantity: OfMessage<'_>,
@@ -190,7 +190,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// What is built in is of the paper's robot; formulas are of nodes whose messages are known.
+    /// Checks that built-in properties are used only with the paper's robot, and formulas only over known messages.
     pub(super) fn properties(&self, properties: &[Property]) -> Checked {
         for (index, property) in properties.iter().enumerate() {
             let root = [Segment::Key("property"), Segment::Index(index)];
@@ -231,7 +231,7 @@ impl<'a> Subject<'a> {
         Err(at.fault(&within, mistake.message, mistake.help))
     }
 
-    /// Waiting needs a quantity that is reported while the plan runs.
+    /// Checks that the quantity is reported during the run, as waiting requires.
     pub(super) fn awaited(
         &self,
         quantity: &QuantityName,
@@ -250,7 +250,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// What the plan can send; nothing where the rig is not at hand.
+    /// The messages that the plan can send; empty if the rig is not loaded.
     fn sent(&self) -> Vec<&'a Message> {
         let testers = self.rig.into_iter().flat_map(Rig::testers);
         let sent = |(_, layout, sender): (&'a str, &'a described::Layout, Sender)| {
@@ -302,7 +302,7 @@ impl<'a> Subject<'a> {
     }
 
     pub(super) fn role(&self, role: &str, at: &Place<'_>, key: &'static str) -> Checked {
-        // Parameters of the robot are known to its emulators.
+        // The emulators of the robot know its parameters.
         if self.has_robot {
             return Ok(());
         }
@@ -319,7 +319,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// A signal that is set although the multiplexers that are set too select others, and what would select it.
+/// A signal that is set although the multiplexers that are also set select others, and the value that would select it.
 fn not_carried(message: &Message, send: &Send) -> Option<(String, String)> {
     for name in send.set.keys() {
         let Some(place) = message.signals.iter().position(|one| one.name == *name) else {

@@ -1,4 +1,4 @@
-//! How long a step may take where its plan does not say.
+//! Default time limits of steps.
 //!
 //! | step | limit |
 //! |---|---|
@@ -7,32 +7,32 @@
 //! | lap | the same for each of its eight motions, + two absolute measurements |
 //! | waiting for a condition | [`CONDITION_LIMIT`] |
 //! | waiting for a reaction | [`REACTION_LIMIT`] |
-//! | what a person does on a bench, each value of a sweep included | [`PERSON_LIMIT`] |
+//! | actions of a person on a bench, including each value of a sweep | [`PERSON_LIMIT`] |
 //! | settings and fits | [`SLACK`] |
-//! | repeat, sweep | the repetitions' limits, or their period where that is longer, + [`SLACK`] |
+//! | repeat, sweep | the limits of the repetitions, or their period if longer, + [`SLACK`] |
 
 use super::Plan;
 use super::step::Step;
 use wire::time::Span;
 use wire::units::{Acceleration, AngularAcceleration};
 
-/// On top of every limit. Assumption: communication and settling take seconds.
+/// Added to every limit. Assumption: communication and settling take seconds.
 pub const SLACK: Span = Span::from_secs(10);
-/// Motions may take longer than nominal by this. Assumption: creep and corrections near the end.
+/// Factor by which motions may exceed their nominal time. Assumption: creep and corrections near the end.
 pub const MOTION_FACTOR: i64 = 3;
-/// Waiting for a condition. Assumption: twice the two hours of the paper's warm-up.
+/// Limit for a condition. Assumption: twice the two hours of the paper's warm-up.
 pub const CONDITION_LIMIT: Span = Span::from_secs(4 * 3_600);
-/// Waiting for a reaction. Assumption: nodes that react at all do so within seconds.
+/// Limit for a reaction. Assumption: nodes that react at all do so within seconds.
 pub const REACTION_LIMIT: Span = Span::from_secs(60);
-/// What a person does: placing a robot, measuring a pose, answering. Assumption.
+/// Limit for a person's action: placing a robot, measuring a pose, answering. Assumption.
 pub const PERSON_LIMIT: Span = Span::from_secs(3_600);
 /// Ramps of speed. Assumption: 0.4 m/s^2 with 15 deg/s^2 give the paper's lap of 64 s.
 pub const RAMP: Acceleration = Acceleration::from_m_per_s2(0.4);
 /// Ramps of turns; see [`RAMP`].
 pub const TURN_RAMP: AngularAcceleration = AngularAcceleration::from_deg_per_s2(15.0);
 
-/// Time of a move from rest to rest over `distance` with a steady speed and equal ramps, all above zero
-/// and in the same base units.
+/// Time of a motion from rest to rest over `distance` with constant speed and equal ramps, all above zero and in the
+/// same base units.
 pub fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> Span {
     let ramps = speed * speed / acceleration;
     let seconds = if distance >= ramps {
@@ -43,20 +43,20 @@ pub fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> Span {
     Span::from_secs_f64(seconds)
 }
 
-/// The limits of `steps`, one after another.
+/// The sum of the limits of `steps`.
 pub(crate) fn sum(steps: &[Step]) -> Span {
     steps.iter().fold(Span::ZERO, |sum, step| sum + step.time_limit())
 }
 
 impl Step {
-    /// How long it may take: as written, or as the [table](self) says.
+    /// The limit in the plan, or the default of the [table](self).
     pub fn time_limit(&self) -> Span {
         self.explicit_time_limit.unwrap_or_else(|| self.action.default_limit())
     }
 }
 
 impl Plan {
-    /// How long it may take: as written, or the sum of its steps' limits.
+    /// The limit in the plan, or the sum of its steps' limits.
     pub fn time_limit(&self) -> Span {
         self.explicit_time_limit.unwrap_or_else(|| sum(&self.steps))
     }

@@ -1,34 +1,34 @@
-//! When phases of a plan come, as far as that is known before it runs: their order is, their times lie between bounds.
+//! Phases of a plan before its run: their order, which is known, and bounds for their times.
 
 use super::Plan;
 use super::phases::names;
 use super::step::{Action, Step};
 use wire::time::Span;
 
-/// Begins and ends of phases that are walked through; of a plan with more of them nothing is known beyond.
+/// The most starts and ends of phases that are examined; beyond that nothing is known of a plan.
 const WALK_MAX: u64 = 20_000;
-/// A motion takes at least this share of the time that is prescribed for it. Assumption: nobody drives at twice the
-/// speed that is ordered.
+/// Shortest time of a motion, as a share of the prescribed time. Assumption: no base drives at twice the commanded
+/// speed.
 const MOTION_LEAST: f64 = 0.5;
 
-/// Between these, counted from the begin of the run.
+/// Bounds of an instant, counted from the start of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Bounds {
     pub(crate) earliest: Span,
     pub(crate) latest: Span,
 }
 
-/// One phase on its way.
+/// One phase in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Stretch {
-    /// Places of its begin and its end among all begins and ends of the plan.
+    /// Indices of its start and its end among all starts and ends of the plan.
     pub(crate) order: (u64, u64),
     pub(crate) begins: Bounds,
     pub(crate) ends: Bounds,
 }
 
-/// What is known of the phases of these names and numbers, counted from 1. `None` where a repeat that may end early comes
-/// before, or the phase never comes.
+/// The phases with these names and numbers, counted from 1. `None` if a repeat that may end early comes before, or if
+/// the phase does not occur.
 pub(crate) fn stretches(plan: &Plan, wanted: &[(&str, u32)]) -> Vec<Option<Stretch>> {
     let zero = Bounds { earliest: Span::ZERO, latest: Span::ZERO };
     let mut walk = Walk {
@@ -44,7 +44,7 @@ pub(crate) fn stretches(plan: &Plan, wanted: &[(&str, u32)]) -> Vec<Option<Stret
     walk.found.iter().zip(&walk.closed).map(|(found, closed)| found.filter(|_| *closed)).collect()
 }
 
-/// Can a phase of this name hold another of the same name? If not, they follow one another.
+/// Whether a phase with this name can contain another of the same name. If not, they follow one another.
 pub(crate) fn nests(plan: &Plan, name: &str) -> bool {
     let gives = |step: &Step| step.action.missions().iter().any(|(mission, _)| *mission == name);
     let is = |step: &Step| names(step).any(|one| one == name);
@@ -58,11 +58,11 @@ struct Walk<'a> {
     wanted: &'a [(&'a str, u32)],
     seen: Vec<u32>,
     found: Vec<Option<Stretch>>,
-    /// Its end is known, too.
+    /// Whether its end is known too.
     closed: Vec<bool>,
     order: u64,
     now: Bounds,
-    /// From here on nobody knows which number a phase has.
+    /// Whether phase numbers are unknown from here on.
     uncertain: bool,
 }
 
@@ -114,7 +114,7 @@ impl Walk<'_> {
         }
     }
 
-    /// A phase without others that a plan writes within it.
+    /// A step without inner steps.
     fn leaf(&mut self, step: &Step, limit: Span) {
         let began = self.now;
         let names: Vec<&str> = names(step).collect();
@@ -122,7 +122,7 @@ impl Walk<'_> {
         let pieces: u64 = step.action.missions().iter().map(|(_, times)| times).sum();
         let least = least(&step.action);
         let kinds = step.action.missions();
-        // A lap tells a straight and a turn in turns; how long each takes is bounded by the lap alone.
+        // A lap alternates a straight and a turn; only the lap as a whole bounds their durations.
         let rounds = kinds.first().map_or(0, |(_, times)| *times);
         for _ in 0..rounds {
             for (name, _) in kinds {
@@ -166,7 +166,7 @@ impl Walk<'_> {
     }
 }
 
-/// The least time that a step takes in a run that goes on after it.
+/// The shortest time of a step in a run that continues after it.
 fn least(action: &Action) -> Span {
     action.rest() + Span::from_secs_f64(action.motion().as_secs_f64() * MOTION_LEAST)
 }
@@ -184,7 +184,7 @@ mod tests {
         Plan::parse("p.toml", &text).unwrap()
     }
 
-    /// `earliest..latest` of begin and end in seconds, and whether the first comes before the second.
+    /// `earliest..latest` of start and end in seconds, and whether the first comes before the second.
     fn shown(steps: &str, wanted: &[(&str, u32)]) -> Vec<String> {
         let found = stretches(&plan(steps), wanted);
         let one = |found: &Option<super::Stretch>| match found {
@@ -203,7 +203,7 @@ mod tests {
     fn bounds_add_up_along_the_plan() {
         let steps = "{ wait = { duration_s = 10 } }, { repeat = { times = 3, period_s = 60, steps = [\
                      { bias_test = { duration_s = 20 } }, { turn = { angle_deg = 90 } }] } }";
-        // A turn of 90 deg at 30 deg/s takes 5 s, half of it at least and 25 s at most.
+        // A turn of 90 deg at 30 deg/s takes 5 s; the bounds are half of that and 25 s.
         assert_eq!(
             shown(steps, &[("bias_test", 1), ("turn", 1), ("bias_test", 3), ("turn", 4)]),
             [

@@ -1,4 +1,4 @@
-//! What a plan must satisfy as a whole, beyond what each value satisfies by itself.
+//! Checks of a plan as a whole, beyond the bounds of single values.
 
 use super::check::Check;
 use super::contradiction::contradictions;
@@ -16,18 +16,18 @@ use described::hint::proposal;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// A step down into the document.
+/// One level of a path in the document.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Segment {
-    /// Into the value of this key.
+    /// The value of this key.
     Key(&'static str),
-    /// Into this element.
+    /// The element with this index.
     Index(usize),
-    /// To these bytes of this text.
+    /// These bytes of a text.
     Text(Range<usize>),
 }
 
-/// Something wrong, and where.
+/// A mistake and its place.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) path: Vec<Segment>,
@@ -37,7 +37,7 @@ pub(super) struct Fault {
 
 pub(super) type Checked = Result<(), Fault>;
 
-/// The first thing that is wrong; units and names of messages are checked where the rig is at hand.
+/// The first mistake; units and names of messages are checked only if the rig is known.
 pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     let subject = Subject::of(plan, rig)?;
     let mut survey = Survey { subject, reactions: &plan.reactions, ..Survey::default() };
@@ -74,14 +74,14 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     contradictions(&plan.properties, &plan.steps)
 }
 
-/// The place of a fault of the schedule that is not right.
+/// Adds the place to a mistake in the schedule.
 pub(super) fn misplaced(unfit: Unfit) -> Fault {
     let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
     path.extend(unfit.keys.into_iter().map(Segment::Key));
     Fault { path, message: unfit.message, help: unfit.help }
 }
 
-/// Where something stands.
+/// A place in the document.
 pub(super) struct Place<'a> {
     pub(super) root: &'a [Segment],
 }
@@ -92,7 +92,7 @@ impl Place<'_> {
     }
 }
 
-/// What the steps hold, for what refers to them.
+/// Contents of the steps so far, for references to them.
 #[derive(Default)]
 pub(super) struct Survey<'a> {
     pub(super) subject: Subject<'a>,
@@ -106,7 +106,7 @@ pub(super) struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// How many steps are carried out; `path` comes back as it was.
+    /// The number of steps carried out; `path` is restored.
     fn steps(
         &mut self,
         steps: &'a [Step],
@@ -141,7 +141,7 @@ impl<'a> Survey<'a> {
         Ok(done)
     }
 
-    /// Steps and labels so far, each once.
+    /// Steps and labels so far, without duplicates.
     pub(super) fn phases(&self) -> Vec<&'a str> {
         BTreeSet::from_iter(self.phases.iter().copied()).into_iter().collect()
     }
@@ -184,7 +184,7 @@ impl<'a> Survey<'a> {
     fn figure_unit(&self, declared: &Declared, unit: &str, at: &Place<'_>) -> Checked {
         let against = declared.check.against().and_then(find_tag).map(|tag| tag.unit);
         if against.is_none() && declared.check.against().is_some() {
-            // A swept parameter: its unit is known to its device alone.
+            // Only its device knows the unit of a swept parameter.
             return Ok(());
         }
         let expected = declared.check.figure_unit(unit, against.unwrap_or("1"));
@@ -197,7 +197,7 @@ impl<'a> Survey<'a> {
         Err(at.fault(&[Segment::Key("unit")], message, Some(help)))
     }
 
-    /// Unit of a quantity; none where its device's layout is not at hand.
+    /// Unit of a quantity; `None` if its device's layout is not loaded.
     fn unit(
         &self,
         quantity: &QuantityName,

@@ -1,25 +1,23 @@
-//! One record as bytes: its length as a varint, then postcard of (span since the record before,
-//! device, kind).
+//! Encoding of a record: its length as a varint, then postcard of (time since the previous record, device, kind).
 //!
-//! The span instead of the instant saves three bytes of a gyro sample. Bytes of a serial line, by
-//! far the most of a full record, are encoded from a slice into the same bytes as from a
-//! [`RecordKind`].
+//! The difference instead of the instant saves three bytes per gyro sample. Bytes of a serial line, by far the largest
+//! part of a full record, are encoded from a slice into the same bytes as from a [`RecordKind`].
 
 use super::{Device, Record, RecordKind};
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize, Serializer};
 use wire::time::Timestamp;
 
-/// The longest record: its own text and the calibration that a command carries stay far below.
+/// The longest record; the harness' own texts and the calibration in a command are far shorter.
 pub const RECORD_BYTES_MAX: usize = 64 * 1024;
 
 /// Bytes of the longest length prefix: three groups of seven bits hold [`RECORD_BYTES_MAX`].
 pub(super) const PREFIX_BYTES_MAX: usize = 3;
 
-/// In place of a record's length: no record, but the end of a block, or in format 2 that of the file.
+/// Takes the place of a record's length: ends a block, or in format 2 the file.
 pub(super) const MARK: u8 = 0;
 
-/// Something that can be recorded: a kind, or a slice in the place of one.
+/// Anything that can be recorded: a kind, or a borrowed slice in its place.
 pub(super) trait Recordable: Serialize {}
 
 impl Recordable for RecordKind {}
@@ -43,7 +41,7 @@ struct Encoded<K> {
     kind: K,
 }
 
-/// Appends to a vector that is used again.
+/// Appends to a reused vector.
 struct Appending<'a>(&'a mut Vec<u8>);
 
 impl Flavor for Appending<'_> {
@@ -66,7 +64,8 @@ impl Flavor for Appending<'_> {
     }
 }
 
-/// Replaces what is in `buffer` by the payload of a record. Wrapping, so that no instant is too far.
+/// Replaces the content of `buffer` with the payload of a record. The time difference wraps, so any instant can be
+/// encoded.
 pub(super) fn encode<K: Recordable>(
     buffer: &mut Vec<u8>,
     last: Timestamp,
@@ -80,7 +79,7 @@ pub(super) fn encode<K: Recordable>(
     postcard::serialize_with_flavor(&encoded, Appending(buffer))
 }
 
-/// The record of a whole payload.
+/// Decodes a complete payload.
 pub(super) fn decode(payload: &[u8], last: Timestamp) -> postcard::Result<Record> {
     let (encoded, rest) = postcard::take_from_bytes::<Encoded<RecordKind>>(payload)?;
     if !rest.is_empty() {
@@ -90,7 +89,7 @@ pub(super) fn decode(payload: &[u8], last: Timestamp) -> postcard::Result<Record
     Ok(Record { at, device: encoded.device, kind: encoded.kind })
 }
 
-/// The length of a payload as a varint, least significant group first; how many bytes it takes.
+/// The length of a payload as a varint, least significant group first, and the number of bytes used.
 pub(super) fn prefix(length: usize) -> ([u8; PREFIX_BYTES_MAX], usize) {
     let mut bytes = [0; PREFIX_BYTES_MAX];
     let mut rest = length;

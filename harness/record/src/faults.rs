@@ -1,30 +1,30 @@
-//! What a fault leaves in the record, and in `summary.json`.
+//! The traces of a fault in the record and in `summary.json`.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Something that a fault did.
+/// An event of a fault.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FaultRecord {
-    /// Its place in the schedule.
+    /// Index in the schedule.
     pub index: u32,
     /// Its kind and target: `burst_loss of gyro`.
     pub name: String,
-    /// What it did.
+    /// The event.
     pub event: FaultEvent,
 }
 
-/// What a fault can do.
+/// The events of a fault.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FaultEvent {
-    /// It begins.
+    /// The fault began.
     Began,
-    /// It is over, having changed something so often.
+    /// The fault ended.
     Ended {
-        /// Bytes, frames, outputs, commands or answers.
+        /// Number of changed bytes, frames, outputs, commands or answers.
         acted: u64,
     },
-    /// The run is over, and it never began.
+    /// The run ended before the fault began.
     NeverHappened {
         /// Why.
         why: String,
@@ -42,16 +42,16 @@ pub enum FaultEvent {
     },
 }
 
-/// What became of a fault, in `summary.json`.
+/// Result of a fault, in `summary.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FaultSummary {
-    /// Its place in the schedule.
+    /// Index in the schedule.
     pub index: usize,
     /// Its kind and target: `burst_loss of gyro`.
     pub name: String,
-    /// It has begun.
+    /// Whether it began.
     pub begun: bool,
-    /// How often it changed anything: bytes, frames, outputs, commands, answers.
+    /// Number of changed bytes, frames, outputs, commands or answers.
     pub acted: u64,
 }
 

@@ -1,4 +1,4 @@
-//! How figures are written for people: digits by the uncertainty, bands in words.
+//! Formats figures for people: the uncertainty sets the digits, bands are in words.
 
 /// Digits of an uncertainty (GUM 7.2.6: at most two).
 const UNCERTAINTY_DIGITS: i32 = 2;
@@ -6,10 +6,10 @@ const UNCERTAINTY_DIGITS: i32 = 2;
 /// Digits of a figure without uncertainty.
 const EXACT_DIGITS: i32 = 4;
 
-/// An uncertainty of less than this share of its value is what the arithmetic rounded, and not said.
+/// An uncertainty below this share of its value is a rounding error of the arithmetic and is not shown.
 const ROUNDING: f64 = 1e-12;
 
-/// Beyond this many decimals a figure is written with an exponent.
+/// A figure that needs more decimals than this is written with an exponent.
 const DECIMALS_MAX: i32 = 9;
 
 /// A value, rounded where its standard uncertainty makes further digits meaningless.
@@ -28,7 +28,7 @@ fn is_said(value: f64, uncertainty: f64) -> bool {
     uncertainty.is_finite() && uncertainty > ROUNDING * value.abs()
 }
 
-/// A value without uncertainty, to so many digits.
+/// A value without uncertainty, to this many digits.
 pub fn exact(value: f64, digits: i32) -> String {
     if value.fract() == 0.0 {
         return positive_zero(format!("{value:.0}"));
@@ -40,7 +40,7 @@ pub fn exact(value: f64, digits: i32) -> String {
     }
 }
 
-/// A value with its standard uncertainty, where it has one, and its unit.
+/// A value with its unit and its standard uncertainty, if it has them.
 pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     let mut text = self::value(value, uncertainty);
     if is_said(value, uncertainty) {
@@ -49,7 +49,7 @@ pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(text, unit)
 }
 
-/// A value to the digits of its standard uncertainty, which is left out, and its unit.
+/// A value with its unit, rounded to its standard uncertainty, which is not shown.
 pub fn quantity_alone(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(self::value(value, uncertainty), unit)
 }
@@ -67,7 +67,7 @@ pub fn band(lower: Option<f64>, upper: Option<f64>, unit: &str) -> String {
     with_unit(text, unit)
 }
 
-/// What stands beside an axis.
+/// The label of an axis.
 pub fn axis_label(name: &str, unit: &str) -> String {
     match unit {
         "" | "1" => name.to_owned(),
@@ -75,12 +75,12 @@ pub fn axis_label(name: &str, unit: &str) -> String {
     }
 }
 
-/// A length of time in seconds as one would say it.
+/// A duration in seconds, in readable units.
 pub fn duration(seconds: f64) -> String {
     if !seconds.is_finite() || seconds < 0.0 {
         return format!("{seconds} s");
     }
-    // Rounded first: 59.96 s is a minute, not 60.0 s.
+    // Round first: 59.96 s is a minute, not 60.0 s.
     let tenths = (seconds * 10.0).round() as u64;
     let whole = seconds.round() as u64;
     match whole {
@@ -90,9 +90,9 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// A number that is written already, with its unit, where it has one.
+/// Appends the unit, if any, to a formatted number.
 pub fn with_unit(text: String, unit: &str) -> String {
-    // A bare "1" is the SI way to say that there is no unit.
+    // A bare "1" is the SI notation for no unit.
     match unit {
         "" | "1" => text,
         "%" => format!("{text} %"),
@@ -100,7 +100,7 @@ pub fn with_unit(text: String, unit: &str) -> String {
     }
 }
 
-/// The power of ten of the first digit.
+/// The power of ten of the first significant digit.
 fn exponent(value: f64) -> i32 {
     value.abs().log10().floor() as i32
 }
@@ -114,7 +114,7 @@ fn rounded(value: f64, decimals: i32) -> String {
     }
 }
 
-/// Drops the sign of what was rounded to zero.
+/// Drops the sign of a value that was rounded to zero.
 fn positive_zero(text: String) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),

@@ -1,16 +1,16 @@
-//! The beginning of a record file: magic, format version, and a block that describes the record.
+//! The header of a record file: magic, format version, and a block that describes the record.
 //!
 //! | bytes | what |
 //! |---|---|
 //! | 8 | [`MAGIC`] |
 //! | 2 | format version, little-endian |
 //! | 4 | length of the block, little-endian, at most [`HEADER_BYTES_MAX`] |
-//! | … | the block: [`Header`] as JSON, ended by a line feed |
-//! | 4 | check of all that, since format 3 |
+//! | … | the block: [`Header`] as JSON, terminated by a line feed |
+//! | 4 | checksum of all of the above, since format 3 |
 //!
-//! What follows: [`blocks`](super::blocks).
+//! [`blocks`](super::blocks) describes the rest of the file.
 //!
-//! `head -2` shows a person whose record it is; a program need not know this crate to read that.
+//! `head -2` shows which run a record is of; programs can read that without this crate.
 
 use super::Device;
 use super::blocks::Check;
@@ -21,46 +21,47 @@ use std::io;
 use std::sync::Arc;
 use wire::can::BitRates;
 
-/// The first bytes of every record file. The first is no text, so that nothing takes it for text;
-/// the last is changed by whatever mangles line ends.
+/// The first bytes of every record file. The first byte is not text, so that no tool takes the file for text; the last
+/// reveals a conversion of line ends.
 pub const MAGIC: [u8; 8] = *b"\x89hilrec\n";
 
-/// The version that this crate writes. The third has checksums.
+/// The version that this crate writes. Version 3 added checksums.
 pub const FORMAT_VERSION: u16 = 3;
 
-/// The oldest version that this crate reads. The second has how sure an estimator is in its states, and more causes of a health.
+/// The oldest version that this crate reads. Version 2 added the uncertainty of an estimator's states and more health
+/// causes.
 pub const OLDEST_FORMAT_VERSION: u16 = 2;
 
-/// The longest block: the layouts of several vehicles fit.
+/// The longest block; the layouts of several vehicles fit.
 pub const HEADER_BYTES_MAX: usize = 16 * 1024 * 1024;
 
-/// Longer texts of [`Header::files`] are left out: escaped, they still fit into the block.
+/// Longer texts of [`Header::files`] are left out; texts up to this length fit into the block even when escaped.
 pub const FILES_BYTES_MAX: usize = HEADER_BYTES_MAX / 4;
 
-/// What a record file says about itself.
+/// Description of the record in its own file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the harness that wrote it.
     pub harness: String,
     /// Name of the plan.
     pub plan: String,
-    /// The seed.
+    /// Seed of the run.
     pub seed: u64,
-    /// What the observations in it mean.
+    /// The meaning of the observations in the record.
     #[serde(default)]
     pub quantities: Vec<Quantity>,
-    /// The nodes of a rig on their lines, in the order of [`Device::Node`]; none where the plan names its only device. A node
-    /// on several lines stands here once for each.
+    /// The nodes of a rig on their lines, in the order of [`Device::Node`]; empty if the plan names its only device. A
+    /// node on several lines has one entry per line.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<Node>,
-    /// The serial lines of the bench as its device file has them; none where nobody said so.
+    /// The serial lines of the bench as in its device file; empty if not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lines: Vec<Line>,
-    /// The CAN buses of a rig; none where the plan names its only device, whose bus has the usual rate.
+    /// The CAN buses of a rig; empty if the plan names its only device, whose bus has the default bit rate.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub buses: Vec<Bus>,
-    /// The plan and what it names, as they were read: the rig with its layouts, calibrations and models. Empty where the plan
-    /// was made in code, where its files are longer than [`FILES_BYTES_MAX`], and in records of before.
+    /// The texts of the plan and of the files that it names: the rig with its layouts, calibrations and models. Empty
+    /// if the plan was made in code, if its files are longer than [`FILES_BYTES_MAX`], and in older records.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub files: Arc<Pack>,
 }
@@ -72,7 +73,7 @@ fn is_empty(files: &Arc<Pack>) -> bool {
 /// A node on a line of a rig.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Node {
-    /// Its name.
+    /// Name of the node.
     pub name: String,
     /// The name of the line.
     pub line: String,
@@ -102,47 +103,47 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// Its rates.
+    /// Nominal and data bit rate.
     pub const fn rates(&self) -> BitRates {
         BitRates { nominal: self.bit_rate, data: self.data_bit_rate }
     }
 }
 
-/// A quantity that the plan observes, as a report needs it: without the plan at hand.
+/// A quantity that the plan observes, with all that a report needs without the plan.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Quantity {
-    /// Name, as in an observation.
+    /// Name, as in observations.
     pub name: String,
-    /// Unit of its values; empty where it has none.
+    /// Unit of its values; empty if it has none.
     pub unit: String,
-    /// What it is, in a few words.
+    /// Short description.
     pub title: String,
-    /// Where single values are meant to lie.
+    /// Bands for single values.
     #[serde(default)]
     pub bands: Vec<Band>,
-    /// Measurements that rest on it.
+    /// Measurements that use it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub judged_by: Vec<String>,
 }
 
-/// Where single values of a quantity are meant to lie, in its unit.
+/// A band for single values of a quantity, in its unit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Band {
-    /// The measurement that says so.
+    /// The measurement that declares the band.
     pub measurement: String,
-    /// Lower end, included; none where there is no limit.
+    /// Lower end, inclusive; `None` if there is no limit.
     pub lower: Option<f64>,
-    /// Upper end, included; none where there is no limit.
+    /// Upper end, inclusive; `None` if there is no limit.
     pub upper: Option<f64>,
-    /// What the paper gives, with its place.
+    /// The value in the paper, with its place there.
     pub paper: Option<String>,
-    /// The observations that are meant: those with these tags. Empty: all.
+    /// The band applies to observations with these tags; empty: to all.
     #[serde(default)]
     pub tags: BTreeMap<String, f64>,
 }
 
 impl Header {
-    /// Whose event it is, by name.
+    /// The name of the device or node.
     pub fn name_of(&self, device: Device) -> &str {
         match device {
             Device::Node(_) => self.node(device).map_or("node", |node| &node.name),
@@ -150,19 +151,19 @@ impl Header {
         }
     }
 
-    /// The bus that a device of a rig sends on, by its place; that of others is the first.
+    /// Index of the bus that a node of a rig sends on; 0 for all other devices.
     pub fn bus_of(&self, device: Device) -> usize {
         let line = self.node(device).map(|node| &node.line);
         self.buses.iter().position(|bus| Some(&bus.line) == line).unwrap_or_default()
     }
 
-    /// The node of a rig, and the line that it spoke on.
+    /// The entry of a node of a rig, which also names its line.
     pub fn node(&self, device: Device) -> Option<&Node> {
         let Device::Node(place) = device else { return None };
         self.nodes.get(usize::from(place))
     }
 
-    /// Magic, version, block and the check of them.
+    /// Magic, version, block and their checksum.
     pub(super) fn bytes(&self) -> io::Result<Vec<u8>> {
         let mut block = serde_json::to_vec(self)?;
         block.push(b'\n');

@@ -1,4 +1,4 @@
-//! The record of a run on disk: never more than a second behind, whatever becomes of the run.
+//! The record of a run on disk, never more than a second behind, even if the run is killed.
 
 use super::run_folder::RecordFile;
 use super::sink::{FileSink, Level, RecordSink};
@@ -12,19 +12,19 @@ use std::time::Duration;
 use wire::can::CanFrame;
 use wire::time::Timestamp;
 
-/// How often what was recorded is given to the file: twice within the second that is promised.
+/// Interval between flushes to the file: two within the second that the module promises.
 const FLUSH_PERIOD: Duration = Duration::from_millis(500);
 
 type Shared = Arc<Mutex<FileSink<RecordFile>>>;
 
-/// A [`FileSink`] that a thread of its own writes out, also while the run waits for a program, a person or the clock, and that is
-/// written out when a property breaks. The file is the same, whenever that happens.
+/// A [`FileSink`] that a background thread flushes, also while the run waits for a program, a person or the clock. It
+/// is flushed at once when a property breaks. Flushes do not change the content of the file.
 #[derive(Debug)]
 pub struct KeptSink {
     sink: Shared,
     level: Level,
     failed: Option<io::Error>,
-    /// Properties that are known to be broken.
+    /// Properties known to be broken.
     broken: BTreeSet<String>,
     /// Dropped to end the thread.
     stop: Option<Sender<()>>,
@@ -46,7 +46,7 @@ impl KeptSink {
         Ok(Self { sink, level, failed: None, broken: BTreeSet::new(), stop, keeper })
     }
 
-    /// Gives something to the sink, and keeps the error that stopped it.
+    /// Passes something to the sink, and keeps the error that stopped it.
     fn with(&mut self, give: impl FnOnce(&mut FileSink<RecordFile>)) {
         let mut sink = lock(&self.sink);
         give(&mut sink);
@@ -58,13 +58,13 @@ impl KeptSink {
     fn stop(&mut self) {
         self.stop = None;
         if let Some(keeper) = self.keeper.take() {
-            // It ends by itself; a panic there does not fail the run.
+            // The thread ends by itself; its panic does not fail the run.
             let _ = keeper.join();
         }
     }
 }
 
-/// A thread that panicked leaves a sink that can still be written out.
+/// Locks the sink; it can still be flushed after another thread panicked.
 fn lock(sink: &Shared) -> MutexGuard<'_, FileSink<RecordFile>> {
     sink.lock().unwrap_or_else(PoisonError::into_inner)
 }

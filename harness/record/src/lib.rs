@@ -1,9 +1,10 @@
-//! What happened in a run. Checks, reports and identification read this and nothing else.
+//! The record of a run. Checks, reports and identification read nothing else.
 //!
-//! * [`header`]: what a record file says about itself. [`blocks`], [`writer`], [`reader`]: the file.
-//! * [`sink`]: where a running world puts its records. [`kept`]: so that a run that is killed loses none. [`text`]: a record as one line to read.
-//! * [`outcome`]: how a run ended. [`run_folder`]: what it leaves behind. [`figures`]: how numbers are written.
-//! * [`reading`]: long files that say how much of them was read.
+//! * [`header`]: the description of a record in its file. [`blocks`], [`writer`], [`reader`]: the file.
+//! * [`sink`]: takes the records of a running world. [`kept`]: a sink that loses none when a run is killed. [`text`]: a
+//!   record as a line of text.
+//! * [`outcome`]: the result of a run. [`run_folder`]: the files of a run. [`figures`]: number formats.
+//! * [`reading`]: files that report how much of them has been read.
 
 pub mod blocks;
 mod encoding;
@@ -45,7 +46,7 @@ use wire::units::Pose;
 /// Version of the harness.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Whose event it is.
+/// The source of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Device {
@@ -63,11 +64,11 @@ pub enum Device {
     Absolute,
     /// The only device of a plan.
     Device,
-    /// A node of a rig, by its place among those of the header.
+    /// A node of a rig, by its index in the header.
     Node(u8),
 }
 
-/// Whose event a fault is.
+/// The device that a fault acts on.
 impl From<Target> for Device {
     fn from(target: Target) -> Self {
         match target {
@@ -82,7 +83,7 @@ impl From<Target> for Device {
 }
 
 impl Device {
-    /// Every one, but for the nodes of rigs.
+    /// All devices except the nodes of rigs.
     pub const ALL: [Self; 7] = [
         Self::Plan,
         Self::Controller,
@@ -93,7 +94,7 @@ impl Device {
         Self::Device,
     ];
 
-    /// As whose the record has what a node sends on a line: by its place among the ends of the rig.
+    /// The device under which a node's traffic on a line is recorded: its index among the ends of the rig.
     pub fn of_node(rig: &Rig, node: usize, line: usize) -> Self {
         if rig.is_short {
             let is_device = rig.nodes[node].name == DEVICE;
@@ -103,7 +104,7 @@ impl Device {
         Self::Node(end.and_then(|end| u8::try_from(end).ok()).unwrap_or(u8::MAX))
     }
 
-    /// As whose the record has what a speaker of the rig says; none where no node is of its name.
+    /// The device under which a speaker of the rig is recorded; `None` if no node has its name.
     pub fn of_speaker(rig: &Rig, speaker: &Speaker) -> Option<Self> {
         let node = rig.nodes.iter().position(|node| node.name == speaker.node)?;
         Some(Self::of_node(rig, node, speaker.line))
@@ -113,16 +114,16 @@ impl Device {
 /// One event.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// When, in bench time.
+    /// Bench time.
     pub at: Timestamp,
-    /// Whose.
+    /// Source.
     pub device: Device,
-    /// What.
+    /// Content.
     pub kind: RecordKind,
 }
 
 impl Record {
-    /// Hands over each message that its bytes or its frame complete.
+    /// Passes on each message that the record's bytes or frame complete.
     pub fn messages(&self, decoder: &mut Decoder, each: &mut impl FnMut(Decoded<'_>)) {
         match &self.kind {
             RecordKind::Bytes(bytes) => decoder.bytes(bytes, each),
@@ -134,33 +135,33 @@ impl Record {
     }
 }
 
-/// What happened. `Bytes` and `Frame` are kept only in a full record.
+/// Content of an event. Only a full record keeps `Bytes` and `Frame`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum RecordKind {
-    /// The device put these bytes on its serial line; they had arrived at `at`.
+    /// The device sent these bytes on its serial line; `at` is their time of arrival.
     Bytes(Vec<u8>),
-    /// The device put this frame on the bus; it had arrived at `at`.
+    /// The device sent this frame on the bus; `at` is its time of arrival.
     Frame(CanFrame),
     /// A step of the plan began.
     StepBegan {
-        /// Where it stands in the plan, e.g. `steps[2].repeat[1]`.
+        /// Path in the plan, e.g. `steps[2].repeat[1]`.
         path: String,
-        /// What it is, in words.
+        /// Description of the step.
         title: String,
     },
     /// A step of the plan ended.
     StepEnded {
-        /// Where it stands in the plan.
+        /// Path in the plan.
         path: String,
     },
-    /// The plan gave the controller this command. Boxed: a calibration is ten times as large as
-    /// anything else, and records are rarely commands.
+    /// The plan gave the controller this command. Boxed, because a calibration is ten times as large as anything else
+    /// and commands are rare.
     Command(Box<Command>),
     /// The controller sent this report.
     Report(Report),
     /// Something was measured.
     Observation(Observation),
-    /// What is really so, which only an emulator can tell. Never judged by the paper's plans.
+    /// True values, which only an emulator knows. The plans of the paper never judge them.
     Truth {
         /// True pose of the base; its heading is that of the turret.
         pose: Pose,
@@ -169,10 +170,10 @@ pub enum RecordKind {
         /// True temperature of the coil.
         coil_celsius: f64,
     },
-    /// Something went wrong, was dropped or was mended.
+    /// Something failed, was dropped or was repaired.
     Note(String),
-    /// A person answered a question, or did what was asked for. Boxed: it is long and rare.
+    /// A person answered a question or did the requested task. Boxed, because it is long and rare.
     Reply(Box<Reply>),
-    /// A fault began, ended, or did what has to be told.
+    /// A fault began, ended, or caused an event worth recording.
     Fault(Box<FaultRecord>),
 }

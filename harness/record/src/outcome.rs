@@ -1,4 +1,4 @@
-//! How a run ended, and what each declared measurement came to.
+//! The outcome of a run and the verdict on each declared measurement.
 
 mod live;
 #[cfg(any(test, feature = "samples"))]
@@ -9,44 +9,44 @@ pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 use crate::FaultSummary;
 use serde::{Deserialize, Serialize};
 
-/// What a measurement came to.
+/// Verdict on a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// Inside the band by more than the measurement's own uncertainty.
+    /// Inside the band by at least the measurement's own expanded uncertainty (k = 2).
     Pass,
     /// Inside the band, by less than the measurement's own expanded uncertainty (k = 2).
     Marginal,
     /// Outside the band.
     Fail,
-    /// Declared and never measured. Counts as a failure.
+    /// Declared but never measured. Counts as a failure.
     Unset,
 }
 
 impl Verdict {
-    /// A run with this verdict can still pass.
+    /// Whether a run with this verdict can still pass.
     pub const fn is_acceptable(self) -> bool {
         matches!(self, Self::Pass | Self::Marginal)
     }
 }
 
-/// How a run ended. Each has its own exit status.
+/// Outcome of a run. Each has its own exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
-    /// Every measurement is acceptable.
+    /// All measurements are acceptable.
     Passed,
     /// A measurement failed or was never made.
     Failed,
-    /// The bench broke: a port, a device, a disk.
+    /// The bench failed: a port, a device, a disk.
     Error,
     /// A step or the plan took longer than its limit.
     Timeout,
-    /// Somebody stopped it.
+    /// The user stopped the run.
     Aborted,
 }
 
-/// Exit status of bad input: a plan, a bench or a device file that cannot be used.
+/// Exit status for bad input: an unusable plan, bench file or device file.
 pub const EXIT_BAD_INPUT: u8 = 2;
 
 impl Outcome {
@@ -67,25 +67,25 @@ impl Outcome {
 pub struct Measurement {
     /// Name, unique in the plan.
     pub name: String,
-    /// The figure that was judged; absent when nothing was measured.
+    /// The judged figure; absent when nothing was measured.
     pub value: Option<f64>,
     /// Unit of `value`, `lower` and `upper`.
     pub unit: String,
-    /// Lower end of the band, included.
+    /// Lower end of the band, inclusive.
     pub lower: Option<f64>,
-    /// Upper end of the band, included.
+    /// Upper end of the band, inclusive.
     pub upper: Option<f64>,
     /// The verdict.
     pub verdict: Verdict,
-    /// What the paper gives, with its place.
+    /// The value in the paper, with its place there.
     pub paper: Option<String>,
-    /// What the figure is: "worst of 80", "share of 300 inside", "slope of 300 points".
+    /// Kind of figure: "worst of 80", "share of 300 inside", "slope of 300 points".
     pub statistic: String,
-    /// Standard uncertainty of `value`, in its unit; zero when it is exact.
+    /// Standard uncertainty of `value`, in its unit; zero if exact.
     pub uncertainty: f64,
-    /// How many observations it rests on.
+    /// Number of observations used.
     pub observations: u64,
-    /// What it proves, where its plan says so.
+    /// What it proves, if its plan declares that.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub proves: Option<plan::Proves>,
 }
@@ -95,12 +95,12 @@ pub struct Measurement {
 pub struct Summary {
     /// How the run ended.
     pub outcome: Outcome,
-    /// Why, when it did not simply pass: one sentence.
+    /// The reason if the run did not simply pass, in one sentence.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub reason: Option<String>,
     /// Name of the plan.
     pub plan: String,
-    /// Its title.
+    /// Title of the plan.
     pub title: String,
     /// Version of the harness that ran it.
     pub version: String,
@@ -108,67 +108,67 @@ pub struct Summary {
     pub seed: u64,
     /// `virtual` or `real`.
     pub clock: String,
-    /// `memory`, or the kinds of port that were crossed, such as `pty+can`.
+    /// `memory`, or the kinds of port used, such as `pty+can`.
     pub bus: String,
-    /// `in-process` or `process`; of a plan of a device of the user's own that device.
+    /// `in-process` or `process`; for a plan of a custom device, that device.
     pub device_under_test: String,
     /// Bench time from start to end, in seconds.
     pub simulated_s: f64,
-    /// Time that the run took, in seconds.
+    /// Wall-clock time of the run, in seconds.
     pub wall_s: f64,
     /// Events that the world handled.
     pub events: u64,
-    /// What was measured.
+    /// Declared measurements and their verdicts.
     pub measurements: Vec<Measurement>,
-    /// Names of further files that the plan made, in the run folder.
+    /// Names of further files in the run folder that the plan made.
     pub artifacts: Vec<String>,
-    /// How well real time was kept; absent in virtual time.
+    /// How well the run kept real time; absent in virtual time.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub timing: Option<Timing>,
     /// The ports of a run in real time.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ports: Vec<PortSummary>,
-    /// What became of the plan's faults; absent where it has none.
+    /// Results of the plan's faults; absent if it has none.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub faults: Vec<FaultSummary>,
-    /// What became of the plan's properties; absent where it declares none.
+    /// Results of the plan's properties; absent if it declares none.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub properties: Vec<PropertySummary>,
 }
 
-/// What became of a property that the plan declares.
+/// Result of a property that the plan declares.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PropertySummary {
-    /// As a plan writes it.
+    /// Name, as in a plan.
     pub name: String,
-    /// It must hold at every moment; one that must not, must come about in at least one run of a campaign.
+    /// Whether it must hold at every moment. If not, it must occur in at least one run of a campaign.
     pub always: bool,
-    /// Always: it was never broken. Else: it came about. Absent where it was not judged.
+    /// For an always-property: it was never broken. Otherwise: it occurred. Absent if it was not judged.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub held: Option<bool>,
-    /// Why it was not judged: what it is judged by, and why that was not seen on this bench.
+    /// Why it was not judged: the signal that it needs, and why this bench cannot observe that.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub not_judged: Option<String>,
-    /// Least distance to a violation as a share of its limit, -1 to 1.
+    /// Smallest distance to a violation as a share of the limit, -1 to 1.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub margin: Option<f64>,
-    /// Bench time when it was first broken, s.
+    /// Bench time of the first violation, s.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub broken_s: Option<f64>,
-    /// What was seen then.
+    /// The observation at that time.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub what: Option<String>,
 }
 
 impl PropertySummary {
-    /// It must hold at every moment, and did not.
+    /// Whether it is an always-property that was violated.
     pub fn is_broken(&self) -> bool {
         self.always && self.held == Some(false)
     }
 }
 
 impl Verdict {
-    /// The word for it, as in `summary.json`.
+    /// Its name, as in `summary.json`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -180,7 +180,7 @@ impl Verdict {
 }
 
 impl Outcome {
-    /// The word for it, as in `summary.json`.
+    /// Its name, as in `summary.json`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Passed => "passed",
@@ -193,8 +193,8 @@ impl Outcome {
 }
 
 impl Measurement {
-    /// How far inside the band the figure is, in its unit, to the nearer end; negative outside.
-    /// `None` where there is no figure or no band.
+    /// Distance of the figure from the nearer end of the band, in its unit; negative outside. `None` without a figure
+    /// or a band.
     pub fn margin(&self) -> Option<f64> {
         let value = self.value?;
         let to_lower = self.lower.map(|lower| value - lower);
@@ -206,12 +206,12 @@ impl Measurement {
     }
 }
 
-/// How many measurements came to what.
+/// Number of measurements per verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
     /// Inside the band.
     pub passed: usize,
-    /// Inside by less than the uncertainty.
+    /// Inside by less than the expanded uncertainty.
     pub marginal: usize,
     /// Outside.
     pub failed: usize,
@@ -234,7 +234,7 @@ impl Counts {
         counts
     }
 
-    /// All of them.
+    /// Number of all measurements.
     pub const fn total(self) -> usize {
         self.passed + self.marginal + self.failed + self.unset
     }

@@ -1,14 +1,14 @@
-//! How far a run is.
+//! Progress of a run.
 
 use wire::time::Timestamp;
 
-/// What a caller is told while a run goes on.
+/// Progress of a run, as reported to its caller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Bench time.
     pub now: Timestamp,
     /// Steps done.
     pub steps_done: u64,
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: u64,
 }

@@ -1,4 +1,4 @@
-//! Reads a record file, as far as it goes.
+//! Reads a record file as far as possible.
 
 use super::Record;
 use super::blocks::{BLOCK_BYTES, CHECK_BYTES, Check, END, NEXT, TRAILER};
@@ -11,20 +11,20 @@ const BUFFER_BYTES: usize = 256 * 1024;
 
 const CHECK_IS_WRONG: &str = "the block that begins here does not match its check";
 
-/// Why a record file cannot be read, or no further.
+/// Why a record file cannot be read, or not any further.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RecordError {
-    /// The magic is another.
+    /// The file has a different magic.
     #[error("not a record file")]
     NotARecord,
-    /// A later harness wrote it.
+    /// The file is from a newer harness.
     #[error("record format {found} is newer than {FORMAT_VERSION}, the newest known here")]
     #[diagnostic(help("use the version of hil that wrote it, or a later one"))]
     NewerFormat {
         /// The format's version.
         found: u16,
     },
-    /// An earlier harness wrote it.
+    /// The file is from an older harness.
     #[error("record format {found} is older than {OLDEST_FORMAT_VERSION}, the oldest known here")]
     #[diagnostic(help(
         "use the version of hil that wrote it, or carry out the run again: hil run PLAN --seed N"
@@ -36,25 +36,25 @@ pub enum RecordError {
     /// The file ends inside its header.
     #[error("the header is cut short")]
     HeaderCutShort,
-    /// The header claims more than is allowed.
+    /// The header claims a length over the limit.
     #[error("the header claims {length} bytes")]
     HeaderTooLong {
-        /// What it claims.
+        /// The length in the header.
         length: usize,
     },
-    /// A bit of the header is another than was written.
+    /// The checksum of the header is wrong.
     #[error("the header, bytes 0 to {length}, does not match its check")]
     #[diagnostic(help(
         "the file was changed since it was written; copy it again, or carry out the run again"
     ))]
     HeaderDamaged {
-        /// How long it is, its check included.
+        /// Length of the header including its checksum.
         length: u64,
     },
-    /// The header's block is no header.
+    /// The block of the header is not a valid header.
     #[error("the header cannot be understood")]
     Header(#[source] serde_json::Error),
-    /// The writer did not come to its end. Every record before is good.
+    /// The writer did not finish. All records before are valid.
     #[error("the record is cut short: {trailing} bytes of an incomplete record at byte {offset}")]
     #[diagnostic(help(
         "the run was killed or the disk was full; all whole records were read, the last {BLOCK_BYTES} bytes at most without a check"
@@ -62,10 +62,10 @@ pub enum RecordError {
     CutShort {
         /// Where the incomplete record begins, or where the end mark is missing.
         offset: u64,
-        /// Bytes there are of it.
+        /// Bytes of the incomplete record.
         trailing: u64,
     },
-    /// Bytes that are no record. Every record before is good.
+    /// These bytes are not a record. All records before are valid.
     #[error("damaged at byte {offset}: {reason}")]
     #[diagnostic(help(
         "the file was changed since it was written; what stands before this place was read"
@@ -73,7 +73,7 @@ pub enum RecordError {
     Damaged {
         /// Where the record begins.
         offset: u64,
-        /// What is wrong with it.
+        /// Description of the damage.
         reason: &'static str,
     },
     /// The file could not be read.
@@ -81,31 +81,31 @@ pub enum RecordError {
     Io(#[from] io::Error),
 }
 
-/// The records of a file, in order. After an error there are no more. Those of a block are handed over when its check is
-/// right; those of a last block that is cut short have none.
+/// The records of a file, in order. An error ends the iteration. The records of a block are returned once its checksum
+/// matches; those of a truncated last block have no checksum.
 #[derive(Debug)]
 pub struct RecordReader<R: Read> {
     input: Counted<BufReader<R>>,
     header: Header,
-    /// Of everything before the block at hand; none in format 2, where a record is a block.
+    /// Checksum of everything before the current block; `None` in format 2, where each record is a block.
     check: Option<Check>,
     block: Vec<u8>,
-    /// Where in the file the block begins, and where in the block the next record.
+    /// Offset of the block in the file; `next`: offset of the next record in the block.
     begin: u64,
     next: usize,
     last: Timestamp,
-    /// What comes behind the block at hand, where that is known.
+    /// The result to return after the current block, if already known.
     behind: Option<Result<(), RecordError>>,
     ended: bool,
 }
 
-/// What was found at the end of the block that is read.
+/// What was found at the end of the block being read.
 enum Gathered {
     /// A record.
     Record,
     /// A mark.
     Mark,
-    /// The end of the file, within a record or where one could begin.
+    /// End of the file, within or after a record.
     Nothing,
 }
 
@@ -135,7 +135,7 @@ impl<R: Read> RecordReader<R> {
         })
     }
 
-    /// What the file says about itself.
+    /// The header of the file.
     pub const fn header(&self) -> &Header {
         &self.header
     }
@@ -156,7 +156,7 @@ impl<R: Read> RecordReader<R> {
         Ok(Some(record))
     }
 
-    /// Reads as many records as one check is about, and holds them against it.
+    /// Reads the records that one checksum covers, and verifies it.
     fn read_block(&mut self) -> Result<(), RecordError> {
         self.begin = self.input.bytes;
         self.block.clear();
@@ -177,7 +177,7 @@ impl<R: Read> RecordReader<R> {
         }
     }
 
-    /// Appends to the block what comes next.
+    /// Appends the next record or mark to the block.
     fn gather(&mut self) -> Result<Gathered, RecordError> {
         let begin = self.block.len();
         for _ in 0..PREFIX_BYTES_MAX {
@@ -198,7 +198,7 @@ impl<R: Read> RecordReader<R> {
         if length > RECORD_BYTES_MAX {
             return Err(self.misread(begin, "a record longer than the longest allowed"));
         }
-        // A block ends with the record that fills it.
+        // The record that fills a block ends it.
         if begin >= BLOCK_BYTES && self.check.is_some() {
             return Err(self.damaged(0, CHECK_IS_WRONG));
         }
@@ -208,7 +208,7 @@ impl<R: Read> RecordReader<R> {
         }
     }
 
-    /// Holds the block, at whose end is the first byte of a mark, against its check.
+    /// Verifies the checksum of the block. The first byte of a mark stands at its end.
     fn at_mark(&mut self, check: Check) -> Result<(), RecordError> {
         let records = self.block.len() - 1;
         let Filled::Whole = self.append(1 + CHECK_BYTES)? else { return self.cut_short(records) };
@@ -244,7 +244,7 @@ impl<R: Read> RecordReader<R> {
         }
     }
 
-    /// The file ends within the block, whose first `whole` bytes are whole records.
+    /// Handles the end of the file within the block, whose first `whole` bytes are complete records.
     fn cut_short(&mut self, whole: usize) -> Result<(), RecordError> {
         if self.check.is_some() && self.block.ends_with(&TRAILER) {
             return Err(self.damaged(0, CHECK_IS_WRONG));
@@ -256,7 +256,7 @@ impl<R: Read> RecordReader<R> {
         Ok(())
     }
 
-    /// Appends so many bytes of the file to the block, or as many as there are.
+    /// Appends this many bytes of the file to the block, or as many as there are.
     fn append(&mut self, bytes: usize) -> Result<Filled, RecordError> {
         let begin = self.block.len();
         self.block.resize(begin + bytes, 0);
@@ -267,7 +267,7 @@ impl<R: Read> RecordReader<R> {
         Ok(filled)
     }
 
-    /// What cannot be at this place of a block that is not checked yet: any bit before may have led here.
+    /// An invalid byte in a block whose checksum is not verified yet: any bit before it may be the cause.
     const fn misread(&self, place: usize, reason: &'static str) -> RecordError {
         match self.check {
             Some(_) => self.damaged(0, CHECK_IS_WRONG),
@@ -275,7 +275,7 @@ impl<R: Read> RecordReader<R> {
         }
     }
 
-    /// Something is wrong from this place in the block on.
+    /// Reports damage from this place in the block on.
     const fn damaged(&self, place: usize, reason: &'static str) -> RecordError {
         RecordError::Damaged { offset: self.begin + place as u64, reason }
     }
@@ -294,7 +294,7 @@ impl<R: Read> Iterator for RecordReader<R> {
     }
 }
 
-/// The length at the beginning of these bytes, and how many of them say so.
+/// The length at the beginning of these bytes, and the number of bytes that encode it.
 fn length_of(bytes: &[u8]) -> (usize, usize) {
     let mut length = 0;
     for (index, byte) in bytes.iter().take(PREFIX_BYTES_MAX).enumerate() {
@@ -306,7 +306,7 @@ fn length_of(bytes: &[u8]) -> (usize, usize) {
     (length, PREFIX_BYTES_MAX)
 }
 
-/// Fills `buffer`, and tells how far it came where the input ends before.
+/// Fills `buffer`; if the input ends early, returns how much was filled.
 fn fill(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<Filled> {
     let mut filled = 0;
     while filled < buffer.len() {
@@ -320,7 +320,7 @@ fn fill(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<Filled> {
     Ok(Filled::Whole)
 }
 
-/// Counts what is read through it: offsets in errors are those of the file.
+/// Counts the bytes read, so that errors can name offsets in the file.
 #[derive(Debug)]
 struct Counted<R> {
     input: R,
@@ -335,7 +335,7 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// Reads magic, version, block and check, and leaves `input` at the first record.
+/// Reads magic, version, block and checksum, and leaves `input` at the first record.
 fn read_header<R: Read>(input: &mut Counted<R>) -> Result<(Header, Option<Check>), RecordError> {
     let mut bytes = vec![0; MAGIC.len()];
     read_exact(input, &mut bytes).map_err(|error| match error {

@@ -1,4 +1,4 @@
-//! Files that say how much of them was read: for who waits while a long one is.
+//! Files that report how much of them has been read, to show the progress of a long read.
 
 use std::fmt;
 use std::fs::File;
@@ -6,15 +6,15 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-/// So many parts of a file are told of.
+/// Number of progress reports per file.
 const PARTS: u64 = 1_000;
 
-/// Who is told how much of a file was read, as a share of 0 to 1; nobody by default.
+/// Receives the share of a file that has been read, 0 to 1; by default there is no receiver.
 #[derive(Clone, Default)]
 pub struct Teller(Option<Arc<dyn Fn(f64) + Send + Sync>>);
 
 impl Teller {
-    /// Whoever `tell` reaches.
+    /// Reports to `tell`.
     pub fn new(tell: impl Fn(f64) + Send + Sync + 'static) -> Self {
         Self(Some(Arc::new(tell)))
     }
@@ -26,7 +26,7 @@ impl fmt::Debug for Teller {
     }
 }
 
-/// Who is told is no part of what is read.
+/// The receiver does not matter when readers are compared.
 impl PartialEq for Teller {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -35,7 +35,7 @@ impl PartialEq for Teller {
 
 impl Eq for Teller {}
 
-/// A file, as it is read.
+/// A file that reports its reading progress.
 #[derive(Debug)]
 pub struct TellingFile {
     file: File,
@@ -53,7 +53,7 @@ impl TellingFile {
     /// When it cannot be opened.
     pub fn open(path: &Path, teller: Teller) -> io::Result<Self> {
         let file = File::open(path)?;
-        // Of what has no length nobody is told.
+        // A file without a length reports no progress.
         let length = file.metadata()?.len();
         Ok(Self { file, length, read: 0, next: 0, teller })
     }
@@ -74,7 +74,7 @@ impl Read for TellingFile {
             && self.length > 0
         {
             self.next = self.read + self.length / PARTS;
-            // Who goes back and forth reads some of it twice.
+            // Seeking back reads some bytes twice.
             tell((self.read as f64 / self.length as f64).min(1.0));
         }
         Ok(count)

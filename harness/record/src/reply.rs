@@ -1,23 +1,23 @@
-//! What a person answered: the number, who gave it, how, and when.
+//! A person's answer: the number, its author, the way it was given, and when.
 
 use crate::figures;
 use plan::Answer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// How a reply came.
+/// The way a reply was given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Through {
-    /// Typed while the run went on.
+    /// Typed during the run.
     Terminal,
-    /// Written in a file before the run.
+    /// Written to a file before the run.
     File,
     /// Given as an argument.
     Argument,
 }
 
-/// A number that was asked for.
+/// A number that the plan asked for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Number {
     /// Name of the answer in the plan.
@@ -28,31 +28,30 @@ pub struct Number {
     pub unit: String,
 }
 
-/// What a person answered, or did.
+/// A person's answer, or the confirmation of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reply {
-    /// What was asked, as the plan words it.
+    /// The question in the plan's words.
     pub question: String,
-    /// The number; none where something was to be done, and is.
+    /// The number; `None` if the person was to do something and did it.
     pub number: Option<Number>,
-    /// Who.
+    /// The person.
     pub by: String,
-    /// How.
+    /// The way it was given.
     pub through: Through,
-    /// When, in seconds since 1970-01-01 00:00 UTC, where a person was there. The bench time is that of
-    /// the record.
+    /// Seconds since 1970-01-01 00:00 UTC, if a person answered during the run. The bench time is that of the record.
     pub unix_s: Option<i64>,
 }
 
 impl Reply {
-    /// A number was given.
+    /// A reply with a number.
     pub fn number(text: &str, answer: &Answer, value: f64, by: String, through: Through) -> Self {
         let (name, unit) = (answer.name.to_string(), answer.unit.clone());
         let number = Some(Number { name, value, unit });
         Self { question: text.to_owned(), number, by, through, unix_s: None }
     }
 
-    /// What was asked for is done.
+    /// A reply that confirms a task.
     pub const fn done(question: String, by: String, through: Through) -> Self {
         Self { question, number: None, by, through, unix_s: None }
     }
@@ -68,7 +67,7 @@ impl Through {
     }
 }
 
-/// On one line, whatever is in it.
+/// Always on one line.
 impl fmt::Display for Reply {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { question, number, by, through, unix_s } = self;

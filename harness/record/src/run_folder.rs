@@ -1,4 +1,4 @@
-//! A run folder: everything that a run leaves behind.
+//! A run folder: all files of a run.
 //!
 //! | file | what |
 //! |---|---|
@@ -6,7 +6,7 @@
 //! | `record.hilrec` | the record; see [`record::header`](crate::header) |
 //! | `junit.xml` | the verdicts, for a build server |
 //! | `report.html` | the report, for a person |
-//! | others | what the plan made; the summary names them |
+//! | others | files that the plan made; the summary names them |
 
 mod error;
 mod lock;
@@ -26,35 +26,35 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// Name of the summary.
+/// File name of the summary.
 pub const SUMMARY: &str = "summary.json";
-/// Name of the record.
+/// File name of the record.
 pub const RECORD: &str = "record.hilrec";
-/// Name of the verdicts for a build server.
+/// File name of the verdicts for a build server.
 pub const JUNIT: &str = "junit.xml";
-/// Name of the report.
+/// File name of the report.
 pub const REPORT: &str = "report.html";
 
 const OURS: [&str; 4] = [SUMMARY, RECORD, JUNIT, REPORT];
 
-/// The longest summary that is read.
+/// The longest summary that can be read.
 const SUMMARY_BYTES_MAX: u64 = 64 * 1024 * 1024;
 
-/// A folder that is ours.
+/// A folder that this crate made.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunFolder {
     path: PathBuf,
     teller: Teller,
-    /// Held by the run that makes it, and its clones.
+    /// Lock held by the run that fills the folder, and by its clones.
     lock: Option<Lock>,
 }
 
 impl RunFolder {
-    /// Makes the folder. If an earlier run is in it, that run's files are removed, and no others. It belongs to this run until
-    /// what is returned here is dropped.
+    /// Creates the folder. Removes the files of an earlier run, and no others. This run holds the folder until the
+    /// returned value is dropped.
     ///
     /// # Errors
-    /// [`RunFolderError::Foreign`] when there are files in it and no run; [`RunFolderError::Busy`] when one is going on there.
+    /// [`RunFolderError::Foreign`] when it has files but no run; [`RunFolderError::Busy`] when another run uses it.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
         let mut folder = Self { path: path.into(), teller: Teller::default(), lock: None };
         fs::create_dir_all(&folder.path)
@@ -74,29 +74,29 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// A folder with a run in it.
+    /// Opens a folder with a run in it.
     ///
     /// # Errors
-    /// [`RunFolderError::NoRun`] when there is none.
+    /// [`RunFolderError::NoRun`] when it holds no run.
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
         let folder = Self { path: path.into(), teller: Teller::default(), lock: None };
         let holds_any = [SUMMARY, RECORD].iter().any(|name| folder.path.join(name).is_file());
         if holds_any { Ok(folder) } else { Err(RunFolderError::NoRun { path: folder.path }) }
     }
 
-    /// The same, and whenever its record is read `teller` hears how much of it was.
+    /// Reports to `teller` how much of the record has been read.
     #[must_use]
     pub fn telling(mut self, teller: Teller) -> Self {
         self.teller = teller;
         self
     }
 
-    /// The folder.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The file of that name in it.
+    /// The path of this file in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
@@ -136,7 +136,7 @@ impl RunFolder {
         serde_json::from_slice(&json).map_err(|source| RunFolderError::Summary { path, source })
     }
 
-    /// Reads the summary; none where the run was killed before it had one.
+    /// Reads the summary; `None` if the run was killed before it was written.
     pub fn summary_if_any(&self) -> Result<Option<Summary>, RunFolderError> {
         self.file(SUMMARY).exists().then(|| self.summary()).transpose()
     }
@@ -151,7 +151,7 @@ impl RunFolder {
         self.replace(REPORT, html.as_bytes())
     }
 
-    /// Writes what a plan made. The summary must name it.
+    /// Writes a file that the plan made. The summary must name it.
     pub fn write_artifact(&self, name: &str, content: &[u8]) -> Result<(), RunFolderError> {
         if !is_artifact_name(name) {
             return Err(RunFolderError::ArtifactName { name: name.to_owned() });
@@ -159,19 +159,19 @@ impl RunFolder {
         self.replace(name, content)
     }
 
-    /// Writes beside the file first, so that whoever looks finds the old file or the whole new one.
+    /// Writes a temporary file and renames it, so that a reader sees the old file or the complete new one.
     fn replace(&self, name: &str, content: &[u8]) -> Result<(), RunFolderError> {
         let partial = self.file(&partial(name));
         let path = self.file(name);
         let done = fs::write(&partial, content).and_then(|()| fs::rename(&partial, &path));
         done.map_err(|source| {
-            // Best effort: the error that matters is the first.
+            // Best effort; only the first error matters.
             let _ = fs::remove_file(&partial);
             RunFolderError::Write { path, source }
         })
     }
 
-    /// Also where a run was killed before it had written a byte.
+    /// Whether it holds a run, including one killed before it wrote a byte.
     fn holds_run(&self) -> bool {
         let begun = |mut magic: Vec<u8>| {
             magic.truncate(MAGIC.len());
@@ -180,9 +180,9 @@ impl RunFolder {
         read_first(&self.file(RECORD), MAGIC.len()).is_ok_and(begun) || self.summary().is_ok()
     }
 
-    /// Removes the files of an earlier run. The record goes last: broken off half-way, the folder is
-    /// still known as ours. A link to a device or a pipe holds nothing of an earlier run and stays:
-    /// somebody wants the record to go there.
+    /// Removes the files of an earlier run, the record last: after an interrupted removal the folder still counts as a
+    /// run folder. A link to a device or a pipe holds no data of an earlier run and stays, because the user wants the
+    /// record to go there.
     fn clear(&self) -> Result<(), RunFolderError> {
         let artifacts = self.summary().map(|summary| summary.artifacts).unwrap_or_default();
         let artifacts = artifacts.iter().map(String::as_str).filter(|name| is_artifact_name(name));
@@ -204,21 +204,22 @@ impl RunFolder {
     }
 }
 
-/// A plain file name that is not ours: an artifact can neither leave the folder nor replace the record.
+/// Whether this is a plain file name that the crate does not use: an artifact can neither leave the folder nor replace
+/// the record.
 fn is_artifact_name(name: &str) -> bool {
     let mut components = Path::new(name).components();
     let plain = matches!(components.next(), Some(Component::Normal(only)) if only == name);
     plain && components.next().is_none() && !OURS.contains(&name) && !name.starts_with('.')
 }
 
-/// What is written in the place of a file until it is whole.
+/// Name of the temporary file that is written until it is complete.
 fn partial(name: &str) -> String {
     format!(".{name}.partial")
 }
 
 fn read_first(path: &Path, bytes: usize) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
-    // Nobody may ever write to a pipe in its place.
+    // A pipe at this path may have no writer, and opening it would block.
     match fs::metadata(path)?.is_file() {
         true => File::open(path)?.take(bytes as u64).read_to_end(&mut content)?,
         false => return Err(io::ErrorKind::InvalidInput.into()),

@@ -17,7 +17,7 @@ fn pose(x: f64, y: f64, heading_deg: f64) -> Pose {
     Pose { x: Length::from_m(x), y: Length::from_m(y), heading: Angle::from_deg(heading_deg) }
 }
 
-/// A state at this place.
+/// A state at this position.
 pub fn state(x: f64, y: f64) -> State {
     State {
         activity: Activity::TurnOrientation,
@@ -54,7 +54,7 @@ pub fn record(at_s: f64, device: Device, kind: RecordKind) -> Record {
     Record { at: Timestamp::from_secs_f64(at_s), device, kind }
 }
 
-/// Each kind, and each report once.
+/// Each record kind and each report once.
 pub fn one_of_each() -> Vec<Record> {
     let frame =
         CanFrame::new(StandardId::new(0x123).expect("11 bits"), &[0xde, 0xad]).expect("two bytes");

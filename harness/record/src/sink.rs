@@ -1,7 +1,7 @@
-//! Where a running world puts its records.
+//! Sinks that take the records of a running world.
 //!
-//! A sink never stops a run: the base has to be brought to rest even when the disk is full. It keeps
-//! its first error and takes nothing more; whoever runs the plan asks [`RecordSink::failed`].
+//! A sink never stops a run, since the base has to be stopped even when the disk is full. After its first error, which
+//! it keeps, it takes nothing more; the caller that runs the plan checks [`RecordSink::failed`].
 
 use super::header::Header;
 use super::writer::RecordWriter;
@@ -10,30 +10,30 @@ use std::io::{self, Write};
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 
-/// How much of a run is kept.
+/// How much of a run to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Level {
-    /// What the plan, the controller and the measurements said, and the truth once in
-    /// [`TRUTH_PERIOD`]: enough to judge and to draw.
+    /// The events of plan, controller and measurements, and the truth once per [`TRUTH_PERIOD`]: enough to judge and
+    /// draw the run.
     #[default]
     Events,
-    /// Also every byte, every frame and the truth as often as it is told.
+    /// Also every byte, every frame and every truth.
     Full,
 }
 
-/// How often the truth is kept at [`Level::Events`]. Assumption: half a second draws a path of
-/// 0.4 m/s with a point each 0.2 m and adds some 6 MB to 16 hours.
+/// Interval of the truth at [`Level::Events`]. Assumption: at 0.4 m/s, half a second draws a point every 0.2 m and adds
+/// about 6 MB to 16 hours.
 pub const TRUTH_PERIOD: Span = Span::from_millis(500);
 
 /// The most records that a [`MemorySink`] keeps: ten times the events of 16 hours, within 1 GB.
 pub const MEMORY_RECORDS_MAX: usize = 4_000_000;
 
-/// Takes what happens, in order.
+/// Takes events in order.
 pub trait RecordSink {
-    /// Takes a record, or leaves it out by its level.
+    /// Takes a record, or drops it according to the level.
     fn record(&mut self, record: Record);
 
-    /// Takes bytes of a serial line without a vector for them.
+    /// Takes bytes of a serial line without allocating a vector.
     fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
         if self.level() == Level::Full {
             self.record(Record { at, device, kind: RecordKind::Bytes(bytes.to_vec()) });
@@ -47,21 +47,21 @@ pub trait RecordSink {
         }
     }
 
-    /// Hears that a property does not hold, as often as somebody looks. The record has no place for it: a run is
-    /// judged by it at its end.
+    /// Notifies the sink that a property does not hold, at every evaluation. The record does not store this: the run is
+    /// judged at its end.
     fn broken(&mut self, _name: &str, _violation: &Violation) {}
 
-    /// What it keeps. Who finds [`Level::Events`] need not make what would be left out.
+    /// The level. At [`Level::Events`] the caller need not make records that would be dropped.
     fn level(&self) -> Level;
 
     /// The error that stopped it.
     fn failed(&self) -> Option<&io::Error>;
 
-    /// The run is over: everything is written out and the end is marked. Once is enough.
+    /// Writes everything out and marks the end, after the run. One call is enough.
     fn finish(&mut self);
 }
 
-/// Decides what a level keeps.
+/// Decides which records a level keeps.
 #[derive(Debug, Clone, Copy)]
 struct Gate {
     level: Level,
@@ -91,7 +91,7 @@ impl Gate {
     }
 }
 
-/// Writes a record file. What was written arrives when it is dropped, too, but without its end mark.
+/// Writes a record file. Dropping it writes everything out, but without the end mark.
 #[derive(Debug)]
 pub struct FileSink<W: Write> {
     gate: Gate,
@@ -106,12 +106,12 @@ impl<W: Write> FileSink<W> {
         Ok(Self { gate: Gate::new(level), writer: Some(writer), failed: None })
     }
 
-    /// Gives everything to the file.
+    /// Writes everything to the file.
     pub(super) fn flush(&mut self) {
         self.attempt(RecordWriter::flush);
     }
 
-    /// The error that stopped it, by value. It takes nothing more all the same.
+    /// Takes the error that stopped it. The sink still accepts nothing more.
     pub(super) fn take_error(&mut self) -> Option<io::Error> {
         self.failed.take().inspect(|_| self.writer = None)
     }
@@ -163,27 +163,27 @@ pub struct MemorySink {
 }
 
 impl MemorySink {
-    /// Nothing yet.
+    /// An empty sink.
     pub const fn new(level: Level) -> Self {
         Self::with_records_max(level, MEMORY_RECORDS_MAX)
     }
 
-    /// Nothing yet, and never more than `records_max`.
+    /// An empty sink that keeps at most `records_max`.
     pub const fn with_records_max(level: Level, records_max: usize) -> Self {
         Self { gate: Gate::new(level), records: Vec::new(), records_max, overflowed: 0 }
     }
 
-    /// What was kept.
+    /// The kept records.
     pub fn records(&self) -> &[Record] {
         &self.records
     }
 
-    /// What was kept, by value.
+    /// The kept records, by value.
     pub fn into_records(self) -> Vec<Record> {
         self.records
     }
 
-    /// How many there was no room for.
+    /// Number of records that did not fit.
     pub const fn overflowed(&self) -> u64 {
         self.overflowed
     }
@@ -262,7 +262,7 @@ impl<S: RecordSink + ?Sized> RecordSink for Box<S> {
     }
 }
 
-/// Two sinks that take the same: a full file, say, and the events in memory to be judged.
+/// Passes everything to two sinks: for example a full file, and events in memory to be judged.
 #[derive(Debug)]
 pub struct Both<A, B>(pub A, pub B);
 

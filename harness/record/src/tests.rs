@@ -1,4 +1,4 @@
-//! The file: writer and reader together.
+//! Tests of the file: writer and reader together.
 
 mod damage;
 
@@ -16,7 +16,7 @@ use proptest::prelude::*;
 use std::io::{self, Write};
 use wire::time::Timestamp;
 
-/// What stands behind the last record: a mark with its check, and the trailer.
+/// Bytes after the last record: a mark with its checksum, and the trailer.
 const END_BYTES: usize = 2 + 4 + 8;
 
 fn header() -> Header {
@@ -118,7 +118,7 @@ fn a_record_in_memory_is_small() {
     assert!(size_of::<Record>() <= 256, "{}", size_of::<Record>());
 }
 
-/// A disk with room for so many bytes.
+/// A disk with room for this many bytes.
 struct SmallDisk(usize);
 
 impl Write for SmallDisk {
@@ -258,7 +258,7 @@ fn the_longest_record_fits_its_prefix() {
     assert_eq!(read(&written(&records)).0, records);
 }
 
-/// The bound of the 16-hour run; a debug build is told nothing by it.
+/// The bound of the 16-hour run; in a debug build the test proves nothing.
 #[test]
 #[cfg_attr(debug_assertions, ignore = "a bound for release builds")]
 fn six_million_samples_are_written_in_two_seconds() {

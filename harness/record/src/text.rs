@@ -1,7 +1,7 @@
 //! A record as one line for a person: `hil show RUN`.
 //!
-//! A line holds exactly one record whatever is in it: control characters are escaped, so that no
-//! text of a device moves the cursor of a terminal.
+//! Each record takes exactly one line. Control characters are escaped, so that no text of a device can move the cursor
+//! of a terminal.
 
 use super::{Device, Observation, Record, RecordKind};
 use controller::health::{Causes, Health};
@@ -12,16 +12,16 @@ use wire::can::{CanFrame, Id};
 use wire::time::Timestamp;
 use wire::units::Pose;
 
-/// Width of a device's name, and of an instant up to a hundred hours.
+/// Width of a device's name. The width of an instant fits a hundred hours.
 const DEVICE_WIDTH: usize = 10;
 const SECONDS_WIDTH: usize = 16;
 
-/// The line of a record, without its end, and whose it is by name.
+/// A record as a line without line end, and the name of its source.
 #[derive(Debug, Clone, Copy)]
 pub struct Line<'a>(pub &'a Record, pub &'a str);
 
 impl Device {
-    /// The name, as in plans and reports.
+    /// Name in plans and reports.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Plan => "plan",
@@ -31,13 +31,13 @@ impl Device {
             Self::Table => "table",
             Self::Absolute => "absolute",
             Self::Device => "device",
-            // Which it is, the header says.
+            // The header tells which node.
             Self::Node(_) => "node",
         }
     }
 }
 
-/// How a line begins: when, and whose it is by name.
+/// The start of a line: the time, and the name of the source.
 #[derive(Debug, Clone, Copy)]
 pub struct Head<'a>(pub Timestamp, pub &'a str);
 
@@ -79,20 +79,20 @@ impl fmt::Display for Line<'_> {
     }
 }
 
-/// A text as it is, but for what would begin another line or tell a terminal something.
+/// A text in which characters that start another line or control a terminal are escaped.
 struct OneLine<'a>(&'a str);
 
 impl fmt::Display for OneLine<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.chars().try_for_each(|character| match character {
-            // Escaped they would say what stands there less well.
+            // These are more readable unescaped.
             '"' | '\'' | '\\' => f.write_char(character),
             other => write!(f, "{}", other.escape_debug()),
         })
     }
 }
 
-/// Seconds with all nine decimals: two records differ here exactly when they differ in time.
+/// Seconds with all nine decimals: two records differ here if and only if their times differ.
 struct Seconds(i64);
 
 impl fmt::Display for Seconds {
@@ -114,7 +114,7 @@ impl fmt::Display for Readable {
     }
 }
 
-/// A frame alone, for a message.
+/// A single frame, for a message.
 pub struct ShownFrame(pub CanFrame);
 
 impl fmt::Display for ShownFrame {
@@ -123,7 +123,7 @@ impl fmt::Display for ShownFrame {
     }
 }
 
-/// As `candump` writes it: identifier, `#`, data; of CAN FD `##`, the flags and the data.
+/// In the format of `candump`: identifier, `#`, data; for CAN FD `##`, flags and data.
 fn write_frame(f: &mut fmt::Formatter<'_>, frame: &CanFrame) -> fmt::Result {
     write_identifier(f, frame)?;
     if let Some(flags) = frame.fd_flags() {
@@ -142,7 +142,7 @@ fn write_identifier(f: &mut fmt::Formatter<'_>, frame: &CanFrame) -> fmt::Result
     }
 }
 
-/// Commands and reports as they would stand in a line of the controller process.
+/// Commands and reports as in a line of the controller process.
 fn write_json(f: &mut fmt::Formatter<'_>, word: &str, value: &impl Serialize) -> fmt::Result {
     match serde_json::to_string(value) {
         Ok(json) => write!(f, "{word} {json}"),

@@ -1,13 +1,13 @@
-//! Where a property did not hold.
+//! The violation of a property.
 
 use serde::Serialize;
 use wire::time::Timestamp;
 
-/// Where a property was first violated.
+/// The first violation of a property.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Violation {
-    /// When, in bench time.
+    /// Bench time.
     pub at: Timestamp,
-    /// What was seen, and what was expected.
+    /// The observed and the expected.
     pub what: String,
 }

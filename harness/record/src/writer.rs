@@ -7,13 +7,12 @@ use super::{Device, Record, RecordKind};
 use std::io::{self, Write};
 use wire::time::Timestamp;
 
-/// Appends records to anything that takes bytes. [`finish`](Self::finish) says that the record is
-/// whole; dropped without it, what was written still arrives, and a reader says that the end is
-/// missing.
+/// Appends records to a byte stream. [`finish`](Self::finish) marks the record as complete. If dropped without it,
+/// everything is still written out, but a reader reports the missing end.
 #[derive(Debug)]
 pub struct RecordWriter<W: Write> {
     out: W,
-    /// The block that is being written, and how much of it `out` has.
+    /// The current block; `given` of its bytes are in `out`.
     block: Vec<u8>,
     given: usize,
     check: Check,
@@ -23,7 +22,7 @@ pub struct RecordWriter<W: Write> {
 }
 
 impl<W: Write> RecordWriter<W> {
-    /// Writes the header, at once: from here on a file is known as a record.
+    /// Writes the header at once, so that the file can be recognised as a record from now on.
     pub fn new(mut out: W, header: &Header) -> io::Result<Self> {
         out.write_all(&header.bytes()?)?;
         out.flush()?;
@@ -33,31 +32,31 @@ impl<W: Write> RecordWriter<W> {
         Ok(Self { out, block, given: 0, check, payload, last, records: 0 })
     }
 
-    /// Appends a record. One longer than [`RECORD_BYTES_MAX`] is replaced by a note that says so.
+    /// Appends a record. One longer than [`RECORD_BYTES_MAX`] is replaced by a note.
     pub fn write(&mut self, record: &Record) -> io::Result<()> {
         self.append(record.at, record.device, &record.kind)
     }
 
-    /// Appends a [`RecordKind::Bytes`] without making one; the file comes out the same.
+    /// Appends a [`RecordKind::Bytes`] without building one; the file is the same.
     pub fn write_bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) -> io::Result<()> {
         self.append(at, device, &BorrowedKind::Bytes(bytes))
     }
 
-    /// How many records were written.
+    /// Number of records written.
     pub const fn records(&self) -> u64 {
         self.records
     }
 
-    /// Gives everything to the file. It comes out the same, however often this is called.
+    /// Writes everything to the file. This does not change the file's content.
     pub fn flush(&mut self) -> io::Result<()> {
         let new = &self.block[self.given..];
-        // Before the attempt: what a full disk took a part of must not be written twice.
+        // Set before the attempt: bytes that a full disk took in part must not be written twice.
         self.given = self.block.len();
         self.out.write_all(new)?;
         self.out.flush()
     }
 
-    /// Marks the end and gives everything to the file.
+    /// Marks the end and writes everything to the file.
     pub fn finish(mut self) -> io::Result<()> {
         self.end()
     }
@@ -101,7 +100,7 @@ impl<W: Write> RecordWriter<W> {
 
 impl<W: Write> Drop for RecordWriter<W> {
     fn drop(&mut self) {
-        // Best effort: whoever wants to hear of an error ends the record first.
+        // Best effort: a caller that needs the error calls `finish`.
         let _ = self.flush();
     }
 }

@@ -1,4 +1,4 @@
-//! A record on disk is never more than a second behind, and a property that breaks is in it at once.
+//! The record on disk is never more than a second behind, and a broken property is written to it at once.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -12,7 +12,7 @@ use wire::time::Timestamp;
 
 const NOTES: usize = 10;
 
-/// Long before a block is full, and before anything else gives it to the file.
+/// A sink with a few notes, long before a block is full or anything else flushes it.
 fn noted(folder: &RunFolder) -> impl RecordSink + use<> {
     let mut sink = folder.record_sink(&Header::default(), Level::Full).unwrap();
     for index in 0..NOTES {

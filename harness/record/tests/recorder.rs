@@ -1,4 +1,4 @@
-//! A burst of frames and then the end: nothing of it is missing in the record.
+//! After a burst of frames and the end of the run, the record has every frame.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -11,7 +11,7 @@ use wire::can::{CanFrame, ExtendedId};
 use wire::time::Timestamp;
 
 const BURST: u32 = 200_000;
-/// Between frames: a full bus of 1 Mbit/s.
+/// Frame interval of a fully loaded bus at 1 Mbit/s.
 const PERIOD_NS: i64 = 111_000;
 
 fn record(number: u32) -> Record {
@@ -20,7 +20,7 @@ fn record(number: u32) -> Record {
     Record { at, device: Device::Base, kind: RecordKind::Frame(frame) }
 }
 
-/// A sink on disk that has taken the burst, and where it writes.
+/// A sink on disk that has taken the burst, and its folder.
 fn after_the_burst(folder: &tempfile::TempDir) -> (RunFolder, impl RecordSink) {
     let folder = RunFolder::create(folder.path().join("run")).unwrap();
     let mut sink = folder.record_sink(&Header::default(), Level::Full).unwrap();
@@ -29,7 +29,7 @@ fn after_the_burst(folder: &tempfile::TempDir) -> (RunFolder, impl RecordSink) {
     (folder, sink)
 }
 
-/// How many records of the burst are there, each the one that it should be, and what came after them.
+/// Number of records of the burst that are present and correct, and the error after them.
 fn read_back(folder: &RunFolder) -> (u32, Option<RecordError>) {
     let mut count = 0;
     for next in folder.records().unwrap() {
@@ -48,7 +48,7 @@ fn a_burst_and_then_the_end_is_recorded_whole() {
     let (folder, mut sink) = after_the_burst(&temporary);
     sink.finish();
     assert!(sink.failed().is_none(), "{:?}", sink.failed());
-    // Before it is dropped: the end alone has written everything out.
+    // Not dropped yet: `finish` alone has written everything out.
     let (count, error) = read_back(&folder);
     assert!(error.is_none(), "{error:?}");
     assert_eq!(count, BURST);

@@ -1,6 +1,6 @@
-//! What it costs to watch: updates of frames, two signals each, into monitors of one formula.
+//! The cost of monitoring: updates from frames with two signals each, into monitors of one formula.
 //!
-//! A full bus of 1 Mbit/s carries some 9,000 frames of eight bytes a second.
+//! A full bus of 1 Mbit/s carries about 9,000 frames of eight bytes per second.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -28,7 +28,7 @@ const FORMULAS: [(&str, &str); 8] = [
     ("until later", "a < 900 until [100 ms, 10 s] b > 500"),
 ];
 
-/// Frames, one a millisecond, with noise in both signals.
+/// Frames, one per millisecond, with noise in both signals.
 fn frames() -> Vec<[(usize, f64); 2]> {
     let mut state = 1u64;
     let mut next = || {

@@ -1,4 +1,4 @@
-//! A formula over time, as it becomes known.
+//! Evaluates a formula over time as its signals become known.
 
 use crate::formula::Formula;
 use crate::history::History;
@@ -6,23 +6,23 @@ use crate::network::Network;
 use crate::truth::Truth;
 use wire::time::{Span, Timestamp};
 
-/// Beyond it nothing happens, and no sum of times overflows: 146 years.
+/// Upper limit of time, 146 years, so that no sum of times overflows.
 const TIME_MAX: i64 = i64::MAX / 2;
 
-/// Evaluates a formula while its signals change: what it is at every moment, as soon as that is final.
+/// Evaluates a formula while its signals change and gives its truth at every moment as soon as that is final.
 ///
-/// A signal keeps its value until the next update. Of several values at one moment the last counts. Its
-/// memory is what changed within the formula's horizon and windows.
+/// A signal keeps its value until the next update. Of several values at one moment the last counts. The evaluator
+/// stores the changes within the formula's horizon and windows.
 #[derive(Debug, Clone)]
 pub struct Evaluator {
     network: Network,
-    /// The caller's number and the slot of each signal, by number.
+    /// Per signal, sorted by number: the caller's number and the slot.
     slots: Vec<(usize, usize)>,
     values: Vec<f64>,
-    /// All verdicts before this moment are given; `values` hold from it on.
+    /// All verdicts before this moment have been given; `values` hold from it on.
     now: i64,
     start: Option<i64>,
-    /// What was taken last: until when, and what it is from there.
+    /// End of the last stretch taken; `truth` holds from there.
     taken: i64,
     truth: Truth,
     /// The last moment of the run.
@@ -31,26 +31,26 @@ pub struct Evaluator {
     horizon: i64,
 }
 
-/// Moments, one behind the other, at which a formula is the same.
+/// A stretch of consecutive moments at which a formula has the same truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
-    /// The first of them.
+    /// The first moment.
     pub from: Timestamp,
-    /// The one behind the last of them.
+    /// The moment after the last.
     pub to: Timestamp,
-    /// What the formula is.
+    /// The truth of the formula.
     pub truth: Truth,
 }
 
 impl Stretch {
-    /// How long it is. A single moment is one nanosecond.
+    /// Its length. A single moment lasts one nanosecond.
     pub fn length(self) -> Span {
         self.to - self.from
     }
 }
 
 impl Evaluator {
-    /// Evaluates `formula` from the first update on. No signal has a value yet.
+    /// An evaluator of `formula`, starting with the first update. No signal has a value yet.
     pub fn new(formula: &Formula) -> Self {
         let mut slots: Vec<_> =
             formula.signals.iter().enumerate().map(|(slot, used)| (used.index, slot)).collect();
@@ -69,9 +69,8 @@ impl Evaluator {
         }
     }
 
-    /// Signals have new values at `time`, all at once: the caller's number of each, and its value, where not
-    /// a number is no value. Signals that the formula does not read are passed over. A time before the last
-    /// one counts as the last one.
+    /// Sets new values of signals at `time`, all at once: pairs of the caller's number and the value. NaN means no
+    /// value. Signals that the formula does not read are ignored. A time before the last one counts as the last one.
     pub fn update(&mut self, time: Timestamp, values: &[(usize, f64)]) {
         if self.end.is_some() || !self.reads(values) {
             return;
@@ -84,7 +83,7 @@ impl Evaluator {
         }
     }
 
-    /// It is `time`, and nothing has changed since the last update.
+    /// Advances to `time`; nothing has changed since the last update.
     pub fn advance(&mut self, time: Timestamp) {
         if self.end.is_some() {
             return;
@@ -100,7 +99,7 @@ impl Evaluator {
         }
     }
 
-    /// The run ends at `time`, and no signal has a value thereafter.
+    /// Ends the run at `time`; no signal has a value after it.
     pub fn finish(&mut self, time: Timestamp) {
         if self.end.is_some() {
             return;
@@ -113,7 +112,7 @@ impl Evaluator {
         self.run(i64::MAX);
     }
 
-    /// The next moments whose truth is final, in their order. Stretches in a row may have the same truth.
+    /// The next moments whose truth is final, in order. Consecutive stretches may have the same truth.
     pub fn take(&mut self) -> Option<Stretch> {
         let start = self.start?;
         let end = self.end.map_or(self.now, |end| end + 1);
@@ -136,17 +135,17 @@ impl Evaluator {
         }
     }
 
-    /// The last moment of the run, once it is over.
+    /// The last moment of the run, once it has ended.
     pub fn end(&self) -> Option<Timestamp> {
         self.end.map(Timestamp::from_nanos)
     }
 
-    /// How long after a moment its truth is final.
+    /// The delay after which the truth of a moment is final.
     pub fn horizon(&self) -> Span {
         Span::from_nanos(self.horizon)
     }
 
-    /// How far the comparison that decides is from changing, in its unit.
+    /// The distance of the deciding comparison from changing, in its unit.
     pub(crate) fn distance(&self, truth: Truth) -> Option<f64> {
         self.network.distance(truth)
     }

@@ -1,4 +1,4 @@
-//! A formula as it was read.
+//! A parsed formula.
 
 use crate::mistake::Mistake;
 use crate::number::Number;
@@ -7,7 +7,7 @@ use crate::signals::Signals;
 use crate::truth::Truth;
 use wire::time::Span;
 
-/// A formula whose signals were found and whose units fit: what a [`Monitor`](crate::Monitor) watches.
+/// A formula with resolved signals and checked units: the input of a [`Monitor`](crate::Monitor).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
     pub(crate) text: String,
@@ -15,20 +15,20 @@ pub struct Formula {
     pub(crate) signals: Vec<Used>,
 }
 
-/// A signal that a formula reads.
+/// A signal in a formula.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Used {
-    /// As the formula writes it.
+    /// Its name as in the formula.
     pub name: String,
-    /// The caller's number for it, as [`Signals`] gave it.
+    /// The caller's number for it, as returned by [`Signals`].
     pub index: usize,
 }
 
-/// True or false at a moment.
+/// A part of a formula that is true or false at a moment.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Condition {
     Compare(Comparator, Number, Number, Width),
-    /// Apart by no more than the last; with `false` by more.
+    /// With `true`, the numbers differ by at most the last; with `false`, by more.
     Near(bool, Number, Number, Number, Width),
     Changes(Number, Width),
     Rises(Box<Condition>),
@@ -53,12 +53,12 @@ pub(crate) enum Comparator {
     NotEqual,
 }
 
-/// How far what is compared can be apart, in the unit of the comparison: what its robustness is a share of. 1 where nobody
-/// knows.
+/// The largest possible distance of the compared numbers, in the unit of the comparison. Robustness is a share of it. 1
+/// if unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Width(pub(crate) f64);
 
-/// Nanoseconds from now, before or after; without an end it is to the start of the run.
+/// Nanoseconds from now, ahead or back; without an end it reaches to the start of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Interval {
     pub(crate) from: i64,
@@ -66,26 +66,26 @@ pub(crate) struct Interval {
 }
 
 impl Formula {
-    /// Reads a formula whose signals are among `signals`. The language is in the head of the crate.
+    /// Parses a formula whose signals are among `signals`. The head of the crate describes the language.
     ///
     /// # Errors
     ///
-    /// The first [`Mistake`], with its place.
+    /// The first [`Mistake`], with its position.
     pub fn parse(text: &str, signals: &dyn Signals) -> Result<Self, Mistake> {
         parse::parse(text, signals)
     }
 
-    /// The text that it was read from.
+    /// The source text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The signals that it reads. An update of any other changes nothing.
+    /// The signals in the formula. An update of any other signal changes nothing.
     pub fn signals(&self) -> &[Used] {
         &self.signals
     }
 
-    /// How far it looks ahead: so long after a moment its truth then is final.
+    /// How far it looks ahead: the truth of a moment is final this long after it.
     pub fn horizon(&self) -> Span {
         Span::from_nanos(self.condition.horizon())
     }
@@ -128,7 +128,7 @@ impl Comparator {
     }
 }
 
-/// How far two numbers are apart. Equal infinities are not apart at all.
+/// The distance of two numbers. Equal infinities have distance zero.
 pub(crate) fn distance(left: f64, right: f64) -> f64 {
     if left == right { 0.0 } else { (left - right).abs() }
 }

@@ -1,13 +1,13 @@
-//! What the signals were, for as long as a moment's truth is open.
+//! Past values of the signals, kept while a moment's truth is open.
 
 use std::collections::VecDeque;
 
-/// The values of the signals at moments in their order, until the next.
+/// The values of the signals at moments in order; each holds until the next.
 #[derive(Debug, Clone)]
 pub(crate) struct History {
     width: usize,
     times: VecDeque<i64>,
-    /// `width` of them for each time.
+    /// `width` values for each time.
     values: VecDeque<f64>,
 }
 
@@ -27,7 +27,7 @@ impl History {
         self.values.extend(values);
     }
 
-    /// Nobody asks for moments before `at` again.
+    /// Drops what is only needed for moments before `at`.
     pub(crate) fn forget_before(&mut self, at: i64) {
         while self.times.get(1).is_some_and(|next| *next <= at) {
             self.times.pop_front();
@@ -35,7 +35,7 @@ impl History {
         }
     }
 
-    /// The values at `at`, in the order of the slots.
+    /// The values at `at`, in slot order.
     pub(crate) fn at(&self, at: i64) -> impl Iterator<Item = f64> {
         let found = self.times.partition_point(|time| *time <= at).saturating_sub(1);
         self.values.iter().skip(found * self.width).take(self.width).copied()

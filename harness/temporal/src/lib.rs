@@ -1,4 +1,4 @@
-//! Signal temporal logic over the signals of a bus, as a plan writes it, judged while a run goes.
+//! Signal temporal logic over the signals of a bus, in the notation of plans, evaluated during a run.
 //!
 //! ```text
 //! cells.VoltageMax > 4.25 V -> within 100 ms: manager.ContactorCommand == 0
@@ -36,46 +36,48 @@
 //! signal      = letters, digits, "_" and "."               node.Message.Signal, node.Signal, Signal
 //! ```
 //!
-//! A colon reaches as far to the right as it can: to a closing parenthesis, a `->` or the end. What could be
-//! read in two ways is refused: `->` behind what a colon reaches, and `and` or `or` beside an `until` without
-//! parentheses. What looks ahead says how far, up to an hour: `until`, `always` and `eventually` have a window.
-//! The past has no such bound: `once`, `historically` and `since` go back to the start of the run without one.
+//! A colon extends as far to the right as possible: to a closing parenthesis, a `->` or the end. Ambiguous text is
+//! rejected: `->` after the scope of a colon, and `and` or `or` beside an `until` without parentheses. Operators that
+//! look ahead have a bound of at most an hour: `until`, `always` and `eventually` have a window. Operators on the past
+//! need none: `once`, `historically` and `since` without a window go back to the start of the run.
 //!
-//! Units are checked. A number with a unit is converted to that of the signal beside it (`4250 mV` to V,
-//! `50 km/h` to m/s), a bare one has it already. Signals of different units are converted where their kind is
-//! the same, and products and quotients have the unit that follows. A unit that no table knows fits itself. A
-//! number with a unit beside a signal without one is a mistake.
+//! Units are checked. A number with a unit is converted to that of the signal beside it (`4250 mV` to V, `50 km/h` to
+//! m/s); a bare number is taken in the signal's unit. Signals with different units of the same dimension are converted,
+//! and products and quotients have the resulting unit. An unknown unit matches only itself. A number with a unit beside
+//! a signal without one is a mistake.
 //!
-//! `Status.Counter follows` is true from a message whose counter follows that of the message before to the next, and
-//! `Status.Crc fits` where the checksum is that of the message. The caller says which signals are that.
+//! `Status.Counter follows` is true from a message whose counter continues that of the previous message until the next
+//! message; `Status.Crc fits` likewise, if the checksum matches the message. The caller knows which signals are
+//! counters and checksums.
 //!
-//! # What it means
+//! # Semantics
 //!
-//! A formula is true or false at every moment, with a robustness: how far the signals could move before that
-//! changes. `x > c` is `x - c`, `==` is `-|x - c|`, each as a share of how far the two can be apart by the ranges of their
-//! signals ([`Signal::range`]; without one in their unit), so that volts and revolutions are weighed alike. `and` and
-//! `always` take the least, `or` and `eventually` the greatest, `not` changes the sign. Truth is decided beside it: at a
-//! robustness of zero `x >= c` holds and `x > c` does not.
+//! A formula is true or false at every moment, with a robustness: how far the signals could move before its truth
+//! changes. `x > c` has robustness `x - c`, `==` has `-|x - c|`, each as a share of the largest possible distance by
+//! the ranges of the signals ([`Signal::range`]; in their unit without one), so that volts and revolutions have equal
+//! weight. `and` and `always` take the minimum, `or` and `eventually` the maximum, and `not` inverts the sign. Truth is
+//! decided separately: at a robustness of zero `x >= c` holds and `x > c` does not.
 //!
-//! * **Time** is whole nanoseconds. A signal keeps its value until the next update; of several at one moment the
-//!   last counts. Windows are closed: `within 100 ms` includes the moment 100 ms later. `rises(p)` is true at
-//!   the one nanosecond at which `p` is true and was not just before; `changes(x)` likewise, by how far.
-//! * **`p until [a, b] q`**: `q` holds at some moment of the window, and `p` at every moment from now until just
-//!   before it. `p since q`: `q` held at some moment, and `p` at every one after it until now.
-//! * **Unknown** is a third truth (Kleene's): a comparison is unknown while a signal in it has no value, not yet
-//!   or because its reading is not a number. `and` with something false is false nevertheless, and so on. What
-//!   is unknown is not judged.
-//! * **The start.** For `once`, `historically` and the right side of `since` the run begins when that is first
-//!   known: earlier moments do not exist. At some moment of none is false, at every moment of none is true.
-//! * **The end.** What follows the run is unknown. A moment whose truth hangs on that is *open*: no violation.
+//! * **Time** is in whole nanoseconds. A signal keeps its value until the next update; of several at one moment the
+//!   last counts. Windows are closed: `within 100 ms` includes the moment 100 ms later. `rises(p)` is true at the
+//!   single nanosecond at which `p` is true and was not just before; `changes(x)` likewise, with the size of the change
+//!   as robustness.
+//! * **`p until [a, b] q`**: `q` holds at some moment of the window, and `p` at every moment from now until just before
+//!   it. `p since q`: `q` held at some moment, and `p` at every later moment until now.
+//! * **Unknown** is a third truth value (Kleene): a comparison is unknown while one of its signals has no value, either
+//!   not yet or because its reading is NaN. `and` with a false operand is still false, and so on. Unknown moments are
+//!   not judged.
+//! * **The start.** For `once`, `historically` and the right side of `since` the run begins when their operand is first
+//!   known: earlier moments do not exist. "At some moment" of an empty set is false, "at every moment" of an empty set
+//!   is true.
+//! * **The end.** Everything after the run is unknown. A moment whose truth depends on that is *open*: not a violation.
 //!
-//! # What to use
+//! # Use
 //!
-//! [`Formula::parse`] reads a formula, with [`Signals`] to find its signals and [`Mistake`] to say what is wrong
-//! where. [`Monitor`] judges it at every moment and gives a [`Verdict`]. [`Evaluator`] gives the truth itself
-//! over time. [`Reaction`] measures how long an answer takes. All of them take updates in the order of time and
-//! keep what changed within the formula's horizon, and no more: an update costs the same however long the
-//! windows are, on average.
+//! [`Formula::parse`] parses a formula; [`Signals`] resolves its signals, and a [`Mistake`] describes an error and its
+//! position. [`Monitor`] judges the formula at every moment and gives a [`Verdict`]. [`Evaluator`] gives the truth over
+//! time. [`Reaction`] measures response times. All of them take updates in time order and store only the changes within
+//! the formula's horizon. The mean cost of an update does not depend on the length of the windows.
 //!
 //! # Sources
 //!

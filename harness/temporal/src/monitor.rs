@@ -1,4 +1,4 @@
-//! A formula that is to hold at every moment of a run.
+//! Monitors a formula that must hold at every moment of a run.
 
 use crate::evaluator::{Evaluator, Stretch};
 use crate::formula::Formula;
@@ -6,7 +6,7 @@ use crate::history::History;
 use crate::verdict::{Verdict, Violation};
 use wire::time::{Span, Timestamp};
 
-/// Judges a formula at every moment while a run goes.
+/// Judges a formula at every moment during a run.
 ///
 /// ```
 /// use temporal::{Formula, Monitor, NotFound, Signal, Signals};
@@ -44,7 +44,7 @@ pub struct Monitor {
     last: Option<Last>,
 }
 
-/// What the moments before were.
+/// The truth of the previous moments.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Last {
     False,
@@ -53,44 +53,44 @@ enum Last {
 }
 
 impl Monitor {
-    /// Judges `formula` from the first update on.
+    /// A monitor of `formula`, starting with the first update.
     pub fn new(formula: Formula) -> Self {
         let mut evaluator = Evaluator::new(&formula);
         evaluator.history = Some(History::new(formula.signals.len()));
         Self { formula, evaluator, verdict: Verdict::new(), last: None }
     }
 
-    /// What it judges.
+    /// The monitored formula.
     pub fn formula(&self) -> &Formula {
         &self.formula
     }
 
-    /// As [`Evaluator::update`].
+    /// See [`Evaluator::update`].
     pub fn update(&mut self, time: Timestamp, values: &[(usize, f64)]) {
         self.evaluator.update(time, values);
         self.judge();
     }
 
-    /// As [`Evaluator::advance`]. What looks ahead is judged when its horizon is over, and only an update that
-    /// the formula reads tells that time has passed: where none may come for long, this does.
+    /// See [`Evaluator::advance`]. A formula that looks ahead is judged when its horizon is over. Only updates of its
+    /// signals advance time; call this when no update may come for long.
     pub fn advance(&mut self, time: Timestamp) {
         self.evaluator.advance(time);
         self.judge();
     }
 
-    /// What is said so far, of the moments that are final.
+    /// The verdict so far, on the moments that are final.
     pub fn verdict(&self) -> &Verdict {
         &self.verdict
     }
 
-    /// What would be said if the run ended at `time`. This tells a violation as soon as nothing can mend it,
-    /// which may be before its horizon is over; it costs a copy of the monitor.
+    /// The verdict if the run ended at `time`. It contains a violation as soon as nothing can avert it, possibly before
+    /// the horizon is over. Copies the monitor.
     pub fn preview(&self, time: Timestamp) -> Verdict {
         self.clone().finish(time)
     }
 
-    /// The run ends at `time`. What follows it is unknown: a moment whose truth depends on that is open,
-    /// neither a violation nor judged.
+    /// Ends the run at `time`. Everything after it is unknown: a moment whose truth depends on that is open, neither a
+    /// violation nor judged.
     pub fn finish(mut self, time: Timestamp) -> Verdict {
         self.evaluator.finish(time);
         self.judge();
@@ -138,7 +138,7 @@ impl Monitor {
     }
 
     fn unknown(&mut self, stretch: Stretch) {
-        // From here on the horizon reaches beyond the end.
+        // From here on the horizon extends beyond the end.
         let open = self
             .evaluator
             .end()

@@ -1,4 +1,4 @@
-//! A condition as operators with streams between them.
+//! A condition as a network of operators connected by streams.
 
 use crate::formula::{Comparator, Condition, Interval, Width, distance};
 use crate::number::Number;
@@ -6,14 +6,14 @@ use crate::operators::{Edge, Join, Reach, Until, Window};
 use crate::stream::Stream;
 use crate::truth::Truth;
 
-/// Operators, operands before what takes them, and the stream that each makes.
+/// Operators, each after its operands, and the output stream of each.
 #[derive(Debug, Clone)]
 pub(crate) struct Network {
     nodes: Vec<Node>,
     streams: Vec<Stream>,
 }
 
-/// An operator; a number is the node that is its operand, and each is the operand of one node alone.
+/// An operator. Numbers are indices of its operands; each node is the operand of at most one other.
 #[derive(Debug, Clone)]
 enum Node {
     Compare(Comparator, Number, Number, Width),
@@ -26,11 +26,11 @@ enum Node {
     Until(usize, usize, Box<Until>),
 }
 
-/// What `changes` keeps.
+/// State of `changes`.
 #[derive(Debug, Clone)]
 struct Change {
     last: f64,
-    /// When the nanosecond of the last change is over, and what is true then.
+    /// When the nanosecond of the last change ends, and the truth during it.
     over: Option<(i64, Truth)>,
 }
 
@@ -41,12 +41,12 @@ impl Network {
         network
     }
 
-    /// The run starts at `at`.
+    /// Starts the run at `at`.
     pub(crate) fn start(&mut self, at: i64) {
         self.streams.iter_mut().for_each(|stream| stream.start(at));
     }
 
-    /// What the whole condition is.
+    /// The stream of the whole condition.
     pub(crate) fn root(&mut self) -> &mut Stream {
         let root = self.streams.len() - 1;
         &mut self.streams[root]
@@ -86,7 +86,7 @@ impl Network {
         self.nodes.len() - 1
     }
 
-    /// How far the comparison that decides is from changing, in its unit.
+    /// The distance of the deciding comparison from changing, in its unit.
     pub(crate) fn distance(&self, truth: Truth) -> Option<f64> {
         let width = match self.nodes.get(truth.comparison()) {
             Some(Node::Compare(.., width) | Node::Near(.., width) | Node::Changes(.., width)) => {
@@ -182,7 +182,7 @@ impl Interval {
     }
 }
 
-/// Two streams of one slice, the first before the second.
+/// Two streams of a slice; `first` is before `second`.
 fn pair(streams: &mut [Stream], first: usize, second: usize) -> (&mut Stream, &mut Stream) {
     let (left, right) = streams.split_at_mut(second);
     (&mut left[first], &mut right[0])

@@ -1,6 +1,6 @@
-//! Arithmetic over the signals' present values.
+//! Arithmetic on the current values of the signals.
 
-/// An expression with a number as its value, not a number while a signal in it has none.
+/// An expression with a numeric value; NaN while one of its signals has no value.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Number {
     Constant(f64),
@@ -8,7 +8,7 @@ pub(crate) enum Number {
     Slot(usize),
     Negate(Box<Number>),
     Abs(Box<Number>),
-    /// In another unit: times the factor, times ten to the power.
+    /// Conversion to another unit: the factor and the power of ten.
     Scale(Box<Number>, f64, i32),
     Binary(Binary, Box<Number>, Box<Number>),
 }
@@ -37,8 +37,8 @@ impl Number {
         }
     }
 
-    /// The least and the greatest that it can be, by the ranges of the signals, as if each were there by itself; `None`
-    /// where one is not known.
+    /// Smallest and largest possible value by interval arithmetic, as if all operands were independent; `None` if the
+    /// range of a signal is unknown.
     pub(crate) fn range(&self, of: &dyn Fn(usize) -> Option<(f64, f64)>) -> Option<(f64, f64)> {
         Some(match self {
             Self::Constant(value) => (*value, *value),
@@ -84,7 +84,7 @@ impl Number {
 }
 
 impl Binary {
-    /// What it can be, of operands that can be so much. Over a range with zero in it there is no bound.
+    /// The range of the result for these ranges of the operands. Division by a range that contains zero is unbounded.
     pub(crate) fn range(self, (a, b): (f64, f64), (c, d): (f64, f64)) -> (f64, f64) {
         let corners = [(a, c), (a, d), (b, c), (b, d)].map(|(left, right)| self.apply(left, right));
         let is_unbounded = self == Self::Divide && c <= 0.0 && d >= 0.0;
@@ -101,7 +101,7 @@ impl Binary {
             Self::Subtract => a - b,
             Self::Multiply => a * b,
             Self::Divide => a / b,
-            // Those of the standard library hide what is not a number.
+            // `min` and `max` of the standard library hide NaN.
             Self::Min | Self::Max if a.is_nan() || b.is_nan() => f64::NAN,
             Self::Min => a.min(b),
             Self::Max => a.max(b),
@@ -109,7 +109,7 @@ impl Binary {
     }
 }
 
-/// Divides by a power of ten rather than multiply by one that no float is: 4250 mV are 4.25 V.
+/// For negative powers it divides by a power of ten, since 0.001 is no exact float: 4250 mV are 4.25 V.
 fn scale(value: f64, factor: f64, tens: i32) -> f64 {
     let value = value * factor;
     if tens < 0 { value / 10f64.powi(-tens) } else { value * 10f64.powi(tens) }

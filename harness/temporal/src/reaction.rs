@@ -1,19 +1,19 @@
-//! How long an answer takes.
+//! Measurement of response times.
 
 use crate::evaluator::{Evaluator, Stretch};
 use crate::formula::Formula;
 use std::collections::VecDeque;
 use wire::time::{Span, Timestamp};
 
-/// Measures from each moment at which one formula becomes true to the next at which another is true.
+/// Measures the time from each moment at which one formula becomes true to the next at which another is true.
 ///
-/// An answer that is true already takes no time. A formula that was unknown just before does not become
-/// true. Questions that wait for the same answer each get theirs.
+/// A response that is already true takes no time. A formula that was unknown just before does not become true. Several
+/// triggers that wait for the same response each get their own measurement.
 #[derive(Debug, Clone)]
 pub struct Reaction {
     from: Evaluator,
     to: Evaluator,
-    /// What each of the two is next, as far as that is final.
+    /// The next stretch of each formula, as far as final.
     asked: Option<Stretch>,
     met: Option<Stretch>,
     was_false: bool,
@@ -23,18 +23,18 @@ pub struct Reaction {
     dropped: u64,
 }
 
-/// A question that was answered.
+/// A measured response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Answer {
-    /// When it was asked.
+    /// Time of the trigger.
     pub asked: Timestamp,
-    /// How long the answer took.
+    /// Response time.
     pub after: Span,
 }
 
 impl Reaction {
-    /// Measures from where `from` becomes true to where `to` is true. Both read the same signals by the same
-    /// numbers. At most `capacity` questions wait for their answer, and as many answers for the caller.
+    /// Measures from the moment `from` becomes true to the moment `to` is true. Both read the same signals under the
+    /// same numbers. At most `capacity` triggers wait for a response, and as many results wait for the caller.
     pub fn new(from: &Formula, to: &Formula, capacity: usize) -> Self {
         Self {
             from: Evaluator::new(from),
@@ -49,7 +49,7 @@ impl Reaction {
         }
     }
 
-    /// As [`Evaluator::update`].
+    /// See [`Evaluator::update`].
     pub fn update(&mut self, time: Timestamp, values: &[(usize, f64)]) {
         if !self.from.reads(values) && !self.to.reads(values) {
             return;
@@ -61,41 +61,41 @@ impl Reaction {
         self.measure();
     }
 
-    /// As [`Evaluator::advance`].
+    /// See [`Evaluator::advance`].
     pub fn advance(&mut self, time: Timestamp) {
         self.from.advance(time);
         self.to.advance(time);
         self.measure();
     }
 
-    /// The run ends at `time`.
+    /// Ends the run at `time`.
     pub fn finish(&mut self, time: Timestamp) {
         self.from.finish(time);
         self.to.finish(time);
         self.measure();
     }
 
-    /// The next answer, by the time of its question.
+    /// The next result, in the order of the triggers.
     pub fn take(&mut self) -> Option<Answer> {
         self.answers.pop_front()
     }
 
-    /// When the questions were asked that have no answer so far; after [`Self::finish`] those that never got one.
+    /// Times of the triggers without a response so far; after [`Self::finish`], of those that never got one.
     pub fn waiting(&self) -> impl Iterator<Item = Timestamp> {
         self.waiting.iter().copied()
     }
 
-    /// Questions without an answer so far; after [`Self::finish`] those that never got one.
+    /// Number of triggers without a response so far; after [`Self::finish`], of those that never got one.
     pub fn unanswered(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Questions that were not measured and answers that nobody took, since there was no place for them.
+    /// Number of triggers not measured and results not taken, for lack of space.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Walks along both formulas together, as far as both are final. Both begin at the same moment.
+    /// Processes both formulas together as far as both are final. Both begin at the same moment.
     fn measure(&mut self) {
         loop {
             self.asked = self.asked.or_else(|| self.from.take());
@@ -110,7 +110,7 @@ impl Reaction {
         }
     }
 
-    /// The first moment of the stretch may be one at which the question is asked.
+    /// Registers a trigger if the formula becomes true at the first moment of the stretch.
     fn ask(&mut self, stretch: Stretch) {
         let holds = stretch.truth.holds();
         if holds == Some(true) && self.was_false {
@@ -134,7 +134,7 @@ impl Reaction {
     }
 }
 
-/// What is left of a stretch from `to` on.
+/// The rest of a stretch from `to` on.
 fn behind(stretch: Stretch, to: Timestamp) -> Option<Stretch> {
     (to < stretch.to).then_some(Stretch { from: to, ..stretch })
 }

@@ -1,19 +1,19 @@
-//! Where a formula finds its signals: the caller knows them.
+//! Resolution of the signals of a formula by the caller.
 
 /// The signals that a formula may name.
 pub trait Signals {
-    /// The signal of this name: `node.Message.Signal`, `node.Signal` or `Signal`, as the caller likes.
+    /// Finds the signal with this name: `node.Message.Signal`, `node.Signal` or `Signal`, in the caller's notation.
     ///
     /// # Errors
     ///
-    /// Why there is none. [`NotFound::unknown`] and [`NotFound::ambiguous`] say it as other mistakes do.
+    /// If there is no such signal. [`NotFound::unknown`] and [`NotFound::ambiguous`] word it like other mistakes.
     fn find(&self, name: &str) -> Result<Signal, NotFound>;
 
-    /// A number that is 1 while this signal of protected messages is right, and 0 while it is not.
+    /// A number that is 1 while this counter or checksum of protected messages is right, and 0 otherwise.
     ///
     /// # Errors
     ///
-    /// Why there is none: the signal is unknown, or protects nothing in this way.
+    /// If the signal is unknown, or does not protect its message in this way.
     fn protecting(&self, name: &str, how: Protecting) -> Result<Signal, NotFound> {
         self.find(name)?;
         let what = how.word();
@@ -21,17 +21,17 @@ pub trait Signals {
     }
 }
 
-/// How a signal protects its message.
+/// The way a signal protects its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protecting {
-    /// It is a counter, that follows the one before.
+    /// A counter that continues the previous one.
     Follows,
-    /// It is a checksum, that fits its message.
+    /// A checksum that matches its message.
     Fits,
 }
 
 impl Protecting {
-    /// As a formula has it.
+    /// Keyword in a formula.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Follows => "follows",
@@ -40,49 +40,49 @@ impl Protecting {
     }
 }
 
-/// What a formula must know of a signal.
+/// The properties of a signal that a formula needs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Signal {
-    /// The caller's number for it; updates name it so.
+    /// The caller's number for it, used in updates.
     pub index: usize,
     /// Its unit, such as `V`, `degC` or `km/h`; empty if it is a plain number.
     pub unit: String,
-    /// Values that have a name, as the value table of a DBC gives them.
+    /// Named values, as in the value table of a DBC.
     pub names: Vec<(String, f64)>,
-    /// The least and the greatest value that it can have, if that is known: a robustness is a share of that.
+    /// Its smallest and largest possible value, if known; robustness is a share of the range.
     pub range: Option<(f64, f64)>,
 }
 
-/// Why a name is no signal's.
+/// Why no signal was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotFound {
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What to write instead.
+    /// How to correct it.
     pub help: Option<String>,
 }
 
 impl NotFound {
-    /// There is no signal `name`; the help proposes the nearest of `known`.
+    /// No signal is named `name`; the help proposes the nearest of `known`.
     pub fn unknown<S: AsRef<str>>(name: &str, known: &[S]) -> Self {
         Self { message: format!("no signal `{name}`"), help: Some(proposal(name, known)) }
     }
 
-    /// `name` may be any of `candidates`, which are written in full.
+    /// `name` may mean any of `candidates`, given as full names.
     pub fn ambiguous<S: AsRef<str>>(name: &str, candidates: &[S]) -> Self {
         let help = format!("write {}", listed(candidates, " or "));
         Self { message: format!("`{name}` may be several signals"), help: Some(help) }
     }
 }
 
-/// Likeness (Jaro-Winkler, 0 to 1) from which on a name is proposed. Assumption: one or two slips of the
-/// finger are above it, another word is below.
+/// Minimum similarity (Jaro-Winkler, 0 to 1) for proposing a name. Assumption: one or two typing errors are above it, a
+/// different word is below.
 const LIKENESS_MIN: f64 = 0.8;
 
-/// So many names are listed where none is near; a bus has hundreds.
+/// Number of names listed if none is similar; a bus has hundreds.
 const LISTED_MAX: usize = 8;
 
-/// "did you mean ...?" where a name is near, and else those that are known.
+/// "did you mean ...?" if a name is similar, otherwise the list of known names.
 pub(crate) fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
     let folded = wrong.to_lowercase();
     let mut best = (LIKENESS_MIN, None);

@@ -1,9 +1,9 @@
-//! Truth over time as it becomes known: steps, each with the moment from which it holds.
+//! Truth over time as it becomes known: steps, each with its first moment.
 
 use crate::truth::Truth;
 use std::collections::VecDeque;
 
-/// From `at` on, until the next step.
+/// A truth that holds from `at` until the next step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Step {
     pub(crate) at: i64,
@@ -12,12 +12,12 @@ pub(crate) struct Step {
 
 /// Steps between the operator that makes them and the one that takes them.
 ///
-/// Unknown before the first step. Equal neighbours are one step, so what does not change costs nothing.
+/// Unknown before the first step. Equal neighbours are merged, so a constant costs nothing.
 #[derive(Debug, Clone)]
 pub(crate) struct Stream {
     steps: VecDeque<Step>,
     last: Truth,
-    /// The start of the run: there is nothing before.
+    /// The start of the run; nothing exists before it.
     start: i64,
     /// Every moment before this one is final.
     known: i64,
@@ -28,12 +28,12 @@ impl Stream {
         Self { steps: VecDeque::new(), last: Truth::UNKNOWN, start: i64::MIN, known: i64::MIN }
     }
 
-    /// The run starts at `at`.
+    /// Starts the run at `at`.
     pub(crate) fn start(&mut self, at: i64) {
         self.start = at;
     }
 
-    /// The moment behind the last that is final.
+    /// The moment after the last final one.
     pub(crate) fn known(&self) -> i64 {
         self.known
     }
@@ -42,8 +42,8 @@ impl Stream {
         self.known = self.known.max(until);
     }
 
-    /// Each `at` is later than the one before. What looks ahead tells of moments before the run as well; of
-    /// these the last is what the run starts with.
+    /// Appends a step; each `at` is later than the previous one. Operators that look ahead also produce moments before
+    /// the run; the last of these is the value at its start.
     pub(crate) fn push(&mut self, at: i64, truth: Truth) {
         let at = at.max(self.start);
         if self.steps.back().is_some_and(|step| step.at == at) {
@@ -58,24 +58,24 @@ impl Stream {
         self.steps.push_back(Step { at, truth });
     }
 
-    /// When the next step is, if it is final.
+    /// When the next step is, if final.
     pub(crate) fn next_at(&self) -> Option<i64> {
         self.steps.front().map(|step| step.at).filter(|at| *at < self.known)
     }
 
-    /// Takes the next step, if it is final.
+    /// Takes the next step, if final.
     pub(crate) fn pop(&mut self) -> Option<Step> {
         self.next_at().and_then(|_| self.steps.pop_front())
     }
 
-    /// Takes the next step, if it is at `at`.
+    /// Takes the next step if it is at `at`.
     pub(crate) fn pop_at(&mut self, at: i64) -> Option<Truth> {
         (self.next_at() == Some(at))
             .then(|| self.steps.pop_front().map(|step| step.truth))
             .flatten()
     }
 
-    /// Takes all that is final.
+    /// Takes all final steps.
     pub(crate) fn pour(&mut self, mut into: impl FnMut(Step)) {
         while let Some(step) = self.pop() {
             into(step);

@@ -1,67 +1,67 @@
-//! Whether a formula holds and by how much, in one ordered number.
+//! Truth and robustness of a formula in one ordered number.
 
 use std::cmp::Ordering;
 use std::fmt;
 use std::ops::Neg;
 
-/// What a formula is at one moment: false, unknown or true, and by which margin.
+/// Truth of a formula at one moment: false, unknown or true, with a margin.
 ///
-/// The margin is the robustness of Donzé & Maler (2010): how far the signals could move before the
-/// formula changes, as a share of the range of what is compared. Truths are ordered: false by much, false by
-/// little, unknown, true by little, true by much. `and` is the least, `or` the greatest, `not` the mirror
-/// image. So a formula whose margin is zero is still either true (`x >= 4` at 4) or false (`x > 4` at 4).
+/// The margin is the robustness of Donzé & Maler (2010): how far the signals could move before the formula changes, as
+/// a share of the range of the comparison. Truths are ordered: clearly false, just false, unknown, just true, clearly
+/// true. `and` is the minimum, `or` the maximum, `not` the mirror image. So a formula with margin zero is still either
+/// true (`x >= 4` at 4) or false (`x > 4` at 4).
 ///
-/// Where one operand is unknown and the other decides, the margin is that of the one that decides: a bound
-/// that the unknown one could only make larger.
+/// If one operand is unknown and the other decides, the margin is that of the deciding operand: a lower bound, since
+/// the unknown one could only increase it.
 #[derive(Clone, Copy)]
 pub struct Truth {
     rank: i64,
-    /// The comparison that decides, by the caller's number. Of equals it may be either.
+    /// The deciding comparison, by its number. With equal margins it may be either.
     comparison: usize,
 }
 
 impl Truth {
     /// Neither true nor false: a signal has no value.
     pub const UNKNOWN: Self = Self::ranked(0);
-    /// True whatever the signals do: "all" of nothing.
+    /// True whatever the signals do: "at every moment" of an empty set.
     pub const TRUE: Self = Self::ranked(f64::INFINITY.to_bits() as i64 + 1);
-    /// False whatever the signals do: "one" of nothing.
+    /// False whatever the signals do: "at some moment" of an empty set.
     pub const FALSE: Self = Self::ranked(-(f64::INFINITY.to_bits() as i64 + 1));
 
     const fn ranked(rank: i64) -> Self {
         Self { rank, comparison: 0 }
     }
 
-    /// True or false by `distance`, which counts without its sign; unknown where it is not a number.
+    /// True or false with the absolute value of `distance` as margin; unknown if it is NaN.
     pub fn new(holds: bool, distance: f64) -> Self {
         if distance.is_nan() {
             return Self::UNKNOWN;
         }
-        // The bits of positive floats are ordered as the floats are.
+        // The bits of positive floats have the same order as the floats.
         let rank = distance.abs().to_bits() as i64 + 1;
         Self::ranked(if holds { rank } else { -rank })
     }
 
-    /// The same, decided by this comparison.
+    /// The same truth, decided by this comparison.
     pub(crate) const fn by(self, comparison: usize) -> Self {
         Self { comparison, ..self }
     }
 
-    /// The comparison that decides.
+    /// The deciding comparison.
     pub(crate) const fn comparison(self) -> usize {
         self.comparison
     }
 
-    /// Whether it holds; `None` while it is unknown.
+    /// Whether it holds; `None` if unknown.
     pub fn holds(self) -> Option<bool> {
         (self != Self::UNKNOWN).then_some(self.rank > 0)
     }
 
-    /// The robustness: positive or zero where it holds, negative or zero where it does not.
+    /// The robustness: positive or zero if it holds, otherwise negative or zero.
     pub fn robustness(self) -> Option<f64> {
         let holds = self.holds()?;
         let distance = f64::from_bits(self.rank.unsigned_abs() - 1);
-        // Zero has no sign for who reads it.
+        // No negative zero in the result.
         Some(if holds || distance == 0.0 { distance } else { -distance })
     }
 

@@ -1,12 +1,12 @@
-//! Units: which numbers may be compared, and by which factor.
+//! Units: which numbers are comparable, and the conversion factors.
 
-/// A unit by its dimension and its size.
+/// A unit: its dimension and its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Unit {
-    /// Exponents of metre, kilogram, second, ampere, kelvin, degree Celsius and radian. A temperature in
-    /// degC has another zero than one in K: no factor leads from one to the other.
+    /// Exponents of metre, kilogram, second, ampere, kelvin, degree Celsius and radian. Degree Celsius is separate from
+    /// kelvin because its zero differs: no factor converts one into the other.
     dimension: [i8; 7],
-    /// Its size in these is `factor` times ten to the power of `tens`.
+    /// Its size in base units is `factor` times ten to the power of `tens`.
     factor: f64,
     tens: i32,
 }
@@ -26,7 +26,7 @@ const FARAD: [i8; 7] = [-2, -1, 4, 2, 0, 0, 0];
 const HENRY: [i8; 7] = [2, 1, -2, -2, 0, 0, 0];
 const TESLA: [i8; 7] = [0, 1, -2, -1, 0, 0, 0];
 
-/// Those that take a prefix of the SI. The size of the kilogram is that of a thousand grams.
+/// Units that take an SI prefix. The kilogram has the size of a thousand grams.
 const PREFIXED: [(&str, [i8; 7], f64, i32); 24] = [
     ("m", [1, 0, 0, 0, 0, 0, 0], 1.0, 0),
     ("g", [0, 1, 0, 0, 0, 0, 0], 1.0, -3),
@@ -54,7 +54,7 @@ const PREFIXED: [(&str, [i8; 7], f64, i32); 24] = [
     ("T", TESLA, 1.0, 0),
 ];
 
-/// `µ` is two characters in Unicode that look alike.
+/// Unicode has two characters for `µ` that look alike.
 const PREFIXES: [(&str, i32); 10] = [
     ("", 0),
     ("n", -9),
@@ -71,7 +71,7 @@ const PREFIXES: [(&str, i32); 10] = [
 const CELSIUS: [i8; 7] = [0, 0, 0, 0, 0, 1, 0];
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Those that do not.
+/// Units without prefixes.
 const ALONE: [(&str, [i8; 7], f64, i32); 21] = [
     ("min", SECOND, 60.0, 0),
     ("h", SECOND, 36.0, 2),
@@ -97,7 +97,7 @@ const ALONE: [(&str, [i8; 7], f64, i32); 21] = [
 ];
 
 impl Unit {
-    /// The unit that is written so, if it is a known one: `mV`, `km/h`, `m/s^2`.
+    /// The unit with this notation, if known: `mV`, `km/h`, `m/s^2`.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let mut parts = text.split('/');
         let mut unit = Self::single(parts.next()?)?;
@@ -128,7 +128,7 @@ impl Unit {
         Some(Self { factor, tens: self.tens - other.tens, dimension: self.exponents(other, -1)? })
     }
 
-    /// None where an exponent is beyond counting.
+    /// `None` if an exponent overflows.
     fn exponents(self, other: Self, sign: i8) -> Option<[i8; 7]> {
         let mut dimension = self.dimension;
         for (mine, theirs) in dimension.iter_mut().zip(other.dimension) {
@@ -137,14 +137,13 @@ impl Unit {
         Some(dimension)
     }
 
-    /// What a number in `self` is multiplied by to be in `other`, a factor and a power of ten, if both are
-    /// of one kind.
+    /// The factor and power of ten that convert a number in `self` to `other`, if they have the same dimension.
     pub(crate) fn in_terms_of(self, other: Self) -> Option<(f64, i32)> {
         let factor = if self.factor == other.factor { 1.0 } else { self.factor / other.factor };
         (self.dimension == other.dimension).then_some((factor, self.tens - other.tens))
     }
 
-    /// Of no dimension, and one is one.
+    /// The dimensionless unit one.
     pub(crate) fn one() -> Self {
         Self { dimension: NONE, factor: 1.0, tens: 0 }
     }

@@ -1,43 +1,42 @@
-//! What is said of a formula at the end of a run.
+//! The verdict on a formula at the end of a run.
 
 use wire::time::{Span, Timestamp};
 
 /// Whether a formula held at every moment that could be judged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// At no moment was it false. With nothing judged this is true too: look at `judged`.
+    /// It was never false. Also true if nothing was judged: see `judged`.
     pub holds: bool,
-    /// The least robustness of all judged moments, as a share of the range of what is compared there, or in its unit
-    /// where no range is known; positive infinity where nothing was judged.
+    /// The smallest robustness of all judged moments, as a share of the range of the comparison, or in its unit if no
+    /// range is known; positive infinity if nothing was judged.
     pub robustness: f64,
-    /// The first moment of that robustness.
+    /// The first moment with that robustness.
     pub worst: Option<Timestamp>,
-    /// For how long the formula was true or false.
+    /// Total time during which the formula was true or false.
     pub judged: Span,
-    /// For how long it was neither, since a signal had no value.
+    /// Total time during which it was neither, because a signal had no value.
     pub unknown: Span,
-    /// Stretches of moments that the end of the run left open: what was to follow may still have come.
+    /// Number of stretches that the end of the run left open: the expected response might still have come.
     pub open: u64,
-    /// Stretches of moments at which it was false. An edge is one moment, so with
-    /// `rises(...) -> ...` it is the number of edges.
+    /// Number of stretches during which it was false. An edge is one moment, so with `rises(...) -> ...` it is the
+    /// number of edges.
     pub violations: u64,
-    /// For how long it was false.
+    /// Total time during which it was false.
     pub violated: Span,
-    /// The first of them.
+    /// The first violation.
     pub first_violation: Option<Violation>,
 }
 
 /// A moment at which a formula was false.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violation {
-    /// When.
+    /// Time of the violation.
     pub at: Timestamp,
-    /// When everything was over that the formula looks at from there: `at` and its horizon, or the end of
-    /// the run.
+    /// When everything that the formula looks at from there is over: `at` plus its horizon, or the end of the run.
     pub known: Timestamp,
-    /// By how much, in the unit of the comparison that decides; zero or negative.
+    /// The margin in the unit of the deciding comparison; zero or negative.
     pub distance: f64,
-    /// The signals of the formula at `at`, as the formula names them; not a number is no value.
+    /// The signals of the formula at `at`, under their names in it; NaN means no value.
     pub values: Vec<(String, f64)>,
 }
 

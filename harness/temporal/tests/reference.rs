@@ -1,4 +1,4 @@
-//! The online evaluation equals the definition, at every moment, truth and robustness alike.
+//! The online evaluation equals the definition at every moment, in truth and robustness.
 
 mod common;
 
@@ -23,7 +23,7 @@ proptest! {
         prop_assert_eq!(found, expected, "{}", form.text(1));
     }
 
-    /// Where nothing in the formula lasts a nanosecond, a step may be as long as it likes.
+    /// If nothing in the formula lasts a nanosecond, a step may have any length.
     #[test]
     fn steps_may_be_long(form in form(), trace in trace(1..30, true), step in 2..2_000_000i64) {
         prop_assume!(form.is_coarse());

@@ -1,11 +1,12 @@
-//! RTAMT (D. Nickovic, T. Yamaguchi, 2020) as the referee: its robustness is ours, on random formulas and traces.
+//! RTAMT (D. Nickovic, T. Yamaguchi, 2020) as the reference: it computes the same robustness on random formulas and
+//! traces.
 //!
-//! RTAMT evaluates offline in discrete time, a sample a step; here a step is a nanosecond, and where no operator of
-//! the formula lasts a nanosecond a millisecond as well. Compared are the samples from which the whole horizon is
-//! within the trace: behind its end RTAMT takes the neutral infinity, and here all is unknown. Before the trace an
-//! operand of `rise` is false there and unknown here. So as many samples at the start are left out as there are
-//! edges, and edges within operators of the past. RTAMT has no `changes`, and of arithmetic less (see `form.rs`). It tells
-//! no truth beside the robustness: where that is zero only the robustness is compared.
+//! RTAMT evaluates offline in discrete time, one sample per step. Here a step is a nanosecond, and, if no operator of
+//! the formula lasts a nanosecond, a millisecond as well. Only samples whose whole horizon is within the trace are
+//! compared: after its end RTAMT assumes the neutral infinity, and this crate unknown. Before the trace an operand of
+//! `rise` is false in RTAMT and unknown here, so the comparison skips as many samples at the start as there are edges,
+//! and edges within operators on the past. RTAMT has no `changes` and less arithmetic (see `form.rs`). It gives only a
+//! robustness and no separate truth: where it is zero, only the robustness is compared.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -47,7 +48,7 @@ fn is_there() -> bool {
     false
 }
 
-/// The robustness by RTAMT of each formula at each sample.
+/// RTAMT's robustness of each formula at each sample.
 fn ask(asked: &Value) -> Vec<Vec<f64>> {
     let mut child = Command::new(python())
         .arg(interop().join("rtamt_robustness.py"))
@@ -66,7 +67,7 @@ fn ask(asked: &Value) -> Vec<Vec<f64>> {
     answers.iter().map(|answer| answer.iter().map(number).collect()).collect()
 }
 
-/// Moments compared, and how many of them had a robustness that is not zero.
+/// Number of moments compared, and of those with a non-zero robustness.
 fn compare(form: &Form, truths: &[Truth], theirs: &[f64], edges: usize) -> (usize, usize) {
     let end = truths.len() - form.horizon() as usize;
     let mut decided = 0;
@@ -134,6 +135,6 @@ fn robustness_is_that_of_rtamt() {
         "{FORMULAS} formulas, {coarse} of them in milliseconds too; {moments} moments, {decided} decided: {seen:?}"
     );
     assert!(coarse > 500 && decided > 50_000, "{coarse} {decided}");
-    // Every operator that both have was there.
+    // Every operator that both support occurred.
     assert!(seen.len() == 25 && seen.values().all(|count| *count >= 50), "{seen:?}");
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use wire::time::Span;
 
-/// Passes for certain up to 2 %, and then ever less often: half of the runs at 4 %.
+/// Always passes up to 2 %, then less and less often: half of the runs at 4 %.
 struct Slope;
 
 impl Executor for Slope {
@@ -20,7 +20,7 @@ impl Executor for Slope {
     }
 }
 
-/// Runs end as this says of the severity.
+/// Runs end as this function of the severity.
 struct By(fn(f64) -> CaseResult);
 
 impl Executor for By {
@@ -50,12 +50,12 @@ fn of(name: &str) -> Fault {
 fn what_is_tolerated_lies_where_the_share_says() {
     let found = envelope(&Slope, &of("drop"), &settings(), &mut |_| true);
     let tolerated = found.tolerated.unwrap();
-    // 90 % pass at 2.4 %; so many runs tell it from 95 %, which is at 2.2 %.
+    // 90 % pass at 2.4 %; this many runs distinguish it from 95 %, which is at 2.2 %.
     assert!((1.8..2.4).contains(&tolerated), "{found:?}");
     assert!(!found.is_all);
     assert!(found.levels.windows(2).all(|pair| pair[0].severity < pair[1].severity));
     assert_eq!(found.unit, "%");
-    // What is plain takes one round, what is close all that is allowed.
+    // Clear cases take one round, close ones the maximum.
     let runs: BTreeSet<u64> = found.levels.iter().map(|level| level.runs).collect();
     assert!(runs.contains(&ROUND) && runs.contains(&200), "{runs:?}");
 }
@@ -86,7 +86,7 @@ fn what_fails_in_silence_is_told_from_what_says_so() {
         CaseResult {
             passed: severity < 1.0,
             announced: severity < 20.0,
-            // It is said, but too late.
+            // It is reported, but too late.
             violated: if (5.0..20.0).contains(&severity) { vec![late] } else { Vec::new() },
             ..CaseResult::default()
         }

@@ -1,4 +1,4 @@
-//! The rule on a bench that breaks by chance, with a known probability.
+//! The rule on a bench that breaks at random with a known probability.
 
 use super::{Repeated, Repeatedly, Repetition};
 use crate::toy::{Toy, size, space};
@@ -9,7 +9,7 @@ use record::outcome::Outcome;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Breaks `held` with a probability that the case decides.
+/// Breaks `held` with a probability that depends on the case.
 struct Flaky<F> {
     breaks: F,
     random: Mutex<ChaCha8Rng>,
@@ -56,7 +56,7 @@ fn a_rule_says_how_many_must_break_and_refuses_what_can_show_nothing() {
     }
 }
 
-/// At the share asked for, the rule is wrong no more often than it says; well above, it is nearly always right.
+/// At the requested share the rule is wrong no more often than stated; well above it, it is nearly always right.
 #[test]
 fn what_breaks_too_rarely_is_taken_for_broken_no_more_often_than_confidence_leaves() {
     const TRIES: u64 = 4_000;
@@ -71,7 +71,7 @@ fn what_breaks_too_rarely_is_taken_for_broken_no_more_often_than_confidence_leav
         }
         taken as f64 / TRIES as f64
     };
-    // Exactly: 9/256 at one half, 0.0085 at 0.4, 0.943 at 0.95 (four standard errors of 4,000 either way).
+    // Exact values: 9/256 at one half, 0.0085 at 0.4, 0.943 at 0.95 (four standard errors of 4,000 either way).
     let (half, rarely, mostly) = (taken(0.5), taken(0.4), taken(0.95));
     assert!((half - 9.0 / 256.0).abs() < 0.012 && half < 0.05, "{half}");
     assert!(rarely < 0.015, "{rarely}");
@@ -87,13 +87,13 @@ fn repetitions_end_when_it_is_decided_and_say_what_they_showed() {
     assert_eq!((broke, of, result.breaks("held")), (7, 7, true));
     assert!((at_least - 0.05f64.powf(1.0 / 7.0)).abs() < 1e-6);
     assert_eq!(always.inner().runs.load(Ordering::Relaxed), 8, "the first run does not count");
-    // Once, and never again: two that hold are enough to know.
+    // Once, and never again: two repetitions that hold suffice for the decision.
     let once = Flaky::new(1, |_: &Case| 0.0);
     let once = Repeatedly::new(Once(once), rule);
     let result = once.execute(&Case::default());
     assert!(!result.breaks("held") && result.violated.is_empty());
     assert_eq!((result.repeated["held"].broke, result.repeated["held"].of), (0, 2));
-    // All of them, for a statement that owes nothing to having been chosen.
+    // All repetitions, so that the statement is independent of the choice of the case.
     assert_eq!(always.confirm(&Case::default(), "held").unwrap().of, 8);
 }
 
@@ -125,7 +125,7 @@ fn a_bench_that_breaks_says_nothing_of_the_case() {
     }
 }
 
-/// A controller that panics now and then breaks a property like any other.
+/// A controller that sometimes panics breaks a property like any other.
 #[test]
 fn a_panic_is_repeated_too() {
     struct Panics;
@@ -151,8 +151,8 @@ fn a_rule_that_was_written_down_is_checked_again() {
     assert!(few.to_string().contains("4 repetitions"), "{few}");
 }
 
-/// The toy breaks with two faults at a time, here in 97 of 100 runs, and with one fault in one of ten. What is left
-/// are two: the one is never taken, though it breaks now and then.
+/// The toy breaks with two faults at a time, here in 97 of 100 runs, and with one fault in one of ten. Two faults
+/// remain: one alone is never accepted, although it sometimes breaks.
 #[test]
 fn what_is_made_smaller_breaks_by_the_same_rule() {
     let toy = Toy::default();

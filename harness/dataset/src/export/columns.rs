@@ -1,4 +1,4 @@
-//! Rows on their way into a data set.
+//! Collects rows for a data set.
 
 use crate::{DatasetError, assembled};
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
@@ -7,7 +7,7 @@ use std::path::Path;
 /// A field: name, role and unit.
 pub type Field = (&'static str, Role, Unit);
 
-/// The middle of what was observed at its end: what a row says is of the time between.
+/// The middle of the interval of an observation, whose time is that of its end.
 pub fn middle(tag: impl Fn(&str) -> Option<f64>) -> Option<f64> {
     Some(tag("time")? - tag("duration").unwrap_or(0.0) / 2.0)
 }
@@ -20,18 +20,18 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// Empty ones of these fields.
+    /// An empty table with these fields.
     pub fn new(fields: &[Field]) -> Self {
         let column = |&(name, role, unit): &Field| Column::new(name, role, unit, Vec::new());
         Self { columns: fields.iter().map(column).collect(), runs: Vec::new() }
     }
 
-    /// No row is in them.
+    /// Whether there are no rows.
     pub const fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
-    /// Appends a row, a number a field; what is not known is none.
+    /// Appends a row with one number per field; `None` if unknown.
     pub fn push(&mut self, run: String, row: &[Option<f64>]) {
         self.runs.push(run);
         for (column, cell) in self.columns.iter_mut().zip(row) {
@@ -39,12 +39,12 @@ impl Columns {
         }
     }
 
-    /// Another field, with a value a row.
+    /// Adds a field with one value per row.
     pub fn add(&mut self, name: &str, role: Role, unit: Unit, values: Vec<f64>) {
         self.columns.push(Column::new(name, role, unit, values));
     }
 
-    /// A data set, made by the rules for those that are read. Fields of which nothing is known are left out.
+    /// Builds a data set by the same rules as for tables that are read. Fields without any value are left out.
     pub fn dataset(mut self, kind: Kind, name: &str, file: &Path) -> Result<Dataset, DatasetError> {
         let needed = |role: Role| {
             kind.required().iter().any(|any| any.iter().any(|all| all.contains(&role)))

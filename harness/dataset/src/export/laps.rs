@@ -26,15 +26,15 @@ const FIELDS: [Field; 13] = [
 /// Degrees of a lap.
 const LAP_DEG: f64 = 360.0;
 
-/// Whether rows of laps are made of that quantity.
+/// Whether rows of laps are made from this quantity.
 pub fn is_of_lap(quantity: &str) -> bool {
     q::find(quantity).is_some_and(|quantity| quantity.made_by == "lap")
 }
 
-/// A row a lap. Positions and headings are those at its end, seen from its start.
+/// One row per lap. Positions and headings are at the end of the lap, seen from its start.
 pub fn columns(observations: &[(Observation, HeadingSource)]) -> Columns {
     let mut columns = Columns::new(&FIELDS);
-    // What is observed of one lap has one time.
+    // All observations of a lap have the same time.
     for lap in
         observations.chunk_by(|(one, _), (other, _)| one.tags.get("time") == other.tags.get("time"))
     {
@@ -46,12 +46,12 @@ pub fn columns(observations: &[(Observation, HeadingSource)]) -> Columns {
         let heading = value(&q::LAP_RETURN_HEADING);
         let direction = tag("direction");
         let turned = direction.zip(heading).map(|(sign, heading)| sign * LAP_DEG + heading);
-        // Errors are times the direction (Eq. 1); what is exported is the angle itself.
+        // Errors are multiplied by the direction (Eq. 1); the export has the angle itself.
         let by = |error: &q::Quantity| Some(turned? + direction? * value(error)?);
         let odometry_angle = by(&q::LAP_ODOMETRY_ERROR);
         let odometry_heading =
             odometry_angle.zip(direction).map(|(angle, sign)| angle - sign * LAP_DEG);
-        // Dead reckoning by the gyro's heading is no odometry.
+        // Dead reckoning with the gyro's heading is not odometry.
         let reckoned = |reference: &q::Quantity, off: &q::Quantity| match source {
             HeadingSource::Odometry => Some(value(reference)? - value(off)?),
             HeadingSource::Gyro => None,

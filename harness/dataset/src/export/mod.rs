@@ -1,15 +1,15 @@
-//! From a recorded run to a data set: what somebody with the same bench would have noted down.
+//! Exports a recorded run as a data set: the data that a user of a real bench could have noted down.
 //!
-//! | kind | one row | from |
+//! | kind | one row | source |
 //! |---|---|---|
 //! | `turns` | one turn of the table | observations of the table's turns |
 //! | `laps` | one lap | observations of laps |
 //! | `odometry` | one state of the controller during a lap: path and heading by the base | states, observations of laps |
 //! | `series` | one state of the controller: the mean raw rate since the state before | states, table turns |
 //!
-//! Time is that of the bench since the run began. In turns and laps a run is a repetition of the plan, in odometry a
-//! lap; a series is one recording, as it has no gaps. Nothing that only an emulator knows is read: neither [`RecordKind::Truth`]
-//! nor a swept parameter.
+//! Time is bench time since the start of the run. In turns and laps a run of the data set is a repetition of the plan,
+//! in odometry a lap; a series is a single recording without gaps. The export uses nothing that only an emulator knows:
+//! neither [`RecordKind::Truth`] nor a swept parameter.
 
 pub mod columns;
 pub mod laps;
@@ -28,17 +28,17 @@ use record::{Record, RecordKind};
 use series::Course;
 use std::path::Path;
 
-/// The most observations that are taken of one run.
+/// The most observations taken from one run.
 const OBSERVATIONS_MAX: usize = 4_000_000;
 
-/// Why a run gives no data set.
+/// Why a run cannot be exported.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ExportError {
     /// The run cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// Nothing of the kind was done in it.
+    /// It contains nothing of this kind.
     #[error("{run} holds no {what}")]
     #[diagnostic(help(
         "record a run with turns of the table, with laps, or of a gyro that is heard"
@@ -49,7 +49,7 @@ pub enum ExportError {
         /// `turns`, `laps`, ...
         what: &'static str,
     },
-    /// It does not hold what a driven path needs.
+    /// It lacks data of a driven path.
     #[error("{run} makes no data set of kind odometry: {why}")]
     #[diagnostic(help(
         "run a plan with laps on a base, as `hil run umbmark` does; of one lap only its ends, `hil export --kind laps`"
@@ -57,16 +57,16 @@ pub enum ExportError {
     NoPath {
         /// The run folder.
         run: String,
-        /// What it lacks.
+        /// The missing data.
         why: String,
     },
-    /// What it holds makes no data set.
+    /// Its rows do not make a valid data set.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Data(#[from] DatasetError),
 }
 
-/// What of a record a data set is made from.
+/// The parts of a record that data sets are made from.
 #[derive(Debug, Default)]
 pub struct Recorded {
     turns: Vec<Observation>,
@@ -81,7 +81,7 @@ impl Recorded {
     /// Reads records to their end.
     ///
     /// # Errors
-    /// The reader's: a record that is cut short is no basis for findings.
+    /// Those of the reader: a truncated record is no basis for findings.
     pub fn of(
         records: impl IntoIterator<Item = Result<Record, RecordError>>,
     ) -> Result<Self, RecordError> {
@@ -120,7 +120,7 @@ impl Recorded {
         }
     }
 
-    /// The richest kind that is there: turns, then laps, then the series.
+    /// The richest kind available: turns, then laps, then the series.
     pub fn kind(&self) -> Kind {
         match (self.turns.is_empty(), self.laps.is_empty()) {
             (false, _) => Kind::Turns,
@@ -129,10 +129,10 @@ impl Recorded {
         }
     }
 
-    /// The data set of that kind; `None` where nothing of it was recorded. `file` is named in errors.
+    /// The data set of this kind; `None` if nothing of it was recorded. Errors name `file`.
     ///
     /// # Errors
-    /// When the rows make no data set.
+    /// When the rows do not make a valid data set.
     pub fn dataset(
         &self,
         kind: Kind,
@@ -163,10 +163,10 @@ impl Recorded {
     }
 }
 
-/// The data set of a recorded run, of the kind asked for or of the richest there is.
+/// The data set of a recorded run, of the requested kind or the richest available.
 ///
 /// # Errors
-/// When the run cannot be read to its end, or has nothing of the kind.
+/// When the run cannot be read to its end, or contains nothing of the kind.
 pub fn export(folder: &RunFolder, kind: Option<Kind>) -> Result<Dataset, ExportError> {
     let records = folder.records()?;
     let path = folder.file(RECORD);

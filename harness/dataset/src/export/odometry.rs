@@ -1,9 +1,9 @@
 //! A driven path: the base's own telemetry between the ends of each lap, and the absolute pose at the ends.
 //!
-//! A run is a lap. Its frame is that of the pose measured before the lap: there the reference is zero, and in its last
-//! row it is the pose measured after the lap. Between them there is none: nobody measures a robot that drives.
-//! `drive_distance` and `steer_angle` are the base's counts of path and heading, which only grow or turn on; a row is a
-//! state of the controller.
+//! A run of the data set is a lap. Its frame is the pose measured before the lap: the reference is zero there, and in
+//! the last row it is the pose measured after the lap. There is no reference in between, because a moving robot is not
+//! measured. `drive_distance` and `steer_angle` are the base's counters of path and heading, which never reset or wrap;
+//! a row is one state of the controller.
 
 use super::columns::{Columns, Field};
 use controller::mission::{Report, State};
@@ -23,9 +23,9 @@ const FIELDS: [Field; 8] = [
     ("temperature", Role::Temperature, Unit::Celsius),
 ];
 
-/// States of all laps, at most: a state a second for half a year of laps.
+/// The most states of all laps: one per second for half a year.
 const ROWS_MAX: usize = 10_000_000;
-/// Rows of a lap, at least: where it begins, something driven, and where it ends.
+/// The fewest rows of a lap: its start, some motion, and its end.
 const LAP_ROWS_MIN: usize = 3;
 
 /// A state of the base.
@@ -34,7 +34,7 @@ struct Row {
     at_s: f64,
     distance_m: f64,
     heading_deg: f64,
-    /// Mean since the row before; none where no sample came.
+    /// Mean since the previous row; `None` without a sample.
     rate_deg_per_s: Option<f64>,
     celsius: Option<f64>,
 }
@@ -61,7 +61,7 @@ impl Lap {
 /// Laps, in order.
 #[derive(Debug, Default)]
 pub(super) struct Drives {
-    /// States since the step began.
+    /// States since the start of the step.
     under_way: Vec<Row>,
     samples: u64,
     laps: Vec<Lap>,
@@ -102,7 +102,7 @@ impl Drives {
         });
     }
 
-    /// A lap ends with the observations of it, which share one time.
+    /// The observations of a lap share one time and mark its end.
     fn observe(&mut self, observed: &Observation) {
         if !super::laps::is_of_lap(&observed.quantity) {
             return;
@@ -121,7 +121,7 @@ impl Drives {
         }
     }
 
-    /// A row a state, of the laps of which enough is known.
+    /// One row per state, from the laps with sufficient data.
     pub(super) fn columns(&self) -> Columns {
         let mut columns = Columns::new(&FIELDS);
         for (number, lap) in self.laps.iter().enumerate().filter(|(_, lap)| lap.is_whole()) {
@@ -142,7 +142,7 @@ impl Drives {
         columns
     }
 
-    /// Why there is no row.
+    /// Why there are no rows.
     pub(super) fn why_not(&self) -> String {
         if self.laps.is_empty() {
             return "no lap was driven: where the robot was is known at the ends of laps alone"
@@ -156,7 +156,7 @@ impl Drives {
         "the pose at the end of its laps was not measured".to_owned()
     }
 
-    /// What a reader should know of laps that are not there.
+    /// A notice about laps that are left out.
     pub(super) fn notice(&self) -> Option<String> {
         let lost = self.laps.iter().filter(|lap| !lap.is_whole()).count();
         let overflow = if self.overflowed {
@@ -173,8 +173,7 @@ impl Drives {
     }
 }
 
-/// The rows from just before the base begins to move to just after it has moved for the last time: while somebody
-/// measures, nothing is driven.
+/// The rows from just before the first motion of the base to just after its last: nothing moves during measurements.
 fn driven(rows: Vec<Row>) -> Vec<Row> {
     let (Some(first), Some(last)) = (rows.first().copied(), rows.last().copied()) else {
         return rows;

@@ -1,8 +1,8 @@
-//! The gyro's rate over the whole run, against what it must have been.
+//! The gyro's rate over the whole run, with the reference rate.
 //!
-//! At rest the true rate is zero. On the table it is known while the table turns steadily; when exactly a ramp
-//! begins is not known to a fraction of a second, so rows that may touch one have no reference. Nor have rows in
-//! which the base moves or the robot is carried.
+//! At rest the true rate is zero. On the table it is known while the table turns steadily. The start of a ramp is not
+//! known to a fraction of a second, so rows that may overlap one have no reference. Neither have rows in which the base
+//! moves or the robot is carried.
 
 use super::columns::{Columns, Field};
 use super::turns;
@@ -18,10 +18,10 @@ const FIELDS: [Field; 4] = [
     ("temperature", Role::Temperature, Unit::Celsius),
 ];
 
-/// The most rows: two years of 16-hour days at one a second would be more.
+/// The most rows: nearly a year of 16-hour days at one per second.
 const ROWS_MAX: usize = 20_000_000;
 
-/// How the titles of steps begin in which everything stands; see `plan::title`.
+/// Prefixes of the titles of steps at rest; see `plan::title`.
 const AT_REST: [&str; 4] = ["bias test of", "bias residual over", "log at rest", "wait "];
 
 /// A mean over the time between two states.
@@ -34,7 +34,7 @@ struct Mean {
     at_rest: bool,
 }
 
-/// The part of a turn of the table in which it turns steadily.
+/// The part of a table turn at constant rate.
 #[derive(Debug)]
 struct Steady {
     from_s: f64,
@@ -42,14 +42,14 @@ struct Steady {
     rate_deg_per_s: f64,
 }
 
-/// What happened to the gyro, in order.
+/// The events that concern the gyro, in order.
 #[derive(Debug, Default)]
 pub(super) struct Course {
     means: Vec<Mean>,
     steady: Vec<Steady>,
     last: Option<(f64, State)>,
     at_rest: bool,
-    /// A step began or ended since the last state.
+    /// Whether a step began or ended since the last state.
     changed: bool,
 }
 
@@ -76,7 +76,7 @@ impl Course {
     fn state(&mut self, at_s: f64, state: &State) {
         let changed = std::mem::take(&mut self.changed);
         let Some((from_s, before)) = self.last.replace((at_s, *state)) else { return };
-        // Without a sample in between there is no mean; a counter that starts again is another gyro.
+        // Without a new sample there is no mean; a counter that restarts means another gyro.
         if state.samples <= before.samples || at_s <= from_s || self.means.len() >= ROWS_MAX {
             return;
         }
@@ -90,12 +90,12 @@ impl Course {
         });
     }
 
-    /// A row a mean; its time is the middle of it.
+    /// One row per mean, at the middle of its interval.
     pub(super) fn columns(&self) -> Columns {
         let mut columns = Columns::new(&FIELDS);
         for mean in &self.means {
             let within = |turn: &&Steady| turn.from_s <= mean.from_s && mean.to_s <= turn.to_s;
-            // Turns are in order and apart.
+            // Turns are sorted and do not overlap.
             let next = self.steady.partition_point(|turn| turn.to_s < mean.to_s);
             let turning = self.steady.get(next).filter(within).map(|turn| turn.rate_deg_per_s);
             let reference = if mean.at_rest { Some(0.0) } else { turning };
@@ -107,7 +107,7 @@ impl Course {
     }
 }
 
-/// When the table turned steadily, whenever within the time that the turn took it began to.
+/// The interval in which the table certainly turned steadily, for any start within the duration of the turn.
 fn steady(end_s: f64, turn: &Observation) -> Option<Steady> {
     let tag = |name: &str| turn.tags.get(name).copied().filter(|value| value.is_finite());
     let (angle, rate, acceleration) = (tag("angle")?, tag("table_rate")?, tag("acceleration")?);

@@ -5,7 +5,7 @@ use identification::dataset::{Role, Unit};
 use plan::observation::Observation;
 use plan::quantities::{self, Quantity};
 
-/// The observation that stands for a turn: the angle by the gyro, without sign.
+/// The observation that marks a turn: the angle by the gyro, unsigned.
 pub static QUANTITY: &Quantity = &quantities::TABLE_ANGLE;
 
 const FIELDS: [Field; 9] = [
@@ -20,7 +20,7 @@ const FIELDS: [Field; 9] = [
     ("heading", Role::Heading, Unit::Degree),
 ];
 
-/// A row a turn, angles counter-clockwise positive.
+/// One row per turn, angles counter-clockwise positive.
 pub fn columns(turns: &[Observation]) -> Columns {
     let mut columns = Columns::new(&FIELDS);
     for turn in turns {

@@ -1,4 +1,4 @@
-//! Which channels of a file the fields are.
+//! Maps fields to the channels of a file.
 
 use super::super::error::{DatasetError, Defect};
 use super::super::package::{Field, Table};
@@ -6,7 +6,7 @@ use bus_log::mdf4::channels::{Group, Wanted};
 use identification::dataset::{Role, Unit};
 use std::collections::BTreeMap;
 
-/// Fields and channels of a group, by their places.
+/// Indices of fields, and their channels in a group.
 pub(super) type Channels = Vec<(usize, Wanted)>;
 
 /// The channels of the fields.
@@ -14,15 +14,15 @@ pub(super) type Channels = Vec<(usize, Wanted)>;
 pub(super) struct Choice {
     /// The group whose records are the rows.
     pub(super) group: usize,
-    /// The channels of that group, in the order of the fields.
+    /// Channels of that group, in field order.
     pub(super) own: Channels,
-    /// Those of other groups, behind the time of their group, which counts as the field of time.
+    /// Channels of other groups, each list after the time of its group, which counts as the time field.
     pub(super) others: BTreeMap<usize, Channels>,
-    /// The field of time.
+    /// The time field.
     pub(super) time: Option<usize>,
 }
 
-/// Chooses a channel a field, by its name.
+/// Chooses a channel for each field, by name.
 pub(super) fn choose(
     groups: &[Group],
     fields: &[Field],
@@ -78,7 +78,7 @@ pub(super) fn choose(
     Ok(Choice { group, own, others, time })
 }
 
-/// The field of time is the master channel of the rows, in seconds, as those of other groups are.
+/// Whether the time field is the master channel of the rows, in seconds, as it must be for channels of other groups.
 fn has_clock(groups: &[Group], fields: &[Field], group: usize, own: &Channels) -> bool {
     own.iter().any(|(at, wanted)| {
         let (field, channel) = (&fields[*at], &groups[group].channels[wanted.channel]);
@@ -86,7 +86,7 @@ fn has_clock(groups: &[Group], fields: &[Field], group: usize, own: &Channels) -
     })
 }
 
-/// Why a field has no place among rows with other times.
+/// Why a field cannot be placed into rows with other times.
 fn kept_out(field: &Field) -> Option<&'static str> {
     match field.role {
         Role::Time | Role::Run | Role::Direction => {
@@ -116,7 +116,7 @@ fn named(groups: &[Group], name: &str) -> Result<usize, Defect> {
     Err(Defect::Group { name: name.to_owned(), count: found.len(), known: known.collect() })
 }
 
-/// The group that has all fields, or else the one that has what is measured.
+/// The group with all fields, or otherwise the group with the measured ones.
 fn holding<'a>(
     groups: &[Group],
     used: &[(usize, &'a Field)],
@@ -136,7 +136,7 @@ fn holding<'a>(
     }
 }
 
-/// It is what a sensor gave, not what the sensor is held against or what may be a cause.
+/// Whether a sensor measured it, as opposed to a reference or an influence.
 fn is_measured(field: &Field) -> bool {
     let beside = matches!(
         field.role,

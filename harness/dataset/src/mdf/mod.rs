@@ -1,4 +1,4 @@
-//! A table in an MDF file: channels are columns, and records of a group are rows.
+//! A table in an MDF file: channels are columns, and the records of a group are rows.
 
 mod choice;
 mod nearest;
@@ -14,8 +14,8 @@ use nearest::Nearest;
 use std::fs::File;
 use std::io::BufReader;
 
-/// Appends what `table`, the one of that `index`, holds. Rows are the records of the group that has the measured channels;
-/// a channel of another group goes to the rows nearest in time.
+/// Appends the content of `table`, which has this `index`. Rows are the records of the group with the measured
+/// channels; a value of another group goes to the row nearest in time.
 pub(super) fn read(
     rows: &mut Rows,
     fields: &[Field],
@@ -38,7 +38,7 @@ pub(super) fn read(
         rows.begin_row(Origin { table: index, row }, run).map_err(fail)?;
         let mut own = choice.own.iter().zip(&cells).peekable();
         for (at, field) in fields.iter().enumerate() {
-            // Fields in their order: those of this group have a cell, the others none yet.
+            // In field order: fields of this group have a cell, the others none yet.
             let cell = own.next_if(|((of, _), _)| *of == at).map(|(_, cell)| cell);
             rows.take(at, field, given(cell))
                 .map_err(|defect| fail(defect).at_row(row).in_field(&field.name))?;
@@ -50,7 +50,7 @@ pub(super) fn read(
         let time = choice.time.unwrap_or_default();
         let times = &rows.columns[time][begin..];
         let mut nearest = Nearest::new(times, channels.len()).map_err(fail)?;
-        // The first of the wanted is the time.
+        // The first wanted channel is the time.
         let wanted: Vec<Wanted> = channels.iter().map(|(_, wanted)| *wanted).collect();
         let found = reader.read(*group, &wanted, &mut |cells| {
             nearest.take(&cells);
@@ -74,7 +74,7 @@ fn given(cell: Option<&Cell>) -> Given<'_> {
     }
 }
 
-/// What is known of the end of a file that its writer did not finish.
+/// A notice about the end of a file that its writer did not finish.
 fn unfinished(reader: &Reader<BufReader<File>>, table: &Table, found: &Found) -> Option<String> {
     if !reader.is_unfinished() {
         return None;
@@ -88,7 +88,7 @@ fn unfinished(reader: &Reader<BufReader<File>>, table: &Table, found: &Found) ->
     Some(format!("{file} was not finished by who wrote it: {records} records are there{why}"))
 }
 
-/// Fields whose unit is another one in the file, as far as that is known. The package's is taken.
+/// Fields whose unit in the file differs, if known. The unit of the package applies.
 fn units(groups: &[Group], fields: &[Field], choice: &Choice) -> Vec<String> {
     let own = choice.own.iter().map(|one| (choice.group, one));
     let others = choice.others.iter().flat_map(|(group, all)| all.iter().map(|one| (*group, one)));

@@ -1,13 +1,13 @@
-//! Values with times of their own, at the rows nearest in time.
+//! Assigns values with their own times to the rows nearest in time.
 
 use super::super::error::Defect;
 use bus_log::mdf4::channels::Cell;
 
-/// Puts values to rows. None is made up between two: a row without a value near it has none.
+/// Assigns values to rows, without interpolation: a row without a value near it gets none.
 #[derive(Debug)]
 pub(super) struct Nearest {
     times: Vec<f64>,
-    /// Further than that from a row a value is not of it: the median step of the rows.
+    /// A value belongs to a row no further away than this: the median step of the rows.
     reach: f64,
     columns: Vec<Column>,
 }
@@ -15,13 +15,13 @@ pub(super) struct Nearest {
 #[derive(Debug)]
 struct Column {
     values: Vec<f64>,
-    /// How far in time each value is from its row.
+    /// Time distance of each value from its row.
     distances: Vec<f64>,
     given: u64,
 }
 
 impl Nearest {
-    /// For rows at these times, in seconds, and so many channels, of which the first is the time.
+    /// For rows at these times, in seconds, and this many channels, the first of which is the time.
     pub(super) fn new(times: &[f64], channels: usize) -> Result<Self, Defect> {
         let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
         if !steps.iter().all(|step| *step > 0.0) {
@@ -43,7 +43,7 @@ impl Nearest {
         Ok(Self { times: times.to_owned(), reach, columns })
     }
 
-    /// Takes a record: its time, and a value a channel.
+    /// Takes a record: its time, and one value per channel.
     pub(super) fn take(&mut self, cells: &[Cell]) {
         let [Cell::Number(time), values @ ..] = cells else { return };
         let row = self.row(*time);
@@ -58,7 +58,7 @@ impl Nearest {
         }
     }
 
-    /// The row nearest to a time, and how far it is; none where none is near.
+    /// The row nearest to a time and its distance; `None` if none is near.
     fn row(&self, time: f64) -> Option<(usize, f64)> {
         let after = self.times.partition_point(|row| *row < time);
         let rows = [after.checked_sub(1), Some(after)].into_iter().flatten();
@@ -67,7 +67,8 @@ impl Nearest {
         nearest.filter(|(_, distance)| *distance <= self.reach)
     }
 
-    /// The values of the channel of that number behind the time, one a row, and what became of all of them.
+    /// The values of the channel with this number, counted after the time, one per row; and a notice about the use of
+    /// its values.
     pub(super) fn column(&self, number: usize) -> (Vec<f64>, String) {
         let Some(column) = self.columns.get(number) else {
             return (vec![f64::NAN; self.times.len()], String::new());

@@ -1,4 +1,4 @@
-//! Each mistake has one message, which names the file, the row, the field and what was expected.
+//! Each mistake has one message with the file, the row, the field and the expectation.
 
 use super::{FieldText, Package, SERIES, SERIES_CSV, descriptor, gzip};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
@@ -12,7 +12,7 @@ const TURNS: &[FieldText<'static>] = &[
     ("table", "reference_angle", "deg", ""),
 ];
 
-/// `SERIES` with one field in place of another.
+/// `SERIES` with one field replaced.
 fn with(place: usize, field: FieldText<'static>) -> Vec<FieldText<'static>> {
     let mut fields = SERIES.to_vec();
     fields[place] = field;
@@ -23,7 +23,7 @@ fn and(field: FieldText<'static>) -> Vec<FieldText<'static>> {
     [SERIES, &[field]].concat()
 }
 
-/// The message, with the folder's own name left out.
+/// The message without the name of the folder.
 fn message(package: &Package) -> String {
     let error = package.read().expect_err("a mistake");
     assert!(error.file().starts_with(package.path()), "{error}");
@@ -232,7 +232,7 @@ fn nothing_panics_on_any_bytes() {
     });
 }
 
-/// Quoted or not: what has no end is given up long before the memory is full.
+/// Quoted or not, an endless row is rejected long before the memory is full.
 #[test]
 fn a_row_without_end_is_refused() {
     let names: Vec<_> = SERIES.iter().map(|field| field.0).collect();

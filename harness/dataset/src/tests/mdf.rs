@@ -1,4 +1,4 @@
-//! Tables in MDF files: the same rows as in CSV, channels of several groups, and what is wrong with a file.
+//! Tables in MDF files: the same rows as in CSV, channels of several groups, and defects of files.
 
 use super::{FieldText, Package, SERIES, descriptor};
 use bus_log::mdf4::channels::{Form, Kind, Value, Writer};
@@ -12,7 +12,7 @@ fn form(name: &str, kind: Kind, unit: &str) -> Form {
     Form { name, kind, unit, doc: String::new(), names: Vec::new() }
 }
 
-/// Groups by their names: channels behind the time `t`, and records behind theirs.
+/// Groups by name: channels after the time `t`, and records after their time.
 type Groups<'a> = &'a [(&'a str, &'a [(&'a str, Kind, &'a str)], &'a [(f64, &'a [Value<'a>])])];
 
 fn file(groups: Groups<'_>) -> Vec<u8> {
@@ -55,7 +55,7 @@ fn channels_are_columns() {
     let (mut found, mut expected) =
         (package(SERIES, &rates()).read().unwrap(), csv.read().unwrap());
     for set in [&mut found, &mut expected] {
-        // What is missing is not equal to itself.
+        // Missing values are NaN, which is not equal to itself.
         let reference = set.columns.iter_mut().find(|one| one.name == "ref").unwrap();
         assert!(reference.values[1].is_nan());
         reference.values[1] = -1.0;
@@ -80,7 +80,7 @@ fn runs_and_causes_may_be_texts_or_numbers() {
     assert_eq!(set.named("how").unwrap().values, [0.0, 1.0, 0.0, 1.0]);
 }
 
-/// A gyro at 100 Hz, a reference at 10 Hz a third of a step beside it, and another gyro.
+/// A gyro at 100 Hz, a reference at 10 Hz, shifted by a third of a step, and another gyro.
 fn of_two_rasters() -> Vec<u8> {
     let gyro: Vec<[Value<'_>; 1]> = (0..100).map(|n| [Value::Float(f64::from(n))]).collect();
     let gyro: Vec<(f64, &[Value<'_>])> =

@@ -1,4 +1,4 @@
-//! The measured sets that ship.
+//! The measured sets in the repository.
 
 use crate::read;
 use identification::dataset::{Axis, Dataset, Drive, Kind, Role, Unit};

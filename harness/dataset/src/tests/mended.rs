@@ -1,4 +1,4 @@
-//! What is no mistake, and what is said of it.
+//! Corrected data, and the notices about them.
 
 use super::{FieldText, Package, SERIES, SERIES_CSV, descriptor, gzip};
 use identification::dataset::{Dataset, Role};

@@ -1,4 +1,4 @@
-//! Packages of others, mistakes in them, and what is mended.
+//! Packages from other sources, mistakes in them, and corrections.
 
 mod defects;
 #[cfg(feature = "mdf")]
@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A package in a folder of its own.
+/// A package in its own folder.
 struct Package {
     folder: TempDir,
 }
@@ -22,7 +22,7 @@ struct Package {
 type FieldText<'a> = (&'a str, &'a str, &'a str, &'a str);
 
 impl Package {
-    /// A package of one table, `data.csv`.
+    /// A package with one table, `data.csv`.
     fn new(kind: &str, fields: &[FieldText<'_>], csv: &str) -> Self {
         let package = Self { folder: tempfile::tempdir().unwrap() };
         package.put("datapackage.json", descriptor(kind, fields, &["data.csv"]).as_bytes());

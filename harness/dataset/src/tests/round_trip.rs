@@ -1,10 +1,10 @@
-//! What is written is read back.
+//! Written data can be read back unchanged.
 
 use crate::{WriteOptions, read, write};
 use identification::dataset::{Axis, Column, Constant, Dataset, Drive, Kind, Role, Unit};
 use proptest::prelude::*;
 
-/// A number, or none.
+/// A number or a missing cell.
 fn cell() -> impl Strategy<Value = f64> {
     prop_oneof![4 => -1e6..1e6_f64, 1 => Just(f64::NAN), 1 => prop::num::f64::NORMAL]
 }
@@ -19,7 +19,7 @@ fn datasets() -> impl Strategy<Value = Dataset> {
             (Just((runs, axis, synchro)), column(), column(), column())
         })
         .prop_map(|((runs, axis, synchro), mut gyro, temperature, mut reference)| {
-            // One value at least of what the kind needs, and in each row of the gyro.
+            // At least one value of each required role, and a gyro value in each row.
             gyro.iter_mut().filter(|value| value.is_nan()).for_each(|value| *value = 0.0);
             if reference.iter().all(|value| value.is_nan()) {
                 reference[0] = 1.0;
@@ -63,7 +63,7 @@ fn datasets() -> impl Strategy<Value = Dataset> {
         })
 }
 
-/// Equal, with missing cells equal to one another.
+/// Equality where missing cells equal one another.
 fn same(one: &Dataset, other: &Dataset) -> bool {
     let bits = |set: &Dataset| -> Vec<Vec<Option<u64>>> {
         let of = |column: &Column| {

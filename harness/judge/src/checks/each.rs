@@ -1,11 +1,11 @@
-//! Checks that look at each value by itself: the worst one, a share, a number of exceptions.
+//! Checks that treat each value separately: the worst one, a share, a number of exceptions.
 
 use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear, verdict};
 use super::select::Sample;
 use plan::Band;
 use record::outcome::Verdict;
 
-/// The worst value: by verdict, then by its distance to the band's nearer end, then by its size.
+/// The worst value: by verdict, then by distance to the nearer end of the band, then by magnitude.
 pub(super) fn worst(samples: &[Sample], band: Band, what: &str) -> Result<Figure, Refusal> {
     let rank = |sample: &Sample| {
         let verdict = verdict(sample.value, sample.uncertainty, band);
@@ -19,7 +19,7 @@ pub(super) fn worst(samples: &[Sample], band: Band, what: &str) -> Result<Figure
     let worst = samples.iter().max_by(|a, b| {
         let ((a_badness, a_depth), (b_badness, b_depth)) = (rank(a), rank(b));
         let by_depth = a_badness.cmp(&b_badness).then(a_depth.total_cmp(&b_depth));
-        // Of equals the greater, whichever came first.
+        // Of equals the greater, regardless of order.
         by_depth.then(a.value.total_cmp(&b.value))
     });
     let Some(worst) = worst else {
@@ -51,8 +51,8 @@ pub(super) fn outside(samples: &[Sample], most: u32, band: Band) -> Result<Figur
     exceptions(samples, most, clear, &format!("outside {band}"))
 }
 
-/// The number of items that are not inside; `is_inside` takes an item and by how many of its standard
-/// uncertainties it must be.
+/// The number of items outside. `is_inside` takes an item and the number of standard uncertainties by which it must be
+/// inside.
 pub(super) fn exceptions<T>(
     items: &[T],
     most: u32,
@@ -61,7 +61,7 @@ pub(super) fn exceptions<T>(
 ) -> Result<Figure, Refusal> {
     let count = items.len();
     if count <= most as usize {
-        // Otherwise a check would pass with nothing inside.
+        // Otherwise the check would pass with no item inside.
         let least = u64::from(most) + 1;
         return Err(Refusal::Unset(format!("{count} observations of at least {least}")));
     }

@@ -1,32 +1,32 @@
-//! The figure that a check judges, and how it compares with its band.
+//! The figure that a check judges, and its comparison with the band.
 
 use plan::Band;
 use record::outcome::Verdict;
 
-/// Expanded uncertainty over standard uncertainty: about 95 % of a normal distribution.
+/// Ratio of expanded to standard uncertainty: about 95 % of a normal distribution.
 pub(super) const COVERAGE: f64 = 2.0;
 
-/// A figure that was formed.
+/// The figure of a check.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Figure {
     pub(super) value: f64,
     pub(super) uncertainty: f64,
     pub(super) verdict: Verdict,
-    /// What the value is, in words.
+    /// Kind of figure, in words.
     pub(super) statistic: String,
 }
 
-/// Why no figure was formed.
+/// The reason why there is no figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// There is not enough to form it from.
+    /// There are too few observations.
     Unset(String),
-    /// What there is cannot be judged.
+    /// The observations cannot be judged.
     Fail(String),
 }
 
 impl Figure {
-    /// A figure judged on `band` with its own guard band.
+    /// A figure judged on `band`, with its own uncertainty as guard band.
     pub(super) fn in_band(
         value: f64,
         uncertainty: f64,
@@ -40,17 +40,17 @@ impl Figure {
     }
 }
 
-/// How a value of this standard uncertainty lies in the band.
+/// Verdict on a value with this standard uncertainty.
 pub(super) fn verdict(value: f64, uncertainty: f64, band: Band) -> Verdict {
     graded(band.contains(value), is_clear(value, uncertainty, band, COVERAGE))
 }
 
-/// Is `value` inside by at least `coverage` uncertainties? A negative coverage widens the band.
+/// Whether `value` is inside by at least `coverage` uncertainties. A negative coverage widens the band.
 pub(super) fn is_clear(value: f64, uncertainty: f64, band: Band, coverage: f64) -> bool {
     band.margin(value) >= coverage * uncertainty
 }
 
-/// Inside the band, and inside the band shrunk by the guard.
+/// Verdict from the comparisons with the band and with the band shrunk by the guard.
 pub(super) fn graded(inside: bool, clear: bool) -> Verdict {
     match (inside, clear) {
         (false, _) => Verdict::Fail,

@@ -1,27 +1,27 @@
-//! How uncertain a figure of several values is, where they may depend on one another.
+//! Uncertainty of a figure of several values that may depend on one another.
 //!
-//! A drift is slow: what it does to one value it does to the next as well, and values that were taken for independent would
-//! state an interval that is too narrow by far. So the values are cut into blocks in the order of time, and the figure is
-//! formed again without each block (H. R. Künsch, "The jackknife and the bootstrap for general stationary observations", Ann.
-//! Statist. 17, 1989). What lasts longer than a block is not seen.
+//! A drift is slow and affects neighbouring values alike, so an interval that assumes independent values would be far
+//! too narrow. The values are therefore cut into blocks in time order, and the figure is formed again without each
+//! block (H. R. Künsch, "The jackknife and the bootstrap for general stationary observations", Ann. Statist. 17, 1989).
+//! Dependence over more than a block goes undetected.
 //!
-//! The scatter of a few blocks is itself uncertain. The standard uncertainty is widened by Student's t over that of the normal
-//! distribution, so that the expanded one covers 95 % (JCGM 100:2008, G.3).
+//! The scatter of a few blocks is itself uncertain. The standard uncertainty is multiplied by the ratio of Student's t
+//! to the quantile of the normal distribution, so that the expanded one covers 95 % (JCGM 100:2008, G.3).
 
 use std::ops::Range;
 
-/// Assumption: few enough that a block is longer than most of what drifts, enough that their scatter is a measure.
+/// Assumption: few enough that a block is longer than most drifts, enough for a useful scatter.
 const BLOCKS: usize = 8;
 
-/// How many values go together: alone where nobody knows in which order they were.
+/// Whether values are grouped into blocks: each stands alone if their order is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Together {
     Alone,
     InTime,
 }
 
-/// The standard uncertainty of a figure of `count` values. `without` forms it from all but these; `None` of a part of which it
-/// cannot be formed. Nothing for a single value.
+/// The standard uncertainty of a figure of `count` values. `without` forms the figure without these values, or returns
+/// `None` if the rest does not suffice. Zero for a single value.
 pub(super) fn uncertainty(
     count: usize,
     together: Together,
@@ -44,16 +44,16 @@ pub(super) fn uncertainty(
     Some((squares * (count - 1.0) / count).sqrt() * widening(blocks - 1))
 }
 
-/// The values but those in `left_out`.
+/// The values except those in `left_out`.
 pub(super) fn rest<T>(values: &[T], left_out: Range<usize>) -> impl Iterator<Item = &T> + Clone {
     values[..left_out.start].iter().chain(&values[left_out.end..])
 }
 
-/// Of the normal distribution, two-sided 95 %.
+/// Quantile of the normal distribution, two-sided 95 %.
 const NORMAL: f64 = 1.959_964;
 
-/// Student's t of 95 % for this many degrees of freedom, over that of the normal distribution. One and two have closed forms;
-/// from three on R. A. Fisher and E. A. Cornish's expansion of 1960 is within 0.7 %.
+/// Ratio of Student's t at 95 % for this many degrees of freedom to the quantile of the normal distribution. One and
+/// two are tabulated; from three on the expansion of R. A. Fisher and E. A. Cornish, 1960, is within 0.7 %.
 pub(super) fn widening(freedom: usize) -> f64 {
     let z = NORMAL;
     let t = match freedom {
@@ -114,7 +114,7 @@ mod tests {
     }
 
     proptest! {
-        /// Of a mean of values by themselves it is the textbook's.
+        /// For the mean of independent values it is the textbook formula.
         #[test]
         fn a_mean_has_its_scatter_over_the_root(values in prop::collection::vec(-1e3f64..1e3, 2..60)) {
             let count = values.len() as f64;

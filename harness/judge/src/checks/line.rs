@@ -1,4 +1,4 @@
-//! Least squares over a tag: slope, intercept, correlation.
+//! Least squares against a tag: slope, intercept, correlation.
 
 use super::figure::{Figure, Refusal};
 use super::jackknife::{self, Together, widening};
@@ -10,13 +10,13 @@ use plan::Band;
 pub struct Line {
     /// Slope.
     pub slope: f64,
-    /// Ordinate at zero.
+    /// Ordinate at abscissa zero.
     pub intercept: f64,
     /// Standard uncertainty of the slope.
     pub slope_uncertainty: f64,
     /// Standard uncertainty of the intercept.
     pub intercept_uncertainty: f64,
-    /// Pearson's correlation; not a number where all ordinates are the same.
+    /// Pearson's correlation; NaN if all ordinates are equal.
     pub correlation: f64,
     /// Standard deviation of the points about the line; zero for two points.
     pub scatter: f64,
@@ -25,10 +25,9 @@ pub struct Line {
 }
 
 impl Line {
-    /// Fits `(abscissa, ordinate, standard uncertainty of the ordinate)`. The variance of a point is that
-    /// of the scatter about the line, which holds the points' own uncertainties already, or the mean of
-    /// those where it is larger; it is taken to be the same for all. `None` for fewer than two different
-    /// abscissae, or where a number is not finite.
+    /// Fits `(abscissa, ordinate, standard uncertainty of the ordinate)`. All points get the same variance: that of the
+    /// scatter about the line, which already includes the points' own uncertainties, or the mean square of those if
+    /// larger. `None` for fewer than two different abscissae, or if a number is not finite.
     pub fn fit(points: &[(f64, f64, f64)]) -> Option<Self> {
         let count = points.len() as f64;
         let centre_x = points.iter().map(|p| p.0).sum::<f64>() / count;
@@ -79,7 +78,7 @@ pub(super) fn intercept_within(points: &[Point], band: Band) -> Result<Figure, R
     )
 }
 
-/// What few points widen the uncertainties of their line by, where these are of the scatter about it.
+/// The factor by which few points increase the uncertainties of their line, if those come from the scatter.
 fn of_few(line: &Line, count: usize) -> f64 {
     if line.scatter == 0.0 {
         return 1.0;
@@ -92,7 +91,7 @@ fn of_few(line: &Line, count: usize) -> f64 {
 /// Fewest points for a correlation: two are always on a line.
 const CORRELATION_POINTS_MIN: usize = 3;
 
-/// `points` in the order of time.
+/// `points` are in time order.
 pub(super) fn correlation_within(
     points: &[Point],
     together: Together,
@@ -107,7 +106,7 @@ pub(super) fn correlation_within(
         let rest: Vec<Point> = jackknife::rest(points, left_out).copied().collect();
         fit(&rest, 2).ok().map(|line| line.correlation).filter(|r| !r.is_nan())
     });
-    // Without a block there may be no correlation: then nobody knows how far off it is.
+    // The correlation may be undefined without some block; its uncertainty is then unknown.
     let uncertainty = without.unwrap_or(1.0);
     let band = band.of_figures_within(-1.0, 1.0);
     Figure::in_band(r, uncertainty, band, format!("correlation of {count} points"))

@@ -1,27 +1,28 @@
-//! Judges declared measurements on what was observed, and on nothing else.
+//! Judges declared measurements, from their observations alone.
 //!
-//! Each check forms one figure from the observations and compares it with its band. Inside, but by less
-//! than the expanded uncertainty (k = 2) of that figure, is [`Verdict::Marginal`]:
+//! Each check forms one figure from the observations and compares it with its band. A figure inside by less than its
+//! expanded uncertainty (k = 2) is [`Verdict::Marginal`]:
 //!
 //! | figure | its standard uncertainty |
 //! |---|---|
-//! | worst value | that observation's own |
-//! | mean, root mean square | from the scatter of the values, in blocks of neighbours in time, or from their own uncertainties over sqrt(n) where that is larger |
+//! | worst value | that of the observation |
+//! | mean, rms | from the scatter over blocks in time, or the values' own over sqrt(n), whichever is larger |
 //! | ratio, correlation | from the same blocks |
-//! | slope, intercept | of least squares, from the scatter about the line or the values' own, whichever is larger |
-//! | share, count, time | half of what it moves by when every band moves by one standard uncertainty |
+//! | slope, intercept | from the scatter about the line or the values' own, whichever is larger |
+//! | share, count, time | half the change when every band moves by one standard uncertainty |
 //!
-//! What comes of a scatter is widened by Student's t, so that k = 2 covers 95 % of few values too.
+//! An uncertainty from a scatter is widened by Student's t, so that k = 2 covers 95 % for few values too.
 //!
-//! Shares, counts and times are marginal where they pass with the band as it is and fail with the band
-//! shrunk by each observation's expanded uncertainty.
+//! Shares, counts and times are marginal if they pass with the band but fail with the band shrunk by each observation's
+//! expanded uncertainty.
 //!
-//! Where a band was found with a reference as uncertain as ours (`band_holds_reference`), the verdict takes the observations
-//! as exact: their uncertainty is in the band already. The figure is shown with its uncertainty all the same.
+//! If a band was determined with a reference as uncertain as the one used here (`band_holds_reference`), the verdict
+//! treats the observations as exact, because their uncertainty is in the band already. The figure is still shown with
+//! its uncertainty.
 //!
-//! An observation that is not finite fails every check that it belongs to, and a figure that cannot be
-//! formed is [`Verdict::Unset`]; the statistic says why. The order of observations is of no importance: they are
-//! put in that of their times, as far as they have one.
+//! An observation that is not finite fails every check that uses it. A figure that cannot be formed is
+//! [`Verdict::Unset`], and the statistic states why. The order of the observations does not matter: they are sorted by
+//! time, if they have one.
 
 mod each;
 mod figure;
@@ -39,8 +40,7 @@ use plan::{Check, Declared, quantities};
 use record::outcome::{Measurement, Outcome, Verdict};
 use select::Selection;
 
-/// Judges every measurement of a plan: [`Outcome::Passed`] where all are acceptable, and
-/// [`Outcome::Failed`] otherwise.
+/// Judges every measurement of a plan. [`Outcome::Passed`] if all are acceptable, otherwise [`Outcome::Failed`].
 pub fn judge_all(
     declared: &[Declared],
     observations: &Observations,
@@ -51,7 +51,7 @@ pub fn judge_all(
     (measurements, if passed { Outcome::Passed } else { Outcome::Failed })
 }
 
-/// Judges one measurement. `observations` may hold other quantities and may be in any order.
+/// Judges one measurement. `observations` may contain other quantities and be in any order.
 pub fn judge(declared: &Declared, observations: &Observations) -> Measurement {
     let selection = Selection::new(declared, observations);
     let bounds = declared.check.figure_band();
@@ -118,7 +118,7 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
     }
 }
 
-/// Was this observed during the phase, a step's name or label?
+/// Whether this was observed during the phase, which is a step's name or label.
 fn is_during(observed: &Observed<'_>, phase: &str) -> bool {
     observed.tag(&quantities::during_tag(phase)).is_some_and(|value| value != 0.0)
 }

@@ -12,22 +12,22 @@ pub(super) struct Estimate {
     pub(super) uncertainty: f64,
 }
 
-/// The mean; none of no values.
+/// The mean; `None` without values.
 pub(super) fn mean(samples: &[Sample], together: Together) -> Option<Estimate> {
     estimate(samples, together, |_| 1.0, mean_of)
 }
 
-/// The root mean square; none of no values.
+/// The root mean square; `None` without values.
 pub(super) fn rms(samples: &[Sample], together: Together) -> Option<Estimate> {
     let value = root_mean_square_of(&mut samples.iter())?;
-    // Where every value is zero the first order says nothing: the values' own uncertainties bound it.
+    // If every value is zero the linear term vanishes; the values' own uncertainties are an upper bound.
     let of_zero = (samples.len() as f64).sqrt();
     let weight = |sample: &Sample| if value > 0.0 { sample.value / value } else { of_zero };
     estimate(samples, together, weight, root_mean_square_of)
 }
 
-/// The figure, as uncertain as the scatter of the values, which holds their own uncertainties already, or those where they are
-/// larger: `weight` is what the figure moves by with a value, times their number.
+/// The figure with its uncertainty: from the scatter of the values, which already includes their own uncertainties, or
+/// from these if larger. `weight` is the derivative of the figure by a value, times the number of values.
 fn estimate(
     samples: &[Sample],
     together: Together,
@@ -72,7 +72,8 @@ pub(super) fn rms_within(
     within(rms(samples, together), band, format!("root mean square of {}", samples.len()))
 }
 
-/// The root mean square of `ours` over that of `theirs`, each in the order of time: what one drift does to both is in both.
+/// Ratio of the root mean squares of `ours` and `theirs`, each in time order. A drift common to both does not count as
+/// scatter.
 pub(super) fn ratio_within(
     ours: &[Sample],
     theirs: &[Sample],
@@ -115,7 +116,7 @@ mod tests {
         values.iter().map(|&value| Sample { value, uncertainty }).collect()
     }
 
-    /// Student's t of 95 % over that of the normal distribution: of one and of two degrees of freedom.
+    /// Ratio of Student's t at 95 % to the quantile of the normal distribution, for one and two degrees of freedom.
     const WIDE: [f64; 2] = [12.706 / 1.959_964, 4.303 / 1.959_964];
 
     #[test]
@@ -124,7 +125,7 @@ mod tests {
         let scattered = mean(&samples(&[1.0, 2.0, 3.0], 0.1), Alone).unwrap();
         assert_eq!(scattered.value, 2.0);
         assert!((scattered.uncertainty - WIDE[1] / 3f64.sqrt()).abs() < 1e-12);
-        // Readings worse than what they scatter.
+        // The readings are less certain than their scatter suggests.
         let poor = mean(&samples(&[1.0, 1.0, 1.0, 1.0], 0.2), Alone).unwrap();
         assert!((poor.uncertainty - 0.1).abs() < 1e-15);
         assert_eq!(mean(&samples(&[5.0], 0.3), Alone).unwrap().uncertainty, 0.3);
@@ -137,7 +138,7 @@ mod tests {
         let poor = rms(&samples(&[3.0, -4.0], 5.0), Alone).unwrap();
         assert!((poor.value - 12.5f64.sqrt()).abs() < 1e-15);
         assert!((poor.uncertainty - 25.0 / 50f64.sqrt()).abs() < 1e-12);
-        // Without either it is that of the other: 4 and 3, half of what is between them.
+        // Without either value it is the magnitude of the other: 4 and 3, and half their difference.
         let scattered = rms(&samples(&[3.0, -4.0], 0.0), Alone).unwrap();
         assert!((scattered.uncertainty - WIDE[0] / 2.0).abs() < 1e-12);
         let zero = rms(&samples(&[0.0, 0.0], 0.1), Alone).unwrap();
@@ -145,7 +146,7 @@ mod tests {
         assert!((zero.uncertainty - 0.1).abs() < 1e-15);
     }
 
-    /// Both follow one drift: the ratio is as certain as what is left of each.
+    /// Both follow the same drift, so the ratio is exact.
     #[test]
     fn a_ratio_of_two_that_drift_together_is_exact() {
         let ours: Vec<f64> = (0..40).map(|i| 1.0 + f64::from(i)).collect();

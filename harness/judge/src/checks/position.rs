@@ -6,7 +6,7 @@ use super::select::Position;
 use plan::Band;
 use wire::units::Length;
 
-/// The number of positions outside a square along the axes.
+/// The number of positions outside a square parallel to the axes.
 pub(super) fn outside_square(
     positions: &[Position],
     most: u32,

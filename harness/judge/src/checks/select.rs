@@ -1,4 +1,4 @@
-//! The observations that a measurement is about, in the order of their times.
+//! Selects the observations of a measurement, sorted by time.
 
 use super::figure::Refusal;
 use super::is_during;
@@ -21,7 +21,7 @@ pub(super) struct Point {
     pub(super) sample: Sample,
 }
 
-/// A position, and in which direction the lap went, where that is known.
+/// A position, and the direction of its lap if known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Position {
     pub(super) x: Sample,
@@ -29,11 +29,11 @@ pub(super) struct Position {
     pub(super) direction: Option<f64>,
 }
 
-/// What a measurement is about.
+/// The observations of a measurement.
 #[derive(Clone)]
 pub(super) struct Selection<'a> {
     declared: &'a Declared,
-    /// The observations' own uncertainties do not count.
+    /// Whether the observations' own uncertainties are ignored.
     is_exact: bool,
     first: Vec<Observed<'a>>,
     second: Vec<Observed<'a>>,
@@ -50,7 +50,7 @@ impl<'a> Selection<'a> {
                     _ => true,
                 })
                 .collect();
-            // Mostly they are, and sorting takes memory.
+            // They usually are sorted, and sorting takes memory.
             if !chosen.is_sorted_by(|a, b| order(a, b).is_le()) {
                 chosen.sort_by(order);
             }
@@ -61,7 +61,7 @@ impl<'a> Selection<'a> {
         Self { declared, is_exact: false, first, second: second.unwrap_or_default() }
     }
 
-    /// The same without the observations' own uncertainties.
+    /// The same selection without the observations' own uncertainties.
     pub(super) fn taken_as_exact(&self) -> Self {
         Self { is_exact: true, ..self.clone() }
     }
@@ -71,12 +71,12 @@ impl<'a> Selection<'a> {
         Sample { value: observed.value(), uncertainty }
     }
 
-    /// How many observations there are of the measurement's own quantity.
+    /// Number of observations of the measurement's own quantity.
     pub(super) fn len(&self) -> usize {
         self.first.len()
     }
 
-    /// Enough observations, all of them usable?
+    /// Checks that there are enough observations and that all are usable.
     pub(super) fn complete(&self) -> Result<(), Refusal> {
         let count = self.first.len();
         if count == 0 {
@@ -104,21 +104,21 @@ impl<'a> Selection<'a> {
         self.second.iter().map(|o| self.sample(o)).collect()
     }
 
-    /// Whether the order of the values says which are near one another.
+    /// Whether the values are in time order, so that neighbours can be grouped.
     pub(super) fn together(&self) -> Together {
         let is_timed = self.first.iter().all(|o| o.time().is_some());
         if is_timed { Together::InTime } else { Together::Alone }
     }
 
-    /// The values over a tag, by rising tag.
+    /// The values against a tag, sorted by the tag.
     pub(super) fn points(&self, tag: &str) -> Result<Vec<Point>, Refusal> {
         let mut points = self.points_in_time(tag)?;
-        // Stable: points of the same abscissa stay in the order of their times.
+        // A stable sort: points with the same abscissa stay in time order.
         points.sort_by(|a, b| a.at.total_cmp(&b.at));
         Ok(points)
     }
 
-    /// The values over a tag.
+    /// The values against a tag, in time order.
     pub(super) fn points_in_time(&self, tag: &str) -> Result<Vec<Point>, Refusal> {
         let points: Vec<_> = self
             .first
@@ -136,8 +136,8 @@ impl<'a> Selection<'a> {
         Ok(points)
     }
 
-    /// The two quantities joined by the tags `run` and `direction`; several of the same run and direction
-    /// by their time.
+    /// The two quantities joined by the tags `run` and `direction`; several of the same run and direction are paired in
+    /// time order.
     pub(super) fn positions(&self) -> Result<Vec<Position>, Refusal> {
         let (mut xs, mut ys) = (self.first.clone(), self.second.clone());
         xs.sort_by(order_of_pairs);
@@ -160,7 +160,7 @@ fn is_usable(observed: &Observed<'_>) -> bool {
     value.is_finite() && uncertainty.is_finite() && uncertainty >= 0.0
 }
 
-/// By time and value, so that sums come out the same whatever the order of arrival.
+/// By time, then value, so that sums do not depend on the order of arrival.
 fn order(a: &Observed<'_>, b: &Observed<'_>) -> Ordering {
     order_of_tag(a, b, "time")
         .then_with(|| a.value().total_cmp(&b.value()))
@@ -188,7 +188,7 @@ fn order_of_tag(a: &Observed<'_>, b: &Observed<'_>, tag: &str) -> Ordering {
     key(a).cmp(&key(b))
 }
 
-/// A float in its total order.
+/// A float with total order.
 #[derive(Clone, Copy)]
 struct Total(f64);
 

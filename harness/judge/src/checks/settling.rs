@@ -1,11 +1,11 @@
-//! From which time on do values stay in a band?
+//! The time from which on all values stay in a band.
 
 use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear};
 use super::select::Point;
 use plan::Band;
 use wire::time::Span;
 
-/// The time from the first value to the one from which on all are inside. `points` are by rising time.
+/// The time from the first value to the one from which on all are inside. `points` are sorted by time.
 pub(super) fn eventually_within(
     points: &[Point],
     band: Band,
@@ -16,7 +16,7 @@ pub(super) fn eventually_within(
     };
     let settled = |coverage: f64| {
         let clear = |p: &Point| is_clear(p.sample.value, p.sample.uncertainty, band, coverage);
-        // Values of the same time count together: all of them must be inside.
+        // Values at the same time count together: all must be inside.
         let outside = points.iter().rev().find(|p| !clear(p)).map(|p| p.at);
         let inside = match outside {
             Some(outside) => points.iter().find(|p| p.at > outside),

@@ -1,5 +1,5 @@
-//! UMBmark (Borenstein and Feng 1996) for a base without a wheelbase: the centres of gravity of the return
-//! errors of both directions, E_max,syst, and alpha and beta as effective parameters.
+//! UMBmark (Borenstein and Feng 1996) for a base without a wheelbase: the centres of gravity of the return errors of
+//! both directions, E_max,syst, and alpha and beta as effective parameters.
 //!
 //! The errors are absolute minus dead-reckoned positions after a lap of a square path of side L. For small
 //! angles alpha = (x_cw + x_ccw) / (-4 L) is the effective error of each corner, and
@@ -12,7 +12,7 @@ use super::select::{Position, Sample};
 use plan::{Band, UmbmarkFigure};
 use wire::units::{Angle, Length};
 
-/// The centre of gravity of one direction's return errors.
+/// Centre of gravity of the return errors of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Centre {
     /// x, in metres.
@@ -23,11 +23,11 @@ pub struct Centre {
     pub x_uncertainty_m: f64,
     /// Standard uncertainty of y.
     pub y_uncertainty_m: f64,
-    /// Laps.
+    /// Number of laps.
     pub laps: usize,
 }
 
-/// The return error of one lap, with standard uncertainties.
+/// Return error of one lap, with standard uncertainties.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReturnError {
     /// x, in metres.
@@ -41,7 +41,7 @@ pub struct ReturnError {
 }
 
 impl Centre {
-    /// `None` where there is no lap.
+    /// The centre of these laps; `None` without laps.
     pub fn of(laps: &[ReturnError]) -> Option<Self> {
         let axis = |read: fn(&ReturnError) -> Sample| {
             mean(&laps.iter().map(read).collect::<Vec<_>>(), Together::Alone)
@@ -77,15 +77,15 @@ impl Centre {
 /// The result of UMBmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Umbmark {
-    /// Clockwise laps.
+    /// Centre of the clockwise laps.
     pub cw: Centre,
-    /// Counter-clockwise laps.
+    /// Centre of the counter-clockwise laps.
     pub ccw: Centre,
     side: Length,
 }
 
 impl Umbmark {
-    /// From both directions' centres, on a square path of this side.
+    /// The result for these centres on a square path of this side.
     pub const fn new(cw: Centre, ccw: Centre, side: Length) -> Self {
         Self { cw, ccw, side }
     }
@@ -95,17 +95,17 @@ impl Umbmark {
         self.worse().distance_m()
     }
 
-    /// alpha, small angles.
+    /// alpha, for small angles.
     pub fn alpha(&self) -> Angle {
         Angle::from_rad((self.cw.x_m + self.ccw.x_m) / (-4.0 * self.side.m()))
     }
 
-    /// beta, small angles.
+    /// beta, for small angles.
     pub fn beta(&self) -> Angle {
         Angle::from_rad((self.cw.x_m - self.ccw.x_m) / (-4.0 * self.side.m()))
     }
 
-    /// Standard uncertainty of [`Umbmark::alpha`], and of [`Umbmark::beta`].
+    /// Standard uncertainty of [`Umbmark::alpha`] and of [`Umbmark::beta`].
     pub fn angle_uncertainty(&self) -> Angle {
         let both = self.cw.x_uncertainty_m.hypot(self.ccw.x_uncertainty_m);
         Angle::from_rad(both / (4.0 * self.side.m()))
@@ -183,7 +183,7 @@ mod tests {
         assert!((umbmark.e_max_syst_m() - 0.13).abs() < 1e-12);
         assert!((umbmark.alpha().rad() - 0.005).abs() < 1e-12);
         assert!((umbmark.beta().rad() - 0.01).abs() < 1e-12);
-        // x scatters by 0.003, y by 0.001; three laps each, of which Student's t is 4.303.
+        // x scatters by 0.003, y by 0.001; three laps each, for which Student's t is 4.303.
         let ux = 0.003 / 3f64.sqrt() * 4.303 / 1.959_964;
         let uy = ux / 3.0;
         assert!((umbmark.cw.x_uncertainty_m - ux).abs() < 1e-15);

@@ -1,42 +1,42 @@
-//! Limits that hold where a property does not state its own.
+//! Limits for properties that do not state their own.
 
 use controller::config::{BaseConfig, Config};
 use wire::gyro::GyroStream;
 use wire::time::Span;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
 
-/// From the last thing heard until the brakes bite. Assumption: the emulated base's command time-out of
-/// 0.5 s, which stops it when nothing reaches it any more, one exchange of 60 ms on the serial line, and as
-/// much again for a motion message that was under way.
+/// Time from the last input received until the brakes act. Assumption: the emulated base's command time-out of 0.5 s,
+/// which stops it when it receives nothing, one exchange of 60 ms on the serial line, and as much again for a motion
+/// message already under way.
 pub const REACTION_MAX: Span = Span::from_millis(620);
-/// Fastest speeding up, as a multiple of the prescribed ramps. Assumption: the base follows its steps with
-/// 1.5 times the ramp; beyond twice nobody wants it.
+/// Highest acceleration, as a multiple of the prescribed ramps. Assumption: the base follows its steps with 1.5 times
+/// the ramp; more than twice the ramp is undesirable.
 pub const RAMPS_MAX: f64 = 2.0;
-/// True speed over commanded speed, at most. Assumption: 1 % of scale error and 1 % of path error are this
-/// class of robot; more than 5 % is a fault.
+/// Highest ratio of true to commanded speed. Assumption: 1 % scale error and 1 % path error are typical of this class
+/// of robot; more than 5 % is a fault.
 pub const TRUE_OVER_COMMANDED_MAX: f64 = 1.05;
-/// From the end of a fault until all works again. Assumption: three states at rest, which come every
-/// second, and the two that it takes to see samples counted.
+/// Time from the end of a fault until everything works again. Assumption: three states at rest, one per second, and the
+/// two states that show counted samples.
 pub const RECOVERY_MAX: Span = Span::from_secs(5);
-/// Heading that a lap may lose: +-1.2 deg (the paper's Fig. 7).
+/// Permitted heading error of a lap: +-1.2 deg (the paper's Fig. 7).
 pub const HEADING_BAND: Angle = Angle::from_deg(1.2);
-/// Path that a lap of 16 m may lose: 0.1 m, the side of the square that all returns but one lie in (the
+/// Permitted position error of a lap of 16 m: 0.1 m, the side of the square that contains all returns but one (the
 /// paper's Fig. 8).
 pub const POSITION_BAND: Length = Length::from_m(0.1);
-/// True less ordered length of a straight: likewise.
+/// Permitted difference of true and commanded length of a straight; same source.
 pub const DISTANCE_BAND: Length = POSITION_BAND;
 
-/// What bench and controller are, as far as properties need it.
+/// The values of bench and controller that properties need.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// The gyro's stream, to read what the controller hears.
+    /// The gyro's stream format, to decode the controller's input.
     pub gyro: GyroStream,
-    /// A gyro that is silent longer is lost: the controller's own time-out.
+    /// The controller's time-out: a gyro that is silent for longer is lost.
     pub gyro_timeout: Span,
-    /// How the base is joined and what it can do; none on a table.
+    /// Connection and capabilities of the base; `None` on a table.
     pub base: Option<BaseConfig>,
-    /// See [`Always::FreshHeading`](plan::Always::FreshHeading): the controller's time-out and, on
-    /// the serial line, one exchange that the command waits for.
+    /// See [`Always::FreshHeading`](plan::Always::FreshHeading): the controller's time-out plus, on the serial line,
+    /// one exchange that the command waits for.
     pub heading_age_max: Span,
     /// See [`REACTION_MAX`].
     pub reaction_max: Span,
@@ -63,7 +63,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Those of a controller that is configured like this.
+    /// The limits of a controller with this configuration.
     pub fn of(config: &Config) -> Self {
         let motion = &config.motion;
         let exchange = config.base.map_or(Span::ZERO, |base| base.exchange_timeout);

@@ -1,36 +1,36 @@
-//! Properties of a run: what must hold at every moment, and what a campaign must have reached. Judged
-//! while a run goes on.
+//! Properties of a run: conditions that must hold at every moment, and states that a campaign must reach. Judged during
+//! the run.
 //!
-//! A plan states its own as [formulas](temporal) over the signals of its rig, judged message by message ([`Stated`]). Those
-//! below are built in: they are of the paper's robot, judged from what is true and from what the controller says; in real
-//! time by as much of it as the bench shows ([`Sight`]).
+//! A plan states its own properties as [formulas](temporal) over the signals of its rig, judged message by message
+//! ([`Stated`]). The properties below are built in. They belong to the paper's robot and are judged by the truth and
+//! the controller's reports; in real time, only as far as the bench shows them ([`Sight`]).
 //!
 //! | always | is violated when |
 //! |---|---|
 //! | `fresh_heading` | a velocity is sent while the last good gyro sample is older than the limit |
-//! | `stops_on_loss` | the base moves longer or further than reaction and brakes allow after the gyro or the base was last heard |
-//! | `within_limits` | a commanded or true speed, or a true speeding up, is beyond its limit |
+//! | `stops_on_loss` | after loss of gyro or base, the base moves longer or further than reaction and brakes allow |
+//! | `within_limits` | a commanded or true speed, or a true acceleration, exceeds its limit |
 //! | `pose_written_at_rest` | a pose is written while the base moves |
-//! | `finite_outputs` | a report holds a number that is none |
-//! | `recovers` | a controller that calls itself well makes no use of its gyro some time after a fault |
-//! | `done_is_done` | a turn or straight that a well controller calls done was not done |
-//! | `no_silent_wrong` | heading or position leaves its band, and no word of it before the lap's end |
+//! | `finite_outputs` | a report contains a number that is not finite |
+//! | `recovers` | a controller that reports good health makes no use of its gyro some time after a fault |
+//! | `done_is_done` | a turn or straight that a healthy controller reports as done was not done |
+//! | `no_silent_wrong` | heading or position leaves its band, and health does not report it before the lap's end |
 //!
-//! What is violated from when a fault began that no input of the controller shows (wheels that slip; another sensor would
-//! see them) is named as such: it is no mistake of the controller.
+//! A violation after the start of a fault that no input of the controller shows (slipping wheels; only another sensor
+//! would see them) is marked as such: it is no error of the controller.
 //!
-//! Heading-based ones are judged while the gyro closes the loops: by odometry a plan asks for worse. A
-//! lap is a step of the plan; without steps, the run.
+//! Properties on the heading are judged while the gyro closes the loops: a plan that runs on odometry accepts worse. A
+//! lap is a step of the plan, or the whole run if there are no steps.
 //!
-//! They are no formulas: they go by the truth and by the controller's reports, which are in no message, and their margins are
-//! of time and of distance gone, where a formula's is of values.
+//! They are not formulas, because they use the truth and the controller's reports, which are in no message, and their
+//! margins are of time and distance, whereas a formula's are of values.
 //!
-//! Each always-property gives a **margin**, the least signed distance to a violation as a share of its
-//! limit, which a search goes down along. Those of `sometimes` ([`Sometimes`]) come about or not.
+//! Each always-property gives a **margin**, the smallest signed distance to a violation as a share of its limit; a
+//! search minimises it. Properties of `sometimes` ([`Sometimes`]) occur or do not.
 //!
-//! [`Monitor`] is fed by a world with what is [`Seen`]; it sends nothing and costs nothing where there is
-//! none. The bytes that the controller received are decoded a second time: what the controller itself says
-//! of its inputs is what is judged.
+//! A world feeds [`Monitor`] with what is [`Seen`]. The monitor sends nothing, and a run without one has no overhead.
+//! It decodes the bytes that the controller received a second time, so that it judges by the controller's own view of
+//! its inputs.
 
 mod always;
 mod limits;
@@ -54,6 +54,6 @@ pub use seen::{Seen, Truth};
 pub use sight::{Sight, Unjudged, View};
 pub use verdict::PropertyVerdict;
 
-/// The truth is shown at least this often, as far as anything happens meanwhile, and whenever the controller says
-/// something: the period of a base's reports in motion.
+/// Maximum interval of the truth, as long as anything happens; it is also shown whenever the controller sends. Equal to
+/// the period of a base's reports in motion.
 pub const TRUTH_PERIOD: wire::time::Span = wire::time::Span::from_millis(20);

@@ -11,31 +11,30 @@ use plan::Speaker;
 use record::Violation;
 use wire::time::Timestamp;
 
-/// Watches one run. Properties that are asked for twice are judged once, by the first.
+/// Monitors one run. Duplicate properties are judged once, by the first.
 #[derive(Debug, Clone)]
 pub struct Monitor {
     properties: Vec<Property>,
-    /// What is built in, of the paper's robot; none on a rig without it.
+    /// The built-in properties of the paper's robot; `None` on a rig without it.
     of_robot: Option<Box<OfRobot>>,
-    /// What the plan states, in the order of the properties.
+    /// The plan's own properties, in order.
     stated: Vec<Statement>,
 }
 
-/// Judges what is built in.
+/// Judges the built-in properties.
 #[derive(Debug, Clone)]
 struct OfRobot {
     senses: Senses,
     judges: Vec<Box<dyn Judge>>,
-    /// Which judges hear each topic.
+    /// The judges that subscribe to each topic.
     hearers: [Vec<usize>; Topic::COUNT],
     reached: Reached,
     facts: Vec<Fact>,
 }
 
 impl Monitor {
-    /// A monitor of `properties` on a rig whose messages are those of `speakers`. `limits` are those of the paper's robot,
-    /// where it is on the rig: they hold where a property states none, and without any property all that are built in are
-    /// judged.
+    /// A monitor of `properties` on a rig with the messages of `speakers`. `limits` are those of the paper's robot if
+    /// it is on the rig. They apply where a property states none; without any property, all built-in ones are judged.
     pub fn new(properties: &[Property], limits: Option<&Limits>, speakers: &[Speaker]) -> Self {
         let mut asked = properties.to_vec();
         if asked.is_empty() && limits.is_some() {
@@ -58,7 +57,7 @@ impl Monitor {
         }
     }
 
-    /// Takes what is seen at `now`. Times never go back.
+    /// Takes an observation at `now`. Times never decrease.
     pub fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
         if let Seen::Message { speaker, decoded } = seen {
             for statement in &mut self.stated {
@@ -69,7 +68,7 @@ impl Monitor {
         }
     }
 
-    /// The properties that do not hold so far, and where each was first violated.
+    /// The properties violated so far, each with its first violation.
     pub fn broken(&self) -> impl Iterator<Item = (&str, &Violation)> {
         let always = self.properties.iter().filter_map(|property| match property {
             Property::Always(always) => Some(always.name()),
@@ -82,8 +81,7 @@ impl Monitor {
         built_in.chain(self.stated.iter().filter_map(Statement::broken))
     }
 
-    /// What became of each property, in the order in which they were asked for. The run ends at `end`, and with it the lap
-    /// that is under way.
+    /// The result of each property, in the order given. The run, and with it the current lap, ends at `end`.
     pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
         if let Some(of_robot) = &mut self.of_robot {
             let OfRobot { senses, judges, .. } = &mut **of_robot;

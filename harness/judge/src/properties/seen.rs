@@ -1,4 +1,4 @@
-//! What a monitor is shown, as it happens.
+//! Inputs of a monitor.
 
 use controller::Output;
 use controller::mission::{Mission, Report};
@@ -6,21 +6,21 @@ use described::Decoded;
 use wire::can::CanFrame;
 use wire::units::{AngularRate, Pose, Speed};
 
-/// What is true of the base at one instant.
+/// True state of the base at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Truth {
-    /// Where it is; the heading is the turret's, not wrapped.
+    /// Pose; the heading is the turret's, not wrapped.
     pub pose: Pose,
-    /// Along the path; backward is negative.
+    /// Speed along the path; negative backwards.
     pub speed: Speed,
-    /// Of the steering.
+    /// Rate of the steering.
     pub steer_rate: AngularRate,
 }
 
-/// One thing that happened. The truth is shown before what is judged by it, at the same instant.
+/// One event. At the same instant the truth comes before everything judged by it.
 #[derive(Debug, Clone, Copy)]
 pub enum Seen<'a> {
-    /// What is true of the base now.
+    /// The true state of the base now.
     Truth(Truth),
     /// The controller received these bytes from the gyro.
     GyroBytes(&'a [u8]),
@@ -28,32 +28,32 @@ pub enum Seen<'a> {
     BaseBytes(&'a [u8]),
     /// The controller received this frame from the base's bus.
     BaseFrame(&'a CanFrame),
-    /// The controller was given this mission.
+    /// The controller received this mission.
     Told(&'a Mission),
-    /// The controller sent this.
+    /// The controller sent this output.
     Sent(&'a Output),
-    /// The controller reported this.
+    /// The controller sent this report.
     Report(&'a Report),
     /// A step of the plan, here called a lap, began.
     LapBegan,
-    /// It ended.
+    /// The lap ended.
     LapEnded,
-    /// Somebody carried the robot elsewhere.
+    /// A person moved the robot.
     Placed,
-    /// So many faults are at work now.
+    /// The number of active faults changed.
     Faults {
-        /// How many.
+        /// Number of active faults.
         active: usize,
-        /// One of them that no input of the controller shows.
+        /// An active fault that no input of the controller shows, if any.
         unseen: Option<&'static str>,
     },
-    /// A node left the bus for too many errors.
+    /// A node went bus-off after too many errors.
     BusOff,
-    /// A message of a node has arrived.
+    /// A message of a node arrived.
     Message {
-        /// Whose, by its place among the speakers of the rig.
+        /// The sender, as an index of the rig's speakers.
         speaker: usize,
-        /// What it says, and how its counter and checksum are.
+        /// Decoded values, with the state of counter and checksum.
         decoded: Decoded<'a>,
     },
 }

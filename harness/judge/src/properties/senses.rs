@@ -1,4 +1,4 @@
-//! What happened, understood: bytes decoded, orders remembered until they are answered.
+//! Interprets events: decodes bytes, and remembers orders until they are answered.
 
 use super::Limits;
 use super::seen::{Seen, Truth};
@@ -13,49 +13,49 @@ use wire::gyro::{GyroDecoder, GyroOutput, GyroSample};
 use wire::time::Timestamp;
 use wire::units::{Angle, Length};
 
-/// Missions that wait for an answer; the oldest gives way. The controller answers at once or runs one, so
-/// that more are a controller that does not answer.
+/// Missions that wait for an answer; the oldest is dropped first. The controller answers at once or runs one mission,
+/// so more means that it does not answer.
 const ORDERS_MAX: usize = 64;
 
-/// What of a mission matters when it is answered.
+/// The part of a mission that matters when it is answered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Order {
     Straight(Length),
     Turn(Angle),
     BiasTest,
     Source(HeadingSource),
-    /// Makes the believed pose jump: a pose or a calibration that is set.
+    /// Makes the believed pose jump: sets a pose or a calibration.
     Setting,
     Other,
 }
 
-/// Something understood.
+/// An interpreted event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Fact {
-    /// [`Senses::truth`] is new.
+    /// [`Senses::truth`] has changed.
     Truth,
-    /// Bytes of the gyro came.
+    /// Bytes of the gyro arrived.
     Gyro,
-    /// The base's motion came.
+    /// The base's motion arrived.
     Motion,
-    /// The controller asked this of the base.
+    /// The controller sent this request to the base.
     Request(Request),
     /// A mission was given.
     Told(MissionId, Order),
-    /// It was answered.
+    /// The mission was answered.
     Answered(MissionId, Order, Report),
     State(State),
-    /// [`Senses::health`] is new.
+    /// [`Senses::health`] has changed.
     Health,
     LapBegan,
     LapEnded,
     Placed,
-    /// [`Senses::faults`] is new.
+    /// [`Senses::faults`] has changed.
     Faults,
     BusOff,
 }
 
-/// What a fact is of: a judge is told of those that it hears.
+/// Topic of a fact; a judge receives the facts of its topics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Topic {
     Truth,
@@ -71,7 +71,7 @@ pub(super) enum Topic {
 }
 
 impl Topic {
-    /// How many there are.
+    /// Number of topics.
     pub(super) const COUNT: usize = Self::BusOff as usize + 1;
 }
 
@@ -96,11 +96,11 @@ impl Fact {
 enum BaseEars {
     None,
     Can,
-    /// What the base reads, and what the controller makes of the answers.
+    /// The base's decoder, and the controller's decoder of its replies.
     Serial(Device, Host),
 }
 
-/// Everything known at this moment.
+/// The current state of knowledge.
 #[derive(Debug, Clone)]
 pub(super) struct Senses {
     pub(super) now: Timestamp,
@@ -140,23 +140,23 @@ impl Senses {
         }
     }
 
-    /// Times that the gyro's decoder found its place again.
+    /// Number of times that the gyro's decoder resynchronised.
     pub(super) const fn resyncs(&self) -> u64 {
         self.gyro.counters().resyncs
     }
 
-    /// The controller says that the odometry stands in for a gyro that is silent, and may.
+    /// The controller reports that odometry bridges a silent gyro, and is permitted to.
     pub(super) fn is_bridged(&self) -> bool {
         self.health.causes.bridging
             && self.gyro_heard.is_some_and(|heard| self.now - heard <= BRIDGE_MAX)
     }
 
-    /// The base moves, in truth.
+    /// Whether the base truly moves.
     pub(super) fn is_moving(&self) -> bool {
         self.truth.is_some_and(|truth| truth.is_moving())
     }
 
-    /// Takes what is seen `now`; what it means is put at the end of `facts`.
+    /// Takes an event at `now` and appends its facts to `facts`.
     pub(super) fn take(&mut self, now: Timestamp, seen: &Seen<'_>, facts: &mut Vec<Fact>) {
         self.now = now;
         match seen {
@@ -229,7 +229,7 @@ impl Senses {
                         DeviceEvent::Read(_) => Request::ReadMotion,
                         DeviceEvent::Refused(_) => return,
                     };
-                    // The controller begins an exchange only when the one before is over for it.
+                    // The controller begins an exchange only after it has finished the previous one.
                     host.abandon();
                     let _ = host.start(&request);
                     facts.push(Fact::Request(request));
@@ -265,7 +265,7 @@ impl Senses {
 }
 
 impl Truth {
-    /// It drives or steers.
+    /// Whether it drives or steers.
     pub(super) fn is_moving(&self) -> bool {
         self.speed.m_per_s() != 0.0 || self.steer_rate.rad_per_s() != 0.0
     }
@@ -284,7 +284,7 @@ impl Order {
     }
 }
 
-/// It may be integrated.
+/// Whether the sample may be integrated.
 fn is_good(sample: &GyroSample) -> bool {
     let finite = match sample.output {
         GyroOutput::Rate(rate) => rate.is_finite(),

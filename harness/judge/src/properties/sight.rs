@@ -1,31 +1,31 @@
-//! What a bench shows of a run, and which properties can be judged by it. In virtual time everything is seen; of
-//! real devices nobody knows the truth, and a line between a real device and a controller that is a process of its
-//! own is heard by nobody else.
+//! What a bench shows of a run, and which properties that suffices for. In virtual time everything is visible. With
+//! real devices the truth is unknown, and the harness cannot listen on a line between a real device and a controller
+//! that runs as a separate process.
 
 use super::{Always, Kind, Property, Sometimes};
 use record::outcome::PropertySummary;
 use std::collections::BTreeMap;
 
-/// Something that a property is judged by.
+/// A signal that a property is judged by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum View {
-    /// What is true of the base.
+    /// The true state of the base.
     Truth,
-    /// What the controller hears from the gyro.
+    /// What the controller receives from the gyro.
     GyroLine,
-    /// What the controller hears from the base.
+    /// What the controller receives from the base.
     BaseReplies,
-    /// What the controller sends to the base, when it sends it.
+    /// What the controller sends to the base, at the time it sends it.
     BaseRequests,
-    /// The states of error of the nodes of the base's bus.
+    /// The error states of the nodes of the base's bus.
     BusStates,
-    /// Reports as they are, before they become lines of text.
+    /// Reports before they are written as text.
     PlainReports,
-    /// What the nodes of a rig send.
+    /// Messages of the nodes of a rig.
     Messages,
 }
 
-/// What is not seen on a bench, and why.
+/// The views that a bench lacks, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Sight {
     hidden: BTreeMap<View, String>,
@@ -34,11 +34,11 @@ pub struct Sight {
 /// A property that a run cannot judge.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unjudged {
-    /// As a plan writes it.
+    /// Name, as in a plan.
     pub name: String,
-    /// Which kind.
+    /// Kind of property.
     pub kind: Kind,
-    /// Why: what it is judged by, and why that is not seen.
+    /// Why: the view that it needs, and why the bench lacks it.
     pub why: String,
 }
 
@@ -57,24 +57,24 @@ impl From<&Unjudged> for PropertySummary {
 }
 
 impl Sight {
-    /// Of everything.
+    /// Everything is visible.
     pub fn whole() -> Self {
         Self::default()
     }
 
-    /// Without this, for this reason: a clause such as "the gyro is real".
+    /// Removes a view for this reason, a clause such as "the gyro is real".
     #[must_use]
     pub fn without(mut self, view: View, why: impl Into<String>) -> Self {
         self.hidden.entry(view).or_insert_with(|| why.into());
         self
     }
 
-    /// Is this seen?
+    /// Whether this view is available.
     pub fn has(&self, view: View) -> bool {
         !self.hidden.contains_key(&view)
     }
 
-    /// Those of `properties` that can be judged, and the others, each in their order.
+    /// Divides `properties` into those that can be judged and the others, each in order.
     pub fn divide(&self, properties: &[Property]) -> (Vec<Property>, Vec<Unjudged>) {
         let (mut judged, mut unjudged) = (Vec::new(), Vec::new());
         for property in properties {
@@ -89,7 +89,7 @@ impl Sight {
         (judged, unjudged)
     }
 
-    /// Why a property cannot be judged; `None` where it can.
+    /// Why a property cannot be judged; `None` if it can.
     fn missing(&self, property: &Property) -> Option<String> {
         needs(property).iter().find_map(|view| {
             self.hidden.get(view).map(|why| format!("it is judged by {}: {why}", view.what()))
@@ -111,7 +111,7 @@ impl View {
     }
 }
 
-/// What a property is judged by, beyond missions and reports.
+/// The views that a property needs, besides missions and reports.
 pub const fn needs(property: &Property) -> &'static [View] {
     use View::{BaseReplies, BaseRequests, BusStates, GyroLine, Messages, PlainReports, Truth};
     match property {

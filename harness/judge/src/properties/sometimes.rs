@@ -1,4 +1,4 @@
-//! Which of the states that matter a run has reached.
+//! Which of the relevant states a run has reached.
 
 use super::Sometimes;
 use super::senses::{Fact, Order, Senses};
@@ -6,7 +6,7 @@ use controller::health::Level;
 use controller::mission::{AbortReason, Report};
 use std::collections::BTreeSet;
 
-/// Those that were reached.
+/// The states that were reached.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reached {
     reached: BTreeSet<Sometimes>,

@@ -1,4 +1,4 @@
-//! What a plan states itself: a formula over the signals of its rig.
+//! A plan's own properties: formulas over the signals of its rig.
 
 use super::Kind;
 use super::verdict::PropertyVerdict;
@@ -14,17 +14,17 @@ use wire::time::Timestamp;
 pub(super) struct Statement {
     name: String,
     kind: Kind,
-    /// None where the formula does not fit the rig, which is refused before a run.
+    /// `None` if the formula does not fit the rig; such a plan is rejected before a run.
     monitor: Option<Monitor>,
     reads: Reads,
-    /// Signals that had no value yet, by their numbers.
+    /// Signals without a value so far, by number.
     unseen: BTreeMap<usize, String>,
     violation: Option<Violation>,
 }
 
 impl Statement {
     pub(super) fn new(stated: &Stated, speakers: &[Speaker]) -> Self {
-        // What must come about once must not be false throughout.
+        // A sometimes-property is judged by its negation, which must not hold throughout.
         let text = match stated.kind {
             Kind::Always => stated.formula.clone(),
             Kind::Sometimes => format!("not ({})", stated.formula),
@@ -57,7 +57,7 @@ impl Statement {
         }
     }
 
-    /// Where what must always hold did not, so far.
+    /// The first violation of an always-property so far.
     pub(super) fn broken(&self) -> Option<(&str, &Violation)> {
         let is_always = self.kind == Kind::Always;
         self.violation
@@ -66,7 +66,7 @@ impl Statement {
             .map(|violation| (self.name.as_str(), violation))
     }
 
-    /// What became of it in a run that ended at `end`.
+    /// The result in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
         let Self { name, kind, monitor, unseen, .. } = self;
         let verdict = monitor.map(|monitor| monitor.finish(end));
@@ -78,7 +78,7 @@ impl Statement {
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
         if judged.is_none() {
-            // What could not be broken did not hold.
+            // A property that could not have been violated counts as not held.
             let unseen: Vec<String> = unseen.into_values().collect();
             let never_judged = Some(format!("never judged: no value of {}", unseen.join(", ")));
             let (held, first_violation, margin) = (false, None, None);
@@ -95,7 +95,7 @@ impl Statement {
     }
 }
 
-/// When it was false, by how much, and what the signals were.
+/// The time of the violation, its extent, and the values of the signals.
 fn told(violation: &temporal::Violation) -> Violation {
     let value = |(name, value): &(String, f64)| match value.is_nan() {
         true => format!("{name} unknown"),

@@ -1,4 +1,4 @@
-//! Each judge by hand: what it lets pass, what it does not, and by how much.
+//! Each judge with hand-made events: what it accepts, what it rejects, and the margin.
 
 mod scene;
 
@@ -15,7 +15,7 @@ use wire::base::Request;
 use wire::time::Span;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose};
 
-/// What became of `name` in the scene that `play` makes.
+/// The result of `name` in the scene that `play` makes.
 fn verdict(name: &str, play: impl FnOnce(&mut Scene)) -> PropertyVerdict {
     let mut scene = Scene::new();
     play(&mut scene);
@@ -75,7 +75,7 @@ fn a_gyro_may_be_bridged_for_so_long_where_that_is_said() {
     for name in ["fresh_heading", "stops_on_loss"] {
         assert!(bridged(name, 5_000, true).held, "{name}");
         assert!(!bridged(name, 5_000, false).held, "{name}");
-        // 5 s of bridge, and for the second all of its reaction time and brakes behind it.
+        // 5 s of bridge, plus the full reaction time and braking afterwards.
         assert!(!bridged(name, 6_700, true).held, "{name}");
     }
     assert!(!bridged("fresh_heading", 5_010, true).held);
@@ -104,7 +104,7 @@ fn who_loses_an_input_has_time_and_distance_to_stop() {
     assert!(moving_for(3_000, true, true) > 0.95);
     for (gyro, base) in [(false, true), (true, false)] {
         assert!(moving_for(600, gyro, base) > 0.3);
-        // Full speed all the time goes further than a brake would, sooner than the time is up.
+        // Constant full speed exceeds the braking distance before the time is up.
         assert!(moving_for(1_300, gyro, base) < 0.0);
         assert!(near(moving_for(4_000, gyro, base), -1.0));
     }
@@ -271,7 +271,7 @@ fn an_error_is_silent_until_there_is_a_word_of_it_within_the_lap() {
     assert!(near(lap(true, false, true), -0.5), "a word that was taken back is none");
 }
 
-/// A pose is believed from when it is ordered on, and the order is answered when the base has it too.
+/// The pose is believed from its command on, but the answer waits until the base has it too.
 #[test]
 fn a_pose_that_is_being_set_is_no_error() {
     let answered = |id| {
@@ -285,7 +285,7 @@ fn a_pose_that_is_being_set_is_no_error() {
         verdict.margin
     };
     assert!(answered(7).is_some_and(|margin| near(margin, 0.5)));
-    // While it is not, nothing is looked at.
+    // Until it is answered nothing is judged.
     assert_eq!(answered(8), None);
 }
 

@@ -1,4 +1,4 @@
-//! What became of a property, and how near it came to the other outcome.
+//! The result of a property, and its margin.
 
 use plan::Kind;
 use record::Violation;
@@ -6,23 +6,23 @@ use record::outcome::PropertySummary;
 use serde::Serialize;
 use wire::time::Timestamp;
 
-/// What became of one property in one run.
+/// The result of one property in one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PropertyVerdict {
-    /// As a plan has it.
+    /// Name, as in a plan.
     pub name: String,
-    /// Which kind.
+    /// Kind of property.
     pub kind: Kind,
-    /// Always: it was never violated. Sometimes: it came about.
+    /// Always: it was never violated. Sometimes: it occurred.
     pub held: bool,
-    /// Of an always-property that was violated.
+    /// The first violation of an always-property.
     pub first_violation: Option<Violation>,
-    /// Of an always-property that did not hold because the run held nothing to judge it by: what was missing. No fault of the
-    /// bus can break it so.
+    /// What was missing, for an always-property that did not hold because the run had nothing to judge it by. A fault
+    /// of the bus cannot violate it in this way.
     pub never_judged: Option<String>,
-    /// Robustness, as in the falsification of signal temporal logic: the least distance to a violation
-    /// in the run as a share of the limit; 1 far, 0 at the limit, negative beyond, within -1 to 1. None
-    /// where the run held nothing to judge, and for what must come about sometimes.
+    /// Robustness, as in the falsification of signal temporal logic: the smallest distance to a violation in the run as
+    /// a share of the limit, from 1 (far) over 0 (at the limit) to -1. `None` if there was nothing to judge, and for
+    /// sometimes-properties.
     pub margin: Option<f64>,
 }
 
@@ -43,17 +43,17 @@ impl From<&PropertyVerdict> for PropertySummary {
     }
 }
 
-/// The least margin so far, and the first violation.
+/// The smallest margin so far, and the first violation.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Judgement {
     margin: Option<f64>,
     first_violation: Option<Violation>,
-    /// What the first violation is called by is complete.
+    /// Whether the fault of the first violation has been named.
     is_named: bool,
 }
 
 impl Judgement {
-    /// Takes a margin; below zero `what` says what was seen. A margin that is no number is a violation.
+    /// Takes a margin; if it is negative, `what` describes the observation. NaN is a violation.
     pub(super) fn take(&mut self, at: Timestamp, margin: f64, what: impl FnOnce() -> String) {
         let margin = if margin.is_nan() { -1.0 } else { margin.clamp(-1.0, 1.0) };
         if margin < 0.0 && self.first_violation.is_none() {
@@ -62,7 +62,7 @@ impl Judgement {
         self.margin = Some(self.margin.map_or(margin, |least| least.min(margin)));
     }
 
-    /// A fault has begun that no input of the controller shows: a violation from now on is named as such.
+    /// A fault has begun that no input of the controller shows; later violations are marked with it.
     pub(super) fn unseen(&mut self, (fault, since): (&str, Timestamp)) {
         if let Some(violation) = &mut self.first_violation
             && !self.is_named
@@ -73,7 +73,7 @@ impl Judgement {
         }
     }
 
-    /// Where it was first violated.
+    /// The first violation.
     pub(super) const fn first_violation(&self) -> Option<&Violation> {
         self.first_violation.as_ref()
     }

@@ -1,4 +1,4 @@
-//! Where a controller that runs already takes its missions.
+//! The connection to a controller that is already running.
 
 use super::port_text::PortText;
 use serde::de::{self, Visitor};
@@ -7,24 +7,24 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// How a place is written; for messages.
+/// Notation of a place, for messages.
 const FORMS: &str = "\"unix:/path/of/a.sock\", \"tcp:HOST:PORT\", a serial port such as \
                      \"/dev/ttyUSB2\", or \"pty:./missions.pty\"";
 
-/// Where a controller that runs already takes missions and gives reports: the JSON lines that a program
-/// has on stdin and stdout, both ways over one line.
+/// The place where a running controller takes missions and sends reports: the JSON lines that a program has on stdin
+/// and stdout, in both directions over one line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AttachPlace {
     /// `unix:PATH`: a socket that the controller listens on.
     Unix(PathBuf),
-    /// `tcp:HOST:PORT`: likewise. Nothing is encrypted, and nobody is asked who he is.
+    /// `tcp:HOST:PORT`: likewise. There is no encryption and no authentication.
     Tcp(String),
-    /// A serial port that the controller is at the other end of, or a pty whose far side it opens.
+    /// A serial port with the controller at its other end, or a pty whose other end the controller opens.
     Line(PortText),
 }
 
 impl AttachPlace {
-    /// The place of that name.
+    /// Parses the text of a place.
     fn read(text: &str) -> Result<Self, String> {
         let expected = |wrong: String| format!("{wrong}, expected {FORMS}");
         match text.split_once(':') {

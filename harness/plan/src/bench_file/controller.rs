@@ -8,21 +8,21 @@ use serde::{Deserialize, Deserializer};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Which device is tested.
+/// The kind of device under test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ControllerSection {
-    /// `in_process = true`: our controller, in the process of the harness.
+    /// `in_process = true`: the built-in controller, in the process of the harness.
     InProcess,
     /// `command = [...]`: a program that the harness starts; `{gyro}` and `{base}` stand for the ports.
     Command(Vec<String>),
-    /// `attach = "unix:/path.sock"`: one that runs already, or that somebody starts by hand, and that takes its
-    /// missions there.
+    /// `attach = "unix:/path.sock"`: a controller that is already running or started by hand, and takes its missions at
+    /// this place.
     Attach(AttachPlace),
 }
 
 const KEYS: [&str; 3] = ["in_process", "command", "attach"];
 
-/// The key; a second one is refused here, so that the message points at it.
+/// The key; a second one is rejected here, so that the message points at it.
 struct Key<'a>(Option<&'a str>);
 
 impl<'de> DeserializeSeed<'de> for Key<'_> {

@@ -1,4 +1,4 @@
-//! Bench files: which port plays which role, and which program is the device under test.
+//! Bench files: the ports of the roles, and the program under test.
 //!
 //! ```toml
 //! title = "The bench by the window"
@@ -20,8 +20,8 @@
 //! file = "answers.toml"
 //! ```
 //!
-//! A role without a table is emulated where the world puts it. What cannot be meant is refused while it
-//! is read, so that the message points at the key.
+//! A role without a table is emulated, at the place that the world chooses. Invalid values are rejected during parsing,
+//! so that the message points at the key.
 
 mod attach;
 mod controller;
@@ -41,7 +41,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Names of the roles of a robot or a table that a bench gives to ports. That of a device of the user's own is `device`.
+/// Names of the roles of a robot or a table that a bench assigns to ports. The role of a custom device is `device`.
 pub const ROLES: [&str; 3] = ["gyro", "base", "table"];
 
 /// A bench.
@@ -98,11 +98,11 @@ pub struct AnswersSection {
 }
 
 impl BenchFile {
-    /// Reads the bench of that name or path.
+    /// Reads the bench with this name or path.
     ///
     /// # Errors
     ///
-    /// When it is missing or not right.
+    /// When it is missing or invalid.
     pub fn load(name: &str) -> Result<Self, LibraryError> {
         let (origin, mut bench): (String, Self) = Library::shipped().read(Kind::Bench, name)?;
         if let Some(answers) = &mut bench.answers
@@ -113,7 +113,7 @@ impl BenchFile {
         Ok(bench)
     }
 
-    /// The text of the bench file of that name or path.
+    /// The text of the bench file with this name or path.
     ///
     /// # Errors
     ///
@@ -122,7 +122,7 @@ impl BenchFile {
         Ok(Library::shipped().open(Kind::Bench, name)?.text)
     }
 
-    /// What plays the role of that name, one of [`ROLES`] or `device`; emulated where the file does not say.
+    /// The device in the role with this name, one of [`ROLES`] or `device`; emulated if the file has no such role.
     pub fn role(&self, name: &str) -> Role {
         let section = match name {
             "gyro" => &self.gyro,
@@ -134,7 +134,7 @@ impl BenchFile {
         section.clone().unwrap_or_default()
     }
 
-    /// Each role and what plays it, in the order of [`ROLES`].
+    /// Each role and its device, in the order of [`ROLES`].
     pub fn roles(&self) -> impl Iterator<Item = (&'static str, Role)> + '_ {
         ROLES.iter().map(|name| (*name, self.role(name)))
     }

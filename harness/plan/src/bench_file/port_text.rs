@@ -1,7 +1,7 @@
-//! A port, as a bench file names it: a scheme and an address, `can:vcan0` or `serial:/dev/ttyUSB0`.
+//! A port in a bench file: a scheme and an address, `can:vcan0` or `serial:/dev/ttyUSB0`.
 //!
-//! Without the feature `ports` only what a bench file itself needs is looked at: the scheme, and that there
-//! is an address where one must be. With it the whole must be a `port::PortSpec`, options included.
+//! Without the feature `ports` only the scheme is checked, and that an address is present if required. With it, the
+//! whole text must be a `port::PortSpec` including options.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, de};
@@ -9,23 +9,23 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-/// What carries bytes or frames.
+/// The medium that carries bytes or frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Medium {
-    /// A pty pair that we make.
+    /// A pty pair that the harness creates.
     Pty,
     /// A serial port.
     Serial,
     /// A SocketCAN interface.
     Can,
-    /// A CAN adapter that speaks the ASCII protocol of Lawicel on a serial port.
+    /// A CAN adapter with the Lawicel ASCII protocol on a serial port.
     Slcan,
-    /// A pty pair on which we play such an adapter.
+    /// A pty pair on which the harness emulates such an adapter.
     SlcanPty,
 }
 
 impl Medium {
-    /// All of them, in the order in which they are proposed.
+    /// All media, in the order in which they are suggested.
     pub const ALL: [Self; 5] = [Self::Serial, Self::Can, Self::Slcan, Self::Pty, Self::SlcanPty];
 
     /// The scheme before the colon.
@@ -39,28 +39,28 @@ impl Medium {
         }
     }
 
-    /// Bytes cross it, not frames.
+    /// Whether it carries bytes instead of frames.
     pub const fn is_serial_line(self) -> bool {
         matches!(self, Self::Pty | Self::Serial)
     }
 
-    /// We make it ourselves: behind it there is nothing but what we put there.
+    /// Whether the harness creates it: nothing else is at its other end.
     pub const fn is_made_here(self) -> bool {
         matches!(self, Self::Pty | Self::SlcanPty)
     }
 }
 
-/// A port, as a bench file names it.
+/// A port in a bench file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortText {
     text: String,
     medium: Medium,
 }
 
-/// Why a text names no port.
+/// Why a text is not a port.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PortTextError {
-    /// The scheme is none that we know.
+    /// The scheme is unknown.
     #[error("unknown scheme `{0}`, expected one of `serial`, `can`, `slcan`, `pty`, `slcan-pty`")]
     Scheme(String),
     /// Neither a scheme nor a path.
@@ -68,31 +68,31 @@ pub enum PortTextError {
         "\"{0}\" is no port, expected a path such as /dev/ttyUSB0 or a scheme such as can:can0"
     )]
     NoScheme(String),
-    /// Nothing after the scheme, where something must be.
+    /// The scheme requires an address.
     #[error("the port \"{0}\" names no device, expected one after the colon")]
     NoAddress(String),
-    /// What stands behind the scheme is not right.
+    /// The text after the scheme is invalid.
     #[error("{wrong}; {allowed}")]
     Rest {
-        /// What is wrong, with the port.
+        /// The error, including the port.
         wrong: String,
-        /// What is allowed there.
+        /// The permitted values.
         allowed: String,
     },
 }
 
 impl PortText {
-    /// What carries its bytes or frames.
+    /// The medium of its bytes or frames.
     pub const fn medium(&self) -> Medium {
         self.medium
     }
 
-    /// As it is written.
+    /// The text of the port.
     pub fn as_str(&self) -> &str {
         &self.text
     }
 
-    /// The path, interface or USB id after the scheme, without options; empty where a pty has no link.
+    /// The path, interface or USB id after the scheme, without options; empty for a pty without a link.
     pub fn address(&self) -> &str {
         let after = match self.text.split_once(':') {
             _ if self.text.starts_with('/') => self.text.as_str(),
@@ -141,7 +141,7 @@ impl FromStr for PortText {
     }
 }
 
-/// Can the port be opened by that name?
+/// Checks that the port could be opened under this name.
 #[cfg(feature = "ports")]
 fn whole(text: &str) -> Result<(), PortTextError> {
     use miette::Diagnostic as _;

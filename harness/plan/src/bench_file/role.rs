@@ -1,4 +1,4 @@
-//! What plays a role: a device at a port, or an emulated one.
+//! The device in a role: at a port, or emulated.
 
 use super::port_text::PortText;
 use schemars::{Schema, SchemaGenerator, json_schema};
@@ -7,12 +7,12 @@ use serde::{Deserialize, Deserializer};
 use std::fmt;
 use std::marker::PhantomData;
 
-/// What plays a role.
+/// The device in a role.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Role {
-    /// A device that is there, at this port.
+    /// A real device, at this port.
     Real(PortText),
-    /// An emulated device, at this port; where the world puts it if there is none.
+    /// An emulated device, at this port; without one the world chooses the place.
     Emulated(Option<PortText>),
 }
 
@@ -23,7 +23,7 @@ impl Default for Role {
 }
 
 impl Role {
-    /// Its port, where one is named.
+    /// Its port, if given.
     pub const fn port(&self) -> Option<&PortText> {
         match self {
             Self::Real(port) | Self::Emulated(Some(port)) => Some(port),
@@ -32,17 +32,17 @@ impl Role {
     }
 }
 
-/// A role that any port can play.
+/// A role that accepts any port.
 pub(super) fn anywhere<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Role>, D::Error> {
     d.deserialize_map(RoleVisitor::<PortText>(PhantomData)).map(Some)
 }
 
-/// A role that takes a line of bytes.
+/// A role that requires a serial line.
 pub(super) fn on_a_serial_line<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Role>, D::Error> {
     d.deserialize_map(RoleVisitor::<SerialText>(PhantomData)).map(Some)
 }
 
-/// A port that bytes cross.
+/// A port that carries bytes.
 struct SerialText(PortText);
 
 impl From<SerialText> for PortText {
@@ -64,7 +64,7 @@ impl<'de> Deserialize<'de> for SerialText {
     }
 }
 
-/// `true`; whoever means `false` has something else in mind.
+/// Accepts only `true`; `false` would be a misunderstanding.
 pub(super) struct Yes;
 
 impl<'de> Deserialize<'de> for Yes {
@@ -94,7 +94,7 @@ impl<'de> DeserializeSeed<'de> for Key {
     }
 }
 
-/// A role, for editors.
+/// The schema of a role, for editors.
 pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
     let port = generator.subschema_for::<PortText>();
     let port_doc = "Where the device is, or where an emulated one is put.";

@@ -1,16 +1,16 @@
-//! What real time may do to a run on this bench.
+//! Limits of real time on this bench.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer};
 use wire::time::Span;
 
-/// Largest allowance, in milliseconds. Assumption: a bench that is later than the slowest thing that is
-/// judged, a lap's corner of some 10 s, measures nothing.
+/// Largest permitted lateness, in milliseconds. Assumption: a bench that is later than the slowest measured motion, a
+/// lap's corner of some 10 s, measures nothing.
 pub const LATE_MS_MAX_MAX: f64 = 10_000.0;
 
-/// Longest wait for an attached controller, in seconds. Assumption: who has not started it within an hour has
-/// gone home.
+/// Longest wait for an attached controller, in seconds. Assumption: a user who has not started it within an hour will
+/// not.
 pub const ATTACH_S_MAX_MAX: f64 = 3_600.0;
 
 /// What real time may do.

@@ -1,30 +1,30 @@
-//! Can two faults be at work at once? Decided before the run, by the order of the plan's phases and the bounds of their
-//! times.
+//! Whether two faults can be active at the same time. Decided before the run from the order of the plan's phases and
+//! the bounds of their times.
 
 use super::{Fault, When};
 use crate::Plan;
 use crate::timeline::{Stretch, nests, stretches};
 use wire::time::Span;
 
-/// What is known before the run of two faults.
+/// What is known about two faults before the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meeting {
-    /// They are never at work at once.
+    /// They are never active at the same time.
     Never,
-    /// They are.
+    /// They are active at the same time.
     Sure,
-    /// It depends on how the run goes.
+    /// It depends on the course of the run.
     Possible,
 }
 
-/// When a fault is at work, at most.
+/// The longest interval in which a fault can be active.
 #[derive(Debug, Clone, Copy)]
 struct Extent {
     earliest: Span,
     latest_end: Span,
 }
 
-/// How `one` and `other` meet in a run of `plan`.
+/// Whether `one` and `other` meet in a run of `plan`.
 pub(super) fn meeting(plan: &Plan, one: &Fault, other: &Fault) -> Meeting {
     if let (Some(a), Some(b)) = (fixed(one), fixed(other)) {
         return if apart(a, b) { Meeting::Never } else { Meeting::Sure };
@@ -51,7 +51,7 @@ pub(super) fn meeting(plan: &Plan, one: &Fault, other: &Fault) -> Meeting {
     if never { Meeting::Never } else { Meeting::Possible }
 }
 
-/// From when to when, for those that are tied to no phase.
+/// The interval of a fault that is not tied to a phase.
 fn fixed(fault: &Fault) -> Option<Extent> {
     fault.when.phase().is_none().then(|| extent(fault, None))
 }
@@ -61,7 +61,7 @@ const fn apart(a: Extent, b: Extent) -> bool {
         || b.latest_end.as_nanos() <= a.earliest.as_nanos()
 }
 
-/// At most; `phase` is that which it waits for, where that is known.
+/// The longest interval; `phase` is the phase that the fault waits for, if known.
 fn extent(fault: &Fault, phase: Option<Stretch>) -> Extent {
     let lasting = fault.lasting().unwrap_or(Span::MAX);
     match (&fault.when, phase) {
@@ -79,7 +79,7 @@ fn extent(fault: &Fault, phase: Option<Stretch>) -> Extent {
     }
 }
 
-/// `first` is over before `then` begins, by the order of their phases.
+/// Whether the order of their phases ensures that `first` is over before `then` begins.
 fn is_over_before(first: &Fault, a: &Stretch, then: &Fault, b: &Stretch) -> bool {
     let ends_with_phase = matches!(first.when, When::During { .. });
     if ends_with_phase && a.order.1 <= b.order.0 {
@@ -88,7 +88,7 @@ fn is_over_before(first: &Fault, a: &Stretch, then: &Fault, b: &Stretch) -> bool
     if a.order.0 > b.order.0 {
         return false;
     }
-    // From the one begin to the other passes at least what the steps between them take.
+    // The steps between the two phases take at least this time.
     let between = b.begins.earliest - a.begins.earliest;
     let after = |fault: &Fault| match fault.when {
         When::Step { after, .. } => after,
@@ -105,7 +105,7 @@ mod tests {
     use crate::{Name, Plan};
     use wire::time::Span;
 
-    /// Bias tests of 20 s and turns of 2.5 s at least, 30 s apart from begin to begin of a round.
+    /// Bias tests of 20 s and turns of at least 2.5 s; rounds begin every 30 s.
     const PLAN: &str = r#"
 name = "p"
 title = ""
@@ -137,7 +137,7 @@ check = { all_within = [-1, 1] }
         When::During { phase: name(phase), number }
     }
 
-    /// Stuck for `one_s` beside stuck for `other_s`.
+    /// Stuck for `one_s`, and stuck for `other_s`.
     fn met(one: (When, f64), other: (When, f64)) -> Meeting {
         let plan = Plan::parse("p.toml", PLAN).unwrap();
         let fault =
@@ -165,7 +165,7 @@ check = { all_within = [-1, 1] }
             met((step("bias_test", 1, 0), 60.0), (during("turn", 1), 60.0)),
             Meeting::Possible
         );
-        // One within the other.
+        // One lies within the other.
         assert_eq!(met((during("round", 1), 60.0), (during("turn", 1), 60.0)), Meeting::Possible);
         assert_eq!(met((during("round", 1), 60.0), (during("turn", 2), 60.0)), Meeting::Never);
     }
@@ -178,7 +178,7 @@ check = { all_within = [-1, 1] }
             Meeting::Possible
         );
         assert_eq!(met((step("bias_test", 1, 5), 20.0), (step("turn", 1, 5), 1.0)), Meeting::Never);
-        // Rounds begin 30 s apart, however long they take.
+        // Rounds begin at least 30 s apart.
         assert_eq!(met((step("round", 1, 0), 30.0), (step("round", 2, 0), 30.0)), Meeting::Never);
         assert_eq!(
             met((step("round", 1, 0), 31.0), (step("round", 2, 0), 30.0)),
@@ -190,7 +190,7 @@ check = { all_within = [-1, 1] }
     #[test]
     fn a_time_is_held_against_the_bounds_of_a_phase() {
         let at = |seconds| When::At(Span::from_secs(seconds));
-        // The first bias test begins at 10 s at the earliest and 20 s at the latest.
+        // The first bias test begins between 10 s and 20 s.
         assert_eq!(met((at(1), 9.0), (step("bias_test", 1, 0), 1.0)), Meeting::Never);
         assert_eq!(met((at(1), 9.5), (step("bias_test", 1, 0), 1.0)), Meeting::Possible);
         assert_eq!(met((at(21), 9.5), (step("bias_test", 1, 0), 1.0)), Meeting::Never);

@@ -1,17 +1,16 @@
-//! The random numbers of one fault.
+//! Random numbers of a single fault.
 
 use emulators::random::RandomStream;
 
-/// Random numbers of a fault, its own: whatever one fault draws, others and all devices draw the same as
-/// without it.
+/// Independent random numbers for a fault: its draws do not change those of other faults or of devices.
 #[derive(Debug, Clone)]
 pub struct Chance {
     stream: RandomStream,
 }
 
 impl Chance {
-    /// Those of the fault of this number in the run with `seed`; what is faulty in two ways adds a word to its
-    /// number.
+    /// The numbers of the fault with this number in the run with `seed`; a fault with two random effects appends a word
+    /// to its number.
     pub fn new(seed: u64, number: &str) -> Self {
         Self { stream: RandomStream::new(seed, "fault", number) }
     }
@@ -26,12 +25,12 @@ impl Chance {
         self.uniform() < probability
     }
 
-    /// One of `0..count`; 0 where there is none.
+    /// One of `0..count`; 0 if `count` is 0.
     pub fn below(&mut self, count: usize) -> usize {
         ((self.uniform() * count as f64) as usize).min(count.saturating_sub(1))
     }
 
-    /// The stream itself, for a device that draws from it.
+    /// The stream itself, for devices that draw from it.
     pub fn into_stream(self) -> RandomStream {
         self.stream
     }

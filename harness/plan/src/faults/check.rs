@@ -1,4 +1,4 @@
-//! What cannot apply: to any plan, to this plan, or to this bench.
+//! Checks that faults are applicable: at all, to this plan, and on this bench.
 
 use super::apart::{Meeting, meeting};
 use super::{
@@ -10,36 +10,36 @@ use crate::speakers::whose;
 use described::hint;
 use std::collections::BTreeMap;
 
-/// Why a schedule cannot apply, and where that stands: in the fault at `index`, below `keys`.
+/// Why a schedule is not applicable, with the place: in the fault at `index`, below `keys`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unfit {
-    /// Which fault.
+    /// Index of the fault.
     pub index: usize,
-    /// The way down to the value, as in the plan file.
+    /// The keys that lead to the value, as in the plan file.
     pub keys: Vec<&'static str>,
-    /// What is wrong.
+    /// Description of the problem.
     pub message: String,
-    /// What to do.
+    /// How to correct it.
     pub help: Option<String>,
 }
 
 type Checked = Result<(), (Vec<&'static str>, String, Option<String>)>;
 
 impl Schedule {
-    /// Does it apply to this plan, on a bench with these lines?
+    /// Checks that it is applicable to this plan, on a bench with these lines.
     ///
     /// # Errors
     ///
-    /// As [`check`](Self::check) and [`check_bench`](Self::check_bench).
+    /// See [`check`](Self::check) and [`check_bench`](Self::check_bench).
     pub fn fits(&self, plan: &Plan, lines: &Lines) -> Result<(), Unfit> {
         self.check(plan).and_then(|()| self.check_bench(lines))
     }
 
-    /// Checks each fault by itself, against the plan's phases, and against the others.
+    /// Checks each fault by itself, against the plan's phases, and against the other faults.
     ///
     /// # Errors
     ///
-    /// The first fault that is not right or can never happen.
+    /// The first fault that is invalid or can never happen.
     pub fn check(&self, plan: &Plan) -> Result<(), Unfit> {
         if self.faults.len() > FAULTS_MAX {
             let message = format!("{} faults, expected at most {FAULTS_MAX}", self.faults.len());
@@ -70,11 +70,11 @@ impl Schedule {
         Ok(())
     }
 
-    /// Checks that the bench has what is to be struck.
+    /// Checks that the bench has the targets.
     ///
     /// # Errors
     ///
-    /// The first fault that strikes what there is none of.
+    /// The first fault whose target is absent.
     pub fn check_bench(&self, lines: &Lines) -> Result<(), Unfit> {
         for (index, fault) in self.faults.iter().enumerate() {
             let kind = fault.what.name();
@@ -150,11 +150,11 @@ impl Schedule {
 }
 
 impl Fault {
-    /// Checks it by itself, and that there is what it strikes.
+    /// Checks the fault by itself, and that its target exists.
     ///
     /// # Errors
     ///
-    /// What is not right with it.
+    /// The first mistake in it.
     pub fn check(&self, lines: &Lines) -> Result<(), Unfit> {
         let at = |(keys, message, help)| Unfit { index: 0, keys, message, help };
         values(&self.what).map_err(at)?;
@@ -163,7 +163,7 @@ impl Fault {
     }
 }
 
-/// A fault of a message, of what is in it, or of a line for one message alone.
+/// Checks a fault of a message or of its content, or a fault of a line for one message alone.
 fn message(fault: &Fault, lines: &Lines) -> Checked {
     let (kind, reach, name) = (fault.what.name(), fault.what.info().reach, fault.target.name());
     let target = |message: String, help: String| Err((vec!["target"], message, Some(help)));
@@ -243,10 +243,10 @@ fn values(kind: &FaultKind) -> Checked {
     Ok(())
 }
 
-/// Target, direction and duration go with the kind.
+/// Checks that target, direction and duration fit the kind.
 fn form(fault: &Fault) -> Checked {
     let info = fault.what.info();
-    // A node is struck as the only device is.
+    // A node can have the same faults as a plan's only device.
     let target = match fault.target {
         Target::Node(_) => Target::Device,
         target => target,
@@ -292,7 +292,7 @@ fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>) -> Checked {
     }
 }
 
-/// Two positions of one switch, which nothing is in at once.
+/// Two positions of one switch, which exclude each other.
 fn are_opposed(one: &Fault, other: &Fault) -> bool {
     let (a, b) = (one.what.info(), other.what.info());
     let same_way =
@@ -300,7 +300,7 @@ fn are_opposed(one: &Fault, other: &Fault) -> bool {
     a.switch.is_some() && a.switch == b.switch && one.target == other.target && same_way
 }
 
-/// What is wrong with `fault` beside an earlier one that it contradicts.
+/// Checks `fault` for a contradiction with an earlier one.
 fn contradiction(plan: &Plan, index: usize, other: &Fault, fault: &Fault) -> Checked {
     if !are_opposed(other, fault) {
         return Ok(());

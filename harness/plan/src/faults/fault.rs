@@ -1,4 +1,4 @@
-//! One fault: what goes wrong, where, when and how likely.
+//! One fault: kind, target, time and probability.
 
 use super::{FaultKind, Lasts, When};
 use crate::Name;
@@ -9,7 +9,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use wire::time::Span;
 
-/// What a fault strikes.
+/// The target of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
     /// The gyro or its line.
@@ -18,31 +18,31 @@ pub enum Target {
     Base,
     /// The table or its line.
     Table,
-    /// The machine that the controller, or what else is under test, runs on.
+    /// The computer that runs the controller or the program under test.
     Host,
     /// The person who answers questions.
     Operator,
     /// The only device of a plan, or its line or bus.
     Device,
-    /// What a node of a rig sends and is sent, all that crosses a line, or a message or signal of a node, by its name.
+    /// All traffic of a node of a rig, all traffic on a line, or a message or signal of a node, by name.
     Node(TargetName),
 }
 
-/// The name of a node or of a line, or of a message or signal of a node (`cells.CellStatus`, `cells.VoltageMax`,
-/// `cells.CellStatus.VoltageMax`); small enough to be copied.
+/// The name of a node or a line, or of a message or signal of a node (`cells.CellStatus`, `cells.VoltageMax`,
+/// `cells.CellStatus.VoltageMax`); small enough to be `Copy`.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TargetName {
     length: u8,
-    /// Where the name of the node ends.
+    /// Length of the node's name.
     node: u8,
     bytes: [u8; Self::LEN_MAX],
 }
 
 impl TargetName {
-    /// The longest: a node, a message and a signal.
+    /// Longest name: a node, a message and a signal.
     pub const LEN_MAX: usize = 31 + 2 * (1 + 64);
 
-    /// `None` where `text` is neither a [`Name`] nor one with a message or signal behind it, or too long.
+    /// `None` if `text` is neither a [`Name`] nor a name followed by a message or signal, or if it is too long.
     pub fn new(text: &str) -> Option<Self> {
         let (node, part) = match text.split_once('.') {
             Some((node, part)) => (node, Some(part)),
@@ -63,7 +63,7 @@ impl TargetName {
 
     /// The name.
     pub fn as_str(&self) -> &str {
-        // It was made from text.
+        // The bytes come from a `str`.
         str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
     }
 
@@ -72,7 +72,7 @@ impl TargetName {
         self.as_str().get(..usize::from(self.node)).unwrap_or_default()
     }
 
-    /// The message or the signal of the node, where one is meant.
+    /// The message or signal of the node, if given.
     pub fn part(&self) -> Option<&str> {
         self.as_str().get(usize::from(self.node) + 1..)
     }
@@ -85,11 +85,11 @@ impl fmt::Debug for TargetName {
 }
 
 impl Target {
-    /// Those that every rig of the paper or of one device has; others are names of nodes and lines.
+    /// The targets of every rig with the paper's robot or a single device; all others are names of nodes and lines.
     const KNOWN: [Self; 6] =
         [Self::Gyro, Self::Base, Self::Table, Self::Host, Self::Operator, Self::Device];
 
-    /// As in a plan.
+    /// Its name in a plan.
     pub fn name(&self) -> &str {
         match self {
             Self::Gyro => "gyro",
@@ -102,7 +102,7 @@ impl Target {
         }
     }
 
-    /// The node or the line that is struck, or of which something is; the whole name of those that are known.
+    /// The node or line that the fault concerns; for the known targets, their whole name.
     pub fn node(&self) -> &str {
         match self {
             Self::Node(name) => name.node(),
@@ -110,7 +110,7 @@ impl Target {
         }
     }
 
-    /// The message or the signal of a node that is meant, where one is.
+    /// The message or signal of a node, if given.
     pub fn part(&self) -> Option<&str> {
         match self {
             Self::Node(name) => name.part(),
@@ -118,7 +118,7 @@ impl Target {
         }
     }
 
-    /// The target of that name; `None` where no node can be called so.
+    /// The target with this name; `None` if it is not a valid name.
     pub fn named(name: &str) -> Option<Self> {
         let known = Self::KNOWN.into_iter().find(|known| known.name() == name);
         known.or_else(|| TargetName::new(name).map(Self::Node))
@@ -217,7 +217,7 @@ impl Fault {
         Self { target, toward, what, when, duration: None, probability: 1.0 }
     }
 
-    /// How long it lasts once begun, where that is known: by its kind, or by the schedule.
+    /// Duration of the fault, if its kind or the schedule determines it.
     pub fn lasting(&self) -> Option<Span> {
         match self.what.info().lasts {
             Lasts::Scheduled => self.duration,

@@ -1,10 +1,10 @@
-//! What a rig has for faults to strike.
+//! The possible targets of faults on a rig.
 
 use super::{Reach, Share, Target};
 use crate::speakers::DEVICE;
 use described::{Description, Layout, Medium, Sender};
 
-/// What carries a line.
+/// The medium of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LineKind {
     /// Bytes.
@@ -22,7 +22,7 @@ impl From<Medium> for LineKind {
     }
 }
 
-/// What the paper's gyro rides on.
+/// The carrier of the paper's gyro.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ride {
     /// A table, on a serial line.
@@ -31,44 +31,44 @@ pub enum Ride {
     Base(LineKind),
 }
 
-/// The lines of a rig, and who is at them, as faults strike them.
+/// The lines of a rig and the nodes on them, as targets of faults.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Lines {
-    /// The paper's robot or table; none where there is none.
+    /// The paper's robot or table, if any.
     pub robot: Option<Ride>,
-    /// A controller or a program is under test, whose machine can be struck.
+    /// Whether a controller or a program is under test, so that its computer can have faults.
     pub host: bool,
     /// Nodes and lines by their names.
     pub nodes: Vec<(Target, LineKind)>,
-    /// The messages that nodes send.
+    /// The messages that the nodes send.
     pub said: Vec<Said>,
 }
 
-/// A message that a node sends, as faults strike it.
+/// A message that a node sends, as a target of faults.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Said {
     /// The node.
     pub node: String,
     /// The message.
     pub message: String,
-    /// What it is on.
+    /// Its line.
     pub line: LineKind,
     /// Its signals.
     pub signals: Vec<String>,
-    /// It has a counter.
+    /// Whether it has a counter.
     pub counter: bool,
-    /// It has a checksum.
+    /// Whether it has a checksum.
     pub checksum: bool,
-    /// Several frames carry it, so that no fault strikes it alone.
+    /// Whether it spans several frames, so that no fault can act on it alone.
     pub in_parts: bool,
 }
 
 impl Lines {
     /// A gyro on a table.
     pub const TABLE: Self = Self::of_robot(Ride::Table);
-    /// A gyro on a base that is on a serial line.
+    /// A gyro on a base with a serial line.
     pub const SERIAL_BASE: Self = Self::of_robot(Ride::Base(LineKind::Serial));
-    /// A gyro on a base that is on CAN.
+    /// A gyro on a base with a CAN bus.
     pub const CAN_BASE: Self = Self::of_robot(Ride::Base(LineKind::Can));
 
     /// The paper's robot or table alone.
@@ -84,12 +84,12 @@ impl Lines {
         Self { robot: None, host: false, nodes: vec![(Target::Device, kind)], said }
     }
 
-    /// The line of a node, or of that name.
+    /// The medium of a node's line, or of the line with that name.
     pub(crate) fn of(&self, target: Target) -> Option<LineKind> {
         self.nodes.iter().find(|(known, _)| *known == target).map(|(_, kind)| *kind)
     }
 
-    /// All that a fault of this reach could strike here.
+    /// All targets on this rig for a fault with this reach.
     pub fn targets(&self, reach: Reach) -> Vec<Target> {
         if let Reach::Message(share) = reach {
             return self.said.iter().flat_map(|said| said.targets(share)).collect();
@@ -100,11 +100,11 @@ impl Lines {
         of.iter().copied().chain(nodes).collect()
     }
 
-    /// The message that `part` names among those of a node, and whether it names a signal of it.
+    /// The message of a node that `part` names, and whether `part` names a signal of it.
     ///
     /// # Errors
     ///
-    /// What there is instead.
+    /// The names that exist instead.
     pub(super) fn said(&self, node: &str, part: &str) -> Result<(&Said, bool), Vec<String>> {
         let of_node = || self.said.iter().filter(|said| said.node == node);
         if let Some(whole) = of_node().find(|said| said.message == part) {

@@ -1,4 +1,4 @@
-//! Faults: what goes wrong on purpose, where and when.
+//! Faults that a plan or a campaign injects: kind, target and time.
 //!
 //! ```toml
 //! [[fault]]
@@ -9,12 +9,13 @@
 //! probability = 0.3
 //! ```
 //!
-//! * [`FaultKind`]: the vocabulary; `docs/faults.md` is made from [`FaultKind::all`].
-//! * [`Fault`], [`When`], [`Schedule`]: what a plan or a campaign asks for.
-//! * [`Schedule::check`]: what cannot apply to a plan or a bench, as far as that can be known before.
+//! * [`FaultKind`]: the vocabulary; `docs/faults.md` is generated from [`FaultKind::all`].
+//! * [`Fault`], [`When`], [`Schedule`]: the faults of a plan or a campaign.
+//! * [`Schedule::check`]: rejects faults that are not applicable to a plan or a bench, as far as this is known before
+//!   the run.
 //!
-//! A fault of a line is a layer of that line; one of a device is a switch of its emulator.
-//! The controller knows of none.
+//! A fault of a line is a layer of that line; a fault of a device is a switch of its emulator. The controller is not
+//! aware of faults.
 
 mod apart;
 mod chance;

@@ -4,7 +4,7 @@ use super::Fault;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The most faults of one run. Assumption: a schedule that a person cannot read shrinks badly.
+/// The most faults of one run. Assumption: a larger schedule is unreadable and shrinks badly.
 pub const FAULTS_MAX: usize = 256;
 
 /// The faults of one run, in the order in which a plan writes them; a fault is known by its place here.
@@ -16,24 +16,24 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Nothing goes wrong.
+    /// Whether it has no faults.
     pub fn is_empty(&self) -> bool {
         self.faults.is_empty()
     }
 
-    /// Behind the faults of `other`: those keep their places, and with them their random numbers.
+    /// These faults after those of `other`, which keep their indices and so their random numbers.
     #[must_use]
     pub fn beside(&self, other: &Self) -> Self {
         Self { faults: other.faults.iter().chain(&self.faults).cloned().collect() }
     }
 
-    /// As it stands in a plan: `[[fault]]` tables.
+    /// Its text in a plan: `[[fault]]` tables.
     pub fn to_toml(&self) -> String {
         #[derive(Serialize)]
         struct Holder<'a> {
             fault: &'a Schedule,
         }
-        // Names, numbers and tables: TOML has all of them.
+        // TOML can represent names, numbers and tables.
         toml::to_string(&Holder { fault: self }).unwrap_or_default()
     }
 }

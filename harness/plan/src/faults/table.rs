@@ -1,8 +1,8 @@
-//! The vocabulary as a table: `docs/faults.md`, and what `hil list faults` prints.
+//! The vocabulary as a table, for `docs/faults.md` and the output of `hil list faults`.
 
 use super::{FaultKind, KindInfo, KindParameter, Lasts, Reach, Share};
 
-/// What stands above the table of `docs/faults.md`.
+/// The text above the table in `docs/faults.md`.
 const INTRODUCTION: &str = "\
 # Faults
 
@@ -45,7 +45,7 @@ run, with status 2.
 The table is generated from the program (`hil list faults` prints the same), and a test keeps it up to date.
 ";
 
-/// What a kind strikes, in words.
+/// The possible targets of a kind, in words.
 pub fn strikes(info: &'static KindInfo) -> &'static str {
     match info.reach {
         Reach::Line => "a serial line or bus",
@@ -59,7 +59,7 @@ pub fn strikes(info: &'static KindInfo) -> &'static str {
     }
 }
 
-/// How long a kind lasts, in words.
+/// The duration of a kind, in words.
 pub fn lasts(info: &KindInfo) -> String {
     match (info.lasts, info.parameters.first()) {
         (Lasts::Scheduled, _) => "as scheduled".to_owned(),
@@ -75,7 +75,7 @@ pub fn parameter(parameter: &KindParameter, typical: f64) -> String {
     format!("{} = {typical} ({least} to {greatest}{unit})", parameter.name)
 }
 
-/// The whole of `docs/faults.md`.
+/// The complete text of `docs/faults.md`.
 pub fn markdown() -> String {
     let mut text = INTRODUCTION.to_owned();
     text.push_str(
@@ -106,7 +106,7 @@ pub fn markdown() -> String {
 mod tests {
     use super::markdown;
 
-    /// Where the document differs the new one is written beside it: `docs/faults.md.new`.
+    /// If the document differs, the new text is written to `docs/faults.md.new`.
     #[test]
     fn the_document_is_the_vocabulary() {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/faults.md");

@@ -43,12 +43,12 @@ pub enum When {
 }
 
 impl When {
-    /// It begins with the run.
+    /// Whether it begins with the run.
     pub fn is_always(&self) -> bool {
         *self == Self::Always
     }
 
-    /// The phase that it waits for, and which of them.
+    /// The phase that it waits for, and its number.
     pub const fn phase(&self) -> Option<(&Name, u32)> {
         match self {
             Self::Always | Self::At(_) => None,
@@ -58,7 +58,7 @@ impl When {
         }
     }
 
-    /// The key under which a plan names the phase.
+    /// The key that names the phase in a plan.
     pub(super) const fn phase_key(&self) -> Option<&'static str> {
         match self {
             Self::Always | Self::At(_) => None,

@@ -1,4 +1,4 @@
-//! The files of a plan as a whole, to be taken elsewhere.
+//! All files of a plan, to transfer them to another machine.
 
 use super::{Kind, LibraryError, Source};
 use serde::{Deserialize, Serialize};
@@ -8,26 +8,26 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PackedFile {
-    /// What it is.
+    /// Kind of the file.
     pub kind: Kind,
-    /// The name by which it is asked for.
+    /// The name by which it is requested.
     pub name: String,
-    /// How messages call it: the name of the file, without the folders of the machine that it is from.
+    /// Its name in messages: the file name without the folders of the original machine.
     pub origin: String,
     /// Its text.
     pub text: String,
 }
 
-/// The name of the plan in every pack: where it lay says something about one machine alone.
+/// The name of the plan in every pack; its original path would matter on one machine only.
 pub const PLAN: &str = "plan";
 
-/// Files by kind and name, in the order in which they were opened first.
+/// Files by kind and name, in the order of first use.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Pack(pub Vec<PackedFile>);
 
 impl Pack {
-    /// Adds a file, unless there is one of this kind and name.
+    /// Adds a file, unless the pack has one of this kind and name.
     pub fn add(&mut self, kind: Kind, name: &str, source: &Source) {
         let name = if kind == Kind::Plan { PLAN } else { name };
         if self.file(kind, name).is_some() {
@@ -55,7 +55,7 @@ impl Pack {
         }
     }
 
-    /// Bytes of text in all.
+    /// Total length of the texts, in bytes.
     pub fn bytes(&self) -> usize {
         self.0.iter().map(|file| file.text.len()).sum()
     }
@@ -65,7 +65,7 @@ impl Pack {
         self.file(Kind::Plan, PLAN).map(|file| file.text.as_str())
     }
 
-    /// Takes the plan out: what it says is no longer so.
+    /// Removes the plan, when its text is outdated.
     pub fn forget_plan(&mut self) {
         self.0.retain(|file| file.kind != Kind::Plan);
     }

@@ -1,4 +1,4 @@
-//! What a term sees: the field of a data set, as a controller knows it.
+//! The input of a term: a field of a data set, as a controller knows it.
 
 use super::numbers::Numbers;
 use controller::correction::Driver;
@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use serde::de::value::{Error, StrDeserializer};
 
-/// The controller's own view of a driver.
+/// The controller's equivalent of a driver.
 pub(super) fn of(
     model: &Model,
     driver: &model::Driver,
@@ -42,7 +42,7 @@ pub(super) fn of(
     })
 }
 
-/// The role of a field: as the model says, or as the field's own name says.
+/// The role of a field, from the model or from the field's own name.
 fn role(model: &Model, field: &str) -> Option<Role> {
     let by_name = || {
         let name: StrDeserializer<'_, Error> = field.into_deserializer();

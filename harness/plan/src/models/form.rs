@@ -1,10 +1,10 @@
-//! How a term depends on its drivers, as a controller evaluates it.
+//! The form of a term: its dependence on the drivers, as a controller evaluates it.
 
 use super::numbers::Numbers;
 use controller::correction::{BIAS_SUM_MAX, Driver, Form, Point, SCALE_SUM_MAX, TABLE_POINTS_MAX};
 use identification::model::{self, KNOT, Wrap};
 
-/// The form of `term` over these drivers.
+/// The form of `term` for these drivers.
 pub(super) fn of(
     term: &model::Term,
     first: Option<Driver>,
@@ -72,8 +72,8 @@ pub(super) fn of(
     })
 }
 
-/// A natural cubic spline as a table. Beyond its ends it goes on straight as far as the identification
-/// means it, and is constant from there.
+/// A natural cubic spline as a table. Beyond its ends it continues straight over the range that the identification
+/// intends, and is constant from there.
 fn spline(term: &model::Term, driver: Driver, numbers: &Numbers<'_>) -> Result<Form, String> {
     let unit = match driver {
         _ if numbers.has(KNOT[0]) => numbers.get(KNOT[0])?,
@@ -158,7 +158,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Through its knots, smooth, straight at and beyond the ends.
+        /// It passes through its knots, is smooth, and is straight at and beyond the ends.
         #[test]
         fn it_is_the_natural_spline(
             steps in prop::collection::vec((0.2f64..3.0, -5f64..5.0), 2..9), first in -10f64..10.0,

@@ -1,4 +1,4 @@
-//! An identified model as errors of an emulated gyro.
+//! Converts an identified model into errors of an emulated gyro.
 
 use super::numbers::Numbers;
 use super::{Refused, translate};
@@ -9,14 +9,14 @@ use identification::model::{self, Model, Wrap};
 use std::f64::consts::TAU;
 use wire::units::AngularRate;
 
-/// A dead zone or a saturation that holds back less than this share is another effect. Assumption.
+/// A dead zone or a saturation that removes less than this share of the rate is a different effect. Assumption.
 const GAIN_MIN: f64 = 0.5;
 
-/// The errors that an emulated gyro has by `model`.
+/// The errors of an emulated gyro according to `model`.
 ///
 /// # Errors
 ///
-/// Every term that an emulated gyro has no place for.
+/// All terms that an emulated gyro cannot represent.
 pub fn learned(model: &Model) -> Result<Learned, Refused> {
     let mut learned = Learned::default();
     let mut refused = Vec::new();
@@ -62,7 +62,8 @@ fn add(model: &Model, term: &model::Term, learned: &mut Learned) -> Result<(), S
     Ok(())
 }
 
-/// Ends of a range that differ by more than this share of it are those of no symmetric one with a bias. Assumption.
+/// Ends of a range that differ by more than this share of it cannot belong to a symmetric range with a bias.
+/// Assumption.
 const ENDS_MAX: f64 = 0.05;
 
 fn ends_differ(numbers: &Numbers<'_>) -> Result<bool, String> {
@@ -73,7 +74,7 @@ fn ends_differ(numbers: &Numbers<'_>) -> Result<bool, String> {
     Ok((upper + lower).abs() > ENDS_MAX * (upper - lower).abs())
 }
 
-/// What a controller takes off, as what is true.
+/// Converts a controller's correction term into a term of true values.
 fn truth(term: seen::Term) -> Result<Term, String> {
     Ok(Term {
         acts: match term.acts {

@@ -7,7 +7,7 @@ use identification::units::si_factor;
 pub(super) struct Numbers<'a>(pub(super) &'a Term);
 
 impl Numbers<'_> {
-    /// The parameter of one of these names, of which the first is the usual one.
+    /// The parameter with one of these names, the first of which is the usual one.
     pub(super) fn any(&self, names: &[&str]) -> Result<f64, String> {
         let found = names.iter().find_map(|name| self.0.parameter(name));
         let Some(parameter) = found else {
@@ -27,7 +27,7 @@ impl Numbers<'_> {
         self.any(&[name])
     }
 
-    /// The parameter, or zero where there is none.
+    /// The parameter, or zero if absent.
     pub(super) fn or_zero(&self, name: &str) -> Result<f64, String> {
         if self.has(name) { self.get(name) } else { Ok(0.0) }
     }

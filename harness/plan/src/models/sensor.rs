@@ -1,5 +1,5 @@
-//! Identified models of sensors as what a described device takes: steps that make readings of what is true, and steps that
-//! take errors off.
+//! Converts identified models of sensors into steps of a described device: steps that turn true values into readings,
+//! and steps that correct errors.
 
 use super::Refused;
 use described::{Input, Step, Steps};
@@ -9,7 +9,7 @@ use identification::finding::{Compensation, CompensationInput, CompensationStep}
 use identification::model::Model;
 use std::f64::consts::PI;
 
-/// Units as layouts write them and the contract of measured data does not, and what one of each is in SI.
+/// Units in the notation of layouts that the contract of measured data does not know, and their size in SI units.
 const WRITTEN: [(&str, Unit, f64); 9] = [
     ("degC", Unit::Celsius, 1.0),
     ("\u{b0}C", Unit::Celsius, 1.0),
@@ -22,7 +22,7 @@ const WRITTEN: [(&str, Unit, f64); 9] = [
     ("m/s^2", Unit::MetrePerSecondSquared, 1.0),
 ];
 
-/// The unit of a field that holds a signal of this unit; what the contract does not know is a plain number.
+/// The unit of a field for a signal with this unit; unknown units become plain numbers.
 pub fn unit_of(signal: &str) -> Unit {
     let same = |(text, unit, si): &(&str, Unit, f64)| {
         (*text == signal && *si == unit.si()).then_some(*unit)
@@ -37,8 +37,8 @@ fn si_of(signal: &str) -> (Dimension, f64) {
     known.or_else(written).unwrap_or((Dimension::Number, 1.0))
 }
 
-/// How a sensor reads by `model`, whose signal is in `unit`. Its temperature and its heading are inputs of these names, what
-/// else it sees has the last part of its own.
+/// The readings of a sensor according to `model`; `unit` is that of the signal. Temperature and heading are inputs with
+/// these names; other inputs have the last part of the field's name.
 ///
 /// # Errors
 ///
@@ -59,12 +59,12 @@ pub fn reading(model: &Model, unit: &str) -> Result<Steps, String> {
     Ok(steps(&reading.inputs, &reading.steps, "truth", named, reading.delay_s))
 }
 
-/// Steps by which a device takes the errors off its own signal.
+/// The steps by which a device corrects its own signal.
 pub fn correction(compensation: &Compensation) -> Steps {
     steps(&compensation.inputs, &compensation.steps, &compensation.of, last_part, 0.0)
 }
 
-/// A node knows its signals without its own name before them.
+/// A node refers to its signals without its own name.
 fn last_part(field: &str) -> String {
     field.split_once('.').map_or(field, |(_, name)| name).to_owned()
 }

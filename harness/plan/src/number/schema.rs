@@ -1,4 +1,4 @@
-//! The same bounds as JSON Schemas, for editors: of each function that reads a number, one of its name.
+//! The same bounds as JSON Schemas, for editors: one function for each that parses a number, under the same name.
 
 use super::{
     ACCELERATION_MAX_M_PER_S2, ANGLE_MAX_DEG, ANGULAR_ACCELERATION_MAX_DEG_PER_S2, DISTANCE_MAX_M,
@@ -6,7 +6,7 @@ use super::{
 };
 use schemars::{Schema, SchemaGenerator, json_schema};
 
-/// A default in the unit of the file, without what going by radians leaves in the last digits.
+/// A default in the unit of the file, without the rounding error of the conversion from radians.
 pub(crate) fn written(value: f64) -> f64 {
     const PER_UNIT: f64 = 1e9;
     (value * PER_UNIT).round() / PER_UNIT

@@ -1,7 +1,7 @@
-//! The observations of a run in little memory.
+//! Compact storage for the observations of a run.
 //!
-//! A signal of 1 kHz makes 3.6 million in an hour, of which only time and value change from one to the next. So these two stand
-//! in a row, and what else was so is kept once for as many rows as it is the same in.
+//! A signal at 1 kHz gives 3.6 million observations per hour, and only time and value change between them. So a row
+//! stores these two, and rows with equal uncertainty and tags share one copy of those.
 
 use super::Observation;
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use std::fmt;
 /// The tag that changes with every observation.
 const TIME: &str = "time";
 
-/// A night of a signal of 1 kHz takes 0.7 GiB.
+/// A signal at 1 kHz takes 0.7 GiB in a night.
 const BYTES_MAX: usize = 1 << 30;
 
 /// The observations of a run by quantity, each in the order in which they were made.
@@ -21,7 +21,7 @@ pub struct Observations {
     bytes_max: usize,
 }
 
-/// There is no room for more.
+/// The storage is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Full {
     bytes_max: usize,
@@ -33,20 +33,20 @@ impl fmt::Display for Full {
     }
 }
 
-/// Those of one quantity.
+/// The observations of one quantity.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Series {
     rows: Vec<Row>,
     shapes: Vec<Shape>,
-    /// The uncertainty and the tags of rows, one after another.
+    /// Uncertainty and tag values of rows, one after another.
     numbers: Vec<f64>,
 }
 
-/// Which tags there are.
+/// The tags of a row.
 #[derive(Debug, Clone, PartialEq)]
 struct Shape {
     is_timed: bool,
-    /// All but the time, sorted.
+    /// All tags except the time, sorted.
     names: Vec<String>,
 }
 
@@ -55,11 +55,11 @@ struct Row {
     time: f64,
     value: f64,
     shape: u32,
-    /// Where its numbers begin.
+    /// Index of its first number.
     numbers: u32,
 }
 
-/// One observation among those of its quantity.
+/// One observation of a quantity.
 #[derive(Debug, Clone, Copy)]
 pub struct Observed<'a> {
     series: &'a Series,
@@ -77,11 +77,11 @@ impl Observations {
         Self { of: BTreeMap::new(), bytes: 0, bytes_max }
     }
 
-    /// Keeps one more.
+    /// Stores an observation.
     ///
     /// # Errors
     ///
-    /// [`Full`], and it is not kept.
+    /// [`Full`]; the observation is not stored.
     pub fn push(&mut self, observation: &Observation) -> Result<(), Full> {
         let full = Full { bytes_max: self.bytes_max };
         if self.bytes >= self.bytes_max {
@@ -95,35 +95,35 @@ impl Observations {
         Ok(())
     }
 
-    /// How many there are.
+    /// Number of observations.
     pub fn len(&self) -> usize {
         self.of.values().map(|series| series.rows.len()).sum()
     }
 
-    /// Nothing was observed.
+    /// Whether there are no observations.
     pub fn is_empty(&self) -> bool {
         self.of.is_empty()
     }
 
-    /// The quantities of which there is any.
+    /// The quantities with observations.
     pub fn quantities(&self) -> impl Iterator<Item = &str> {
         self.of.keys().map(String::as_str)
     }
 
-    /// Those of a quantity.
+    /// The observations of a quantity.
     pub fn of(&self, quantity: &str) -> impl ExactSizeIterator<Item = Observed<'_>> + Clone {
         static NONE: Series = Series { rows: Vec::new(), shapes: Vec::new(), numbers: Vec::new() };
         let series = self.of.get(quantity).unwrap_or(&NONE);
         series.rows.iter().map(|row| Observed { series, row })
     }
 
-    /// All, by quantity.
+    /// All observations, by quantity.
     pub fn iter(&self) -> impl Iterator<Item = Observation> {
         self.quantities().flat_map(|quantity| self.of(quantity).map(|one| one.named(quantity)))
     }
 }
 
-/// As many as there is room for.
+/// As many as fit.
 impl<'a> FromIterator<&'a Observation> for Observations {
     fn from_iter<I: IntoIterator<Item = &'a Observation>>(all: I) -> Self {
         let mut kept = Self::default();
@@ -133,7 +133,7 @@ impl<'a> FromIterator<&'a Observation> for Observations {
 }
 
 impl Series {
-    /// How many bytes that takes.
+    /// Returns the number of bytes that this takes.
     fn push(&mut self, observation: &Observation) -> usize {
         let others = || observation.tags.iter().filter(|(name, _)| *name != TIME);
         let time = observation.tag(TIME);
@@ -152,7 +152,7 @@ impl Series {
         let numbers = || [observation.uncertainty].into_iter().chain(others().map(|(_, tag)| *tag));
         let as_before = self.rows.last().filter(|last| {
             let before = &self.numbers[last.numbers as usize..];
-            // By bits: what is not a number is itself, too.
+            // Compared by bits, so that NaN equals itself.
             last.shape == shape
                 && numbers().map(f64::to_bits).eq(before.iter().map(|n| n.to_bits()))
         });
@@ -172,12 +172,12 @@ impl Series {
 }
 
 impl<'a> Observed<'a> {
-    /// Its value.
+    /// The value.
     pub const fn value(&self) -> f64 {
         self.row.value
     }
 
-    /// Its standard uncertainty.
+    /// Standard uncertainty.
     pub fn uncertainty(&self) -> f64 {
         self.series.numbers[self.row.numbers as usize]
     }
@@ -186,12 +186,12 @@ impl<'a> Observed<'a> {
         &self.series.shapes[self.row.shape as usize]
     }
 
-    /// When it was made.
+    /// Time of the observation.
     pub fn time(&self) -> Option<f64> {
         self.shape().is_timed.then_some(self.row.time)
     }
 
-    /// What else was so, but for the time.
+    /// All tags except the time.
     pub fn others(&self) -> impl Iterator<Item = (&'a str, f64)> + use<'a> {
         let names = &self.shape().names;
         let begin = self.row.numbers as usize + 1;
@@ -199,7 +199,7 @@ impl<'a> Observed<'a> {
         names.iter().map(String::as_str).zip(numbers.iter().copied())
     }
 
-    /// What else was so.
+    /// The value of a tag.
     pub fn tag(&self, name: &str) -> Option<f64> {
         if name == TIME {
             return self.time();
@@ -208,7 +208,7 @@ impl<'a> Observed<'a> {
         Some(self.series.numbers[self.row.numbers as usize + 1 + place])
     }
 
-    /// As an observation that stands alone.
+    /// A separate observation with the name of its quantity.
     pub fn named(&self, quantity: &str) -> Observation {
         let mut tags: BTreeMap<String, f64> =
             self.others().map(|(name, tag)| (name.to_owned(), tag)).collect();

@@ -7,13 +7,13 @@ use crate::quantities::{OPERATOR_PREFIX, PERIOD, QUANTITIES, SIGNAL, TAGS};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 
-/// As DBCs name messages and signals.
+/// The syntax of message and signal names in DBCs.
 const IDENTIFIER: &str = "[A-Za-z0-9_]+";
 
-/// As a rig names nodes.
+/// The syntax of node names in a rig.
 const NODE: &str = "[a-z][a-z0-9_-]{0,63}";
 
-/// What the names of the table begin with: no node is called so.
+/// The prefixes of the names in the table, which nodes cannot have as names.
 fn families() -> Vec<&'static str> {
     let first = |name: &'static str| name.split('.').next().unwrap_or_default();
     let mut families: Vec<&str> = QUANTITIES.iter().map(|quantity| first(quantity.name)).collect();

@@ -1,4 +1,4 @@
-//! A rig file, as it is written.
+//! The literal content of a rig file.
 
 use super::{UnderTest, VirtualTime};
 use crate::name::Name;
@@ -121,7 +121,7 @@ pub enum OneOrSeveral<T> {
 }
 
 impl<T> OneOrSeveral<T> {
-    /// All.
+    /// All values.
     pub fn as_slice(&self) -> &[T] {
         match self {
             Self::One(one) => std::slice::from_ref(one),

@@ -1,8 +1,9 @@
-//! Where a rig file says something.
+//! Places in a rig file.
 
 use std::ops::Range;
 
-/// The `number`-th table of this name; its `key` where it has that. The first line of a file that writes its tables otherwise.
+/// The `number`-th table with this name, at its `key` if it has that; the first line if the file uses another notation
+/// for its tables.
 pub(super) fn place(text: &str, (table, number, key): (&str, usize, &str)) -> Range<usize> {
     let head = format!("[[{table}]]");
     let (begin, whole) = match text.match_indices(&head).nth(number) {

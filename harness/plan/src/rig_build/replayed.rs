@@ -1,4 +1,4 @@
-//! Nodes of a rig file whose part a log plays.
+//! Nodes of a rig file that are replayed from a log.
 
 use super::{Builder, Parts};
 use crate::replayed::{Words, part_in};

@@ -1,4 +1,4 @@
-//! What a node says on its line, where no file describes it.
+//! The messages of a node that no file describes.
 
 use super::{Builder, Parts};
 use crate::library::{LibraryError, Source};
@@ -7,7 +7,7 @@ use described::hint;
 use described::{DbcNode, Layout, Sender, dbc_nodes};
 
 impl Builder<'_> {
-    /// The messages of a line with the counters and checksums that its `number`-th table says.
+    /// The messages of a line with the counters and checksums from its `number`-th table.
     pub(super) fn protected(
         &self,
         layout: Layout,
@@ -21,7 +21,8 @@ impl Builder<'_> {
         })
     }
 
-    /// What a node that no file describes says on a line: by its DBC, or as the other end of what is emulated there.
+    /// The messages of a node that no file describes: according to its DBC, or as the other end of a device emulated
+    /// there.
     pub(super) fn words<P: Parts>(
         &self,
         file: &RigFile,
@@ -37,11 +38,11 @@ impl Builder<'_> {
             return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
         };
         let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
-        // They have been read once: they are DBCs.
+        // They have been parsed before, so they are valid DBCs.
         let named = |dbc: &Source| dbc_nodes(&dbc.origin, &dbc.text).unwrap_or_default();
         let nodes: Vec<DbcNode> = dbcs.iter().flat_map(named).collect();
         let nodes: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
-        // It may stand in several of the files.
+        // The node may occur in several files.
         let is_it = |of: &str| of.eq_ignore_ascii_case(wanted);
         match (nodes.iter().any(|known| is_it(known)), node.tester) {
             (true, _) => {
@@ -49,7 +50,7 @@ impl Builder<'_> {
                 Ok(Some((layout, Sender::Device)))
             }
             (false, Some(_)) if node.dbc_node.is_none() => {
-                // All that no other node of the rig sends.
+                // All messages that no other node of the rig sends.
                 let taken: Vec<String> = file
                     .nodes
                     .iter()

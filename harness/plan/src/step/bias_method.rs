@@ -1,4 +1,4 @@
-//! Where the bias comes from.
+//! Selects the source of the bias.
 
 use super::{Known, Op, StepKind};
 use controller::mission::{BiasMethod, Command};

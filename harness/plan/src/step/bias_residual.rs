@@ -1,4 +1,4 @@
-//! What each method of bias correction leaves of a window at rest.
+//! The residual of each method of bias correction in a window at rest.
 
 use super::bias_test::{BIAS_TEST, bias_test};
 use super::{Known, Op, StepKind};

@@ -1,4 +1,4 @@
-//! What estimates heading, position and bias.
+//! Selects the estimator of heading, position and bias.
 
 use super::{Known, Op, StepKind};
 use controller::mission::{Command, Estimator};

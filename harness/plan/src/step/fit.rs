@@ -1,4 +1,4 @@
-//! A model of what was observed.
+//! Fits a model to observations.
 
 use super::{Known, Op, StepKind};
 use crate::name::Name;
@@ -48,12 +48,12 @@ pub enum Model {
     },
 }
 
-/// What a fit becomes in a calibration.
+/// The part of a calibration that a fit yields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CalibrationPart {
     /// A constant factor of Eq. 4.
     Constant,
-    /// A factor of Eq. 4 for each direction.
+    /// A factor of Eq. 4 per direction.
     Direction,
     /// The factor of Eq. 6.
     TemperatureLine,
@@ -72,7 +72,7 @@ impl Model {
         }
     }
 
-    /// The tag that is the abscissa, where there is one.
+    /// The tag on the abscissa, if any.
     pub fn against(&self) -> Option<&str> {
         match self {
             Self::Line { against } | Self::Table { against, .. } => Some(against),
@@ -82,7 +82,7 @@ impl Model {
 }
 
 impl Fit {
-    /// What it becomes in a calibration; `None` where a calibration has no place for it.
+    /// The part of a calibration that it yields; `None` if it is not part of a calibration.
     pub fn becomes(&self) -> Option<CalibrationPart> {
         let temperature = |tag: &str| tag == "temperature";
         let of_turns = self.quantity.as_str() == quantities::TABLE_ERROR.name;

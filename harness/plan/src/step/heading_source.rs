@@ -1,4 +1,4 @@
-//! Which heading closes the loops.
+//! Selects the heading that closes the loops.
 
 use super::{Known, Op, StepKind};
 use controller::mission::{Command, HeadingSource};

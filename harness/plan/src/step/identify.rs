@@ -1,4 +1,4 @@
-//! What a gyro, or any sensor, does that its model does not know.
+//! Identifies effects of a gyro or another sensor that its model lacks.
 
 use super::{Known, Needs, Op, StepKind};
 use crate::name::Name;
@@ -33,7 +33,7 @@ pub struct Identify {
 }
 
 impl Identify {
-    /// The quantities that it reads of nodes.
+    /// The quantities of nodes that it reads.
     pub fn of_nodes(&self) -> impl Iterator<Item = &QuantityName> {
         self.measured.iter().chain(&self.reference).chain(&self.beside)
     }
@@ -54,7 +54,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// As written in a plan.
+    /// Its name in a plan.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Turns => "turns",
@@ -64,7 +64,7 @@ impl Source {
         }
     }
 
-    /// The step that such observations come from; none where they come of themselves.
+    /// The step that yields these observations; `None` if they do not need one.
     pub const fn step(self) -> Option<&'static str> {
         match self {
             Self::Turns => Some("table_turn"),
@@ -93,7 +93,7 @@ impl StepKind for Identify {
         Ok(vec![Op::Identify(self.clone())])
     }
 
-    /// The steps that it is made from come before it, and no two models share a name.
+    /// Checks that the steps it is based on come before it, and that no two models share a name.
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
         if self.from != Source::Sensor {
             survey.subject.needs_robot("identify", at)?;
@@ -123,7 +123,7 @@ impl StepKind for Identify {
 }
 
 impl Identify {
-    /// A sensor has a signal and another that is true, in one unit; nothing else has.
+    /// Checks that a sensor, and nothing else, has a signal and a true value in the same unit.
     fn of_sensor(&self, survey: &Survey<'_>, at: &Place<'_>) -> Checked {
         let keys = [("measured", &self.measured), ("reference", &self.reference)];
         if self.from != Source::Sensor {

@@ -1,4 +1,4 @@
-//! What every word of the language says of itself. Each has a file beside this one, and a line in the list of [`super`].
+//! The properties of each step kind. Each kind has a file next to this one, and a line in the list of [`super`].
 
 use super::{Op, Step};
 use crate::time_limits::{MOTION_FACTOR, SLACK};
@@ -9,28 +9,28 @@ use std::fmt;
 use wire::time::Span;
 use wire::units::Angle;
 
-/// The rigs whose plans may have a step.
+/// The rigs on which a step is possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// Any rig.
     Nothing,
-    /// One in which the plan itself speaks.
+    /// A rig in which the plan itself sends.
     Tester,
-    /// One with a gyro on a robot or a table, and a controller that takes missions.
+    /// A rig with a gyro on a robot or a table, and a controller that takes missions.
     Robot,
 }
 
-/// What a rig tells a step that is broken down.
+/// The values of a rig that a step needs for its script.
 #[derive(Debug, Clone, Copy)]
 pub struct Known<'a> {
     /// Angle of one step of the rotary table.
     pub table_step: Angle,
-    /// What has been made or found.
+    /// The calibrations made so far.
     pub calibrations: &'a BTreeMap<String, Calibration>,
 }
 
 impl Default for Known<'_> {
-    /// Nothing has been made, and a step of the table is a turn.
+    /// No calibrations, and one table step per turn.
     fn default() -> Self {
         static NONE: BTreeMap<String, Calibration> = BTreeMap::new();
         Self { table_step: Angle::TURN, calibrations: &NONE }
@@ -39,12 +39,12 @@ impl Default for Known<'_> {
 
 /// One kind of step.
 pub(crate) trait StepKind {
-    /// How a plan may write it.
+    /// An example in plan notation.
     fn example() -> &'static str
     where
         Self: Sized;
 
-    /// Where it may stand.
+    /// The rigs on which it is possible.
     fn needs() -> Needs
     where
         Self: Sized,
@@ -52,43 +52,44 @@ pub(crate) trait StepKind {
         Needs::Robot
     }
 
-    /// What it does: for records, the console and the report.
+    /// Its description, for records, the console and the report.
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result;
 
-    /// What is done, one after another, or why it cannot be. Nothing for a step that holds others: the engine walks in.
+    /// The operations in order, or why that is impossible. Empty for a step that contains others, which the engine
+    /// walks through.
     fn script(&self, known: &Known<'_>) -> Result<Vec<Op>, String>;
 
-    /// The first mistake, beyond what each value satisfies by itself; what later steps may refer to is noted in `survey`.
+    /// The first mistake, beyond the bounds of single values; adds to `survey` what later steps may refer to.
     fn check<'a>(&'a self, _survey: &mut Survey<'a>, _at: &Place<'_>) -> Checked {
         Ok(())
     }
 
-    /// Time at rest, as the plan prescribes it.
+    /// Prescribed time at rest.
     fn rest(&self) -> Span {
         Span::ZERO
     }
 
-    /// Time of the motion alone, as the plan prescribes it.
+    /// Prescribed time of the motion alone.
     fn motion(&self) -> Span {
         Span::ZERO
     }
 
-    /// How long it may take where the plan does not say; the [table](crate::time_limits).
+    /// Default time limit; see the [table](crate::time_limits).
     fn limit(&self) -> Span {
         self.rest() + self.motion() * MOTION_FACTOR + SLACK
     }
 
-    /// Missions that the controller gets and that are phases of their own, and how many of each.
+    /// Missions for the controller that are phases of their own, and their number.
     fn missions(&self) -> &'static [(&'static str, u64)] {
         &[]
     }
 
-    /// The steps within.
+    /// The inner steps.
     fn steps(&self) -> &[Step] {
         &[]
     }
 
-    /// How often the steps within are done, at most.
+    /// Maximum number of repetitions of the inner steps.
     fn repetitions(&self) -> u64 {
         1
     }

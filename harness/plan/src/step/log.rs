@@ -10,7 +10,7 @@ use wire::time::Span;
 
 /// Interval of a log. Assumption: 720 points in the two hours of Fig. 2.
 pub const LOG_INTERVAL: Span = Span::from_secs(10);
-/// The shortest interval of a log: a controller at rest tells its rate so often.
+/// Shortest interval of a log: the interval at which a controller at rest reports its rate.
 pub const LOG_INTERVAL_MIN: Span = Span::from_secs(1);
 
 fn log_interval() -> Span {

@@ -1,4 +1,4 @@
-//! One step of a plan: a table with one key that names what is done, and a limit or a label if need be.
+//! One step of a plan: a table with one key that names the action, and optionally a limit or a label.
 
 mod bias_method;
 mod bias_residual;
@@ -72,32 +72,32 @@ use wire::time::Span;
 /// A step of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// What is done.
+    /// The action.
     pub action: Action,
-    /// Name of what is observed during it, beside the action's own: the tag `during.<label>`.
+    /// Name for observations during the step, in addition to the action's own: the tag `during.<label>`.
     pub label: Option<Name>,
-    /// As it is written; see [`Step::time_limit`] for what holds where it is not.
+    /// The limit in the plan; [`Step::time_limit`] gives the default.
     pub explicit_time_limit: Option<Span>,
 }
 
 const LABEL: &str = "label";
 const TIME_LIMIT: &str = "time_limit_s";
 
-/// A word of the language.
+/// A step kind of the plan language.
 #[derive(Debug, Clone, Copy)]
 pub struct Word {
     /// The key that names the action.
     pub name: &'static str,
-    /// What the action does.
+    /// Description of the action.
     pub doc: &'static str,
-    /// A step with it, as a plan may write it.
+    /// An example in plan notation.
     pub example: &'static str,
-    /// Where it may stand.
+    /// The rigs on which it is possible.
     pub needs: Needs,
 }
 
-/// `Variant(Data) = "key"`; `as Type` where the data are of the controller, which knows of no schemas, and another type
-/// describes how they are written.
+/// `Variant(Data) = "key"`; with `as Type` if the data belong to the controller, which has no schemas, and another type
+/// describes the notation.
 macro_rules! actions {
     ($($(#[doc = $doc:literal])+ $variant:ident($data:ident) = $name:literal $(as $written:ty)?,)*) => {
         /// What a step does.
@@ -110,7 +110,7 @@ macro_rules! actions {
             /// The keys that name the actions.
             pub const NAMES: &[&str] = &[$($name),*];
 
-            /// Everything that a step can be.
+            /// All step kinds.
             pub fn words() -> [Word; Self::NAMES.len()] {
                 [$(Word {
                     name: $name,
@@ -127,7 +127,7 @@ macro_rules! actions {
                 }
             }
 
-            /// Where it may stand.
+            /// The rigs on which it is possible.
             pub fn needs(&self) -> Needs {
                 match self {
                     $(Self::$variant(_) => <$data as StepKind>::needs(),)*
@@ -147,7 +147,7 @@ macro_rules! actions {
                 }
             }
 
-            /// What stands behind each key, in the order of [`Self::words`].
+            /// The schema of the value of each key, in the order of [`Self::words`].
             fn schemas(generator: &mut SchemaGenerator) -> Vec<Schema> {
                 vec![$(generator.subschema_for::<written!($data $(, $written)?)>()),*]
             }
@@ -224,18 +224,18 @@ actions! {
 }
 
 impl Action {
-    /// What is done, one after another, or why it cannot be. Nothing for a step that holds others.
+    /// The operations in order, or why that is impossible. Empty for a step that contains others.
     ///
     /// # Errors
     ///
-    /// When it needs a calibration that nobody has made.
+    /// When it needs a calibration that does not exist.
     pub fn script(&self, known: &Known<'_>) -> Result<Vec<Op>, String> {
         self.kind().script(known)
     }
 
-    /// The motions of the base, in their order.
+    /// The motions of the base, in order.
     pub fn segments(&self) -> impl Iterator<Item = Segment> {
-        // None of them depends on what a rig knows.
+        // They do not depend on the rig.
         let ops = self.script(&Known::default()).unwrap_or_default();
         ops.into_iter().filter_map(|op| match op {
             Op::Look(segment) => segment,
@@ -243,7 +243,7 @@ impl Action {
         })
     }
 
-    /// The first mistake, beyond what each value satisfies by itself.
+    /// The first mistake, beyond the bounds of single values.
     pub(super) fn check<'a>(
         &'a self,
         survey: &mut Survey<'a>,
@@ -252,39 +252,39 @@ impl Action {
         self.kind().check(survey, at)
     }
 
-    /// The steps within; none where it is no repeat or sweep.
+    /// The inner steps; empty if it is not a repeat or sweep.
     pub fn steps(&self) -> &[Step] {
         self.kind().steps()
     }
 
-    /// How often the steps within are done, at most; 1 where there are none.
+    /// Maximum number of repetitions of the inner steps; 1 if there are none.
     pub fn repetitions(&self) -> u64 {
         self.kind().repetitions()
     }
 
-    /// Time at rest, as the plan prescribes it.
+    /// Prescribed time at rest.
     pub fn rest(&self) -> Span {
         self.kind().rest()
     }
 
-    /// Time of the motion alone, as the plan prescribes it; zero where nothing moves.
+    /// Prescribed time of the motion alone; zero without motion.
     pub fn motion(&self) -> Span {
         self.kind().motion()
     }
 
-    /// How long it may take where its step does not say; the [table](crate::time_limits).
+    /// Default time limit; see the [table](crate::time_limits).
     pub fn default_limit(&self) -> Span {
         self.kind().limit()
     }
 
-    /// Missions that the controller gets and that are phases of their own, and how many of each.
+    /// Missions for the controller that are phases of their own, and their number.
     pub(crate) fn missions(&self) -> &'static [(&'static str, u64)] {
         self.kind().missions()
     }
 }
 
 impl Step {
-    /// `steps` and all that stand in them, in the order in which a plan writes them.
+    /// `steps` and all their inner steps, in the order of the plan.
     pub fn walk(steps: &[Self]) -> impl Iterator<Item = &Self> {
         let mut lists = vec![steps.iter()];
         std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! What steps are broken down to.
+//! The operations that steps are broken down into.
 
 use super::fit::Fit;
 use super::identify::Identify;
@@ -14,63 +14,63 @@ use wire::table::Command as TableCommand;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, Length, Pose};
 
-/// The smallest thing that the engine does; each ends by itself, by a report or by an answer.
+/// The smallest operation of the engine; each ends by itself, with a report or an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Op {
     /// Give the controller a mission and wait for its answer.
     Mission(Box<Command>),
-    /// Have the controller say its state; it becomes the state before what follows.
+    /// Ask the controller for its state, as the state before what follows.
     StateBefore,
-    /// Have the controller say its state; it becomes the state after what came.
+    /// Ask the controller for its state, as the state after what came.
     StateAfter,
-    /// Measure the pose; it becomes the pose before what follows.
+    /// Measure the pose, as the pose before what follows.
     AbsoluteBefore,
-    /// Measure the pose; it becomes the pose after what came.
+    /// Measure the pose, as the pose after what came.
     AbsoluteAfter,
-    /// Measure the pose and observe it.
+    /// Measure the pose and record an observation of it.
     AbsoluteNamed,
-    /// Look at the base. After a segment, observe it.
+    /// Read the true state of the base. After a segment, record observations of it.
     Look(Option<Segment>),
     /// Let time pass.
     Pause(Span),
-    /// Let time pass until then.
+    /// Let time pass until this instant.
     PauseUntil(Timestamp),
     /// Log rate and temperature at rest.
     Log {
-        /// How long.
+        /// Duration.
         duration: Span,
-        /// One observation each so often.
+        /// Interval of the observations.
         interval: Span,
     },
     /// Average a window at rest and compare the methods of bias correction.
     Residual(Span),
     /// Wait until a condition holds.
     Condition(Condition),
-    /// Wait until the reaction of this name was asked for and came.
+    /// Wait until the reaction with this name has been triggered and has occurred.
     Reaction(String),
-    /// Wait until the controller reports that nothing moves: it takes no calibration up before.
+    /// Wait until the controller reports that nothing moves, because it accepts no calibration before that.
     Rest,
-    /// Send the table a command and wait for its word.
+    /// Send the table a command and wait for its answer.
     Table(TableCommand),
     /// Ask the table for its state until it is at rest.
     TableAtRest,
-    /// One lap is over: observe it.
+    /// Record the observations of a completed lap.
     ObserveLap(Direction),
-    /// One turn of the table is over: observe it.
+    /// Record the observations of a completed turn of the table.
     ObserveTableTurn(TableTurn),
-    /// Have the rig do something.
+    /// Give the rig an order.
     Order(Order),
     /// Fit a model.
     Fit(Fit),
-    /// Make and keep a calibration.
+    /// Make and store a calibration.
     SaveCalibration(SaveCalibration),
     /// Identify a model.
     Identify(Identify),
-    /// Have the controller or a node correct by a model, or by none.
+    /// Have the controller or a node use the corrections of a model, or none.
     UseModel(Option<String>),
 }
 
-/// What the rig does at the plan's word, or a person where the device is a real one.
+/// An action of the rig, or of a person if the device is real.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Order {
     /// Carry the robot.
@@ -79,32 +79,32 @@ pub enum Order {
     SetParameter {
         /// A node, or `gyro`, `base`, `table` or `absolute`.
         device: String,
-        /// Its parameter, as in the device file.
+        /// Name of the parameter, as in the device file.
         parameter: String,
-        /// Its new value.
+        /// New value.
         value: f64,
     },
     /// Switch a device off and on again.
     PowerCycle {
-        /// Its role.
+        /// Role of the device.
         device: String,
         /// How long it stays off.
         off: Span,
     },
-    /// Tell a person something.
+    /// Show a person a text.
     Prompt {
-        /// What is said.
+        /// The text.
         text: String,
-        /// What is asked for.
+        /// The answer to ask for, if any.
         answer: Option<Answer>,
     },
-    /// Send a message, and again as often as it says.
+    /// Send a message, with repetitions if requested.
     Send(Send),
-    /// No longer send this message again.
+    /// Stop the repetitions of this message.
     StopSending(String),
 }
 
-/// A motion whose stop is judged by what is true of the base.
+/// A motion whose stop is judged by the true state of the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Segment {
     /// Straight on; backward is negative.
@@ -128,18 +128,18 @@ impl Op {
         Self::Mission(Box::new(command))
     }
 
-    /// A mission that the controller takes at rest alone.
+    /// A mission that the controller accepts only at rest.
     pub(super) fn mission_at_rest(command: Command) -> Vec<Self> {
         vec![Self::Rest, Self::mission(command)]
     }
 
-    /// A straight line, the base looked at before and after.
+    /// A straight line; the base's true state is read before and after.
     pub(super) fn straight(order: mission::Straight) -> [Self; 3] {
         let segment = Segment::Straight(order.distance);
         [Self::Look(None), Self::mission(Command::Straight(order)), Self::Look(Some(segment))]
     }
 
-    /// A turn, likewise.
+    /// A turn; the base's true state is read before and after.
     pub(super) fn turn(order: mission::Turn) -> [Self; 3] {
         let segment = Segment::Turn(order.angle);
         [Self::Look(None), Self::mission(Command::Turn(order)), Self::Look(Some(segment))]

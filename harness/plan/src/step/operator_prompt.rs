@@ -1,4 +1,4 @@
-//! What a person does or tells.
+//! Asks a person to do something or to give an answer.
 
 use super::{Known, Needs, Op, Order, StepKind};
 use crate::band::Band;

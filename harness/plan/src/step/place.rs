@@ -1,4 +1,4 @@
-//! The robot is carried.
+//! Carries the robot to a pose.
 
 use super::{Known, Op, Order, StepKind};
 use crate::number;

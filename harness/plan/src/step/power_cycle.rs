@@ -1,4 +1,4 @@
-//! The power of a device.
+//! Switches a device off and on again.
 
 use super::{Known, Needs, Op, Order, StepKind};
 use crate::name::Name;

@@ -1,4 +1,4 @@
-//! Waiting for a reaction.
+//! Waits for a reaction.
 
 use super::{Known, Needs, Op, StepKind};
 use crate::name::Name;

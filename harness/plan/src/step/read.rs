@@ -1,4 +1,4 @@
-//! A step as it is read: a table with one key that names the action, and `label` or `time_limit_s` if need be.
+//! Parses a step: a table with one key that names the action, and optionally `label` and `time_limit_s`.
 
 use super::{Action, KEYS, LABEL, Step, TIME_LIMIT};
 use crate::number;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer};
 use std::fmt;
 use wire::time::Span;
 
-/// A key of a step; a second action is refused here, so that the error points at it.
+/// A key of a step; a second action is rejected here, so that the error points at it.
 struct KeySeed {
     action: Option<&'static str>,
 }
@@ -68,7 +68,7 @@ impl<'de> Deserialize<'de> for Step {
     }
 }
 
-/// Steps, at least one.
+/// One step or more.
 pub(crate) fn some_steps<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<Step>, D::Error> {

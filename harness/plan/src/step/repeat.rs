@@ -1,4 +1,4 @@
-//! Steps, again and again.
+//! Repeats steps.
 
 use super::wait_until::Condition;
 use super::{Known, Needs, Op, Step, StepKind, some_steps};

@@ -1,4 +1,4 @@
-//! Fits become a calibration.
+//! Makes a calibration from fits.
 
 use super::{Known, Op, StepKind};
 use crate::name::Name;

@@ -1,4 +1,4 @@
-//! Steps as a JSON Schema, for editors: one table with every key, of which exactly one names the action.
+//! The JSON Schema of steps, for editors: one table with every key, exactly one of which names the action.
 
 use super::{Action, LABEL, Step, TIME_LIMIT};
 use crate::name::Name;

@@ -1,4 +1,4 @@
-//! A message that the plan sends.
+//! Sends a message.
 
 use super::{Known, Needs, Op, Order, StepKind};
 use crate::number;

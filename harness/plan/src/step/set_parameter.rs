@@ -1,4 +1,4 @@
-//! A parameter of a device.
+//! Sets a parameter of a device.
 
 use super::{Known, Needs, Op, Order, StepKind};
 use crate::name::ParameterName;
@@ -50,7 +50,7 @@ impl StepKind for SetParameter {
 }
 
 impl Order {
-    /// The parameter is set to `value`.
+    /// Sets the parameter to `value`.
     pub(super) fn set(parameter: &ParameterName, value: f64) -> Self {
         let ParameterName { device, parameter } = parameter;
         Self::SetParameter { device: device.to_string(), parameter: parameter.to_string(), value }

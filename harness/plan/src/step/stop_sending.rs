@@ -1,4 +1,4 @@
-//! A message that the plan no longer sends.
+//! Stops the repetitions of a message.
 
 use super::{Known, Needs, Op, Order, StepKind};
 use crate::validate::{Checked, Place, Survey};

@@ -1,4 +1,4 @@
-//! Steps, once for each value of a parameter.
+//! Repeats steps, once for each value of a parameter.
 
 use super::{Known, Needs, Op, Order, Step, StepKind, some_steps};
 use crate::name::ParameterName;
@@ -134,12 +134,12 @@ impl StepKind for Sweep {
 }
 
 impl Sweep {
-    /// What is set before the round of this number, from 0.
+    /// The parameter to set before the round with this number, from 0.
     pub fn order(&self, round: usize) -> Option<Order> {
         self.values.get(round).map(|value| Order::set(&self.parameter, *value))
     }
 
-    /// What is set before each round.
+    /// The parameter to set before each round.
     pub fn orders(&self) -> impl Iterator<Item = Order> {
         (0..self.values.len()).filter_map(|round| self.order(round))
     }

@@ -13,8 +13,8 @@ use wire::units::{Angle, AngularAcceleration, AngularRate};
 
 /// Ramps of the table. Assumption: 15 deg/s^2 give the paper's 48 s for one run.
 pub const TABLE_ACCELERATION: AngularAcceleration = AngularAcceleration::from_deg_per_s2(15.0);
-/// After a turn the table's ramp and the gyro's last samples are given this long. Assumption: ten
-/// periods of a 100 Hz stream and its latency.
+/// Time after a turn for the end of the table's ramp and the gyro's last samples. Assumption: ten periods of a 100 Hz
+/// stream and its latency.
 const TABLE_SETTLE: Span = Span::from_millis(200);
 
 fn table_acceleration() -> AngularAcceleration {

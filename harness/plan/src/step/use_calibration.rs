@@ -1,4 +1,4 @@
-//! A calibration comes into force.
+//! Puts a calibration into force.
 
 use super::{Known, Op, StepKind};
 use crate::name::Name;
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
 
-/// The name of no calibration at all: what is read is taken as it is.
+/// The name for no calibration: readings are not corrected.
 pub const NO_CALIBRATION: &str = "none";
 
 /// A calibration is used from now on: one that this plan saved, one that an earlier plan saved, or `none`.
@@ -17,7 +17,7 @@ pub const NO_CALIBRATION: &str = "none";
 pub struct UseCalibration(pub Name);
 
 impl UseCalibration {
-    /// Its name; absent where it is [`NO_CALIBRATION`].
+    /// Its name; `None` for [`NO_CALIBRATION`].
     pub fn name(&self) -> Option<&Name> {
         (self.0.as_str() != NO_CALIBRATION).then_some(&self.0)
     }

@@ -1,4 +1,4 @@
-//! An identified model comes into force.
+//! Puts an identified model into force.
 
 use super::use_calibration::NO_CALIBRATION;
 use super::{Known, Needs, Op, StepKind};
@@ -16,7 +16,7 @@ use std::fmt;
 pub struct UseModel(pub Name);
 
 impl UseModel {
-    /// Its name; absent where it is [`NO_CALIBRATION`].
+    /// Its name; `None` for [`NO_CALIBRATION`].
     pub fn name(&self) -> Option<&Name> {
         (self.0.as_str() != NO_CALIBRATION).then_some(&self.0)
     }

@@ -1,4 +1,4 @@
-//! Waiting for a time.
+//! Waits for a time.
 
 use super::{Known, Needs, Op, StepKind};
 use crate::number;

@@ -1,4 +1,4 @@
-//! Waiting for a condition.
+//! Waits for a condition.
 
 use super::{Known, Needs, Op, StepKind};
 use crate::number;
@@ -56,7 +56,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// What is watched.
+    /// The watched quantity.
     pub const fn quantity(&self) -> &QuantityName {
         match self {
             Self::Steady { quantity, .. }
@@ -65,7 +65,7 @@ impl Condition {
         }
     }
 
-    /// How far back it looks.
+    /// Length of the observed window.
     pub const fn window(&self) -> Span {
         match self {
             Self::Steady { over, .. } => *over,
@@ -73,7 +73,7 @@ impl Condition {
         }
     }
 
-    /// Does it hold where the values of its [`window`](Self::window) go from `low` to `high`?
+    /// Whether it holds if the values in its [`window`](Self::window) range from `low` to `high`.
     pub fn holds(&self, low: f64, high: f64) -> bool {
         match self {
             Self::Steady { change_at_most, .. } => high - low <= *change_at_most,

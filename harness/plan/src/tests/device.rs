@@ -1,4 +1,4 @@
-//! Plans of a device of the user's own.
+//! Plans of a custom device.
 
 use crate::{Plan, Rig};
 use described::Description;
@@ -39,7 +39,7 @@ fn of_dbc(dbc: &str) -> Rig {
     Rig::of_device(description.unwrap_or_else(|error| panic!("{error:?}")).into())
 }
 
-/// The error of the plan with `from` replaced, as a person sees it.
+/// The error of the plan after replacing `from`, as a user sees it.
 fn refused(from: &str, to: &str) -> String {
     assert!(PLAN.contains(from), "{from}");
     let text = PLAN.replace(from, to);

@@ -1,4 +1,4 @@
-//! Every mistake in a plan points at its place.
+//! Every mistake in a plan is shown at its place.
 
 use crate::{DEPTH_MAX, FILE_LEN_MAX, FileError, Plan, STEPS_MAX};
 use miette::{GraphicalReportHandler, GraphicalTheme};
@@ -20,7 +20,7 @@ fn error(text: &str) -> FileError {
     Plan::parse("p.toml", text).expect_err(text)
 }
 
-/// As a terminal without colours shows it.
+/// As in a terminal without colours.
 pub(super) fn rendered(error: &FileError) -> String {
     let theme = GraphicalTheme::unicode_nocolor();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(100);
@@ -256,7 +256,7 @@ fn sizes_are_bounded() {
     let long = "#".repeat(FILE_LEN_MAX + 1);
     assert!(rendered(&error(&long)).contains("bytes"));
 
-    // Beyond what the parser itself goes down to.
+    // Deeper than the parser's own limit.
     assert!(Plan::parse("p.toml", &format!("{HEAD}steps = {}", "[".repeat(10_000))).is_err());
 }
 

@@ -1,4 +1,4 @@
-//! Faults that cannot apply are refused at their place.
+//! Inapplicable faults are rejected at their place.
 
 use super::errors::rendered;
 use crate::Plan;

@@ -1,4 +1,4 @@
-//! Whole plans: what they parse to, and how their mistakes are shown.
+//! Whole plans: parsing, and the display of mistakes.
 
 mod device;
 mod errors;

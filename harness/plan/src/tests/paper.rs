@@ -1,4 +1,4 @@
-//! The paper's procedures can be written as plans, and mean what they say.
+//! The paper's procedures can be written as plans with the intended meaning.
 
 use crate::{Action, Band, Check, Condition, Plan, Step};
 use std::num::NonZeroU32;
@@ -24,7 +24,7 @@ fn the_verification_of_fig_6() {
     let cw = &plan.measurements[0];
     assert_eq!(cw.check, Check::AllWithin(Band::new(-0.25, 0.25).unwrap()));
     assert_eq!(cw.observations_min, NonZeroU32::new(20).unwrap());
-    // 10 + 7,210 + 20 x (30 + 52 + 52) + 10, as the limits of a run are longer than its period.
+    // 10 + 7,210 + 20 x (30 + 52 + 52) + 10, because the limits of a round exceed its period.
     assert_eq!(plan.time_limit(), Span::from_secs(9_910));
 }
 

@@ -1,77 +1,77 @@
-//! What a run in real time tells of itself beyond its measurements: its timing and its ports.
+//! The live part of a summary: timing and ports of a run in real time.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// How well real time was kept.
+/// How well a run kept real time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
-    /// How late the loop of the harness was with what was due.
+    /// How late the harness' loop handled due work.
     pub late: Spread,
-    /// From the last byte or frame heard to the command that followed it, for a controller in the process. A
-    /// controller that speaks once a period may wait up to that long.
+    /// Time from the last byte or frame received to the command that followed it, for a controller in the process. A
+    /// controller that sends once per period may take up to one period.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub bus_to_command: Option<Spread>,
-    /// How late the harness may be, ms.
+    /// Permitted lateness of the harness, ms.
     pub late_ms_max: f64,
-    /// Times that it was later.
+    /// Number of times it was exceeded.
     pub misses: u64,
-    /// Those during steps that something was measured in.
+    /// Those during steps that measure something.
     pub misses_judged: u64,
-    /// Times that the machine was later with what it does for others: bytes that cross a pty, a program that waits for a
-    /// processor.
+    /// Number of times that the machine exceeded it in work outside the harness: bytes that cross a pty, a program that
+    /// waits for a processor.
     #[serde(default)]
     pub machine_misses: u64,
-    /// `normal`, or what the kernel granted of `realtime`.
+    /// `normal`, or the part of `realtime` that the kernel granted.
     pub scheduling: String,
 }
 
 /// A distribution of times.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Spread {
-    /// How many.
+    /// Number of values.
     pub count: u64,
-    /// Half are no longer than this, ms; the upper end of the bin.
+    /// Half are at most this long, ms; the upper end of the bin.
     pub p50_ms: f64,
-    /// 99 % are no longer than this, ms; the upper end of the bin.
+    /// 99 % are at most this long, ms; the upper end of the bin.
     pub p99_ms: f64,
     /// The longest, ms.
     pub max_ms: f64,
-    /// Five bins a decade; those with something in them.
+    /// Five bins per decade; only bins that are not empty.
     pub bins: Vec<Bin>,
 }
 
 /// A bin of a distribution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bin {
-    /// Its upper end, ms, included.
+    /// Upper end, ms, inclusive.
     pub up_to_ms: f64,
-    /// How many are in it.
+    /// Number of values in the bin.
     pub count: u64,
 }
 
-/// What crossed a port and what went wrong there.
+/// Traffic and errors of a port.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortSummary {
-    /// The role that it plays.
+    /// The role of the port.
     pub role: String,
-    /// Who has it open.
+    /// The user of the port.
     pub side: PortSide,
-    /// As a bench file names it.
+    /// The port as the bench file names it.
     pub port: String,
-    /// Times that it was lost.
+    /// Number of times it was lost.
     pub lost: u64,
     /// Counts that are not zero, by name (`port::Counters`).
     pub counters: BTreeMap<String, u64>,
 }
 
-/// Who has a port open.
+/// The user of a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PortSide {
-    /// The harness, for an emulated device or to listen.
+    /// The harness, for an emulated device or for listening.
     Bench,
-    /// The harness, to command a device as the plan says.
+    /// The harness, to command a device on behalf of the plan.
     Plan,
     /// The controller in the process of the harness.
     Controller,

@@ -19,7 +19,7 @@ pub fn measurement(name: &str, value: f64, verdict: Verdict) -> Measurement {
     }
 }
 
-/// One property of each end.
+/// One property per result.
 pub fn properties() -> Vec<PropertySummary> {
     let of = |name: &str, always, held| PropertySummary {
         name: name.into(),
@@ -48,7 +48,7 @@ pub fn properties() -> Vec<PropertySummary> {
     ]
 }
 
-/// A run of laps that failed.
+/// A lap run that failed.
 pub fn summary() -> Summary {
     Summary {
         outcome: Outcome::Failed,

@@ -1,34 +1,34 @@
-//! What can go wrong with a run folder.
+//! Errors of a run folder.
 
 use super::{RECORD, SUMMARY};
 use crate::reader::RecordError;
 use std::io;
 use std::path::PathBuf;
 
-/// What went wrong with a run folder, and where.
+/// An error of a run folder, with the path.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RunFolderError {
-    /// There are files in it, and none of them is ours.
+    /// The folder has files, but none of a run.
     #[error("refused to replace {}: it holds files and is no run folder", path.display())]
     #[diagnostic(help("choose another folder with --out, or empty this one"))]
     Foreign {
         /// The folder.
         path: PathBuf,
     },
-    /// Another run is going on in it.
+    /// Another run uses it.
     #[error("refused to replace {}: a run is going on there", path.display())]
     #[diagnostic(help("wait until it is over, or choose another folder with --out"))]
     Busy {
         /// The folder.
         path: PathBuf,
     },
-    /// Nothing in it is ours.
+    /// It has no files of a run.
     #[error("no run in {}: neither {SUMMARY} nor {RECORD} is there", path.display())]
     NoRun {
         /// The folder.
         path: PathBuf,
     },
-    /// A file or folder could not be made or written.
+    /// A file or folder could not be created or written.
     #[error("failed to write {}", path.display())]
     Write {
         /// The file or folder.
@@ -52,7 +52,7 @@ pub enum RunFolderError {
         /// Why.
         source: io::Error,
     },
-    /// The summary is none.
+    /// The summary is not valid.
     #[error("failed to understand {} as a summary", path.display())]
     Summary {
         /// The file.
@@ -70,7 +70,7 @@ pub enum RunFolderError {
         #[diagnostic_source]
         source: RecordError,
     },
-    /// An artifact's name is not a plain file name, or is the name of a file of ours.
+    /// An artifact's name is not a plain file name, or is reserved.
     #[error("failed to name a file of the run folder {name:?}")]
     #[diagnostic(help("a plain file name is needed, other than those that every run folder has"))]
     ArtifactName {

@@ -1,18 +1,18 @@
-//! One run at a time in a folder.
+//! Allows one run at a time in a folder.
 
 use super::RunFolderError;
 use std::fs::{File, TryLockError};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A folder that is held by a run. The lock is of the folder itself: it leaves no file behind, and ends with the process however
-/// that ends.
+/// Holds a folder for a run. The lock is on the folder itself: it leaves no file and ends with the process, even when
+/// that is killed.
 #[derive(Debug, Clone)]
 pub(super) struct Lock {
     _held: Arc<File>,
 }
 
-/// Who holds a folder is no part of what is in it.
+/// The lock does not matter when folders are compared.
 impl PartialEq for Lock {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -22,7 +22,7 @@ impl PartialEq for Lock {
 impl Eq for Lock {}
 
 impl Lock {
-    /// Holds this folder; none on a file system that has no such locks.
+    /// Locks this folder; `None` if the file system has no such locks.
     pub(super) fn of(folder: &Path) -> Result<Option<Self>, RunFolderError> {
         let path = || folder.to_owned();
         let file =

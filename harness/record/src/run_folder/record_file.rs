@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// The file of a record. Its errors name it: they surface far from here, in the reason of a run.
+/// The file of a record. Its errors contain the path, since they surface far from here, in the reason of a run.
 #[derive(Debug)]
 pub struct RecordFile {
     file: File,
@@ -12,10 +12,10 @@ pub struct RecordFile {
 }
 
 impl RecordFile {
-    /// An empty file there.
+    /// Creates an empty file.
     ///
     /// # Errors
-    /// When it cannot be made.
+    /// When it cannot be created.
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self { file: File::create(path)?, path: path.to_owned() })
     }

@@ -1,4 +1,4 @@
-//! What a file that was changed or broken off says of it.
+//! Tests of changed and truncated files.
 
 use super::super::blocks::BLOCK_BYTES;
 use super::{END_BYTES, header, one_of_each, read, written};
@@ -10,10 +10,10 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 use wire::time::Timestamp;
 
-/// A record of the format before, as the version before wrote it.
+/// A record of format 2, written by the version of that time.
 const FORMAT_2: &[u8] = include_bytes!("format-2.hilrec");
 
-/// Enough for several blocks.
+/// Enough records for several blocks.
 fn long() -> Vec<Record> {
     let note = |index: usize| Record {
         at: Timestamp::from_nanos(1_000 * index as i64),
@@ -23,7 +23,7 @@ fn long() -> Vec<Record> {
     (0..4 * BLOCK_BYTES / 150).map(note).collect()
 }
 
-/// Why a file is not what was written; none where nothing is noticed.
+/// The error that reveals a change; `None` if it goes unnoticed.
 fn noticed(file: &[u8]) -> Option<RecordError> {
     match RecordReader::new(file) {
         Ok(records) => records.into_iter().find_map(Result::err),
@@ -31,7 +31,7 @@ fn noticed(file: &[u8]) -> Option<RecordError> {
     }
 }
 
-/// Whether the error leads to this byte: it names its block or what stands before it.
+/// Whether the error locates this byte: it names its block or a place before it.
 fn leads_to(error: &RecordError, place: usize) -> bool {
     match error {
         RecordError::NotARecord
@@ -56,7 +56,7 @@ fn every_flipped_bit_of_a_short_record_is_noticed() {
         let place = bit / 8;
         file[place] ^= 1 << (bit % 8);
         let error = noticed(&file);
-        // A version of before has no checks, and is found out by its first record.
+        // A file that passes as format 2 has no checksums; its first record gives it away.
         let error = error.filter(|error| version.contains(&place) || leads_to(error, place));
         assert!(error.is_some(), "bit {} of byte {place}: {:?}", bit % 8, noticed(&file));
         file[place] ^= 1 << (bit % 8);
@@ -67,7 +67,7 @@ fn every_flipped_bit_of_a_short_record_is_noticed() {
 fn a_block_that_is_missing_or_moved_is_noticed() {
     let seen = Seen::default();
     let mut sink = FileSink::new(seen.clone(), &header(), Level::Full).unwrap();
-    // Unless it is flushed, the file grows by whole blocks.
+    // Without a flush the file grows by whole blocks.
     let mut ends = vec![seen.length()];
     for record in long() {
         sink.record(record);
@@ -120,7 +120,7 @@ fn a_record_of_format_2_is_read_to_its_end() {
     assert!(matches!(read(&longer).1, Some(RecordError::Damaged { .. })));
 }
 
-/// A file that can be looked at while it is written.
+/// A file that can be inspected while it is written.
 #[derive(Debug, Clone, Default)]
 struct Seen(Arc<Mutex<Vec<u8>>>);
 

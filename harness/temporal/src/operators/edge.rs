@@ -3,11 +3,11 @@
 use crate::stream::Stream;
 use crate::truth::Truth;
 
-/// True at the one nanosecond at which its operand is true and was false just before.
+/// True at the single nanosecond at which its operand is true and was false just before.
 #[derive(Debug, Clone)]
 pub(crate) struct Edge {
     last: Truth,
-    /// When the nanosecond of the last step is over.
+    /// When the nanosecond of the last edge ends.
     over: Option<i64>,
 }
 
@@ -33,7 +33,7 @@ impl Edge {
     }
 }
 
-/// True now and false before, where both are the same.
+/// The truth of "true now and false before" while the operand does not change.
 fn steady(truth: Truth) -> Truth {
     truth.min(-truth)
 }

@@ -1,22 +1,22 @@
-//! `until` and `since` in a sliding window that begins at the moment itself.
+//! `until` and `since` in a sliding window that begins at the current moment.
 
 use super::Reach;
 use super::join::earlier;
 use crate::stream::Stream;
 use crate::truth::Truth;
 
-/// What a stretch of time tells about `held until met` or `held since met`.
+/// Summary of a stretch of time for `held until met` or `held since met`.
 #[derive(Debug, Clone, Copy)]
 struct Summary {
-    /// `held` throughout.
+    /// Whether `held` is true throughout.
     held: Truth,
-    /// The operator itself, within the stretch alone.
+    /// The operator's truth within this stretch alone.
     met: Truth,
 }
 
-/// Joining stretches is associative: a sliding window of them needs no more than two stacks, each step
-/// being pushed twice and joined twice (K. Tangwongsan, M. Hirzel, S. Schneider, "Low-latency
-/// sliding-window aggregation in worst-case constant time", 2017, section 2, after a folklore queue).
+/// Joining stretches is associative, so two stacks suffice for a sliding window; each step is pushed twice and joined
+/// twice (K. Tangwongsan, M. Hirzel, S. Schneider, "Low-latency sliding-window aggregation in worst-case constant
+/// time", 2017, section 2, after a folklore queue).
 #[derive(Debug, Clone)]
 pub(crate) struct Fold {
     reach: Reach,
@@ -24,25 +24,25 @@ pub(crate) struct Fold {
     held: Truth,
     met: Truth,
     begun: bool,
-    /// The older stretches, the oldest last, each joined with all that are newer in here.
+    /// The older stretches, the oldest last, each joined with all newer ones in this stack.
     older: Vec<Stretch>,
-    /// The newer ones, the newest last, as they are.
+    /// The newer stretches, the newest last, not joined.
     newer: Vec<Stretch>,
-    /// All of `newer` joined.
+    /// The join of all of `newer`.
     joined: Summary,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     summary: Summary,
-    /// When the next one began.
+    /// When the next stretch began.
     end: Option<i64>,
 }
 
 const NOTHING: Summary = Summary { held: Truth::TRUE, met: Truth::FALSE };
 
 impl Fold {
-    /// `held until met`, where `met` is at most `within` away.
+    /// `held until met`, where `met` is at most `within` ahead.
     pub(crate) fn until(within: i64) -> Self {
         let reach = Reach { from: Some(0), to: within };
         let mut fold = Self::new(reach, false);
@@ -106,7 +106,7 @@ impl Fold {
         self.joined = self.join(self.joined, summary);
     }
 
-    /// When the oldest leaves, if that is known. Brings the oldest to where it can be taken.
+    /// When the oldest stretch leaves the window, if known. Moves the oldest to where it can be removed.
     fn leave(&mut self) -> Option<i64> {
         if self.older.is_empty() {
             let mut joined = NOTHING;

@@ -3,7 +3,7 @@
 use crate::stream::Stream;
 use crate::truth::Truth;
 
-/// Of two streams the lesser or the greater at every moment.
+/// The minimum or maximum of two streams at every moment.
 #[derive(Debug, Clone)]
 pub(crate) struct Join {
     is_and: bool,
@@ -34,7 +34,7 @@ impl Join {
     }
 }
 
-/// The earlier of two moments that may not be.
+/// The earlier of two optional moments.
 pub(super) fn earlier(a: Option<i64>, b: Option<i64>) -> Option<i64> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),

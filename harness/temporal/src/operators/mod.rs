@@ -1,6 +1,6 @@
-//! Operators: each makes a stream of its operands' streams, as far as those are known.
+//! Operators: each computes a stream from its operands' streams, as far as those are known.
 //!
-//! Time is in whole nanoseconds, and every moment is one of them. A window is closed at both ends.
+//! Time is in whole nanoseconds, each of which is one moment. Windows are closed at both ends.
 
 mod edge;
 mod fold;
@@ -14,7 +14,7 @@ pub(crate) use join::Join;
 pub(crate) use until::Until;
 pub(crate) use window::Window;
 
-/// The moments from `from` to `to` nanoseconds away that an operator looks at; negative is the past.
+/// The window of an operator, `from` to `to` nanoseconds from the current moment; negative is the past.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Reach {
     /// `None` is the start of the run.
@@ -23,18 +23,18 @@ pub(crate) struct Reach {
 }
 
 impl Reach {
-    /// From when on a step that begins at `start` is within reach.
+    /// The moment from which a step that begins at `start` is in the window.
     fn enters(self, start: i64) -> i64 {
         start.saturating_sub(self.to)
     }
 
-    /// From when on a step that ends at `end` is out of reach.
+    /// The moment from which a step that ends at `end` has left the window.
     fn leaves(self, end: i64) -> Option<i64> {
         self.from.map(|from| end.saturating_sub(from))
     }
 
-    /// Until when the result is known, if the operands are known until `known`. Nothing is said of moments
-    /// that the operands have not seen, though the distant past may already tell.
+    /// The moment until which the result is known if the operands are known until `known`. Moments that the operands
+    /// have not reached are never known, even where the distant past would already decide.
     fn known(self, known: i64) -> i64 {
         if known == i64::MAX { known } else { known.saturating_sub(self.to.max(0)) }
     }

@@ -4,16 +4,16 @@ use super::{Fold, Join, Reach, Window};
 use crate::stream::Stream;
 use crate::truth::Truth;
 
-/// A fold, and where the window begins later, what must hold until it does.
+/// A fold, and, for a window that begins later, the condition that must hold until then.
 #[derive(Debug, Clone)]
 pub(crate) struct Until {
     fold: Fold,
     lead: Option<Lead>,
 }
 
-/// `held until [a, b] met` is: `held` from now until just before `a`, and from `a` on
-/// `held until [0, b - a] met` (A. Donzé, T. Ferrère, O. Maler, "Efficient Robust Monitoring for STL",
-/// 2013, section 3). `since` is its mirror image.
+/// `held until [a, b] met` means: `held` from now until just before `a`, and from `a` on `held until [0, b - a] met`
+/// (A. Donzé, T. Ferrère, O. Maler, "Efficient Robust Monitoring for STL", 2013, section 3). `since` is its mirror
+/// image.
 #[derive(Debug, Clone)]
 struct Lead {
     length: i64,
@@ -75,7 +75,7 @@ impl Lead {
         })
     }
 
-    /// Moves what is known of the fold to where the window begins.
+    /// Moves the known part of the fold to the start of the window.
     fn run_on(&mut self) {
         let Self { met, moved, length, begun, is_past, .. } = self;
         let length = *length;
@@ -86,7 +86,7 @@ impl Lead {
             return;
         }
         met.pour(|step| {
-            // The run has begun, and nothing is as long ago as the window asks.
+            // The run has just begun, so nothing is as far back as the window requires.
             if !std::mem::replace(begun, true) {
                 moved.push(step.at, Truth::FALSE);
             }

@@ -1,4 +1,4 @@
-//! `eventually`, `always`, `once`, `historically`: the greatest or the least in a sliding window.
+//! `eventually`, `always`, `once`, `historically`: maximum or minimum over a sliding window.
 
 use super::Reach;
 use super::join::earlier;
@@ -6,16 +6,16 @@ use crate::stream::Stream;
 use crate::truth::Truth;
 use std::collections::VecDeque;
 
-/// The greatest of what is in reach; of mirror images, and mirrored, it is the least.
+/// The maximum over the window. With inverted operands and result it is the minimum.
 ///
-/// A queue keeps what may still become the greatest, as in D. Lemire, "Streaming maximum-minimum filter
-/// using no more than three comparisons per element" (2006): a step that is followed by a greater one never
-/// does. Every step enters and leaves once.
+/// A queue keeps the candidates for the maximum, as in D. Lemire, "Streaming maximum-minimum filter using no more than
+/// three comparisons per element" (2006): a step followed by a greater one is no candidate. Every step enters and
+/// leaves once.
 #[derive(Debug, Clone)]
 pub(crate) struct Window {
     reach: Reach,
     is_least: bool,
-    /// Decreasing; the newest is always the last.
+    /// In decreasing order; the newest is always the last.
     candidates: VecDeque<Candidate>,
     begun: bool,
 }
@@ -28,8 +28,8 @@ struct Candidate {
 }
 
 impl Window {
-    /// `is_least` for "all", else "one". With `clips` the run begins when the operand is first known:
-    /// moments before do not exist. Without they are unknown.
+    /// `is_least` for "every moment", otherwise "some moment". With `clips` the run begins when the operand is first
+    /// known: earlier moments do not exist. Without it they are unknown.
     pub(crate) fn new(reach: Reach, is_least: bool, clips: bool) -> Self {
         let mut candidates = VecDeque::new();
         if !clips {
@@ -76,7 +76,7 @@ impl Window {
         self.candidates.push_back(Candidate { truth, end: None });
     }
 
-    /// When the greatest leaves, if that is known.
+    /// When the maximum leaves the window, if known.
     fn leave(&self) -> Option<i64> {
         self.candidates.front()?.end.and_then(|end| self.reach.leaves(end))
     }

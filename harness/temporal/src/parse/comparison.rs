@@ -1,4 +1,4 @@
-//! Comparisons: numbers on both sides, a name on one, ranges, tolerances.
+//! Comparisons: numbers on both sides, a value name on one side, ranges, tolerances.
 
 use super::lexer::Token;
 use super::quantity::Quantity;
@@ -79,7 +79,7 @@ impl Parser<'_> {
         Ok(Condition::Compare(comparator, left.number, right.number, range))
     }
 
-    /// How far the two can be apart.
+    /// The largest possible distance of the two.
     pub(super) fn range(&self, left: &Number, right: &Number) -> formula::Width {
         let of = |slot: usize| self.found.get(slot).and_then(|(_, signal)| signal.range);
         let apart = left.range(&of).zip(right.range(&of)).map(|(left, right)| {
@@ -125,7 +125,7 @@ impl Parser<'_> {
     }
 }
 
-/// Up or down, where it has a direction.
+/// Whether it points up or down; `None` for `==` and `!=`.
 fn direction(comparator: Comparator) -> Option<bool> {
     match comparator {
         Comparator::Less | Comparator::LessOrEqual => Some(true),

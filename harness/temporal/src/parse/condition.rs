@@ -1,4 +1,4 @@
-//! What joins conditions: `->`, `or`, `and`, `until`, `since`, `not`, and what stands before a colon.
+//! Connectives: `->`, `or`, `and`, `until`, `since`, `not`, and the prefixes before a colon.
 
 use super::lexer::Token;
 use super::{Parser, Part, What};
@@ -104,7 +104,7 @@ impl Parser<'_> {
         Ok(Part { is_open, ..Part::condition(*negated(of), at) })
     }
 
-    /// `within 100 ms: ...` and its like.
+    /// `within 100 ms: ...` and similar prefixes.
     fn prefixed(&mut self) -> Result<Part, Mistake> {
         let Token::Name(word) = self.next else { return self.comparison() };
         let at = self.at.clone();
@@ -133,7 +133,7 @@ impl Parser<'_> {
         Ok(Part { is_open: true, ..Part::condition(make(interval, Box::new(of)), at) })
     }
 
-    /// What must be true or false.
+    /// Requires a part that is true or false.
     pub(super) fn condition(&self, part: Part) -> Result<Condition, Mistake> {
         match part.what {
             What::Condition(condition) => Ok(condition),
@@ -151,7 +151,7 @@ impl Parser<'_> {
     }
 }
 
-/// Nothing is kept that nobody can bound: what looks ahead says how far.
+/// The mistake of a forward-looking operator without an end: its memory would have no bound.
 fn without_end(word: &str, at: Range<usize>, behind: &str) -> Mistake {
     let mistake = Mistake::new(at, format!("`{word}` must say how far it looks ahead"));
     let help = format!("write `{word} [0 s, 10 s]{behind}...`");

@@ -1,32 +1,32 @@
-//! The words of a formula, each with its place.
+//! The tokens of a formula with their positions.
 
 use crate::mistake::Mistake;
 use std::ops::Range;
 
-/// A word.
+/// A token.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Token<'a> {
     Number(f64),
     /// A signal, an operator or a function.
     Name(&'a str),
-    /// What stands between quotation marks: the name of a value.
+    /// The text between quotation marks: the name of a value.
     Quoted(&'a str),
     /// An operator, a parenthesis, a comma or a colon.
     Symbol(&'a str),
     End,
 }
 
-/// The longer ones first.
+/// Longer symbols first.
 const SYMBOLS: [&str; 24] = [
     "->", "+-", "<=", ">=", "==", "!=", "&&", "||", "±", "<", ">", "+", "-", "*", "/", "(", ")",
     "[", "]", ",", ":", "!", "{", "}",
 ];
 
-/// What other languages write, and what is written here.
+/// Symbols of other languages and their equivalents here.
 const ELSEWHERE: [(&str, &str); 6] =
     [("=>", "->"), ("<>", "!="), ("=", "=="), ("&", "and"), ("|", "or"), ("~", "not")];
 
-/// Names that mean something else than a signal.
+/// Names reserved for other uses than signals.
 pub(super) const KEYWORDS: [&str; 17] = [
     "and",
     "or",
@@ -47,7 +47,7 @@ pub(super) const KEYWORDS: [&str; 17] = [
     "max",
 ];
 
-/// The word at `from`, behind blanks, and its place.
+/// The token at `from`, after white space, and its position.
 pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>), Mistake> {
     let rest = text.get(from..).unwrap_or_default();
     let start = from + (rest.len() - rest.trim_start().len());
@@ -86,7 +86,7 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
     Err(mistake.help("names have letters, digits, `_` and `.`"))
 }
 
-/// How many bytes look like a number: digits, a point, digits, an exponent.
+/// Length of a number in bytes: digits, a point, digits, an exponent.
 fn number_length(text: &[u8]) -> usize {
     let digits = |from: usize| text[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let mut at = digits(0);
@@ -103,7 +103,7 @@ fn number_length(text: &[u8]) -> usize {
     at
 }
 
-/// The word behind a number that may be its unit: letters, `%`, `°`, and digits or `/` within.
+/// The word after a number that may be its unit: letters, `%`, `°`, and digits or `/` inside.
 pub(super) fn unit_word(text: &str, from: usize) -> Option<Range<usize>> {
     let rest = text.get(from..)?;
     let start = from + (rest.len() - rest.trim_start().len());

@@ -1,7 +1,7 @@
-//! From text to conditions, by recursive descent. Signals are found and units are checked on the way.
+//! Recursive descent from text to conditions. It also resolves signals and checks units.
 //!
-//! From the loosest to the tightest: `->`, `or`, `and`, `until` and `since`, `not`, comparisons, `+ -`,
-//! `* /`, the sign.
+//! Precedence from loosest to tightest: `->`, `or`, `and`, `until` and `since`, `not`, comparisons, `+ -`, `* /`, the
+//! sign.
 
 mod comparison;
 mod condition;
@@ -18,20 +18,20 @@ use quantity::Quantity;
 use std::ops::Range;
 use window::HORIZON_MAX;
 
-/// The longest formula. Assumption: what is longer is several properties.
+/// The longest formula. Assumption: a longer one is several properties.
 const BYTES_MAX: usize = 2_000;
 
-/// Parentheses and operators within one another. Assumption: nobody reads more.
+/// Nesting of parentheses and operators. Assumption: no reader follows more.
 const NESTING_MAX: usize = 50;
 
 struct Parser<'a> {
     text: &'a str,
     signals: &'a dyn Signals,
-    /// What was found so far, in the order of the slots.
+    /// The signals found so far, in slot order.
     found: Vec<(Used, Signal)>,
     next: Token<'a>,
     at: Range<usize>,
-    /// Where the word before ended.
+    /// End of the previous token.
     end: usize,
     nesting: usize,
 }
@@ -40,9 +40,9 @@ struct Parser<'a> {
 struct Part {
     what: What,
     at: Range<usize>,
-    /// The `until` or `since` that it is, if no parentheses are around it.
+    /// The position of its `until` or `since`, if no parentheses enclose it.
     bare: Option<Range<usize>>,
-    /// It ends with what a colon reaches.
+    /// Whether it ends with the scope of a colon.
     is_open: bool,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Parser<'a> {
         self.text.get(at.clone()).unwrap_or_default()
     }
 
-    /// One level further in, so that no text exhausts the stack.
+    /// Parses one level deeper, with a limit so that no text overflows the stack.
     fn deeper<T>(
         &mut self,
         read: impl FnOnce(&mut Self) -> Result<T, Mistake>,

@@ -8,7 +8,7 @@ use crate::number::{Binary, Number};
 use crate::unit::Unit;
 use std::ops::Range;
 
-/// A number and what it is a number of.
+/// A number and its unit.
 #[derive(Debug, Clone)]
 pub(super) struct Quantity {
     pub(super) number: Number,
@@ -21,9 +21,9 @@ pub(super) enum Measure {
     /// A number without a unit takes that of its neighbour.
     Bare,
     Known(Unit, String),
-    /// Fits what is written alike.
+    /// A unit that matches only the same text.
     Opaque(String),
-    /// A signal without a unit, or a product that nobody can tell.
+    /// A signal without a unit, or a product whose unit is not known.
     None,
 }
 
@@ -147,7 +147,7 @@ impl Parser<'_> {
                 self.advance()?;
                 let inner = self.implication()?;
                 self.expect(")")?;
-                // Parentheses make clear what was open.
+                // Parentheses resolve the ambiguity.
                 Ok(Part { what: inner.what, at: at.start..self.end, bare: None, is_open: false })
             }
             Token::Quoted(name) => {
@@ -168,7 +168,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A function, from behind its parenthesis.
+    /// A function call, starting after its opening parenthesis.
     fn call(&mut self, name: &str, start: usize) -> Result<Part, Mistake> {
         let mut part = self.implication()?;
         if name == "rises" || name == "falls" {
@@ -200,7 +200,7 @@ impl Parser<'_> {
         Ok(Part::quantity(Quantity { number, measure: of.measure, at: at.clone() }, at))
     }
 
-    /// What must be a number, since `word` is about numbers.
+    /// Requires a number, because `word` applies to numbers.
     pub(super) fn quantity(&self, part: Part, word: &str) -> Result<Quantity, Mistake> {
         match part.what {
             What::Quantity(quantity) => Ok(quantity),
@@ -216,14 +216,14 @@ impl Parser<'_> {
         }
     }
 
-    /// The unit behind a number; stands on the number, and goes past both.
+    /// The unit after a number. Starts at the number and moves past both.
     fn unit(&mut self) -> Result<Measure, Mistake> {
         let Some(at) = unit_word(self.text, self.at.end) else {
             self.advance()?;
             return Ok(Measure::Bare);
         };
         let word = self.said(&at);
-        // `4 V/x` divides by x: what is known of the word is the unit.
+        // `4 V/x` divides by x: the unit is the known part of the word.
         let known = word.match_indices('/').map(|(cut, _)| cut).chain([word.len()]);
         let length = known.filter(|cut| Unit::parse(&word[..*cut]).is_some()).max();
         let length = length.unwrap_or(word.len());
@@ -232,7 +232,8 @@ impl Parser<'_> {
         Ok(Measure::of(&word[..length]))
     }
 
-    /// Both in one unit, if they have one in common: that of the left one, or of the signal beside a number.
+    /// Converts both to one unit if they have the same dimension: that of the left one, or that of the signal beside a
+    /// number.
     pub(super) fn alike(
         &self,
         mut left: Quantity,
@@ -276,7 +277,7 @@ impl Parser<'_> {
     }
 }
 
-/// Nothing but a number with its unit.
+/// Whether it is only a number with its unit.
 fn is_literal(quantity: &Quantity) -> bool {
     matches!(quantity.number, Number::Constant(_))
 }

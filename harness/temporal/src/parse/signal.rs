@@ -1,4 +1,4 @@
-//! Signals and the names of their values.
+//! Signals and their named values.
 
 use super::quantity::{Measure, Quantity};
 use super::{Parser, Part, What};
@@ -9,11 +9,11 @@ use crate::parse::lexer::{KEYWORDS, Token};
 use crate::signals::{Protecting, proposal};
 use std::ops::Range;
 
-/// Between 0, which is wrong, and 1, which is right.
+/// Threshold between 0, wrong, and 1, right.
 const WRONG_OR_RIGHT: f64 = 0.5;
 
 impl Parser<'_> {
-    /// A name that no other rule takes.
+    /// A signal: any name that no other rule takes.
     pub(super) fn signal(&mut self, name: &str) -> Result<Part, Mistake> {
         let at = self.at.clone();
         if KEYWORDS.contains(&name) {
@@ -68,7 +68,7 @@ impl Parser<'_> {
         Ok(Part::quantity(Quantity { number: Number::Slot(slot), measure, at: at.clone() }, at))
     }
 
-    /// Both sides of a comparison as numbers; a name stands for the value that the signal gives it.
+    /// Both sides of a comparison as numbers; a name stands for the value that the signal assigns to it.
     pub(super) fn named(
         &self,
         left: Part,

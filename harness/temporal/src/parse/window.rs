@@ -5,8 +5,8 @@ use super::lexer::{Token, unit_word};
 use crate::formula::Interval;
 use crate::mistake::Mistake;
 
-/// How far a window reaches. Assumption: an hour is longer than any answer that a test waits for, and what
-/// happens in an hour fits in memory.
+/// The longest window. Assumption: an hour is longer than any response that a test waits for, and its events fit in
+/// memory.
 pub(super) const HORIZON_MAX: i64 = 3_600_000_000_000;
 
 const UNITS: [(&str, f64); 8] = [
@@ -20,7 +20,7 @@ const UNITS: [(&str, f64); 8] = [
     ("h", 3.6e12),
 ];
 
-/// Nanoseconds that a time may be off a whole number of them: what floating point costs.
+/// Tolerance for a time in nanoseconds to count as a whole number: rounding error of floating point.
 const ROUNDING: f64 = 1e-3;
 
 impl Parser<'_> {
@@ -39,7 +39,7 @@ impl Parser<'_> {
         Ok(Interval { from, to: Some(to) })
     }
 
-    /// `100 ms` behind `within` or `for`.
+    /// `100 ms` after `within` or `for`.
     pub(super) fn length(&mut self, word: &str) -> Result<Interval, Mistake> {
         if self.is_symbol("[") {
             let (_, long) = if word == "within" { (word, "eventually") } else { (word, "always") };

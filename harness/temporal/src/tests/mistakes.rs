@@ -1,9 +1,9 @@
-//! Every mistake is shown at its place.
+//! Every mistake is reported at its position.
 
 use super::read;
 use proptest::prelude::*;
 
-/// The text, the place below it, what is wrong and the help.
+/// The text, a marker below the position, the message and the help.
 fn table(texts: &[&str]) -> String {
     let mut table = String::new();
     for text in texts {
@@ -146,7 +146,7 @@ fn what_is_too_long_or_too_deep() {
     let arrows = "Count > 1 -> ".repeat(100) + "Count > 1";
     assert_eq!(read(&arrows).expect_err("arrows").message, "nested too deeply");
     assert_eq!(read(&"Count+".repeat(400)).expect_err("long").at, 0..2_400);
-    // Long is not deep.
+    // A long formula is not deeply nested.
     assert!(read(&("Count > 1 or ".repeat(150) + "Count > 1")).is_ok());
 }
 

@@ -1,4 +1,4 @@
-//! What formulas mean, and what is said of texts that are none.
+//! The meaning of formulas, and the mistakes in invalid ones.
 
 mod mistakes;
 mod monitors;

@@ -7,7 +7,7 @@ use wire::time::{Span, Timestamp};
 const SPEED: usize = 3;
 const COUNT: usize = 6;
 
-/// What is said of a run with these updates that ends at `end`.
+/// The verdict on a run with these updates that ends at `end`.
 fn verdict(text: &str, updates: &[(i64, usize, f64)], end: i64) -> Verdict {
     let mut monitor = Monitor::new(formula(text));
     for (time, signal, value) in updates {
@@ -44,7 +44,7 @@ fn a_violation_is_told_with_its_moment_and_its_values() {
     assert_eq!((verdict.violations, verdict.violated), (1, Span::from_nanos(1)));
     let violation = verdict.first_violation.expect("the second answer is late");
     assert_eq!((violation.at, violation.known), (at(60), at(70)));
-    // It was 1 before it rose: of the three margins the least.
+    // It was 1 before it rose; the minimum of the three margins.
     assert_eq!((violation.distance, verdict.robustness), (-1.0, -1.0));
     assert_eq!(violation.values, [("Speed".to_owned(), 7.0), ("Count".to_owned(), 0.0)]);
 }
@@ -69,12 +69,12 @@ fn what_the_end_leaves_open_is_no_violation() {
         assert_eq!((verdict.violations, verdict.open), (violations, open), "end at {end}");
         assert_eq!(verdict.unknown, Span::ZERO);
     }
-    // Decided already: what follows cannot mend it.
+    // Already decided: later values cannot change it.
     let decided = verdict("for 10 ns: Count == 1", &[(0, COUNT, 1.0), (5, COUNT, 0.0)], 6);
     assert_eq!(decided.first_violation.map(|violation| violation.known), Some(at(6)));
     let open = verdict("for 10 ns: Count == 1", &[(0, COUNT, 1.0)], 6);
     assert_eq!((open.holds, open.open, open.judged), (true, 1, Span::ZERO));
-    // Unknown for another reason, as long as the whole horizon is within the run.
+    // Unknown because of the signal, not the end: the whole horizon is within the run.
     let silent = verdict("within 10 ns: Speed + Count > 0", &[(0, COUNT, 1.0)], 30);
     assert_eq!((silent.unknown, silent.open), (Span::from_nanos(21), 1));
 }
@@ -97,7 +97,7 @@ fn a_signal_without_a_value_is_not_judged() {
         (late.holds, late.unknown, late.judged),
         (true, Span::from_nanos(10), Span::from_nanos(10))
     );
-    // The other one decides alone.
+    // The other operand decides alone.
     let decided = verdict(text, &[(0, COUNT, 1.0), (10, SPEED, 5.0)], 19);
     assert_eq!(decided.unknown, Span::ZERO);
     let never = verdict(text, &[], 19);
@@ -121,7 +121,7 @@ fn a_frame_is_one_moment() {
     let mut monitor = Monitor::new(formula(text));
     monitor.update(at(0), &[(SPEED, 1.0), (COUNT, 1.0)]);
     monitor.update(at(10), &[(SPEED, 2.0), (COUNT, 2.0)]);
-    // So are frames of one moment: the last values count.
+    // The same holds for frames at one moment: the last values count.
     monitor.update(at(20), &[(SPEED, 3.0)]);
     monitor.update(at(20), &[(COUNT, 9.0)]);
     monitor.update(at(20), &[(COUNT, 3.0)]);
@@ -185,7 +185,7 @@ fn a_window_may_be_a_moment_now_or_later() {
 #[test]
 fn the_past_begins_with_the_run() {
     let updates = [(5, COUNT, 0.0), (20, COUNT, 1.0)];
-    // At every moment of none, at some moment of none.
+    // Every moment of an empty set, some moment of an empty set.
     assert!(verdict("historically [50 ns, 60 ns]: Count == 7", &updates, 30).holds);
     let none = verdict("once [50 ns, 60 ns]: Count == 0", &updates, 30);
     assert_eq!(

@@ -1,4 +1,4 @@
-//! How long answers take.
+//! Response times.
 
 use super::{at, formula};
 use crate::Reaction;
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 const SPEED: usize = 3;
 const COUNT: usize = 6;
 
-/// Questions and how long their answers took, in nanoseconds.
+/// Triggers and their response times, in nanoseconds.
 fn answers(reaction: &mut Reaction) -> Vec<(i64, i64)> {
     std::iter::from_fn(|| reaction.take())
         .map(|answer| (answer.asked.as_nanos(), answer.after.as_nanos()))
@@ -24,7 +24,7 @@ fn each_question_gets_the_next_answer() {
     assert_eq!(reaction.unanswered(), 1);
     reaction.update(at(40), &[(COUNT, 1.0)]);
     reaction.update(at(50), &[(SPEED, 0.0)]);
-    // True already.
+    // Already true.
     reaction.update(at(60), &[(SPEED, 9.0)]);
     reaction.update(at(70), &[(COUNT, 0.0), (SPEED, 0.0)]);
     reaction.update(at(80), &[(SPEED, 9.0)]);
@@ -44,7 +44,7 @@ fn what_begins_true_asks_nothing() {
 
 #[test]
 fn formulas_that_look_ahead_are_measured_when_they_are_known() {
-    // It counts when it has settled.
+    // It counts once it has settled.
     let settled = formula("for 20 ns: Count == 1");
     let mut reaction = Reaction::new(&formula("Speed > 3"), &settled, 10);
     reaction.update(at(0), &[(SPEED, 0.0), (COUNT, 0.0)]);

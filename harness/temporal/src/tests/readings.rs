@@ -1,9 +1,9 @@
-//! What is read: precedence, units, names.
+//! Parsing: precedence, units, names.
 
 use super::{at, formula, read};
 use crate::{Evaluator, Formula};
 
-/// Whether a formula that looks nowhere holds with these values of the signals.
+/// The truth of a formula without time operators at these values of the signals.
 fn holds(text: &str) -> Option<bool> {
     let values = [4.25, 2_000.0, 3.0, 72.0, 20.0, 25.0, -2.0, 7.0];
     let mut evaluator = Evaluator::new(&formula(text));
@@ -28,7 +28,7 @@ fn operators_bind_as_written() {
     same(&format!("!{a} && {b} || {c}"), &format!("not {a} and {b} or {c}"));
     same(&format!("not not {a}"), a);
     same(&format!("{a} until [0, 1 s] {b} -> {c}"), &format!("({a} until [0, 1 s] {b}) -> {c}"));
-    // A colon reaches far.
+    // A colon extends far to the right.
     same(&format!("within 1 s: {a} and {b} or {c}"), &format!("within 1 s: ({a} and {b} or {c})"));
     same(&format!("{a} and for 1 s: {b} or {c}"), &format!("{a} and (for 1 s: ({b} or {c}))"));
     same(&format!("not within 1 s: {a} and {b}"), &format!("not (within 1 s: ({a} and {b}))"));

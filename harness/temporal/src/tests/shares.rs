@@ -1,4 +1,4 @@
-//! Robustness as a share of what is compared.
+//! Robustness as a share of the compared range.
 
 use super::at;
 use crate::{Formula, Monitor, NotFound, Signal, Signals, Verdict};
@@ -19,7 +19,7 @@ impl Signals for Battery {
     }
 }
 
-/// What is said while the signals have these values.
+/// The verdict while the signals have these values.
 fn verdict(text: &str, values: [f64; 4]) -> Verdict {
     let formula = Formula::parse(text, &Battery).unwrap_or_else(|mistake| panic!("{mistake}"));
     let mut monitor = Monitor::new(formula);
@@ -42,21 +42,21 @@ fn a_margin_is_a_share_of_the_range_of_its_comparison() {
     assert_eq!(share("Revolutions / 2 < 3000", now), 0.125);
     assert_eq!(share("changes(Revolutions) or Voltage > 3.5", now), 0.1);
     assert_eq!(share("Voltage == 4 +- 0.5", now), 0.1);
-    // Two that move against one another are apart by twice as much.
+    // Two that move in opposite directions can be twice as far apart.
     assert_eq!(share("Revolutions - (0 - Revolutions) < 9600", now), 0.05);
-    // Without a range it is in the unit, and so is what a division by zero makes boundless.
+    // Without a range the robustness is in the unit; the same if a division by zero makes the range unbounded.
     assert_eq!(share("Unbounded < 5", now), 2.0);
     assert_eq!(share("Voltage / Contactor < 7", now), 3.0);
 }
 
-/// In their units the revolutions would always be the furthest away.
+/// In absolute units the revolutions would always be the furthest away.
 #[test]
 fn the_comparison_that_is_nearest_by_its_own_range_decides() {
     let text = "Revolutions < 7000 and Voltage < 4.5";
     assert_eq!(share(text, [4.0, 1.0, 6_990.0, 0.0]), 10.0 / 16_000.0);
     let both = verdict("Revolutions < 7000 or Voltage < 4.5", [4.75, 1.0, 7_080.0, 0.0]);
     assert_eq!(both.robustness, -80.0 / 16_000.0);
-    // How far off it was is in the unit of that one.
+    // The distance is in the unit of that comparison.
     assert_eq!(both.first_violation.map(|violation| violation.distance), Some(-80.0));
     let volt = verdict(text, [5.0, 1.0, 7_080.0, 0.0]);
     assert_eq!(volt.first_violation.map(|violation| violation.distance), Some(-0.5));

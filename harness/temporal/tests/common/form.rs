@@ -1,4 +1,4 @@
-//! Formulas as data: drawn at random, and printed for us and for RTAMT.
+//! Random formulas as data, printed in this crate's notation and in that of RTAMT.
 
 use super::LETTERS;
 use proptest::prelude::*;
@@ -19,7 +19,7 @@ pub enum Num {
 #[derive(Debug, Clone)]
 pub enum Form {
     Compare(&'static str, Num, Num),
-    /// Apart by no more than the last.
+    /// The numbers differ by at most the last.
     Near(Num, Num, u8),
     Between(Num, Num, Num),
     Changes(Num),
@@ -58,7 +58,7 @@ pub fn num() -> impl Strategy<Value = Num> {
 
 fn atom() -> impl Strategy<Value = Form> {
     let operator = prop::sample::select(vec!["<", "<=", ">", ">=", "==", "!="]);
-    // One side has a signal in it, as it must.
+    // One side must contain a signal.
     let some = (0..3usize, num()).prop_map(|(signal, more)| match more {
         Num::Constant(_) => Num::Signal(signal),
         more => Num::Subtract(Box::new(Num::Signal(signal)), Box::new(more)),
@@ -120,8 +120,8 @@ impl Num {
         }
     }
 
-    /// As RTAMT writes it. It has no `min` and no `max` of numbers and no parentheses in arithmetic, and its
-    /// `+` binds tighter than its `*`: each operator is alone.
+    /// RTAMT notation. It has no `min` and `max` of numbers and no parentheses in arithmetic, and its `+` binds tighter
+    /// than its `*`: each operator stands alone.
     pub fn rtamt(&self) -> Option<String> {
         Some(match self {
             Self::Add(a, b) => format!("{} + {}", a.rtamt_operand()?, b.rtamt_operand()?),
@@ -143,7 +143,7 @@ impl Num {
 }
 
 impl Form {
-    /// As it is written here, a step of the trace being `step` nanoseconds.
+    /// This crate's notation; a step of the trace lasts `step` nanoseconds.
     pub fn text(&self, step: i64) -> String {
         let window = |a: i64, b: i64| format!("[{} ns, {} ns]", a * step, b * step);
         let past = |a: i64, b: Option<i64>| b.map_or(String::new(), |b| window(a, b));
@@ -175,8 +175,8 @@ impl Form {
         }
     }
 
-    /// As RTAMT writes it, times in steps; none where it has no such thing or means something else.
-    /// `is_past` says that it stands within an operator of the past.
+    /// RTAMT notation, times in steps; `None` if RTAMT has no equivalent or means something else. `is_past`: it stands
+    /// within an operator on the past.
     pub fn rtamt(&self, is_past: bool) -> Option<String> {
         let past = |b: Option<i64>, a: i64| b.map_or(String::new(), |b| format!("[{a}:{b}]"));
         Some(match self {
@@ -192,7 +192,7 @@ impl Form {
                 format!("(({0} < {1}) and ({1} <= {2}))", a.rtamt()?, b.rtamt()?, c.rtamt()?)
             }
             Changes(_) => return None,
-            // Before the trace an operand is false there, and unknown here.
+            // Before the trace the operand is false in RTAMT and unknown here.
             Rises(_) | Falls(_) if is_past => return None,
             Rises(of) => format!("rise({})", of.rtamt(is_past)?),
             Falls(of) => format!("fall({})", of.rtamt(is_past)?),
@@ -215,7 +215,7 @@ impl Form {
         })
     }
 
-    /// Steps that it looks ahead.
+    /// Number of steps that it looks ahead.
     pub fn horizon(&self) -> i64 {
         match self {
             Compare(..) | Near(..) | Between(..) | Changes(_) => 0,
@@ -230,8 +230,8 @@ impl Form {
         }
     }
 
-    /// A step of many nanoseconds means what a step of one does. Edges last a nanosecond, and `until` with a
-    /// later window asks for its left side between two steps too.
+    /// Whether a step of many nanoseconds means the same as a step of one. It does not for edges, which last a
+    /// nanosecond, nor for `until` with a later window, which also reads its left side between two steps.
     pub fn is_coarse(&self) -> bool {
         match self {
             Compare(..) | Near(..) | Between(..) => true,
@@ -246,7 +246,7 @@ impl Form {
         }
     }
 
-    /// Each operator that it has, by its name.
+    /// Collects the names of all its operators.
     pub fn operators(&self, into: &mut Vec<&'static str>) {
         let (name, of): (_, Vec<&Form>) = match self {
             Compare(how, ..) => (*how, vec![]),

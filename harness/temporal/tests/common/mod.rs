@@ -1,4 +1,4 @@
-//! Random formulas and traces, and what they mean by the book.
+//! Random formulas and traces, and their meaning by definition.
 
 #![allow(dead_code, reason = "each test uses a part")]
 

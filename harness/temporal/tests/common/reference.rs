@@ -1,8 +1,8 @@
-//! What a formula is at every moment, by definition: loops over moments, no thought of speed.
+//! The truth of a formula at every moment, by definition: plain loops over moments, not optimised.
 
 use super::form::{Form, Num};
 
-/// Truth with its margin, by cases.
+/// Truth with its margin, as separate cases.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
     False(f64),
@@ -12,8 +12,8 @@ pub enum Value {
 
 use Value::{False, True, Unknown};
 
-/// The signals at each moment from the start of the run on, not a number where they have no value. Moments
-/// behind the run are there as far as the formula looks ahead.
+/// The signals at each moment from the start of the run; NaN means no value. The rows continue after the run as far as
+/// the formula looks ahead.
 pub type Rows = Vec<[f64; 3]>;
 
 fn not(value: Value) -> Value {
@@ -24,7 +24,7 @@ fn not(value: Value) -> Value {
     }
 }
 
-/// True where all are.
+/// True if all are.
 fn all(values: impl IntoIterator<Item = Value>) -> Value {
     let values: Vec<_> = values.into_iter().collect();
     let failing = values.iter().filter_map(|value| match value {
@@ -43,7 +43,7 @@ fn all(values: impl IntoIterator<Item = Value>) -> Value {
     }))
 }
 
-/// True where one is.
+/// True if one is.
 fn any(values: impl IntoIterator<Item = Value>) -> Value {
     not(all(values.into_iter().map(not)))
 }
@@ -85,7 +85,7 @@ fn compare(how: &str, a: f64, b: f64) -> Value {
     if holds { True(margin) } else { False(margin) }
 }
 
-/// What the formula is at each moment of `rows`.
+/// The value of the formula at each moment of `rows`.
 pub fn evaluate(form: &Form, rows: &Rows) -> Vec<Value> {
     let count = rows.len() as i64;
     let at_each = |value: &dyn Fn(usize) -> Value| (0..rows.len()).map(value).collect::<Vec<_>>();
@@ -174,7 +174,7 @@ pub fn evaluate(form: &Form, rows: &Rows) -> Vec<Value> {
             at_each(&|at| {
                 let moments = back(&met, at, *from, *to);
                 let at = at as i64;
-                // Before the start: it may have been met at any moment.
+                // Before the start: `met` may have been true at any moment.
                 let moments = moments.unwrap_or(at - to.unwrap_or(count)..=at - from);
                 any(moments.map(|then| {
                     all((then + 1..=at).map(|after| get(&held, after)).chain([get(&met, then)]))

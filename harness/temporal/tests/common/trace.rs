@@ -1,4 +1,4 @@
-//! Signals over a short run, and what the evaluator says of a formula there.
+//! Signals over a short run, and the evaluator's results on it.
 
 use super::form::Form;
 use super::reference::{Rows, Value};
@@ -6,10 +6,10 @@ use proptest::prelude::*;
 use temporal::{Evaluator, Formula, Truth};
 use wire::time::Timestamp;
 
-/// What changes at each step from the start on: nothing, or some of the signals.
+/// The changes at each step from the start: none, or some of the signals.
 pub type Trace = Vec<Vec<(usize, f64)>>;
 
-/// Small whole numbers, often equal; `is_gappy` readings are at times no number, and some signals begin late.
+/// Small whole numbers, often equal. With `is_gappy` some readings are NaN and some signals begin late.
 pub fn trace(steps: std::ops::Range<usize>, is_gappy: bool) -> impl Strategy<Value = Trace> {
     let number = (-4..5i32).prop_map(f64::from);
     let value = if is_gappy {
@@ -29,7 +29,7 @@ pub fn trace(steps: std::ops::Range<usize>, is_gappy: bool) -> impl Strategy<Val
     })
 }
 
-/// The trace as rows, and as many without a value behind it.
+/// The trace as rows, followed by `behind` rows without values.
 pub fn rows(trace: &Trace, behind: i64) -> Rows {
     let mut row = [f64::NAN; 3];
     let mut rows = Rows::new();
@@ -43,7 +43,7 @@ pub fn rows(trace: &Trace, behind: i64) -> Rows {
     rows
 }
 
-/// What the evaluator says at each step, `step` nanoseconds long.
+/// The evaluator's result at each step of `step` nanoseconds.
 pub fn online(formula: &Formula, trace: &Trace, step: i64) -> Vec<Truth> {
     let mut evaluator = Evaluator::new(formula);
     let at = |index: usize| Timestamp::from_nanos(index as i64 * step);
@@ -63,7 +63,7 @@ pub fn online(formula: &Formula, trace: &Trace, step: i64) -> Vec<Truth> {
     };
     for (index, updates) in trace.iter().enumerate() {
         match index % 3 {
-            // Together or one by one: at one moment it is the same.
+            // Updates at one moment may be passed together or one by one.
             0 => updates.iter().for_each(|update| evaluator.update(at(index), &[*update])),
             _ => evaluator.update(at(index), updates),
         }

@@ -24,7 +24,7 @@ fn observation(quantity: &str, value: f64, uncertainty: f64, tags: &[(&str, f64)
     }
 }
 
-/// Table errors with this standard uncertainty, one a second, the temperature rising by 1 degC each.
+/// Table errors with this standard uncertainty, one per second; the temperature rises by 1 degC each.
 fn table_errors(values: &[f64], uncertainty: f64) -> Vec<Observation> {
     let tags = |index: usize| {
         let index = index as f64;

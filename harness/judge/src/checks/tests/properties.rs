@@ -1,10 +1,10 @@
-//! What holds for all bands and all observations.
+//! Invariants for all bands and all observations.
 
 use super::{Observation, Verdict, declared, judge, observation};
 use plan::Declared;
 use proptest::prelude::*;
 
-/// Ranks a verdict: the higher, the better.
+/// Rank of a verdict; higher is better.
 fn rank(verdict: Verdict) -> u8 {
     match verdict {
         Verdict::Unset | Verdict::Fail => 0,
@@ -13,7 +13,7 @@ fn rank(verdict: Verdict) -> u8 {
     }
 }
 
-/// Every kind of check, with this band where it has one of its own.
+/// Every kind of check, with this band if it has one.
 fn checks(lower: f64, upper: f64) -> Vec<Declared> {
     let band = format!("[{lower:?}, {upper:?}]");
     let error = [
@@ -106,7 +106,7 @@ proptest! {
     ) {
         prop_assume!(!observations.is_empty());
         let mut observations = observations;
-        // An observation of the measured quantity: the even ones.
+        // Observations with even index are of the measured quantity.
         let at = at.index(observations.len() / 2) * 2;
         let place = &mut observations[at];
         *(if in_uncertainty { &mut place.uncertainty } else { &mut place.value }) = bad;

@@ -1,4 +1,4 @@
-//! Inputs against expected verdicts.
+//! A table of inputs and expected verdicts.
 
 use super::{Verdict, declared, judge, judged, observation, table_errors, verdict};
 use crate::checks::judge_all;
@@ -44,7 +44,7 @@ fn verdicts_on_single_values_and_shares() {
 
 #[test]
 fn verdicts_on_moments_and_lines() {
-    // Mean 2, standard uncertainty 1 / sqrt(3) = 0.577, of three values widened by 2.195.
+    // Mean 2, standard uncertainty 1 / sqrt(3) = 0.577, widened by 2.195 for three values.
     let three = [1.0, 2.0, 3.0];
     // Exactly -0.52 T + 19.23; readings of +-0.1: u(slope) = 0.1 / sqrt(sum (T - Tm)^2) = 0.1 / sqrt(10).
     let line: Vec<f64> = (0..5).map(|i| 19.23 - 0.52 * (20.0 + f64::from(i))).collect();
@@ -103,7 +103,7 @@ fn a_phase_must_have_been_seen() {
     assert_eq!(verdict(check, &[elsewhere]), Unset);
 }
 
-/// Return positions of laps, cw and ccw by turns.
+/// Return positions of laps, alternately cw and ccw.
 fn returns(positions: &[(f64, f64)], uncertainty: f64) -> Vec<Observation> {
     let lap = |(index, &(x, y)): (usize, &(f64, f64))| {
         let direction = if index % 2 == 0 { -1.0 } else { 1.0 };
@@ -136,7 +136,7 @@ fn verdicts_on_return_positions() {
 
     let alpha = "{ umbmark_within = { figure = \"alpha\", y = \"lap.return_y\", band = [0, 1] } }";
     let umbmark = declared("lap.return_x", alpha);
-    // alpha = (-0.12 + 0.04) / -16 rad = 0.286 deg; one direction alone has none.
+    // alpha = (-0.12 + 0.04) / -16 rad = 0.286 deg; a single direction gives no alpha.
     let both = judge(&umbmark, &returns(&[(-0.12, -0.05), (0.04, 0.03)], 0.002));
     assert!((both.value.unwrap() - 0.005f64.to_degrees()).abs() < 1e-12);
     assert_eq!(both.verdict, Pass);

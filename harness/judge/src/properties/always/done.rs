@@ -1,4 +1,4 @@
-//! A turn or a straight that a well controller calls done was done.
+//! Whether the base really completed a turn or straight that a healthy controller reports as done.
 
 use super::Judge;
 use crate::properties::seen::Truth;
@@ -8,7 +8,7 @@ use controller::health::Level;
 use controller::mission::{HeadingSource, MissionId, Report};
 use wire::units::{Angle, Length};
 
-/// Judged at each answer, where the gyro closes the loops.
+/// Judged at each answer while the gyro closes the loops.
 #[derive(Debug, Clone)]
 pub(super) struct DoneIsDone {
     turn_max: Angle,

@@ -1,4 +1,4 @@
-//! No report holds a number that is none. What goes to the base is whole numbers on the wire.
+//! Every number in a report is finite. Commands to the base need no check: they are integers on the wire.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};

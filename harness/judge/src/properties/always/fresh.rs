@@ -1,4 +1,5 @@
-//! No motion is ordered on a heading older than its limit, or on a bridge that is not announced or too long.
+//! The controller commands no motion on a heading older than its limit, nor on a bridge that is not announced or too
+//! long.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
@@ -7,7 +8,7 @@ use controller::mission::HeadingSource;
 use wire::base::Request;
 use wire::time::Span;
 
-/// Judged at every velocity that is sent, where the gyro closes the loops and is not bridged.
+/// Judged at every velocity command while the gyro closes the loops and is not bridged.
 #[derive(Debug, Clone)]
 pub(super) struct FreshHeading {
     age_max: Span,

@@ -1,4 +1,4 @@
-//! Speeds and accelerations stay within their limits, as commanded and in truth.
+//! Commanded and true speeds and accelerations stay within their limits.
 
 use super::Judge;
 use crate::properties::TRUE_OVER_COMMANDED_MAX;
@@ -9,11 +9,10 @@ use wire::base::Request;
 use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, AngularAcceleration, AngularRate, Speed};
 
-/// A change of speed is looked at over this long: the base's path errs by parts of a percent from ramp to
-/// ramp, which over less would read as a jerk.
+/// Changes of speed are averaged over this time: the base's path error varies by fractions of a percent from ramp to
+/// ramp, which over a shorter time would look like a jerk.
 const WINDOW: Span = Span::from_millis(50);
 
-/// What is allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Allowed {
     pub(super) speed: Speed,
@@ -22,8 +21,8 @@ pub(super) struct Allowed {
     pub(super) steer_acceleration: AngularAcceleration,
 }
 
-/// Judged at each velocity that is sent and whenever the truth is shown. Speeding up alone is limited:
-/// a brake in need may be hard.
+/// Judged at each velocity command and at every truth. Only speeding up is limited, since emergency braking
+/// may be hard.
 #[derive(Debug, Clone)]
 pub(super) struct WithinLimits {
     allowed: Allowed,

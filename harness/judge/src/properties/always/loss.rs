@@ -1,9 +1,10 @@
-//! Who loses the gyro or the base stops within a time and a distance.
+//! After loss of the gyro or the base, the controller stops within a time and a distance.
 //!
-//! Both follow from the fastest motion since the input was last heard: reaction time and a brake,
-//! `t + v / a` and `v t + v^2 / 2 a`. Drive and steering have the time of the slower to stop. An input is missed from when it was last heard, or from when the base
-//! began to move, whichever is later: a base that stands is heard less often. A gyro that is bridged, as the controller says
-//! and for no longer than it may, is missed from the end of that.
+//! Both limits follow from the fastest motion since the input was last received, with reaction time and braking:
+//! `t + v / a` and `v t + v^2 / 2 a`. Drive and steering both have the time of the slower to stop. An input is missed
+//! since it was last received or since the base began to move, whichever is later, because a base at rest sends less
+//! often. A gyro that is bridged, as announced by the controller and for no longer than permitted, is missed from the
+//! end of the bridge.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
@@ -12,7 +13,6 @@ use controller::mission::HeadingSource;
 use wire::time::{Span, Timestamp};
 use wire::units::{Acceleration, AngularAcceleration};
 
-/// What is allowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Allowed {
     pub(super) reaction: Span,
@@ -20,7 +20,7 @@ pub(super) struct Allowed {
     pub(super) steer_braking: AngularAcceleration,
 }
 
-/// Drive or steering, in its own unit: since the input was last heard.
+/// Motion of drive or steering since the input was last received, in its own unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Way {
     fastest: f64,
@@ -37,14 +37,14 @@ impl Way {
         reaction_s + self.fastest / braking
     }
 
-    /// Distance from the limit as a share of it: all of `limit_s`, the brake at its end.
+    /// Distance from the limit as a share of it. The limit is full speed for `limit_s` with braking at its end.
     fn margin(self, limit_s: f64, braking: f64) -> f64 {
         let limit = self.fastest * (limit_s - self.fastest / (2.0 * braking));
         if limit > 0.0 { below(self.went, limit) } else { 1.0 }
     }
 }
 
-/// One input: what was gone since it was last heard.
+/// One input, and the motion since it was last received.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Missed {
     name: &'static str,
@@ -64,7 +64,7 @@ impl Missed {
     }
 }
 
-/// Judged whenever the truth is shown.
+/// Judged at every truth.
 #[derive(Debug, Clone)]
 pub(super) struct StopsOnLoss {
     allowed: Allowed,

@@ -1,4 +1,4 @@
-//! One judge for each always-property.
+//! One judge per always-property.
 
 mod done;
 mod finite;
@@ -14,15 +14,15 @@ use super::verdict::Judgement;
 use super::{Always, Limits};
 use std::fmt::Debug;
 
-/// Judges one property as a run goes on.
+/// Judges one property during a run.
 pub(super) trait Judge: Debug + Copied + Send {
-    /// What it is told of.
+    /// The topics that it subscribes to.
     fn hears(&self) -> &'static [Topic];
 
-    /// Takes what happened.
+    /// Judges a fact.
     fn judge(&mut self, senses: &Senses, fact: &Fact);
 
-    /// Takes what happened; a violation under a fault that no input of the controller shows is named as such.
+    /// Judges a fact, and marks a violation under a fault that no input of the controller shows.
     fn hear(&mut self, senses: &Senses, fact: &Fact) {
         self.judge(senses, fact);
         if let Some(fault) = senses.unseen {
@@ -30,10 +30,10 @@ pub(super) trait Judge: Debug + Copied + Send {
         }
     }
 
-    /// What it has come to.
+    /// The judgement so far.
     fn judgement(&self) -> &Judgement;
 
-    /// The same, to be named.
+    /// The judgement so far, to mark a violation.
     fn judgement_mut(&mut self) -> &mut Judgement;
 }
 
@@ -54,7 +54,7 @@ impl Clone for Box<dyn Judge> {
     }
 }
 
-/// The judge of `property`; what it does not state is taken from `limits`.
+/// The judge of `property`. Values that the property does not state come from `limits`.
 pub(super) fn judge(property: &Always, limits: &Limits) -> Box<dyn Judge> {
     match *property {
         Always::FreshHeading { age_max } => {

@@ -1,4 +1,4 @@
-//! A pose is written to a base that stands.
+//! A pose is written only while the base is at rest.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
@@ -6,10 +6,10 @@ use crate::properties::verdict::Judgement;
 use wire::base::Request;
 use wire::time::{Span, Timestamp};
 
-/// A base that has stood this long is as far from motion as can be: the controller's own time to settle.
+/// Rest time for the full margin: the controller's own settling time.
 const AT_REST: Span = Span::from_millis(300);
 
-/// Judged at each pose that is written, by how long the base has stood in truth.
+/// Judged at each write of a pose, by how long the base has truly been at rest.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PoseWrittenAtRest {
     moved: Option<Timestamp>,

@@ -1,7 +1,7 @@
-//! Some time after the last fault is over, the controller works again or says that it does not.
+//! Within a time after the last fault ends, the controller works again or reports that it does not.
 //!
-//! It works again when it counts gyro samples from one state to the next. What is not `ok` says that it
-//! does not, or not as it should.
+//! It works again when its count of gyro samples rises from one state to the next. Any health other than `ok` reports
+//! that it does not work, or not fully.
 
 use super::Judge;
 use crate::properties::Limits;
@@ -10,14 +10,14 @@ use crate::properties::verdict::{Judgement, below};
 use controller::health::Level;
 use wire::time::{Span, Timestamp};
 
-/// Since when, and how many samples had been counted in the first state after it.
+/// Start of the wait, and the sample count in the first state after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Waiting {
     since: Timestamp,
     samples: Option<u64>,
 }
 
-/// A fault is what is declared as one, or an input that is not heard.
+/// Counts as a fault: a declared fault, or an input that is not received.
 #[derive(Debug, Clone)]
 pub(super) struct Recovers {
     within: Span,
@@ -83,7 +83,7 @@ impl Recovers {
 
 impl Judge for Recovers {
     fn hears(&self) -> &'static [Topic] {
-        // What an input that is missed is judged by is time, which passes with any of these.
+        // A missing input is detected by the time that passes, which any of these topics shows.
         &[Topic::Truth, Topic::Gyro, Topic::Motion, Topic::State, Topic::Health, Topic::Faults]
     }
 

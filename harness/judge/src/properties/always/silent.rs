@@ -1,10 +1,9 @@
-//! No silent wrong: where the believed pose errs by more than its band, health has said so before the
-//! lap's end.
+//! No silent error: if the believed pose leaves its band, health reports it before the end of the lap.
 //!
-//! A lap begins where both poses are taken as they are; what is judged is what the lap added, seen from its
-//! start. A pose, a calibration or a heading source that is set makes it begin anew, and so does a bias test
-//! that passed: it stands for what comes after it. From when a setting is ordered until it is answered the belief may
-//! have jumped already, and is not looked at. A word that was taken back before the error came is no word.
+//! A lap starts with both poses taken as correct; the judge compares what the lap added, seen from its start. Setting a
+//! pose, a calibration or a heading source restarts the lap, and so does a passed bias test, which vouches only for
+//! what follows it. Between the command of a setting and its answer the believed pose may already have jumped, so it is
+//! not judged. A warning that was withdrawn before the error occurred does not count.
 
 use super::Judge;
 use crate::properties::seen::Truth;
@@ -15,7 +14,7 @@ use controller::mission::{HeadingSource, MissionId, Report, State};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, Length, Pose};
 
-/// In motion a belief may be this old: the time-out of a gyro. So much motion is no error.
+/// Permitted age of the believed pose in motion: the gyro's time-out. The motion in that time is no error.
 const LAG: Span = Span::from_millis(100);
 
 /// The lap under way.
@@ -23,26 +22,26 @@ const LAG: Span = Span::from_millis(100);
 struct Lap {
     /// Believed and true pose at its start.
     start: Option<(Pose, Pose)>,
-    /// The least margin of which there is no word yet, when and what.
+    /// The smallest margin that health has not reported yet, its time and the error.
     silent: Option<(f64, Timestamp, Error)>,
-    /// Something was judged.
+    /// Whether anything was judged.
     judged: bool,
 }
 
-/// What the lap has added.
+/// The error that the lap has added.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Error {
     heading: Angle,
     position: Length,
 }
 
-/// Judged at each lap's end, where the gyro closes the loops.
+/// Judged at the end of each lap while the gyro closes the loops.
 #[derive(Debug, Clone)]
 pub(super) struct NoSilentWrong {
     heading_max: Angle,
     position_max: Length,
     lap: Lap,
-    /// A setting that is not answered yet.
+    /// A setting without an answer so far.
     setting: Option<MissionId>,
     judgement: Judgement,
 }
@@ -75,7 +74,7 @@ impl NoSilentWrong {
         let position = (error.position - went).max(Length::ZERO);
         let margin = below(heading.rad(), self.heading_max.rad())
             .min(below(position.m(), self.position_max.m()));
-        // Of no number nobody knows how far off it is.
+        // The error of a pose that is not finite is unknown.
         let margin = if state.pose.is_finite() { margin } else { -1.0 };
         self.lap.judged = true;
         let said = senses.health.level >= Level::Degraded;
@@ -88,7 +87,7 @@ impl NoSilentWrong {
         let lap = std::mem::take(&mut self.lap);
         let Some((margin, at, error)) = lap.silent else {
             if lap.judged {
-                // What is said is as far from being silent as can be.
+                // A reported error is as far from silent as possible.
                 self.judgement.take(senses.now, 1.0, String::new);
             }
             return;

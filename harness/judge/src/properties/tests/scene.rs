@@ -1,4 +1,4 @@
-//! What a monitor sees, by hand.
+//! Hand-made events for a monitor.
 
 use crate::properties::{Limits, Monitor, PropertyVerdict, Seen, Truth};
 use controller::Output;
@@ -10,7 +10,7 @@ use wire::gyro::{GyroEncoder, GyroOutput, GyroSample, GyroStatus};
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 
-/// A monitor with a clock, and short words for what it sees.
+/// A monitor with a clock and short methods for its events.
 pub(super) struct Scene {
     pub(super) monitor: Monitor,
     encoder: GyroEncoder,

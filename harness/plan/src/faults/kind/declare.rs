@@ -1,8 +1,7 @@
-//! From one declaration of the vocabulary: the type, its form in a plan, and the table of what is known.
+//! Generates the type of the vocabulary, its notation in a plan, and its table from one declaration.
 
-/// Declares the kinds of faults. Every kind has its key, what it strikes, what ends it, the switch that
-/// it is a position of and its source; every parameter its unit, its range and a typical value. The
-/// first parameter is the severity.
+/// Declares the kinds of faults. Every kind has a key, a reach, a rule for its end, the switch that it is a position
+/// of, and a source; every parameter has a unit, a range and a typical value. The first parameter is the severity.
 macro_rules! kinds {
     ($(
         $(#[doc = $doc:literal])+
@@ -11,7 +10,7 @@ macro_rules! kinds {
             $parameter:ident: $unit:literal $least:literal..=$greatest:literal, $typical:literal;)+
         }
     )*) => {
-        /// What goes wrong. In a plan a table with one key, the kind, and the parameters below it; the names
+        /// A kind of fault. In a plan it is a table with one key, the kind, and the parameters below it; the names
         /// of the parameters carry their units.
         #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -22,7 +21,7 @@ macro_rules! kinds {
         }
 
         impl FaultKind {
-            /// Every kind there is.
+            /// All kinds.
             pub const fn all() -> &'static [$crate::faults::KindInfo] {
                 const ALL: &[$crate::faults::KindInfo] = &[$($crate::faults::KindInfo {
                     name: $name,
@@ -42,7 +41,7 @@ macro_rules! kinds {
                 ALL
             }
 
-            /// Where it stands in [`Self::all`].
+            /// Index in [`Self::all`].
             pub(super) fn index(&self) -> usize {
                 #[derive(Clone, Copy)]
                 enum Index { $($kind,)* }
@@ -56,7 +55,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// The same with another value of the parameter at `place`.
+            /// The same kind with another value of the parameter at `place`.
             #[must_use]
             pub fn with_value(mut self, place: usize, value: f64) -> Self {
                 let parameters: Vec<&mut f64> = match &mut self {

@@ -1,4 +1,4 @@
-//! What can go wrong, as data: a kind with its parameters, and what is known of each.
+//! The kinds of faults as data: each with its parameters and properties.
 
 mod declare;
 pub(crate) mod schema;
@@ -9,7 +9,7 @@ pub use vocabulary::FaultKind;
 use super::Target;
 use described::hint::proposal;
 
-/// One kind of fault, as a table or a campaign sees it.
+/// One kind of fault, as tables and campaigns need it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KindInfo {
     /// Its key in a plan.
@@ -18,22 +18,22 @@ pub struct KindInfo {
     pub doc: &'static str,
     /// Its parameters in the order of [`FaultKind::values`]; the first is its severity.
     pub parameters: &'static [KindParameter],
-    /// What it strikes.
+    /// The possible targets.
     pub reach: Reach,
-    /// What says when it is over.
+    /// The rule for its end.
     pub lasts: Lasts,
     /// Kinds of one switch exclude each other on one target: a device cannot be stuck and off at once.
     pub switch: Option<&'static str>,
-    /// Where it is from.
+    /// Source of the fault model.
     pub source: &'static str,
     /// The kind with a typical value of each parameter.
     pub typical: FaultKind,
 }
 
-/// Kinds that nothing shows which the paper's controller hears: wheels that slip alike turn as the encoders say.
+/// Kinds that no input of the paper's controller shows: slipping wheels turn as the encoders report.
 const NO_INPUT_SHOWS: &[&str] = &["wheel_slip"];
 
-/// The kind of this name, where no input of the paper's controller shows it.
+/// The kind with this name, if no input of the paper's controller shows it.
 pub fn no_input_shows(name: &str) -> Option<&'static str> {
     NO_INPUT_SHOWS.iter().copied().find(|kind| *kind == name)
 }
@@ -43,40 +43,40 @@ pub fn no_input_shows(name: &str) -> Option<&'static str> {
 pub struct KindParameter {
     /// Its key; the unit comes last.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub doc: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// Least and greatest value, both included.
+    /// Smallest and greatest value, inclusive.
     pub range: (f64, f64),
 }
 
 impl KindParameter {
-    /// Is `value` one of its?
+    /// Whether `value` is in its range.
     pub fn takes(&self, value: f64) -> bool {
         value >= self.range.0 && value <= self.range.1
     }
 }
 
-/// What a kind strikes.
+/// The possible targets of a kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
-    /// A line: bytes of a serial line, frames of a CAN bus.
+    /// A line: the bytes of a serial line, or the frames of a CAN bus.
     Line,
-    /// A serial line alone.
+    /// Only a serial line.
     SerialLine,
-    /// A CAN bus alone.
+    /// Only a CAN bus.
     CanBus,
-    /// A message of a node, or what is in it.
+    /// A message of a node, or part of its content.
     Message(Share),
     /// A device, or the host or the operator.
     Only(Target),
 }
 
-/// What of a message is struck.
+/// The part of a message that a fault changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Share {
-    /// All of it.
+    /// The whole message.
     Whole,
     /// Its counter.
     Counter,
@@ -87,7 +87,7 @@ pub enum Share {
 }
 
 impl Reach {
-    /// The targets that a fault of this reach can have; whether the line to one is a bus, the bench says.
+    /// The possible targets of a fault with this reach; only the bench determines whether a target's line is a bus.
     pub const fn targets(self) -> &'static [Target] {
         match self {
             Self::Line | Self::SerialLine => {
@@ -103,25 +103,25 @@ impl Reach {
         }
     }
 
-    /// It strikes a line, so that a direction can be told.
+    /// Whether it acts on a line, so that it can have a direction.
     pub const fn is_line(self) -> bool {
         matches!(self, Self::Line | Self::SerialLine | Self::CanBus)
     }
 }
 
-/// What says when a fault is over.
+/// The rule for the end of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lasts {
-    /// The schedule: its duration, or the end of the phase or of the run.
+    /// The schedule ends it: its duration, or the end of the phase or the run.
     Scheduled,
     /// Its first parameter, in seconds.
     Itself,
-    /// It happens in an instant and is over.
+    /// It happens in an instant.
     Instant,
 }
 
 impl FaultKind {
-    /// What is known of this kind.
+    /// The properties of this kind.
     pub fn info(&self) -> &'static KindInfo {
         &Self::all()[self.index()]
     }
@@ -131,18 +131,18 @@ impl FaultKind {
         self.info().name
     }
 
-    /// Is it a fault that makes frames of its own, whichever way?
+    /// Whether the fault makes frames of its own, in whichever way.
     pub const fn makes_frames(&self) -> bool {
         matches!(self, Self::Babble { .. } | Self::BusLoad { .. })
     }
 
-    /// How bad it is: the magnitude of its first parameter, in that one's unit. More is worse.
+    /// The severity: the magnitude of the first parameter, in its unit. Greater is worse.
     pub fn severity(&self) -> f64 {
         self.values().first().map_or(0.0, |value| value.abs())
     }
 
-    /// The same kind, this bad; the sign stays, and so do its other parameters. What is beyond the range
-    /// of the parameter becomes its end.
+    /// The same kind with this severity; the sign and the other parameters stay the same. The value is clamped to the
+    /// range of the parameter.
     #[must_use]
     pub fn with_severity(self, severity: f64) -> Self {
         let Some(parameter) = self.info().parameters.first() else { return self };
@@ -151,7 +151,7 @@ impl FaultKind {
         self.with_value(0, (severity.abs() * sign).clamp(least, greatest))
     }
 
-    /// Severities that make sense: from the least that does anything to the greatest.
+    /// The useful severities: from the smallest with an effect to the greatest.
     pub fn severity_range(&self) -> (f64, f64) {
         self.info()
             .parameters
@@ -159,12 +159,12 @@ impl FaultKind {
             .map_or((0.0, 0.0), |parameter| (parameter.range.0.max(0.0), parameter.range.1))
     }
 
-    /// The kind of this name with typical values.
+    /// The kind with this name and typical values.
     pub fn typical(name: &str) -> Option<Self> {
         Self::all().iter().find(|info| info.name == name).map(|info| info.typical)
     }
 
-    /// The same, or what to say where there is none.
+    /// The kind with this name and typical values, or an error with a suggestion.
     ///
     /// # Errors
     ///
@@ -177,13 +177,13 @@ impl FaultKind {
     }
 }
 
-/// There is no fault of this name.
+/// No fault has this name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("no fault is called `{name}`")]
 pub struct UnknownKind {
-    /// What was asked for.
+    /// The requested name.
     pub name: String,
-    /// What there is.
+    /// A suggestion.
     pub help: String,
 }
 

@@ -48,7 +48,7 @@ fn parameters(info: &KindInfo) -> Schema {
     })
 }
 
-/// A kind by its name alone.
+/// The name of a kind, without parameters.
 pub(crate) fn name(_: &mut SchemaGenerator) -> Schema {
     let names = FaultKind::all()
         .iter()

@@ -1,11 +1,11 @@
-//! The vocabulary of faults, one entry a kind. `docs/faults.md` is made from it.
+//! The vocabulary of faults, one entry per kind. `docs/faults.md` is generated from it.
 
 use super::Reach::{CanBus, Line, Message, Only, SerialLine};
 use super::Share::{Checksum, Counter, Signal, Whole};
 use super::declare::kinds;
 use crate::faults::Target::{Base, Gyro, Host, Operator, Table};
 
-/// Switches that a kind is a position of.
+/// The switches that kinds are positions of.
 const LINE: Option<&str> = Some("line");
 const READING: Option<&str> = Some("reading");
 const TEMPERATURE: Option<&str> = Some("temperature");

@@ -1,5 +1,5 @@
-//! An emulated gyro that errs by a model, and a controller that corrects by the same model: what is
-//! left is noise. Emulator and controller evaluate terms by code of their own.
+//! An emulated gyro with the errors of a model, and a controller with the corrections of the same model: only noise
+//! remains. Emulator and controller have separate code for evaluating terms.
 
 use super::{corrections, learned, model, term};
 use controller::calibration::Calibration;
@@ -16,18 +16,18 @@ use wire::units::Angle;
 const STREAM: GyroStream =
     GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
 
-/// Before this the slope of the temperature is not known.
+/// Before this time the slope of the temperature is not known.
 const FROM_S: f64 = 100.0;
 const UNTIL_S: f64 = 700.0;
 
-/// The carrier turns to and fro, 5 deg/s more one way, so that no effect cancels by itself.
+/// The carrier turns back and forth, 5 deg/s more in one direction, so that no effect cancels by itself.
 fn heading(t: f64) -> Angle {
     let period_s = 60.0;
     let swing = 30.0 * period_s / TAU * (1.0 - (TAU * t / period_s).cos());
     Angle::from_deg(5.0 * t + swing)
 }
 
-/// Heading error in degrees that builds up in ten minutes of warming up.
+/// Heading error in degrees that accumulates in ten minutes of warming up.
 fn error_deg(model: &Model, corrected: bool) -> f64 {
     let learned = learned(model).unwrap();
     assert!(learned.parameters.is_empty());
@@ -71,8 +71,8 @@ fn error_deg(model: &Model, corrected: bool) -> f64 {
     (after.unwrap() - before.unwrap()).deg()
 }
 
-/// Steps of 0.003 deg/s that are passed through all the time average out; what is left of them, of
-/// the temperature's own steps, and of times that differ by a sample.
+/// Tolerance: steps of 0.003 deg/s, which mostly average out, steps of the temperature itself, and times that differ by
+/// a sample.
 const NOISE_DEG: f64 = 0.02;
 
 #[track_caller]
@@ -174,7 +174,7 @@ fn every_driver_cancels() {
     ] {
         cancels(&[&term], 0.005);
     }
-    // The slope is that of the last minute, half a minute old, which is 3 % of the time constant.
+    // The measured slope covers the last minute and lags by half a minute, which is 3 % of the time constant.
     cancels(&[&term("bias", "rate_of(coil)", "linear", &[("h", 1.0, "deg/s/(K/s)")])], 0.04);
 }
 

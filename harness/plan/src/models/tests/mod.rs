@@ -1,4 +1,4 @@
-//! What is carried, what is refused, and that both ends carry the same.
+//! Terms that are converted, terms that are rejected, and the agreement of both ends.
 
 mod cancel;
 
@@ -67,8 +67,8 @@ fn the_calibration_in_force_stays_but_for_its_own_terms() {
     assert_eq!(calibration(&model(&[]), &combined).unwrap(), in_force);
 }
 
-/// Where the play's output itself is the driver, origin included: it is the temperature and how far the
-/// output is from it.
+/// If the play's output itself is the driver, origin included, it equals the temperature plus the difference of the
+/// output from it.
 #[test]
 fn what_goes_through_a_play_as_a_whole_is_two_terms() {
     let parameters = [
