@@ -1,8 +1,8 @@
-//! How many faulted laps a campaign carries out, every byte and frame on its way and all properties judged.
+//! Throughput of a campaign in faulted laps, with every byte and frame carried and all properties judged.
 //!
 //! `cargo bench -p harness --bench campaign`. A case is a bias test and one lap (4 m sides, 0.4 m/s, 30 deg/s) with one
-//! to three faults that are drawn from all that can strike. What is counted is bench time, in laps of 64 s: what breaks
-//! off early counts for as much as it went.
+//! to three faults drawn from all that can strike. The figure counts bench time, in laps of 64 s: a case that ends
+//! early counts for the time that it lasted.
 
 mod processor;
 
@@ -22,7 +22,7 @@ use std::time::Instant;
 
 /// Cases of one round.
 const CASES: u64 = 400;
-/// One lap goes on for as long.
+/// Duration of one lap.
 const LAP_S: f64 = 64.0;
 
 const PLAN: &str = r#"
@@ -45,7 +45,7 @@ check = { all_within = [-1.2, 1.2] }
 "#;
 
 fn main() {
-    // `cargo test --benches` only asks whether it starts.
+    // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
@@ -100,7 +100,7 @@ fn report(what: &str, cases: &[Case], run: impl Fn(&Case) -> f64) {
     println!("{what:<46} {laps_per_s:>8.0} laps/s of one core");
 }
 
-/// Cases of a campaign on all cores, by the clock on the wall.
+/// Runs the cases on all cores, by wall-clock time.
 #[expect(clippy::disallowed_methods, reason = "a benchmark of many threads takes the time of day")]
 fn wall(executor: &Simulated, cases: &[Case]) {
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);

@@ -1,7 +1,8 @@
-//! What the layers of faults cost: a packet on a line, and a long run, without faults, with a schedule that is
-//! not due, and with one that acts.
+//! Cost of the fault layers: a packet on a line, and a long run, without faults, with a schedule that is not due, and
+//! with active faults.
 //!
-//! `cargo bench -p harness --bench faults`. Each figure is the median of [`RUNS`](processor::RUNS) rounds of processor time.
+//! `cargo bench -p harness --bench faults`. Each figure is the median of [`RUNS`](processor::RUNS) rounds of processor
+//! time.
 
 mod processor;
 
@@ -21,11 +22,11 @@ use wire::time::{Span, Timestamp};
 
 const PACKETS: u32 = 2_000_000;
 const BITS: SerialSettings = SerialSettings::new_8n1(115_200);
-/// Later than the plan goes on.
+/// After the end of the plan.
 const NEVER: Span = Span::from_secs(10_000);
 
 fn main() {
-    // `cargo test --benches` only asks whether it starts.
+    // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }

@@ -1,7 +1,7 @@
-//! How much faster than real time the simulated world runs, per second of processor time.
+//! Speed of the simulated world relative to real time, per second of processor time.
 //!
-//! `cargo bench -p harness --bench worlds`. Each figure is the median of [`RUNS`] runs in this process;
-//! best and worst stand beside it, because a shared machine is noisy. The world runs on one core.
+//! `cargo bench -p harness --bench worlds`. Each figure is the median of [`RUNS`] runs in this process, with best and
+//! worst beside it, because a shared machine is noisy. The world runs on one core.
 
 mod processor;
 
@@ -13,7 +13,7 @@ use record::sink::{Level, NullSink, RecordSink};
 use rig::operator::Answers;
 
 fn main() {
-    // `cargo test --benches` only asks whether it starts.
+    // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
@@ -30,7 +30,7 @@ fn main() {
     report("laps-observed, every byte recorded", "x real time", long(&mut { full }));
     for plan in ["laps-corrected", "laps-corrected-serial"] {
         let corrected = prepared(plan);
-        // 40 laps and what goes with them, the two hours of warm-up included.
+        // 40 laps with everything around them, including the two hours of warm-up.
         let laps = times(|| {
             let cpu = processor_s();
             simulate(&corrected, 1, &Answers::default(), &mut NullSink, &mut |_| true);

@@ -1,10 +1,10 @@
-//! Builds what is embedded in the crate: the shim, a shared library in C that is preloaded into programs, and the tracer, a
-//! program in C that runs those which load nothing.
+//! Builds what is embedded in the crate: the shim, a shared library in C that is preloaded into programs, and the
+//! tracer, a program in C that runs programs without a dynamic loader.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// What of the shim the tracer is made of, too.
+/// Sources of the shim that the tracer shares.
 const SHARED: [&str; 12] = [
     "can_bcm.c",
     "can_interface.c",
@@ -33,7 +33,7 @@ fn sources(folder: &str) -> Vec<PathBuf> {
 
 fn compile(name: &str, kind: &[&str], sources: &[PathBuf]) {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where")).join(name);
-    // It is for the GNU C library, whatever the harness itself is linked with.
+    // The shim is for the GNU C library, whatever the harness itself is linked with.
     let target = env::var("TARGET").expect("cargo says for what").replace("-musl", "-gnu");
     let mut build = cc::Build::new();
     build.target(&target).opt_level(2).pic(true).warnings(false);

@@ -1,9 +1,9 @@
 //! Runs test plans on a bench of CAN and serial devices, simulated or real, and judges them.
 //!
-//! # In a test of one's own
+//! # In your own tests
 //!
-//! [`Trial`] is all that a `cargo test` needs: a plan, in virtual time, with emulated devices and, where one is brought, a
-//! [controller of one's own](HostedController). Virtual time needs no feature:
+//! [`Trial`] is all that a `cargo test` needs: it runs a plan in virtual time, with emulated devices and optionally
+//! with [your own controller](HostedController). Virtual time needs no feature:
 //!
 //! ```toml
 //! [dev-dependencies]
@@ -22,36 +22,35 @@
 //! # Ok::<(), TrialError>(())
 //! ```
 //!
-//! [`trial`] has the whole; `examples/rust-tests` is a crate with a controller of its own and its tests.
+//! See [`trial`] for details; `examples/rust-tests` is a crate with its own controller and tests.
 //!
-//! # How it is made
+//! # Structure
 //!
 //! ```text
 //!  plan.toml ──> plan ──> engine ───> rig ───> record ──> checks ──> summary, report, JUnit
 //!  device file ─────────────────────┘  └ controller, gyro, base, table, absolute measurement
 //! ```
 //!
-//! A plan says what is done and what is judged. The engine carries it out: missions to the controller
-//! (the device under test), commands to the table, questions to the absolute measurement. A rig
-//! joins engine, controller and devices; in virtual time the clock jumps from event to event and the
-//! bytes are those of real lines. What happens is recorded, and the record is all that checks and
-//! reports read. The same plan, seed and version give the same record, byte for byte.
+//! A plan defines steps and verdicts. The engine carries it out: missions to the controller (the device under test),
+//! commands to the table, queries to the absolute measurement. A rig connects engine, controller and devices; in
+//! virtual time the clock jumps from event to event and the bytes are those of real lines. Everything is recorded, and
+//! checks and reports read only the record. The same plan, seed and version give the same record, byte for byte.
 //!
-//! What there is before a run and after it are crates of their own:
-//! * [`plan`]: what a plan file may say, and the files that it names. [`faults`]: what goes wrong on purpose.
-//! * [`record`]: everything that happened, how it ended, and what a run leaves behind.
-//! * [`judge`]: verdicts, each with the measurement's own uncertainty, and what must hold at every moment.
+//! Crates for what comes before and after a run:
+//! * [`plan`]: plan files and the files that they name. [`faults`]: faults that a plan injects.
+//! * [`record`]: everything that happened, how it ended, and the files of a run.
+//! * [`judge`]: verdicts, each with the measurement's own uncertainty, and properties that must hold at every moment.
 //! * [`campaign`]: cases, searches, the smallest case, envelopes.
 //!
-//! From plan to record, crates of their own too:
-//! * `rig`: nodes on lines, the steps of a plan, and the loop in virtual time; no IO and no clock. From it
-//!   [`operator`]: what a plan asks a person, and [`hosted`]: whose controller is tested.
-//! * `live` (feature `live`): the real clock, ports, and a device under test that is a process of its own.
+//! Crates from plan to record:
+//! * `rig`: nodes on lines, the steps of a plan, and the loop in virtual time; no IO and no clock. It has
+//!   [`operator`]: what a plan asks a person, and [`hosted`]: the controller under test.
+//! * `live` (feature `live`): the real clock, ports, and a device under test in its own process.
 //!
-//! Here:
+//! This crate:
 //! * [`run`]: all of that in order; `run_live` on a bench. [`executors`]: the same for the cases of a campaign.
 //!
-//! Without a folder, for whoever makes many runs:
+//! Without a run folder, for many runs:
 //!
 //! ```
 //! use harness::run::{Prepared, verdicts};
@@ -69,7 +68,7 @@
 
 pub use crate::trial::{Trial, TrialCampaign, TrialError, TrialFindings, TrialRun};
 pub use campaign;
-/// The code under test, and the missions and reports that any controller in its place speaks.
+/// The code under test, and the missions and reports that any controller in its place must handle.
 pub use controller;
 pub use judge;
 pub use plan;

@@ -1,4 +1,4 @@
-//! Programs of nodes under test in virtual time: anybody's, unmodified. `docs/virtual-time.md` says what that guarantees.
+//! Unmodified programs that play nodes under test in virtual time. `docs/virtual-time.md` states the guarantees.
 
 use crate::plan::Rig;
 use ::controller::config::Config;
@@ -8,23 +8,23 @@ use rig::hosted::{ControllerProgram, HostedController, News, NodeDevice};
 use std::path::PathBuf;
 use wire::time::Timestamp;
 
-/// Name of the file that keeps what the device under test printed, or its stderr where its stdout is for reports.
+/// File name for the output of the device under test, or for its stderr if its stdout carries reports.
 pub const DEVICE_LOG: &str = "device-under-test.log";
 
 /// The programs of one run.
 #[derive(Debug, Clone, Default)]
 pub struct Programs {
-    /// Where what they print is kept; nowhere without.
+    /// File for their output; `None` discards it.
     log: Option<PathBuf>,
 }
 
 impl Programs {
-    /// What they print is kept in this file; with several programs in one beside it each.
+    /// Keeps their output in this file; with several programs, each has its own file beside it.
     pub(crate) const fn logging(log: PathBuf) -> Self {
         Self { log: Some(log) }
     }
 
-    /// Starts the program of a node by its place; none where nothing is to be started.
+    /// Starts the program of a node by its place; `None` if there is none to start.
     #[cfg(feature = "programs")]
     pub(crate) fn start(
         &self,
@@ -34,14 +34,14 @@ impl Programs {
         live::program::start_node(self.log.as_deref(), rig, place)
     }
 
-    /// Starts nothing: nobody can.
+    /// Starts nothing: this build has no support for programs.
     #[cfg(not(feature = "programs"))]
     pub(crate) fn start(&self, _: &Rig, _: usize) -> Option<Result<Box<dyn NodeDevice>, String>> {
         let _ = &self.log;
         None
     }
 
-    /// Starts the program of a controller that is to drive what `config` tells of.
+    /// Starts the program of a controller for the devices in `config`.
     pub(crate) fn controller(
         &self,
         program: &ControllerProgram,
@@ -56,7 +56,7 @@ impl Programs {
     }
 }
 
-/// A controller that did not start: all that it does is to say why.
+/// A controller that did not start; it only reports why.
 #[derive(Debug)]
 struct Absent(Option<String>);
 

@@ -1,8 +1,8 @@
-//! Runs plans in the simulated world and judges them: the way from files to a summary.
+//! Runs plans in the simulated world and judges them: from files to a summary.
 //!
-//! [`Prepared::load`] reads a plan and what it names; [`run_to_folder`] runs it and leaves a run
-//! folder; [`verdicts`] runs it and keeps nothing; [`judge_again`] judges what was recorded earlier, and [`rerun()`] gives it
-//! once more to who was under test.
+//! [`Prepared::load`] reads a plan and what it names; [`run_to_folder`] runs it and leaves a run folder; [`verdicts`]
+//! runs it and keeps nothing; [`judge_again`] judges a recorded run, and [`rerun()`] repeats it for the device under
+//! test.
 
 mod again;
 mod declared;
@@ -40,7 +40,7 @@ use rig::rerun;
 use rig::simulate::{End, Simulation};
 use wire::time::Timestamp;
 
-/// What a run in the simulated world came to.
+/// Result of a run in the simulated world.
 #[derive(Debug, Clone)]
 pub struct Simulated {
     /// How it ended.
@@ -53,19 +53,19 @@ pub struct Simulated {
     pub observations: Observations,
     /// Calibrations and models that the plan made.
     pub made: Made,
-    /// What the lines dropped for want of room.
+    /// Number of items that the lines dropped for lack of room.
     pub dropped: u64,
-    /// What became of the plan's faults.
+    /// Summaries of the plan's faults.
     pub faults: Vec<FaultSummary>,
-    /// What became of the properties that were watched.
+    /// Verdicts of the properties.
     pub properties: Vec<PropertyVerdict>,
-    /// Properties of the plan that this bench cannot judge; none in virtual time.
+    /// Properties of the plan that this bench cannot judge; empty in virtual time.
     pub unjudged: Vec<Unjudged>,
-    /// The controller said that something is wrong; never where nobody takes missions.
+    /// Whether the controller reported a problem; `false` on a rig without a controller.
     pub announced: bool,
 }
 
-/// Runs a prepared plan in virtual time. `pulse` is called now and then; false stops the run.
+/// Runs a prepared plan in virtual time. `pulse` is called now and then; `false` stops the run.
 pub fn simulate(
     prepared: &Prepared,
     seed: u64,
@@ -76,7 +76,7 @@ pub fn simulate(
     simulate_across(Memory, prepared, seed, answers, sink, pulse)
 }
 
-/// The same, with everything on a line sent through `crossing` on its way.
+/// Like [`simulate`], with all traffic sent through `crossing`.
 pub fn simulate_across(
     crossing: impl Crossing,
     prepared: &Prepared,
@@ -90,7 +90,7 @@ pub fn simulate_across(
     go(crossing, prepared, seed, answers, watched, sink, pulse)
 }
 
-/// As [`simulate`], with all properties judged where the plan declares none. The run and its record are the same.
+/// Like [`simulate`], but judges all properties if the plan declares none. The run and its record are the same.
 pub fn simulate_watched(
     prepared: &Prepared,
     seed: u64,
@@ -166,11 +166,11 @@ impl<C: Crossing> Underway<C> {
     }
 }
 
-/// Who is under test in a prepared plan once more, on what it heard in the run of `records`, which `seed` made.
+/// Runs the devices under test of a prepared plan on the inputs of `records`, from a run with `seed`.
 ///
 /// # Errors
 ///
-/// When the record does not hold what was heard, or nobody is under test here.
+/// When the record does not hold the inputs, or when no device is under test here.
 pub fn rerun(
     prepared: &Prepared,
     seed: u64,
@@ -182,7 +182,7 @@ pub fn rerun(
     rerun::rerun(rig, records)
 }
 
-/// Closes the record; a run whose record is not whole is broken.
+/// Closes the record; a run with an incomplete record ends with an error.
 pub(crate) fn finish(sink: &mut impl RecordSink, ending: &mut Ending) {
     sink.finish();
     if let Some(error) = sink.failed() {
@@ -191,25 +191,25 @@ pub(crate) fn finish(sink: &mut impl RecordSink, ending: &mut Ending) {
     }
 }
 
-/// What a run came to when nothing of it is kept.
+/// Result of a run of which nothing is kept.
 #[derive(Debug, Clone)]
 pub struct Verdicts {
-    /// How it ended, before anything was judged.
+    /// How the run ended, before judgement.
     pub ending: Ending,
-    /// What was measured.
+    /// The measurements.
     pub measurements: Vec<Measurement>,
     /// Calibrations and models that the plan made.
     pub made: Made,
 }
 
 impl Verdicts {
-    /// The run went to its end, so that the measurements rest on everything that they should.
+    /// Whether the run went to its end, so that the measurements rest on complete data.
     pub fn is_complete(&self) -> bool {
         self.ending.outcome == Outcome::Passed
     }
 }
 
-/// Runs a prepared plan for its verdicts alone. `pulse` is called now and then; false stops the run.
+/// Runs a prepared plan for its verdicts alone. `pulse` is called now and then; `false` stops the run.
 pub fn verdicts(
     prepared: &Prepared,
     seed: u64,

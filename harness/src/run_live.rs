@@ -26,7 +26,7 @@ use std::path::Path;
 
 pub use crate::program::DEVICE_LOG;
 
-/// Why a live run left no summary.
+/// Why a live run has no summary.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LiveRunError {
     /// The run folder cannot be written.
@@ -41,27 +41,27 @@ pub enum LiveRunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Placement(#[from] PlacementError),
-    /// A fault of the plan cannot be injected there.
+    /// A fault of the plan cannot be injected on this bench.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Fault(#[from] OutOfReach),
 }
 
-/// What a live run is told beyond plan and options.
+/// Settings of a live run beyond plan and options.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LiveSetting<'a> {
-    /// The device under test, where the bench file names none.
+    /// The device under test, unless the bench file names one.
     pub device_under_test: DeviceUnderTest,
-    /// Which roles real ports play, and where the emulated ones are.
+    /// The roles of real ports, and the places of emulated devices.
     pub bench: &'a BenchFile,
-    /// Where an emulated base on CAN is that the bench file gives no port.
+    /// Port of an emulated base on CAN for which the bench file gives none.
     pub can: PortSpec,
-    /// What the scheduler is asked for; the bench file may ask for more.
+    /// Requested scheduling; the bench file may request more.
     pub scheduling: Scheduling,
 }
 
 impl LiveSetting<'_> {
-    /// What they come to for a plan on `rig`: the bench file goes first.
+    /// Combines the settings for a plan on `rig`: the bench file takes precedence.
     ///
     /// # Errors
     ///
@@ -106,7 +106,7 @@ impl LiveSetting<'_> {
         })
     }
 
-    /// The ports of the lines that somebody is at who is not in this process.
+    /// Ports of the lines with a node outside this process.
     fn lines(&self, rig: &Rig) -> Result<Vec<LineSite>, PlacementError> {
         let mut sites = Vec::new();
         for (place, line) in rig.lines.iter().enumerate() {
@@ -130,7 +130,7 @@ impl LiveSetting<'_> {
         Ok(sites)
     }
 
-    /// Where a device of this medium is.
+    /// Place of a device of this medium.
     fn device(&self, medium: Medium) -> Result<Player, PlacementError> {
         let player = player(DEVICE, &self.bench.role(DEVICE), &usual_port(medium, &self.can))?;
         let (wanted, fits) = match medium {
@@ -144,7 +144,7 @@ impl LiveSetting<'_> {
     }
 }
 
-/// What is tested in a rig of nodes alone.
+/// Device under test of a rig of nodes alone.
 fn nodes(rig: &Rig) -> DeviceUnderTest {
     match rig.under_test().next() {
         Some(_) => DeviceUnderTest::Nodes,
@@ -152,7 +152,7 @@ fn nodes(rig: &Rig) -> DeviceUnderTest {
     }
 }
 
-/// The nodes under test, and how they are started.
+/// The nodes under test, and their command lines.
 fn programs(rig: &Rig) -> Vec<Program> {
     let program = |(node, how): (&RigNode, &UnderTest)| Program {
         node: node.name.clone(),
@@ -164,19 +164,19 @@ fn programs(rig: &Rig) -> Vec<Program> {
     rig.under_test().map(program).collect()
 }
 
-/// One run in real time, as it is asked for.
+/// Request for one run in real time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LiveOrder<'a> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) seed: u64,
     pub(crate) setting: &'a Setting,
-    /// What is judged as it goes on.
+    /// Properties judged during the run.
     pub(crate) properties: &'a [Property],
-    /// Takes what the device under test writes to stderr.
+    /// File for the stderr of the device under test.
     pub(crate) log: &'a Path,
 }
 
-/// A run in real time, and what it tells beyond one in virtual time.
+/// A run in real time, with its additional results.
 #[derive(Debug, Clone)]
 pub(crate) struct LiveRun {
     pub(crate) run: Simulated,
@@ -184,7 +184,7 @@ pub(crate) struct LiveRun {
     pub(crate) ports: Vec<PortSummary>,
 }
 
-/// Carries it out; nothing is judged but the properties.
+/// Carries out a run; judges only the properties.
 ///
 /// # Errors
 ///
@@ -208,7 +208,7 @@ pub(crate) fn carry_out(
 }
 
 impl LiveRun {
-    /// What a world came to whose engine this is.
+    /// Combines the end of a world with the results of its engine.
     fn of(end: LiveEnd, engine: &mut Engine, made: Made) -> Self {
         let run = Simulated {
             ending: end.ending,
@@ -226,13 +226,12 @@ impl LiveRun {
     }
 }
 
-/// Runs a prepared plan in real time, judges it and writes its run folder. `person` can be asked for what
-/// `options` has no answers to.
+/// Runs a prepared plan in real time, judges it and writes its run folder. `person` answers what `options` does not.
 ///
 /// # Errors
 ///
-/// When the bench cannot be used or does not come up, or the run folder cannot be made. A run that has begun ends with an
-/// outcome, not with an error.
+/// When the bench cannot be used or does not come up, or the run folder cannot be made. A run that has begun ends with
+/// an outcome, not with an error.
 pub fn run_live_to_folder(
     prepared: &Prepared,
     options: &Options<'_>,
@@ -243,7 +242,7 @@ pub fn run_live_to_folder(
     run_live_to_folder_watched(prepared, options, setting, person, None, pulse)
 }
 
-/// The same, shown to `feed` as it goes on.
+/// Like [`run_live_to_folder`], shown to `feed` during the run.
 ///
 /// # Errors
 ///

@@ -1,8 +1,8 @@
-//! Processor time of this process, and figures from it: a shared machine disturbs it less than the time of day.
+//! Processor time of this process: on a shared machine it is less disturbed than wall-clock time.
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Runs of which a figure is the median.
+/// Number of runs behind each median.
 pub const RUNS: usize = 5;
 
 /// Processor time so far, s.

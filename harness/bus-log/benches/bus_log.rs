@@ -1,8 +1,8 @@
-//! How many rows of a bus log are read and written in a second of processor time.
+//! Rows of a bus log read and written per second of processor time.
 //!
-//! `benchmarks/run` runs this and the same on python-can, and says how they compare;
-//! `cargo bench -p bus-log --bench bus_log -- FOLDER` leaves the logs in FOLDER for it. Each figure is the
-//! median of [`RUNS`](processor::RUNS) runs, reading the file included.
+//! `benchmarks/run` runs this and the same with python-can, and compares them;
+//! `cargo bench -p bus-log --bench bus_log -- FOLDER` leaves the logs in FOLDER for it. Each figure is the median of
+//! [`RUNS`](processor::RUNS) runs, including reading the file.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on fails")]
 
@@ -17,16 +17,16 @@ use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, ExtendedId, FdFlags, StandardId};
 use wire::time::Timestamp;
 
-/// Rows of a log: 20 s of processor time for the slowest reader that it is compared with.
+/// Rows of a log: 20 s of processor time for the slowest reader in the comparison.
 const ROWS: u64 = 1_000_000;
-/// Between two rows: a bus of 500 kbit/s that is half full.
+/// Time between two rows: a bus of 500 kbit/s at half load.
 const PERIOD_NS: i64 = 450_000;
-/// The first row, in 2015.
+/// Time of the first row, in 2015.
 const BEGAN_NS: i64 = 1_436_509_052_249_713_000;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    // `cargo test --benches` only asks whether it starts.
+    // `cargo test --benches` only checks that it starts.
     if arguments.iter().any(|argument| argument == "--test") {
         return;
     }
@@ -47,7 +47,7 @@ fn report(who: &str, format: Format, what: &str, rows_per_s: f64) {
     );
 }
 
-/// What a bus of machines carries: data of eight bytes on standard identifiers mostly.
+/// Typical traffic of a machine: mostly eight data bytes with standard identifiers.
 fn entry(row: u64) -> Entry {
     let data = row.wrapping_mul(0x9e37_79b9_7f4a_7c15).to_be_bytes();
     let standard = StandardId::new((row % 0x800) as u16).unwrap();

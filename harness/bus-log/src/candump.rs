@@ -1,4 +1,4 @@
-//! The log file of `candump -L`, as in can-utils `lib.h`: one frame a line.
+//! The log file of `candump -L`, as in can-utils `lib.h`: one frame per line.
 //!
 //! ```text
 //! (1436509052.249713) vcan0 044#2A366C2BBA       data, identifier of 3 or 8 digits
@@ -7,9 +7,9 @@
 //! (1436509052.850313) can1 20000004#0001000000000000    error frame: CAN_ERR_FLAG in the identifier
 //! ```
 //!
-//! The mark of the direction comes from `candump -x` and may be missing. Fractions of up to nine digits
-//! are read; six are written, as every version of can-utils takes six for microseconds. A raw DLC
-//! behind a classic frame (`_9` to `_F`) is not kept. CAN XL is refused.
+//! The direction mark comes from `candump -x` and may be missing. Fractions of up to nine digits are read; six are
+//! written, as every version of can-utils takes six for microseconds. A raw DLC after a classic frame (`_9` to `_F`) is
+//! dropped. CAN XL is refused.
 
 use super::entry::{Channel, Direction, Entry, ErrorFrame, Payload};
 use super::error::{Defect, LogError};
@@ -29,18 +29,18 @@ const ERROR_FLAG: u32 = 1 << 29;
 #[derive(Debug)]
 pub(crate) struct Reader<R: Read> {
     lines: Lines<R>,
-    /// Of the line before: mostly that of the next.
+    /// Channel of the previous line: usually also that of the next.
     channel: Channel,
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads from `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     pub(crate) fn new(path: &Path, input: R) -> Self {
         let lines = Lines::new(path, input, Format::Candump);
         Self { lines, channel: Channel::CAN0 }
     }
 
-    /// The next entry; none at the end.
+    /// Returns the next entry; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             let text = self.lines.text();
@@ -55,7 +55,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-/// One line that is not empty. `last` is the channel of the line before.
+/// Parses a line that is not empty. `last` is the channel of the previous line.
 fn parse(line: &[u8], last: Channel) -> Result<Entry, Defect> {
     let (time, rest) = hex::word(line);
     let at = time
@@ -116,7 +116,7 @@ fn payload(frame: &[u8]) -> Result<Payload, Defect> {
     }
 }
 
-/// Bytes of two digits each, a dot between them allowed, as in can-utils; how many there are.
+/// Reads bytes of two digits each, with optional dots between them, as in can-utils; returns their number.
 fn bytes_of(digits: &[u8], bytes: &mut [u8]) -> Option<usize> {
     let mut rest = digits;
     let mut length = 0;
@@ -131,7 +131,7 @@ fn bytes_of(digits: &[u8], bytes: &mut [u8]) -> Option<usize> {
     rest.is_empty().then_some(length)
 }
 
-/// A classic frame with eight bytes may carry a larger DLC, which says nothing about its data.
+/// A classic frame with eight bytes may have a larger DLC, which does not affect its data.
 fn without_raw_dlc(text: &[u8]) -> &[u8] {
     match text {
         [text @ .., b'_', dlc] if hex::digit(*dlc).is_some_and(|dlc| dlc > 8) => text,
@@ -155,7 +155,7 @@ fn fd_frame(id: Id, flags: u8, digits: &[u8]) -> Option<Payload> {
     CanFrame::fd(id, flags, &bytes[..length]).map(Payload::Frame)
 }
 
-/// Fewer details than eight are filled with zeros: python-can writes none.
+/// Missing details are filled with zeros: python-can writes none.
 fn error_frame(raw: u32, digits: &[u8]) -> Option<Payload> {
     let mut details = [0; DATA_BYTES_MAX];
     bytes_of(digits, &mut details)?;
@@ -171,7 +171,7 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes to `out`; `path` is named in errors.
+    /// Writes to `out`; errors name `path`.
     pub fn new(path: &Path, out: W) -> Self {
         Self { path: path.to_owned(), out, line: Vec::new() }
     }
@@ -179,7 +179,7 @@ impl<W: Write> Writer<W> {
     /// Appends an entry. Bytes of serial lines are left out.
     ///
     /// # Errors
-    /// When the file cannot be written; when the entry is from before 1970.
+    /// When the file cannot be written, or when the entry is from before 1970.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         let Ok(nanos) = u64::try_from(entry.at.as_nanos()) else {
             return Err(LogError::before_1970(&self.path, Format::Candump));
@@ -218,10 +218,10 @@ impl<W: Write> Writer<W> {
         Ok(Kept::Written)
     }
 
-    /// Gives everything to the file.
+    /// Flushes the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), LogError> {
         self.out.flush().map_err(|source| LogError::unwritable(&self.path, source))
     }

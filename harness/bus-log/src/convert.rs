@@ -1,22 +1,22 @@
-//! From one bus log to another.
+//! Converts one bus log to another.
 
 use super::{Entry, Kept, LogError, LogWriter, Payload};
 use std::fmt;
 use std::io::{Seek, Write};
 
-/// What went from log to log.
+/// Counts of a conversion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Converted {
-    /// Entries that were written.
+    /// Entries written.
     pub written: u64,
-    /// Frames that the format has no place for.
+    /// Frames that the format cannot hold.
     pub frames_left_out: u64,
-    /// Packets of serial lines that the format has no place for.
+    /// Packets of serial lines that the format cannot hold.
     pub packets_left_out: u64,
 }
 
 impl Converted {
-    /// Nothing was left out.
+    /// Whether nothing was left out.
     pub const fn is_whole(self) -> bool {
         self.frames_left_out == 0 && self.packets_left_out == 0
     }
@@ -36,10 +36,10 @@ impl fmt::Display for Converted {
     }
 }
 
-/// Writes every entry, one after another, and ends the log.
+/// Writes all entries in order and ends the log.
 ///
 /// # Errors
-/// The first that a reader or the writer has; what came before it is in the file then.
+/// The first error of the reader or the writer; the file then holds what came before it.
 pub fn convert<E: From<LogError>, W: Write + Seek>(
     entries: impl IntoIterator<Item = Result<Entry, E>>,
     mut writer: LogWriter<W>,
@@ -49,7 +49,7 @@ pub fn convert<E: From<LogError>, W: Write + Seek>(
         let entry = match entry {
             Ok(entry) => entry,
             Err(error) => {
-                // What is good is kept; the error that matters is that of the reader.
+                // Good entries are kept; the error of the reader is the one that matters.
                 let _ = writer.finish();
                 return Err(error);
             }

@@ -1,27 +1,27 @@
-//! One entry of a bus log, whichever format it comes from or goes to.
+//! One entry of a bus log, independent of the format.
 
 use std::fmt;
 use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
-/// The longest name of a channel: `IFNAMSIZ` less the closing zero (linux/if.h).
+/// Longest name of a channel: `IFNAMSIZ` minus the terminating zero (linux/if.h).
 pub const CHANNEL_BYTES_MAX: usize = 15;
 
-/// What was on a bus or a line, when, where and which way.
+/// Something on a bus or a line, with time, place and direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// When, as the log has it: since 1970 in a log of a bench, since its begin in one of a run.
+    /// Time as in the log: since 1970 in a log of a bench, since the start in one of a run.
     pub at: Timestamp,
-    /// On which bus or line.
+    /// Bus or line.
     pub channel: Channel,
-    /// Seen from the node that kept the log; none where the log does not say.
+    /// Seen from the logging node; `None` if the log does not say.
     pub direction: Option<Direction>,
-    /// What it was.
+    /// Contents.
     pub payload: Payload,
 }
 
-/// Which way, seen from the node that kept the log.
+/// Direction, seen from the logging node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// The node received it.
@@ -30,19 +30,18 @@ pub enum Direction {
     Tx,
 }
 
-/// What an entry holds.
+/// Contents of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Payload {
     /// A frame, classic or FD.
     Frame(CanFrame),
-    /// An error that the controller of the interface saw.
+    /// An error seen by the controller of the interface.
     Error(ErrorFrame),
-    /// Bytes of a serial line that came together.
+    /// Bytes of a serial line that arrived together.
     Serial(Packet),
 }
 
-/// Name of a bus or a line, e.g. `can0`: as a network interface, without white space or control
-/// characters.
+/// Name of a bus or a line, e.g. `can0`: like that of a network interface, without white space or control characters.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Channel {
     length: u8,
@@ -50,7 +49,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A channel of that name; `None` where it cannot be one.
+    /// A channel of that name; `None` if the name is invalid.
     pub fn new(name: &str) -> Option<Self> {
         let fits = |c: char| !c.is_whitespace() && !c.is_control();
         let mut bytes = [0; CHANNEL_BYTES_MAX];
@@ -59,9 +58,9 @@ impl Channel {
         named.then_some(Self { length: name.len() as u8, bytes })
     }
 
-    /// A channel that has a number and no name, as in an ASC file: `can` and the number.
+    /// A channel with a number and no name, as in an ASC file: `can` and the number.
     pub fn numbered(number: u32) -> Self {
-        // `can` and the ten digits of the largest number are 13 bytes.
+        // `can` and the ten digits of the largest number take 13 bytes.
         Self::new(&format!("can{number}")).unwrap_or(Self::CAN0)
     }
 
@@ -90,27 +89,27 @@ impl fmt::Debug for Channel {
     }
 }
 
-/// An error that the controller of a CAN interface saw, as `linux/can/error.h` has it.
+/// An error seen by the controller of a CAN interface, as in `linux/can/error.h`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ErrorFrame {
     class: u32,
-    /// What the driver knows of it.
+    /// Details from the driver.
     pub details: [u8; wire::can::DATA_BYTES_MAX],
 }
 
-/// `CAN_ERR_MASK`: the bits of an error's class.
+/// `CAN_ERR_MASK`: the bits of an error class.
 const CLASS_MASK: u32 = 0x1fff_ffff;
 
 impl ErrorFrame {
-    /// An error on the bus of which no more is known (`CAN_ERR_BUSERROR`).
+    /// An error on the bus without details (`CAN_ERR_BUSERROR`).
     pub const BUS_ERROR: Self = Self { class: 0x80, details: [0; wire::can::DATA_BYTES_MAX] };
 
-    /// An error of these classes, an or of `CAN_ERR_*`; `None` where there are more than 29 bits.
+    /// An error of these classes, a combination of `CAN_ERR_*`; `None` beyond 29 bits.
     pub const fn new(class: u32, details: [u8; wire::can::DATA_BYTES_MAX]) -> Option<Self> {
         if class & !CLASS_MASK == 0 { Some(Self { class, details }) } else { None }
     }
 
-    /// The classes: an or of `CAN_ERR_*`.
+    /// The classes: a combination of `CAN_ERR_*`.
     pub const fn class(&self) -> u32 {
         self.class
     }

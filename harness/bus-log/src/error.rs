@@ -1,14 +1,14 @@
-//! Why a bus log cannot be read, or not be written.
+//! Errors of reading and writing a bus log.
 
 use super::Format;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The most of a text that a message shows.
+/// Most characters of a text in a message.
 const FOUND_CHARS_MAX: usize = 40;
 
-/// What is wrong with a bus log. Everything before it is good.
+/// Why a bus log cannot be read or written. Everything before the error is good.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LogError {
     /// The file cannot be read.
@@ -16,20 +16,20 @@ pub enum LogError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause of the failure.
         source: io::Error,
     },
-    /// What is in it is not of the format.
+    /// The contents do not match the format.
     #[error("failed to read {} as {}: {place}: {defect}", path.display(), format.name())]
     #[diagnostic(help("--from {} says what the file is", Format::any_name()))]
     Malformed {
         /// The file.
         path: PathBuf,
-        /// What it was read as.
+        /// The expected format.
         format: Format,
-        /// Where.
+        /// Place of the defect.
         place: Place,
-        /// What is wrong there.
+        /// The defect.
         defect: Defect,
     },
     /// The file cannot be written.
@@ -37,10 +37,10 @@ pub enum LogError {
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause of the failure.
         source: io::Error,
     },
-    /// An instant that the format cannot say.
+    /// A time that the format cannot express.
     #[error("failed to write {}: an entry before 1970 has no place in {}", path.display(), format.name())]
     Before1970 {
         /// The file.
@@ -50,12 +50,12 @@ pub enum LogError {
     },
 }
 
-/// Where in a file.
+/// Place in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// In that line, from 1.
+    /// Line number, from 1.
     Line(u64),
-    /// In the block that begins at that byte.
+    /// Offset of the block.
     Byte(u64),
 }
 
@@ -68,7 +68,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What was expected, and what is there.
+/// What was expected, and what was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Defect {
     expected: &'static str,
@@ -76,7 +76,7 @@ pub struct Defect {
 }
 
 impl Defect {
-    /// `found` is shown escaped, and no more than the begin of it.
+    /// `found` is shown escaped and shortened.
     pub(super) fn new(expected: &'static str, found: &[u8]) -> Self {
         // A character takes at most four bytes.
         let shown = &found[..found.len().min(4 * FOUND_CHARS_MAX)];
@@ -88,7 +88,7 @@ impl Defect {
         Self { expected, found: found.escape_debug().to_string() }
     }
 
-    /// What was expected.
+    /// Description of what was expected.
     pub const fn expected(&self) -> &'static str {
         self.expected
     }
@@ -120,7 +120,7 @@ impl LogError {
         Self::Before1970 { path: path.to_owned(), format }
     }
 
-    /// Who reads the log can mend it: it is the file that is at fault, not the machine.
+    /// Whether the caller can fix it, because the file is at fault and not the machine.
     pub const fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Unwritable { .. })
     }

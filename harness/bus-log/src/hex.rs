@@ -1,6 +1,6 @@
-//! Numbers and bytes as text, without a string in between.
+//! Converts numbers and bytes from and to text, without intermediate strings.
 
-/// What stands in [`VALUES`] for a byte that is no hexadecimal digit.
+/// Entry of [`VALUES`] for a byte that is not a hexadecimal digit.
 const NONE: u8 = 0xff;
 
 /// Value of each hexadecimal digit.
@@ -45,13 +45,13 @@ pub(super) fn decimal(digits: &[u8]) -> Option<u64> {
     })
 }
 
-/// `seconds.fraction` as nanoseconds; of the fraction nine digits count.
+/// Parses `seconds.fraction` as nanoseconds; nine digits of the fraction count.
 pub(super) fn seconds(text: &[u8]) -> Option<i64> {
     text.contains(&b'.').then(|| scaled(text, 1_000_000_000)).flatten()
 }
 
-/// A number with or without a fraction, in units of so many nanoseconds, as nanoseconds. What is less than
-/// one is cut off, and so is what a fraction has beyond 18 digits.
+/// Parses a number with or without a fraction, in units of `unit` nanoseconds, as nanoseconds. Rounds down, and ignores
+/// digits of the fraction beyond 18.
 pub(super) fn scaled(text: &[u8], unit: u64) -> Option<i64> {
     let point = text.iter().position(|byte| *byte == b'.').unwrap_or(text.len());
     let whole = decimal(&text[..point])?.checked_mul(unit)?;
@@ -83,7 +83,7 @@ pub(super) fn push_number(text: &mut Vec<u8>, number: u32, digits: u32) {
     }
 }
 
-/// The first word, and what comes after it.
+/// The first word, and the rest.
 pub(super) fn word(text: &[u8]) -> (&[u8], &[u8]) {
     let text = text.trim_ascii_start();
     let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());

@@ -1,6 +1,6 @@
-//! Bus logs: what went over CAN buses and serial lines, in the formats that other tools read and write.
+//! Bus logs: the traffic of CAN buses and serial lines, in the formats of other tools.
 //!
-//! | [`Format`] | file | who knows it | resolution | serial lines |
+//! | [`Format`] | file | tools | resolution | serial lines |
 //! |---|---|---|---|---|
 //! | [`candump`] | `.log` | `candump -L`, `canplayer`, `log2asc`, python-can | 1 us | no |
 //! | [`asc`] | `.asc` | Vector's tools, `asc2log`, python-can | 1 us | no |
@@ -9,14 +9,14 @@
 //! | [`mdf4`] | `.mf4` | asammdf, loggers and Vector's tools | 1 ns | no |
 //! | [`trc`] | `.trc` | PEAK's tools, python-can | 1 us | no |
 //!
-//! A reader is an iterator over [`Entry`]; after an error there are no more. Neither a reader nor a
-//! writer holds more than one line, or a few blocks, and the names of the channels. What a format has no
-//! place for is left out, and the writer says so ([`Kept`]).
+//! A reader is an iterator over [`Entry`], which ends after an error. A reader or writer holds no more than one line,
+//! or a few blocks, and the names of the channels. A writer leaves out what the format cannot hold, and reports it
+//! ([`Kept`]).
 //!
-//! [`mdf4::channels`] are measured values, which MDF files have besides.
+//! [`mdf4::channels`] reads and writes measured values, which MDF files may also have.
 //!
-//! [`convert`] goes from file to file, [`recorded`] from the record of a run to entries, [`replay`] from
-//! entries to due times; [`playable`] are those that a port can send.
+//! [`convert`] converts a file to a file, [`recorded`] the record of a run to entries, [`replay`] entries to due times;
+//! [`playable`] selects the entries that a port can send.
 
 pub mod asc;
 pub mod blf;
@@ -45,7 +45,7 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Seek, Write};
 use std::path::Path;
 
-/// Bytes gathered before a file sees them.
+/// Bytes of a file buffer.
 const BUFFER_BYTES: usize = 64 * 1024;
 
 /// A format of bus logs.
@@ -66,11 +66,11 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format.
+    /// All formats.
     pub const ALL: [Self; 6] =
         [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc, Self::Blf, Self::Mdf4];
 
-    /// Its name, as in messages and arguments.
+    /// Its name in messages and arguments.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Candump => "candump",
@@ -82,7 +82,7 @@ impl Format {
         }
     }
 
-    /// How its files end.
+    /// Extension of its files.
     pub const fn extension(self) -> &'static str {
         match self {
             Self::Candump => "log",
@@ -94,43 +94,43 @@ impl Format {
         }
     }
 
-    /// The names of all, as a choice.
+    /// The names of all formats, as a choice.
     pub fn any_name() -> String {
         let [others @ .., last] = Self::ALL.map(Self::name);
         format!("{} or {last}", others.join(", "))
     }
 
-    /// How files of all of them end, as a choice.
+    /// The extensions of all formats, as a choice.
     pub fn any_end() -> String {
         let [others @ .., last] = Self::ALL.map(Self::extension);
         format!(".{} or .{last}", others.join(", ."))
     }
 
-    /// The format that the end of a file's name stands for, whatever its case.
+    /// The format for the extension of a path, ignoring case.
     pub fn of_path(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
         Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
 }
 
-/// What became of an entry that was to be written.
+/// Whether an entry was written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]
 pub enum Kept {
-    /// It is in the log.
+    /// The entry is in the log.
     Written,
-    /// The format has no place for it.
+    /// The format cannot hold it.
     LeftOut,
 }
 
-/// The entries of a file, in its order; after an error there are none.
+/// The entries of a file, in its order; ends after an error.
 #[derive(Debug)]
 pub struct LogReader<R: Read + Seek = TellingFile> {
     reader: Reader<R>,
     ended: bool,
 }
 
-/// Boxed are those that keep more than a line.
+/// Readers that hold more than a line are boxed.
 #[derive(Debug)]
 enum Reader<R: Read + Seek> {
     Candump(candump::Reader<R>),
@@ -145,12 +145,12 @@ impl LogReader {
     /// Opens a file of that format.
     ///
     /// # Errors
-    /// When it cannot be opened, or does not begin as such a file does.
+    /// When the file cannot be opened, or does not begin like one of that format.
     pub fn open(path: &Path, format: Format) -> Result<Self, LogError> {
         Self::open_telling(path, format, Teller::default())
     }
 
-    /// The same, and `teller` hears how much of it was read.
+    /// Like [`Self::open`]; `teller` shows how much of the file has been read.
     ///
     /// # Errors
     /// As [`Self::open`].
@@ -162,10 +162,10 @@ impl LogReader {
 }
 
 impl<R: Read + Seek> LogReader<R> {
-    /// Reads from `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
-    /// When it does not begin as such a file does.
+    /// When the input does not begin like a file of that format.
     pub fn new(path: &Path, input: R, format: Format) -> Result<Self, LogError> {
         let reader = match format {
             Format::Candump => Reader::Candump(candump::Reader::new(path, input)),
@@ -178,8 +178,8 @@ impl<R: Read + Seek> LogReader<R> {
         Ok(Self { reader, ended: false })
     }
 
-    /// Lines, blocks, objects or records so far that are neither frames nor packets of a serial line: statistics, status,
-    /// other buses, other link types.
+    /// Number of lines, blocks, objects or records so far that are neither frames nor packets of a serial line:
+    /// statistics, status, other buses, other link types.
     pub fn passed_over(&self) -> u64 {
         match &self.reader {
             Reader::Candump(_) => 0,
@@ -213,7 +213,7 @@ impl<R: Read + Seek> Iterator for LogReader<R> {
     }
 }
 
-/// Writes a file of one of the formats. [`finish`](Self::finish) gives everything to the file.
+/// Writes a file of one of the formats. [`finish`](Self::finish) completes and flushes it.
 #[derive(Debug)]
 pub enum LogWriter<W: Write + Seek = BufWriter<File>> {
     /// A candump log.
@@ -231,10 +231,10 @@ pub enum LogWriter<W: Write + Seek = BufWriter<File>> {
 }
 
 impl LogWriter {
-    /// Makes or empties a file.
+    /// Creates or truncates a file.
     ///
     /// # Errors
-    /// When that cannot be done.
+    /// When the file cannot be created.
     pub fn create(path: &Path, format: Format) -> Result<Self, LogError> {
         let file = File::create(path).map_err(|source| LogError::unwritable(path, source))?;
         Self::new(path, BufWriter::with_capacity(BUFFER_BYTES, file), format)
@@ -242,7 +242,7 @@ impl LogWriter {
 }
 
 impl<W: Write + Seek> LogWriter<W> {
-    /// Writes to `out`; `path` is named in errors.
+    /// Writes to `out`; errors name `path`.
     ///
     /// # Errors
     /// When the head of the file cannot be written.
@@ -260,7 +260,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// Appends an entry.
     ///
     /// # Errors
-    /// When the file cannot be written, or the instant cannot be put into it.
+    /// When the file cannot be written, or when the format cannot express the time.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         match self {
             Self::Candump(writer) => writer.write(entry),
@@ -272,7 +272,7 @@ impl<W: Write + Seek> LogWriter<W> {
         }
     }
 
-    /// Writes the end of the log and gives everything to the file.
+    /// Writes the end of the log and flushes the file.
     ///
     /// # Errors
     /// When the file cannot be written.

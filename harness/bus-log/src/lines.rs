@@ -1,12 +1,12 @@
-//! Lines of a file in a buffer that is used again, each of a bounded length.
+//! Lines of a file in a reused buffer, each of limited length.
 
 use super::error::{Defect, LogError, Place};
 use super::{BUFFER_BYTES, Format};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// The longest line: 64 bytes of a CAN FD frame and everything that Vector's tools write behind them
-/// take less than 500; the rest is for comments.
+/// Longest line: 64 bytes of a CAN FD frame with everything that Vector's tools append take less than 500; the rest is
+/// for comments.
 pub const LINE_BYTES_MAX: usize = 4096;
 
 /// The lines of a file.
@@ -25,7 +25,7 @@ impl<R: Read> Lines<R> {
         Self { input, line: Vec::new(), number: 0, path: path.to_owned(), format }
     }
 
-    /// Goes to the next line; false at the end of the file.
+    /// Advances to the next line; `false` at the end of the file.
     pub(super) fn advance(&mut self) -> Result<bool, LogError> {
         self.line.clear();
         self.number += 1;
@@ -39,12 +39,12 @@ impl<R: Read> Lines<R> {
         Ok(!self.line.is_empty())
     }
 
-    /// The line, without white space at its ends.
+    /// The line, without surrounding white space.
     pub(super) fn text(&self) -> &[u8] {
         self.line.trim_ascii()
     }
 
-    /// The error of a defect in this line.
+    /// An error for a defect in this line.
     pub(super) fn malformed(&self, defect: Defect) -> LogError {
         LogError::malformed(&self.path, self.format, Place::Line(self.number), defect)
     }

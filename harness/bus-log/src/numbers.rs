@@ -1,16 +1,15 @@
-//! Numbers of channels, for formats that have no names.
+//! Channel numbers, for formats without names.
 
 use super::entry::Channel;
 
-/// Channels of one file; frames of more are left out. Assumption: as many as a mask of 32 bits names, as
-/// in Vector's driver; the logs of one bench have a few.
+/// Most channels of one file; frames of further ones are left out. Assumption: as many as a 32-bit mask can name, as in
+/// Vector's driver; the logs of one bench have a few.
 pub const CHANNELS_MAX: usize = 32;
 
-/// Which channel has which number, from 1: `canN` gets N + 1 where it is free, any other name the lowest
-/// that is free.
+/// Assigns numbers from 1 to channels: `canN` gets N + 1 if that is free, any other name the lowest free number.
 #[derive(Debug)]
 pub(super) struct Numbers {
-    /// By number less one; as many places as there may be channels.
+    /// By number minus one; the length limits the number of channels.
     channels: Vec<Option<Channel>>,
 }
 
@@ -20,7 +19,7 @@ impl Numbers {
         Self { channels: vec![None; most] }
     }
 
-    /// The number of a channel; `None` where there are too many.
+    /// The number of a channel; `None` if there are too many.
     pub(super) fn of(&mut self, channel: Channel) -> Option<usize> {
         if let Some(known) = self.channels.iter().position(|known| *known == Some(channel)) {
             return Some(known + 1);

@@ -1,18 +1,18 @@
-//! What of a log a port can send: the frames of one bus.
+//! Selects the entries of a log that a port can send: the frames of one bus.
 
 use super::{Channel, Entry, LogError, Payload};
 use serde::Serialize;
 use std::fmt;
 
-/// The frames of one channel, in the order of the log. What else it holds is counted.
+/// The frames of one channel, in the order of the log. Other entries are counted.
 ///
-/// Frames that the log's own node sent are among them: on the bus they were like the others.
+/// Frames sent by the logging node are included: on the bus they were like the others.
 #[derive(Debug)]
 pub struct Playable<I> {
     entries: I,
-    /// That of the first frame, where none was named.
+    /// The channel; that of the first frame if none was named.
     channel: Option<Channel>,
-    /// On which the first frame is, whatever its kind.
+    /// Channel of the first frame of any kind.
     first_seen: Option<Channel>,
     fd: bool,
     left_out: LeftOut,
@@ -23,23 +23,23 @@ pub struct Playable<I> {
 pub struct LeftOut {
     /// Frames on other channels.
     pub other_channels: u64,
-    /// CAN FD frames, where the port sends classic ones.
+    /// CAN FD frames, if the port sends only classic ones.
     pub fd_frames: u64,
-    /// Error frames: what a controller saw is not for others to send.
+    /// Error frames: an error seen by a controller cannot be sent.
     pub error_frames: u64,
     /// Packets of serial lines.
     pub packets: u64,
 }
 
 impl LeftOut {
-    /// All of them.
+    /// The total.
     pub const fn total(self) -> u64 {
         self.other_channels + self.fd_frames + self.error_frames + self.packets
     }
 }
 
 impl fmt::Display for LeftOut {
-    /// How many, and of what kinds.
+    /// Formats the total and the count of each kind.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.total())?;
         let kinds = [
@@ -58,14 +58,14 @@ impl fmt::Display for LeftOut {
 }
 
 impl<I: Iterator<Item = Result<Entry, LogError>>> Playable<I> {
-    /// The frames of `channel`; where it is `None`, of that on which the first frame is. CAN FD frames count where `fd`.
+    /// The frames of `channel`, or of the first frame's channel if it is `None`. CAN FD frames are included if `fd`.
     pub fn new(entries: I, channel: Option<Channel>, fd: bool) -> Self {
         Self { entries, channel, first_seen: None, fd, left_out: LeftOut::default() }
     }
 }
 
 impl<I> Playable<I> {
-    /// Whose frames these are; `None` before the first of them where none was named.
+    /// The channel of these frames; `None` before the first one if none was named.
     pub const fn channel(&self) -> Option<Channel> {
         self.channel
     }
@@ -75,7 +75,7 @@ impl<I> Playable<I> {
         self.first_seen
     }
 
-    /// What was passed over by now.
+    /// Counts of the entries left out so far.
     pub const fn left_out(&self) -> LeftOut {
         self.left_out
     }

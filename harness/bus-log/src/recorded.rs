@@ -1,4 +1,4 @@
-//! The frames and the bytes in the record of a run, as the log of its controller's node.
+//! The frames and bytes in the record of a run, as a log of its controller's node.
 //!
 //! | record | channel | direction |
 //! |---|---|---|
@@ -6,12 +6,11 @@
 //! | frame of the controller | [`CAN`] | sent |
 //! | bytes of gyro, base or table | the device's name | received |
 //! | bytes of controller or plan | the device's name | sent |
-//!
 //! | frames and bytes of the nodes of a rig | the name of their line | received |
 //!
-//! Of the paper's robot a record says who sent bytes and not on which line: those of a controller that talks to a gyro
-//! and to a base on a serial line are together on the channel `controller`. Times are those of the bench, since
-//! the run began: a log that wants a date shows 1970.
+//! For the paper's robot a record names the sender of bytes but not the line: bytes of a controller that talks to a
+//! gyro and a base on serial lines are all on the channel `controller`. Times are bench times since the start of the
+//! run: a log that needs a date shows 1970.
 
 use super::{CHANNEL_BYTES_MAX, Channel, Direction, Entry, Payload};
 use record::header::Header;
@@ -23,17 +22,17 @@ use wire::packet::{BYTES_MAX, Packet};
 /// Channel of the frames of a run.
 pub const CAN: Channel = Channel::CAN0;
 
-/// The entries of a record. After an error of the record there are no more.
+/// The entries of a record. Ends after an error of the record.
 #[derive(Debug)]
 pub struct Recorded<I> {
     records: I,
     header: Header,
-    /// The rest of a record that makes several entries.
+    /// Remaining entries of a record that makes several.
     waiting: VecDeque<Entry>,
 }
 
 impl<I: Iterator<Item = Result<Record, RecordError>>> Recorded<I> {
-    /// The entries in `records`, of which `header` says who is who.
+    /// The entries in `records`; `header` names the devices.
     pub fn new(header: Header, records: impl IntoIterator<IntoIter = I>) -> Self {
         Self { records: records.into_iter(), header, waiting: VecDeque::new() }
     }
@@ -55,7 +54,7 @@ impl<I: Iterator<Item = Result<Record, RecordError>>> Iterator for Recorded<I> {
     }
 }
 
-/// Bytes that came together and are more than a packet holds become several, at the same instant.
+/// Bytes that arrived together and exceed a packet become several entries at the same time.
 fn entries(header: &Header, record: &Record) -> Vec<Entry> {
     let direction = Some(match record.device {
         Device::Controller | Device::Plan => Direction::Tx,
@@ -73,7 +72,7 @@ fn entries(header: &Header, record: &Record) -> Vec<Entry> {
     let line = line.flatten();
     match &record.kind {
         RecordKind::Frame(frame) => {
-            // A frame of the plan's is one that a fault put on the bus: all others heard it.
+            // A frame of the plan is one that a fault put on the bus: all nodes received it.
             let heard = (record.device == Device::Plan).then_some(Direction::Rx);
             let entry = entry(line.unwrap_or(CAN), Payload::Frame(*frame));
             vec![Entry { direction: heard.or(direction), ..entry }]

@@ -1,15 +1,15 @@
-//! A log as it is put onto a bus again: when is which entry due?
+//! Replays a log onto a bus: computes when each entry is due.
 //!
-//! There is no IO here and no clock. Whoever owns the port waits for [`Replay::next_wakeup`], and sends
-//! what [`Replay::transmit`] has, until it has no more.
+//! Without IO and without a clock. The owner of the port waits for [`Replay::next_wakeup`], and sends what
+//! [`Replay::transmit`] returns, until it returns `None`.
 
 use super::{Entry, LogError};
 use wire::time::{Span, Timestamp};
 
-/// Entries with due times: the first at the start, the others as long after it as they were.
+/// Entries with due times: the first at the start, the others with their original spacing.
 ///
-/// An entry from before the one before it, as at the seam of two logs, is due at once. The time of an entry
-/// that comes out is that at which it was due.
+/// An entry with an earlier time than the previous one, as at the seam of two logs, is due at once. A returned entry
+/// has the time at which it was due.
 #[derive(Debug)]
 pub struct Replay<I> {
     entries: I,
@@ -28,12 +28,12 @@ enum Next {
 }
 
 impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
-    /// The first entry is due at `start`.
+    /// Starts with the first entry at `start`.
     pub fn new(entries: I, start: Timestamp) -> Self {
         Self::at_speed(entries, start, 1.0)
     }
 
-    /// As [`Self::new`], `speed` times as fast as it was; a speed that is not above zero counts as 1.
+    /// Like [`Self::new`], but `speed` times as fast; an invalid or non-positive speed counts as 1.
     pub fn at_speed(entries: I, start: Timestamp, speed: f64) -> Self {
         let speed = if speed.is_finite() && speed > 0.0 { speed } else { 1.0 };
         let mut replay = Self { entries, start, speed, origin: None, next: Next::Ended };
@@ -41,20 +41,20 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
         replay
     }
 
-    /// When the next entry is due; [`Timestamp::MAX`] where there is none.
+    /// When the next entry is due; [`Timestamp::MAX`] if there is none.
     pub const fn next_wakeup(&self) -> Timestamp {
         match &self.next {
             Next::Due(at, _) => *at,
-            // An error is told at once.
+            // An error is reported at once.
             Next::Failed(_) => Timestamp::ZERO,
             Next::Ended => Timestamp::MAX,
         }
     }
 
-    /// The next entry that is due by `now`; call it until there is none.
+    /// Returns the next entry due by `now`; call it until it returns `None`.
     ///
     /// # Errors
-    /// The reader's, once; the replay is over then.
+    /// The reader's error, once; then the replay is over.
     pub fn transmit(&mut self, now: Timestamp) -> Result<Option<Entry>, LogError> {
         match std::mem::replace(&mut self.next, Next::Ended) {
             Next::Due(at, entry) if at <= now => {
@@ -70,7 +70,7 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
         }
     }
 
-    /// What the entries came from, read as far as was needed.
+    /// The source of the entries, read as far as needed.
     pub fn into_entries(self) -> I {
         self.entries
     }
@@ -81,7 +81,7 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
             Some(Err(error)) => Next::Failed(error),
             Some(Ok(entry)) => {
                 let since = entry.at.since(*self.origin.get_or_insert(entry.at));
-                // In whole nanoseconds at the speed that it had.
+                // Exact to the nanosecond at the original speed.
                 let since = match self.speed {
                     1.0 => since,
                     speed => Span::from_secs_f64(since.as_secs_f64() / speed),

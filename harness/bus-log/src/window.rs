@@ -1,9 +1,9 @@
-//! A piece of a stream in a buffer that is used again.
+//! Part of a stream in a reused buffer.
 
 use super::BUFFER_BYTES;
 use super::error::LogError;
 
-/// What was read and not taken yet.
+/// Bytes read and not taken yet.
 #[derive(Debug)]
 pub(super) struct Window {
     buffer: Vec<u8>,
@@ -16,13 +16,13 @@ impl Window {
         Self { buffer: vec![0; BUFFER_BYTES], start: 0, end: 0 }
     }
 
-    /// All that is in the buffer.
+    /// All bytes in the buffer.
     pub(super) fn bytes(&self) -> &[u8] {
         &self.buffer[self.start..self.end]
     }
 
-    /// Whether the buffer holds so many bytes now, which are no more than [`BUFFER_BYTES`]. `read` gives
-    /// some bytes, and none where there are no more.
+    /// Fills the buffer to `count` bytes, at most [`BUFFER_BYTES`]; returns whether it now holds them. `read` returns
+    /// some bytes, and zero at the end.
     pub(super) fn has(
         &mut self,
         count: usize,
@@ -40,7 +40,7 @@ impl Window {
         Ok(true)
     }
 
-    /// Takes so many bytes; false where there are not as many.
+    /// Takes `count` bytes; `false` if there are fewer.
     pub(super) fn skip(
         &mut self,
         count: u64,

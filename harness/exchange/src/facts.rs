@@ -1,10 +1,10 @@
-//! What is known of a run as a whole, for formats that have a place for it.
+//! Facts about a run as a whole, for formats that have a place for them.
 
 use crate::tables::survey::Survey;
 use record::outcome::Summary;
 use std::collections::BTreeMap;
 
-/// Plan, seed, versions, whether the record is whole, and what the run came to where that is known.
+/// Plan, seed, versions, whether the record is complete, and the result of the run if known.
 pub(crate) fn facts(survey: &Survey, summary: Option<&Summary>) -> BTreeMap<String, String> {
     let header = &survey.header;
     let mut facts = BTreeMap::from([

@@ -1,7 +1,7 @@
-//! Runs for other tools, and what other tools recorded.
+//! Exports runs for other tools.
 //!
-//! * [`tables`]: a run as CSV and Parquet, for notebooks. [`mcap`]: for Foxglove. [`mf4`]: for tools of measuring.
-//! * [`moment`]: what stood in a run at one moment, for whoever asks what went wrong.
+//! * [`tables`]: a run as CSV and Parquet, for notebooks. [`mcap`]: for Foxglove. [`mf4`]: for measurement tools.
+//! * [`moment`]: the state of a run at one instant, for fault finding.
 
 mod facts;
 pub mod mcap;

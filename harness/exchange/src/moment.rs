@@ -1,4 +1,4 @@
-//! What stood in a record at one moment: `hil show RUN --at T`.
+//! State of a run at one instant, from its record: `hil show RUN --at T`.
 
 use crate::tables::{Ears, Heard};
 use controller::mission::Report;
@@ -10,25 +10,25 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use wire::time::Timestamp;
 
-/// The latest of everything that a run has come to: steps and faults that are on, what the controller was told and has told,
-/// the truth, the last value of every signal of every node, and of every quantity.
+/// The latest state of a run: active steps and faults, the last command to the controller and its last reports, the
+/// truth, and the last value of every signal and every quantity.
 #[derive(Debug)]
 pub struct Moment {
     header: Header,
     ears: Ears,
-    /// Steps that are on, the outermost first.
+    /// Active steps, outermost first.
     steps: Vec<(String, String)>,
     faults: BTreeMap<u32, String>,
-    /// By what they are about.
+    /// Latest record of each subject.
     lines: BTreeMap<About, String>,
     /// By sender and message.
     messages: BTreeMap<(String, usize), Message>,
-    /// Those of them that the last record completed.
+    /// Messages that the last record completed.
     heard: Vec<(String, usize)>,
     quantities: BTreeMap<String, String>,
 }
 
-/// In the order in which they are shown.
+/// Subjects, in the order of display.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum About {
     Command,
@@ -46,7 +46,7 @@ struct Message {
 }
 
 impl Moment {
-    /// Nothing has happened yet in the run of this header; `ears` understand its messages.
+    /// The state before the first record of the run of this header; `ears` decode its messages.
     pub fn new(header: Header, ears: Ears) -> Self {
         Self {
             header,
@@ -110,14 +110,14 @@ impl Moment {
                 .entry(name)
                 .or_insert_with(|| Message { at: record.at, values: vec![None; signals] });
             message.at = record.at;
-            // What this one does not carry is as it was last said.
+            // A signal that this message does not carry keeps its last value.
             for (last, said) in message.values.iter_mut().zip(&heard.values) {
                 *last = said.or(*last);
             }
         });
     }
 
-    /// The messages that the last record completed, a line each.
+    /// The messages that the last record completed, one line each.
     pub fn heard(&self) -> Vec<String> {
         let message = |name| Some(self.message(name, self.messages.get(name)?));
         self.heard.iter().filter_map(message).collect()
@@ -137,7 +137,7 @@ impl Moment {
         text.trim_end_matches([',', ':']).to_owned()
     }
 
-    /// What stands now, a line each.
+    /// The current state, as lines.
     pub fn lines(&self) -> Vec<String> {
         let steps = self.steps.iter().map(|(_, line)| line.clone());
         let lines = steps.chain(self.lines.values().cloned()).chain(self.faults.values().cloned());
@@ -146,7 +146,7 @@ impl Moment {
     }
 }
 
-/// Without the last bits of a product: raw values times their factors.
+/// Removes rounding noise of a raw value times its factor.
 fn rounded(value: f64) -> f64 {
     format!("{value:.12e}").parse().unwrap_or(value)
 }

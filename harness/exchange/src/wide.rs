@@ -1,4 +1,4 @@
-//! Quantities and messages as tables of their own, a column a tag or a signal, for formats that have many tables.
+//! Quantities and messages as separate tables, with a column per tag or signal, for formats with many tables.
 
 use crate::mcap::names::Names;
 use crate::tables::cell::{Cell, Column, Kind};
@@ -8,7 +8,7 @@ use crate::tables::{MessageForm, Row, Table, tagged};
 use plan::observation::Observation;
 use wire::time::Timestamp;
 
-/// How the observations of one quantity are written: time, value, uncertainty and the tags.
+/// Format of the observations of one quantity: time, value, uncertainty and the tags.
 #[derive(Debug)]
 pub(crate) struct Observed {
     pub(crate) columns: Vec<Column>,
@@ -16,7 +16,7 @@ pub(crate) struct Observed {
 }
 
 impl Observed {
-    /// Of a quantity that the survey saw; `None` of one beyond its bound, which it has counted.
+    /// Format of a quantity in the survey; `None` for one beyond its limit, which it has counted.
     pub(crate) fn new(survey: &Survey, quantity: &str) -> Option<Self> {
         let tags = survey.quantities.get(quantity)?;
         let unit = survey.unit(quantity);
@@ -35,7 +35,7 @@ impl Observed {
         Some(Self { columns, tags: tags.into_iter().map(str::to_owned).collect() })
     }
 
-    /// The row of an observation, a cell a column.
+    /// The row of an observation, with a cell per column.
     pub(crate) fn row<'a>(&self, at: Timestamp, observation: &Observation) -> Row<'a> {
         let mut row = vec![time(at), observation.value.into(), observation.uncertainty.into()];
         row.extend(self.tags.iter().map(|tag| Cell::maybe(observation.tags.get(tag).copied())));
@@ -43,7 +43,7 @@ impl Observed {
     }
 }
 
-/// `fixed` columns, and one a signal of the message.
+/// `fixed` columns, followed by one per signal of the message.
 pub(crate) fn with_signals(fixed: &[Column], form: &MessageForm) -> Vec<Column> {
     let mut columns = fixed.to_vec();
     let mut names = Names::default();

@@ -1,4 +1,4 @@
-//! The file is read back by the library that Foxglove's makers keep, and each message is held against its schema.
+//! Reads the file back with the library of Foxglove's makers, and checks each message against its schema.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// The messages of each topic. Each is as its schema says, and none is before the one before it.
+/// The messages of each topic, checked against their schemas and for ascending times.
 fn read(bytes: &[u8]) -> BTreeMap<String, Vec<Value>> {
     let mut topics: BTreeMap<String, Vec<Value>> = BTreeMap::new();
     let mut validators: BTreeMap<String, Validator> = BTreeMap::new();
@@ -115,7 +115,7 @@ fn driven(dir: &Path, name: &str) -> (RunFolder, Vec<u8>, Exported) {
     let out = dir.join(name);
     let options =
         run::Options { seed: 3, out: &out, level: Level::Full, answers: Answers::default() };
-    // The time that the machine takes differs, as it does.
+    // The machine's time differs between runs.
     let wall_s = name.len() as f64;
     run_to_folder(&prepared, &options, &mut |_| true, &|| wall_s).unwrap();
     let folder = RunFolder::open(&out).unwrap();
@@ -150,12 +150,12 @@ fn a_run_of_a_seed_is_one_file_and_holds_its_record() {
         .sum();
     assert_eq!(observed, recorded(|kind| matches!(kind, RecordKind::Observation(_))));
 
-    // What the base said on its serial line, heard by somebody between the two ends.
+    // Messages of the base on its serial line, decoded between the two ends.
     let motion = &topics["/messages/MOTION"];
     assert!(motion.iter().any(|message| message["MOVING"] == 1.0), "{} motions", motion.len());
     assert!(messages("/messages/SET_VELOCITY") > 100);
 
-    // One lap: both paths are 4 m long and come back; the measured return is close to where the lap began.
+    // One lap: both paths are 4 m long and closed; the measured return is close to the start of the lap.
     for topic in ["/base/path", "/base/true_path"] {
         let [path] = &topics[topic][..] else { panic!("{topic}: {} paths", messages(topic)) };
         let poses = path["poses"].as_array().unwrap();

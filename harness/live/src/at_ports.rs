@@ -1,4 +1,4 @@
-//! Rigs in real time: whoever is not in this process is at a port of the system.
+//! Rigs in real time: nodes outside this process are at ports of the system.
 
 use crate::world::{
     BASE as BASE_ROLE, GYRO as GYRO_ROLE, LineSite, Placement, Player, PortPlan, PortPlans, TABLE,
@@ -41,7 +41,8 @@ pub fn port(
     }
 }
 
-/// The paper's robot or table, its devices where `placement` says, the controller away, and the declared nodes beside it.
+/// The paper's robot or table with its devices placed by `placement`, the controller away, and the declared nodes
+/// beside it.
 pub fn paper(
     bench: Bench,
     placement: &Placement,
@@ -70,7 +71,7 @@ pub fn paper(
             Player::Emulated(_) => plans.ports.push(plan),
             Player::Real(spec) => {
                 plans.real.push((BASE_ROLE.into(), spec.clone()));
-                // A bus of the kernel is heard by the harness, too.
+                // The harness also listens on a bus of the kernel.
                 if let PortSpec::Can { .. } = spec {
                     plans.ports.push(PortPlan { listens: true, ..plan });
                 }
@@ -87,7 +88,7 @@ pub fn paper(
     (rig, plans)
 }
 
-/// The plan commands the table at a port: the real one, or the emulated one at the port's other side.
+/// Lets the plan command the table at a port: the real table, or the emulated one at the port's other side.
 fn place_table(rig: &mut Rig, plans: &mut PortPlans, player: &Player, plan: usize) {
     let traffic = Traffic::Bytes(wire::table::SETTINGS);
     let Some(robot) = rig.find("robot") else { return };
@@ -98,7 +99,7 @@ fn place_table(rig: &mut Rig, plans: &mut PortPlans, player: &Player, plan: usiz
     let at_port = end(away, PortId(0), Device::Table, TABLE);
     match player {
         Player::Real(spec) => {
-            // The emulated one follows, so that an emulated gyro on it turns.
+            // The emulated table follows the real one, so that an emulated gyro on it turns.
             let follows = end(robot, CARRIER, Device::Table, TABLE);
             let line = rig.line(TABLE, Line::direct(vec![of_plan, at_port, follows]));
             if let Some(robot) = rig.robot_mut() {
@@ -118,8 +119,8 @@ fn place_table(rig: &mut Rig, plans: &mut PortPlans, player: &Player, plan: usiz
     }
 }
 
-/// Both sides of a port: of the emulated device, whose line has the port at its first end, and of the plan, whose has it
-/// at its second.
+/// Both sides of a port: that of the emulated device, whose line has the port at its first end, and that of the plan,
+/// whose line has it at its second.
 fn two_sides(
     plans: &mut PortPlans,
     spec: &PortSpec,
@@ -134,7 +135,7 @@ fn two_sides(
     plans.ports.push(PortPlan { side: PortSide::Plan, far_of, ..plan });
 }
 
-/// What crosses the line of a device.
+/// Traffic on the line of a device.
 fn traffic(line: &RigLine) -> Traffic {
     match line.medium {
         Medium::Can => Traffic::Frames(line.rates()),
@@ -142,7 +143,7 @@ fn traffic(line: &RigLine) -> Traffic {
     }
 }
 
-/// One device, real or emulated, and the plan at the other side of its port.
+/// One device, real or emulated, with the plan at the other side of its port.
 pub fn device(description: &Arc<Description>, player: &Player, seed: u64) -> (Rig, PortPlans) {
     let layout = description.layout();
     let traffic = traffic(&RigLine::of_device(layout));
@@ -171,7 +172,7 @@ pub fn device(description: &Arc<Description>, player: &Player, seed: u64) -> (Ri
     (rig, plans)
 }
 
-/// Nodes on lines of which some are at ports: whoever is under test is at the far side of the port of its line.
+/// Nodes on lines, some of them at ports: a device under test is at the far side of its line's port.
 pub fn rig(
     declared: &Declared,
     sites: &[LineSite],
@@ -185,7 +186,7 @@ pub fn rig(
     (rig, plans)
 }
 
-/// The devices of a rig that files describe, for whoever is at these ports of its lines: nobody else is here.
+/// The described devices of a rig, for nodes at these ports of its lines; no other node runs here.
 pub fn emulated(declared: &Declared, ports: &[(String, PortSpec)], seed: u64) -> (Rig, PortPlans) {
     let mut rig = Rig::default();
     add(&mut rig, declared, &|_| None, seed);
@@ -209,7 +210,7 @@ fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans
         let is_away = |end: &End| matches!(rig.nodes[end.node].part, Part::Away);
         let end_place = rig.lines[*line].ends().iter().position(is_away);
         let end_place = end_place.unwrap_or_else(|| {
-            // Nobody of the rig is there: others may listen.
+            // No node of the rig is at the port; other programs may listen there.
             let node = rig.node(Node::new("port", Part::Away));
             rig.join(*line, end(node, PortId(0), Device::Plan, "port"));
             rig.lines[*line].ends().len() - 1
@@ -222,7 +223,7 @@ fn at_ports(rig: &mut Rig, declared: &Declared, sites: &[LineSite]) -> PortPlans
     plans
 }
 
-/// An emulated device and its line, at whose first end is a port; the line.
+/// An emulated device and its line, with a port at the first end; returns the line.
 pub fn alone(rig: &mut Rig, description: &Arc<Description>, seed: u64) -> usize {
     let emulated = Part::Described(Box::new(Described::new(DEVICE, description, seed)));
     let device = rig.node(Node::new(DEVICE, emulated));

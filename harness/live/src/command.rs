@@ -1,29 +1,29 @@
 //! The command line of a device under test.
 //!
-//! It is a list of words, the program first. `{gyro}` and `{base}` in a word stand for the ports of this
-//! run; a brace that is meant as such is doubled. No shell sees it, so nothing has to be quoted.
+//! The command line is a list of words, the program first. `{gyro}` and `{base}` in a word stand for the ports of this
+//! run; a literal brace is doubled. No shell is involved, so nothing needs quoting.
 
 use std::collections::BTreeMap;
 
-/// The command line of our own controller, as a bench file would have it.
+/// Command line of our own controller, as in a bench file.
 pub const OUR_CONTROLLER: [&str; 5] =
     ["k2a-controller", "--gyro", "{gyro}", "--base", "serial:{base}"];
 
 /// Why a command line cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
 pub enum CommandError {
-    /// There is no program in it.
+    /// The command line is empty.
     #[error("failed to find a program in an empty command line")]
     Empty,
-    /// A placeholder names no port of this bench.
+    /// A placeholder names a port that the bench does not have.
     #[error("failed to fill {{{name}}} in the word {word:?}: the bench has no such port")]
     #[diagnostic(help("ports of this bench: {known}; a brace itself is written twice"))]
     UnknownPort {
-        /// What stands in the braces.
+        /// The name in braces.
         name: String,
         /// The word.
         word: String,
-        /// The ports that there are.
+        /// The existing ports.
         known: String,
     },
     /// A brace without its counterpart.
@@ -35,7 +35,7 @@ pub enum CommandError {
     },
 }
 
-/// The words with every placeholder replaced by the port of that name.
+/// Returns the words with every placeholder replaced by the port of that name.
 ///
 /// # Errors
 /// When there are no words, a placeholder names no port, or a brace stands alone.

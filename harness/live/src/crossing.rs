@@ -1,5 +1,5 @@
-//! Virtual time across the kernel: what arrives is what was read from a pty or a CAN socket after it was written to the other
-//! side, so that a lap takes what its system calls take and nothing waits.
+//! Virtual time through the kernel: what arrives is what was read from a pty or a CAN socket after it was written to
+//! the other side. Nothing waits, and a lap takes as long as its system calls.
 
 mod can_wire;
 mod kernel;

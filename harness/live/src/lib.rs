@@ -1,11 +1,11 @@
-//! Rigs in real time: the real clock, ports, programs beside this process, and the kernel on the way.
+//! Rigs in real time: the real clock, ports, programs beside this process, and lines through the kernel.
 //!
-//! * [`mod@world`]: the loop in real time, for a plan. [`emulation`]: the same for anybody's controller (`hil emulate`).
-//! * [`at_ports`]: rigs of which some nodes are at ports of the system.
+//! * [`mod@world`]: the loop in real time, for a plan. [`emulation`]: the same for any controller (`hil emulate`).
+//! * [`at_ports`]: rigs with some nodes at ports of the system.
 //! * [`attached`]: a device under test that runs already. [`process`]: one that is started here.
-//! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: where the lines of a running rig are, for
-//!   programs beside it.
-//! * [`crossing`]: lines in virtual time that cross the kernel.
+//! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: the ports of a running rig's
+//!   lines, for programs beside it.
+//! * [`crossing`]: lines in virtual time that go through the kernel.
 //! * `program` (feature `programs`): programs under test in virtual time.
 
 #![allow(

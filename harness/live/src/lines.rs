@@ -1,8 +1,8 @@
-//! Where the lines of a running rig are, for programs that are not told by their arguments.
+//! The ports of a running rig's lines, for programs that do not get them as arguments.
 //!
-//! A program under test finds them in the variable [`VARIABLE`]; anybody else on this machine in a file that the running
-//! command keeps, and holds a lock on for as long as it runs: what is not locked was left behind, and says nothing.
-//! Both hold the same document: `{"can0": {"port": "slcan:/dev/pts/4", "bit_rate": 500000}}`.
+//! A program under test finds them in the variable [`VARIABLE`]; another program on this machine finds them in a file
+//! that the running command keeps locked: a file without a lock is a leftover and means nothing. Both hold the same
+//! document: `{"can0": {"port": "slcan:/dev/pts/4", "bit_rate": 500000}}`.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -14,40 +14,40 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use wire::can::BitRates;
 use wire::serial::SerialSettings;
 
-/// How many files this process has kept.
+/// Number of files kept by this process.
 static KEPT: AtomicU32 = AtomicU32::new(0);
 
-/// The variable of the environment.
+/// The environment variable.
 pub const VARIABLE: &str = "HIL_LINES";
 
-/// Where a line is, and how fast it is. Rates are in bits per second, as far as they are known.
+/// Port and speed of a line. Rates are in bits per second, if known.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Place {
-    /// What a program opens: `can:can0`, `slcan:/dev/pts/4`, `serial:/dev/pts/4`.
+    /// Port to open: `can:can0`, `slcan:/dev/pts/4`, `serial:/dev/pts/4`.
     port: String,
-    /// Of a CAN bus.
+    /// Rate of a CAN bus.
     #[serde(skip_serializing_if = "Option::is_none")]
     bit_rate: Option<u32>,
-    /// Of the data of CAN FD frames, where the bus has any.
+    /// Data rate of CAN FD frames, if the bus has any.
     #[serde(skip_serializing_if = "Option::is_none")]
     data_bit_rate: Option<u32>,
-    /// Of a serial line.
+    /// Rate of a serial line.
     #[serde(skip_serializing_if = "Option::is_none")]
     baud: Option<u32>,
 }
 
 impl Place {
-    /// A port of which nothing else is known.
+    /// A port of unknown speed.
     pub(crate) fn of_port(port: impl ToString) -> Self {
         Self { port: port.to_string(), bit_rate: None, data_bit_rate: None, baud: None }
     }
 
-    /// At these rates.
+    /// Adds these rates.
     pub(crate) fn with_rates(self, rates: BitRates) -> Self {
         Self { bit_rate: Some(rates.nominal), data_bit_rate: rates.data, ..self }
     }
 
-    /// With these settings of a serial line.
+    /// Adds the settings of a serial line.
     pub fn with_settings(self, settings: SerialSettings) -> Self {
         Self { baud: Some(settings.baud), ..self }
     }
@@ -58,11 +58,11 @@ pub type Places = BTreeMap<String, Place>;
 
 /// The document of these lines.
 pub fn document(places: &Places) -> String {
-    // Text and numbers by text always become JSON.
+    // A map of text and numbers always serializes.
     serde_json::to_string(places).unwrap_or_default()
 }
 
-/// The file that says where the lines are, for as long as this exists.
+/// The file with the ports of the lines, kept for the lifetime of this value.
 #[derive(Debug)]
 pub struct Kept {
     path: PathBuf,
@@ -71,8 +71,8 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Keeps a file `PID-N.json` in the folder `hil` below `XDG_RUNTIME_DIR`, else in `hil-UID` below that for temporary
-    /// files. N tells rigs of one process apart.
+    /// Creates and locks the file `PID-N.json` in the folder `hil` in `XDG_RUNTIME_DIR`, else in `hil-UID` in the
+    /// folder for temporary files. N distinguishes the rigs of one process.
     fn new(places: &Places) -> io::Result<Self> {
         let folder = match std::env::var_os("XDG_RUNTIME_DIR").filter(|folder| !folder.is_empty()) {
             Some(folder) => Path::new(&folder).join("hil"),
@@ -90,7 +90,7 @@ impl Kept {
             other => other?,
         }
         let found = fs::symlink_metadata(folder)?;
-        // In a folder for everybody's temporary files somebody else may have been first.
+        // In a shared folder for temporary files another user may have created it first.
         if !found.is_dir() || found.uid() != rustix::process::getuid().as_raw() {
             return Err(io::Error::other(format!("{} is not ours", folder.display())));
         }
@@ -102,8 +102,8 @@ impl Kept {
         Ok(Self { path, _file: file })
     }
 
-    /// As [`Self::new`], where there are lines. Where it cannot be kept, programs beside this one do not find them, and nothing
-    /// else is amiss.
+    /// Like [`Self::new`] if there are lines. Without the file, programs beside this one do not find the lines; nothing
+    /// else fails.
     pub(crate) fn or_warn(places: &Places) -> Option<Self> {
         if places.is_empty() {
             return None;
@@ -118,7 +118,7 @@ impl Kept {
 
 impl Drop for Kept {
     fn drop(&mut self) {
-        // Without a lock it says nothing, should it stay.
+        // If the file stays, it means nothing without its lock.
         let _ = fs::remove_file(&self.path);
     }
 }

@@ -1,4 +1,4 @@
-//! Programs under test in virtual time: anybody's, unmodified. `docs/virtual-time.md` says what that guarantees.
+//! Unmodified programs under test in virtual time. `docs/virtual-time.md` states the guarantees.
 
 mod controller;
 mod in_step;

@@ -1,21 +1,21 @@
-//! The live world: the real clock, ptys or real ports, the device under test in this process, in its
-//! own, or wherever it runs already.
+//! The live world: the real clock, ptys or real ports, and the device under test in this process, in its own process,
+//! or running already.
 //!
-//! The emulated devices, the engine and the pacing of lines are those of the simulated world; here they
-//! are asked when the real clock says so. Bytes and frames cross the kernel: what an emulated device sends
-//! goes to its port once its line time has passed, what arrives there is put on its line. A role with a
-//! real port has no emulator: the device under test opens that port itself.
+//! Emulated devices, engine and line pacing are those of the simulated world, here driven by the real clock. Bytes and
+//! frames go through the kernel: what an emulated device sends goes to its port once its line time has passed, and what
+//! arrives there is put on its line. A role with a real port has no emulator: the device under test opens that port
+//! itself.
 //!
 //! | role | emulated | real |
 //! |---|---|---|
 //! | gyro, base | the harness has the near end of the port, the device under test the far one | the device under test has the port; on a bus of the kernel the harness listens |
 //! | table | within the harness, or with both ends of a pty there | the harness has the port |
 //!
-//! Faults strike what is emulated and the lines up to its ports ([`Setting::reaches`]), and properties are judged by what
+//! Faults strike emulated devices and the lines up to their ports ([`Setting::reaches`]); properties are judged by what
 //! the bench shows ([`Setting::sight`]).
 //!
-//! A port that goes away is waited for as long as the plan's limits allow. Clock and select loop are the
-//! only ones in the harness.
+//! A port that goes away is awaited as long as the plan's limits allow. Clock and select loop are the only ones in the
+//! harness.
 
 mod clock;
 mod device_under_test;
@@ -80,14 +80,14 @@ use std::path::Path;
 use talk::Talk;
 use wire::time::{Span, Timestamp};
 
-/// An attached device under test must be heard within this where the bench does not say. Assumption: somebody
-/// has the program at hand, and starts it in another terminal.
+/// Default time limit for the first report of an attached device under test. Assumption: the user has the program at
+/// hand, and starts it in another terminal.
 pub const ATTACH_MAX_DEFAULT: Span = Span::from_secs(60);
-/// One that is started here must be heard within this. Assumption: the slowest interpreter starts in 2 s.
+/// Time limit for the first report of a device started here. Assumption: the slowest interpreter starts in 2 s.
 const START_LIMIT: Span = Span::from_secs(10);
-/// What is sent last has so long to leave. Assumption: a message of 64 bytes takes 67 ms at 9,600 baud.
+/// Time for the last messages to leave. Assumption: a message of 64 bytes takes 67 ms at 9,600 baud.
 const LAST_WORDS: Span = Span::from_millis(100);
-/// Between two looks beyond the world.
+/// Time between two checks outside the world.
 const PULSE_PERIOD: Span = Span::from_millis(100);
 
 /// A rig in real time.
@@ -97,23 +97,23 @@ pub struct LiveWorld {
     director: Director,
     setting: Setting,
     plans: PortPlans,
-    /// The controller's configuration; none where nobody takes missions.
+    /// The controller's configuration; `None` if no node takes missions.
     config: Option<Config>,
     journal: Journal,
     lateness: Lateness,
-    /// Frames of an emulated device that somebody else has sent.
+    /// Frames of an emulated device that another node has sent.
     clashes: u64,
-    /// Frames on the bus of the base that are none of the base's command set.
+    /// Frames on the bus of the base that are not in the base's command set.
     foreign: FloodWatch,
-    /// How much the device under test says.
+    /// Counts the reports of the device under test.
     talk: Talk,
-    /// What goes wrong on purpose; none where the plan has no faults.
+    /// Faults of the plan; `None` if it has none.
     faults: Option<Box<Faults>>,
-    /// Who watches over properties; none where none are asked for.
+    /// Monitor of properties; `None` if none are to be judged.
     eyes: Option<Box<Eyes>>,
 }
 
-/// What the loop waited for.
+/// What ended a wait of the loop.
 enum Awaited {
     Due,
     Port(usize, PortEvent),
@@ -122,8 +122,7 @@ enum Awaited {
 }
 
 impl LiveWorld {
-    /// A rig at these ports; the plan's faults draw from `seed`. [`Setting::reaches`] says before which of them cannot be
-    /// injected.
+    /// A rig at these ports; the plan's faults draw from `seed`. [`Setting::reaches`] must have accepted them.
     pub fn new(
         (mut rig, plans): (Rig, PortPlans),
         director: Director,
@@ -149,7 +148,7 @@ impl LiveWorld {
         }
     }
 
-    /// These properties are judged as the run goes on, as far as this bench shows what they are judged by.
+    /// Adds a monitor of these properties, as far as this bench shows their data.
     pub fn with_monitor(mut self, properties: &[Property], speakers: &[Speaker]) -> Self {
         let limits = self.config.as_ref().map(Limits::of);
         let ear = match self.setting.device_under_test {
@@ -166,16 +165,16 @@ impl LiveWorld {
         &self.director.engine
     }
 
-    /// Everything observed and made is the engine's.
+    /// The engine, which has all observations and results.
     pub fn engine_mut(&mut self) -> &mut Engine {
         &mut self.director.engine
     }
 
-    /// Runs the plan to its end. What the device under test writes to stderr goes into `log`.
+    /// Runs the plan to its end. The stderr of the device under test goes into `log`.
     ///
     /// # Errors
     ///
-    /// When the run cannot begin. Once begun it ends with an outcome.
+    /// When the run cannot begin. A run that has begun ends with an outcome.
     pub fn run(
         &mut self,
         log: &Path,
@@ -198,7 +197,7 @@ impl LiveWorld {
         let _told = lines::Kept::or_warn(&ports.wiring()?.places);
         let clock = Clock::start();
         let (mut device, mut programs) = self.start(log, sink, &clock, &mut ports).await?;
-        // Only now: what is started inherits it.
+        // Only now: programs would inherit the scheduling.
         let scheduling = realtime::ask(self.setting.scheduling);
         let machine = MachineWatch::new(clock.now(), self.lateness.late_max());
         let mut machine = machine.map_err(PortError::from)?;
@@ -217,7 +216,7 @@ impl LiveWorld {
                     self.director.engine.broke(now, &why);
                 }
                 let limit = self.start_limit();
-                // Whatever else it says: the first step waits for its state.
+                // Other reports do not count: the first step waits for a state.
                 if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
                     let why = device.why_silent(limit, &self.talk);
                     self.director.engine.broke(now, &why);
@@ -281,8 +280,7 @@ impl LiveWorld {
         Ok(LiveEnd { ending, end, events, timing, ports, dropped, faults, properties, unjudged })
     }
 
-    /// Starts the device under test. Meanwhile the ports are attended to: an adapter that is played here
-    /// must answer whoever opens it.
+    /// Starts the device under test. Meanwhile the ports are served: an emulated adapter must answer when it is opened.
     async fn start(
         &mut self,
         log: &Path,
@@ -308,7 +306,7 @@ impl LiveWorld {
         }
     }
 
-    /// Does anybody want the run to stop, does the disk still take the record, has a person said something?
+    /// Checks for a stop request, whether the disk still takes the record, and what a person has typed.
     fn look_up(
         &mut self,
         now: Timestamp,
@@ -322,7 +320,7 @@ impl LiveWorld {
         self.director.listen_to_operator(now, sink);
     }
 
-    /// Takes what came from the device under test.
+    /// Takes an event of the device under test.
     fn hear_device(
         &mut self,
         now: Timestamp,
@@ -362,7 +360,7 @@ impl LiveWorld {
         }
     }
 
-    /// How it ended, once what the plan sent last has left.
+    /// How the run ended, once the plan's last messages have left.
     fn over(&self, now: Timestamp, until: &mut Option<Timestamp>) -> Option<Ending> {
         let ending = self.director.engine.ending()?;
         if self.config.is_none() && now < *until.get_or_insert(now + LAST_WORDS) {
@@ -371,7 +369,7 @@ impl LiveWorld {
         Some(ending.clone())
     }
 
-    /// The device under test must be heard within this.
+    /// Time limit for the first report of the device under test.
     const fn start_limit(&self) -> Span {
         match self.setting.device_under_test {
             DeviceUnderTest::Attached(_) => self.setting.attach_max,

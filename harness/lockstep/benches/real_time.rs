@@ -1,7 +1,9 @@
-//! How much faster than real time programs run: a gyro at 100 Hz and a base at 50 Hz, one program for each way of waiting.
+//! Speed of programs relative to real time: a gyro at 100 Hz and a base at 50 Hz, one program for each way of waiting.
 //!
-//! `cargo bench -p lockstep`. Each figure is the median of five runs, with best and worst beside it: a shared machine is
-//! noisy. Beside it stands what a program takes from its start to its first wait, in milliseconds, which each case pays. Programs in Python are left out where `HIL_TESTS_PYTHON` names no interpreter with what they import.
+//! `cargo bench -p lockstep`. Each figure is the median of five runs, with best and worst beside it, because a shared
+//! machine is noisy. The last column is the time from the start of a program to its first wait, in milliseconds, which
+//! each case pays. Programs in Python are skipped if `HIL_TESTS_PYTHON` does not name an interpreter with their
+//! packages.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot go on ends")]
 
@@ -24,7 +26,7 @@ fn report(name: &str, seconds: i64, streams: &[Stream], program: impl Fn() -> Pr
         let mut running = program().start().unwrap();
         drive(&mut running, Timestamp::ZERO, &[]);
         starts_ms.push(began.elapsed().as_secs_f64() * 1e3);
-        // What it does once after that is not what is asked for.
+        // Work that the program does only once is not measured.
         drive(&mut running, secs(1), &[]);
         let began = Instant::now();
         let events = drive(&mut running, secs(1 + seconds), streams);
@@ -38,7 +40,7 @@ fn report(name: &str, seconds: i64, streams: &[Stream], program: impl Fn() -> Pr
     println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0} {start_ms:>10.1}");
 }
 
-/// How often in a second of real time something is sent to the program and answered, each time at the next moment.
+/// Round trips per second of real time: data is sent to the program and answered, each at the next instant.
 #[expect(clippy::disallowed_methods, reason = "a benchmark takes the time of day")]
 fn round_trips(name: &str, words: &[&str]) {
     const TRIPS: i64 = 20_000;
@@ -62,7 +64,7 @@ fn round_trips(name: &str, words: &[&str]) {
     println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0}");
 }
 
-/// The same in Python, without a package.
+/// An echo in Python, without packages.
 const ECHO: &str = "
 import os, sys, tty
 port = os.open(sys.argv[1], os.O_RDWR)
@@ -72,7 +74,7 @@ while True:
 ";
 
 fn main() {
-    // `cargo test --benches` only asks whether it starts.
+    // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }

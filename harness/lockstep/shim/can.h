@@ -1,5 +1,5 @@
-// CAN sockets without a kernel that has them: each is one end of a pair of local sockets, of which the shim holds the
-// other. What lies in between are whole frames with their time, so that poll and epoll work as they are.
+// CAN sockets without kernel support: each is one end of a pair of local sockets, of which the shim holds the other.
+// Whole frames with their time lie in between, so that poll and epoll work as usual.
 #ifndef LOCKSTEP_CAN_H
 #define LOCKSTEP_CAN_H
 
@@ -7,15 +7,15 @@
 #include <linux/can/bcm.h>
 #include <linux/can/raw.h>
 
-// Headers of kernels before 5.14 do not have it.
+// Missing in kernel headers before 5.14.
 #ifndef CANFD_FDF
 #define CANFD_FDF 0x04
 #endif
 
-// The kernel takes no more of them (CAN_RAW_FILTER_MAX).
+// The kernel's limit (CAN_RAW_FILTER_MAX).
 #define FILTERS_MAX 512
 
-// What lies in the pair. The frame comes first: a program that reads past the shim finds it.
+// Contents of the pair. The frame comes first: a program that bypasses the shim still finds it.
 struct kept_frame {
     struct canfd_frame frame;
     int64_t at_ns;

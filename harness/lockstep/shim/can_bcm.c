@@ -1,5 +1,5 @@
-// The broadcast manager: cyclic frames, and frames that are told of only when they change or fail to come. As
-// Documentation/networking/can.rst of the kernel has it; multiplex filters are not there.
+// The broadcast manager: cyclic frames, and notices only of frames that change or fail to come, as in
+// Documentation/networking/can.rst of the kernel. Multiplex filters are not supported.
 #include "can.h"
 #include <stddef.h>
 
@@ -35,7 +35,7 @@ static void transmit_next(struct operation *of) {
     of->index = (of->index + 1) % of->head.nframes;
 }
 
-// The first `count` frames at the first interval, all others at the second.
+// The first `count` frames use the first interval, all others the second.
 static void set_next(struct operation *of) {
     int64_t first = span_of(&of->head.ival1), then = span_of(&of->head.ival2);
     int64_t interval = of->left > 0 && first > 0 ? first : then;
@@ -150,7 +150,7 @@ static int remove_or_read(struct can_socket *can, bool is_receiver, bool is_remo
     return 0;
 }
 
-// What a program writes to the manager.
+// Handles what a program writes to the manager.
 ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t size) {
     struct bcm_msg_head head;
     if (!can->is_bound) return errno = ENOTCONN, -1;
@@ -181,7 +181,7 @@ ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t
 static bool has_changed(const struct operation *of, const struct canfd_frame *frame) {
     if (!of->has_frame) return true;
     if ((of->head.flags & RX_CHECK_DLC) && of->last.len != frame->len) return true;
-    // The mask of a filter says which bits count; without one all do, and with RX_FILTER_ID none.
+    // The mask of a filter selects the bits to compare; without a mask all bits count, with RX_FILTER_ID none.
     if (of->head.flags & RX_FILTER_ID) return true;
     for (int i = 0; i < CANFD_MAX_DLEN; i++) {
         uint8_t mask = of->head.nframes ? of->frames[0].data[i] : 0xff;

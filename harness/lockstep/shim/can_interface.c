@@ -1,4 +1,4 @@
-// The CAN interfaces that the harness declared, as programs ask for them.
+// Queries of programs about the CAN interfaces that the harness declared.
 #include "can.h"
 #include <linux/sockios.h>
 #include <net/if.h>
@@ -45,7 +45,7 @@ EXPORT char *if_indextoname(unsigned index, char name[IF_NAMESIZE]) {
     return found ? strcpy(name, found) : REAL(if_indextoname)(index, name);
 }
 
-// Real interfaces first, then ours; one that ends with a zero index.
+// Lists real interfaces first, then ours; a zero index ends the list.
 EXPORT struct if_nameindex *if_nameindex(void) {
     struct if_nameindex *real = REAL(if_nameindex)();
     if (!is_managed() || count == 0) return real;
@@ -72,7 +72,7 @@ EXPORT void if_freenameindex(struct if_nameindex *list) {
 
 #define FOLDER "/sys/class/net/"
 
-// The interface of ours whose folder a path is in, and what follows its name.
+// Our interface whose folder contains a path, and the rest of the path after its name.
 static int index_of_file(const char *path, const char **rest) {
     char name[IF_NAMESIZE] = {0};
     if (!path || strncmp(path, FOLDER, sizeof FOLDER - 1)) return 0;
@@ -84,7 +84,7 @@ static int index_of_file(const char *path, const char **rest) {
     return can_index(name);
 }
 
-// What a file in /sys says of an interface of ours; false where it is asked about something else.
+// Contents of a file in /sys about one of our interfaces; false for any other file.
 bool can_file_text(const char *path, char text[32]) {
     const char *rest;
     int index = index_of_file(path, &rest), number = -1;
@@ -100,7 +100,7 @@ bool can_file_text(const char *path, char text[32]) {
     return true;
 }
 
-// A file that is there when one of an interface of ours is asked for: that of the loopback.
+// A real file to stand in for one of our interfaces: that of the loopback.
 const char *can_file_like(const char *path) {
     static char like[PATH_MAX];
     const char *rest;
@@ -109,7 +109,7 @@ const char *can_file_like(const char *path) {
     return like;
 }
 
-// What `ioctl` says of an interface of ours; false when it is asked about something else.
+// Answers an `ioctl` about one of our interfaces; false if it is about something else.
 bool can_interface_ioctl(unsigned long request, void *argument, int *result) {
     struct ifreq *asked = argument;
     int index;

@@ -1,4 +1,4 @@
-// Frames in and out of a CAN socket, by read and write and by messages with an address, times and flags.
+// Frames in and out of a CAN socket, by read and write and by messages with address, times and flags.
 #include "can.h"
 
 static struct iovec part_of(void *data, size_t size) { return (struct iovec){data, size}; }
@@ -23,7 +23,7 @@ static size_t gather(const struct msghdr *message, void *data, size_t room) {
     return done;
 }
 
-// One of the control messages that go with a frame; left out and marked where there is no room.
+// Adds a control message to a frame; without room, it is left out and marked.
 static void add_control(struct msghdr *message, size_t room, int type, const void *data, size_t size) {
     if (message->msg_controllen + CMSG_SPACE(size) > room || !message->msg_control) {
         message->msg_flags |= MSG_CTRUNC;
@@ -51,7 +51,7 @@ static void add_controls(struct can_socket *can, struct msghdr *message, int64_t
         add_control(message, room, SO_RXQ_OVFL, &can->dropped, sizeof can->dropped);
 }
 
-// Waits for something to lie in the pair, where the program waits.
+// Takes the next item from the pair, after waiting for one if the program blocks.
 static ssize_t take(int fd, void *data, size_t room, int flags) {
     struct timeval span = {0};
     socklen_t size = sizeof span;
@@ -87,7 +87,7 @@ static ssize_t receive_raw(struct can_socket *can, int fd, struct msghdr *messag
     return (ssize_t)given;
 }
 
-// What the broadcast manager says: a head and the frames that go with it.
+// Receives a message of the broadcast manager: a head with its frames.
 static ssize_t receive_manager(int fd, struct msghdr *message, int flags) {
     char data[sizeof(struct bcm_msg_head) + CANFD_MTU];
     ssize_t count = take(fd, data, sizeof data, flags);

@@ -1,4 +1,4 @@
-// The pair of local sockets that a CAN socket is, in a process of its own.
+// The pair of local sockets behind a CAN socket, in the program's own process.
 #include "can.h"
 
 static struct can_socket *of(int fd) {
@@ -14,7 +14,7 @@ int can_make_pair(int flags, int *hidden) {
     return pair[0];
 }
 
-// Parent and child each have the socket from now on; what one hears, the other hears too.
+// From now on parent and child share the socket: what one receives, the other receives too.
 void can_after_fork(void) {
     for (struct can_socket *can = can_sockets; can; can = can->next) {
         can->operations = NULL;

@@ -1,4 +1,4 @@
-// A CAN socket's life: made, bound, set, heard, closed.
+// Life of a CAN socket: created, bound, configured, read, closed.
 #include "can.h"
 #include <net/if.h>
 #include <stdio.h>
@@ -113,7 +113,7 @@ EXPORT int setsockopt(int fd, int level, int option, const void *value, socklen_
     case SO_TIMESTAMP: can->has_time = flag; return 0;
     case SO_TIMESTAMPNS: can->has_time_ns = flag; return 0;
     case SO_RXQ_OVFL: can->counts_overflow = flag; return 0;
-    // Stamps by hardware are those of the harness's clock, which the others give.
+    // Hardware timestamps would be those of the harness's clock, which the others already give.
     case SO_TIMESTAMPING: return errno = EOPNOTSUPP, -1;
     default: return REAL(setsockopt)(fd, level, option, value, size);
     }
@@ -167,12 +167,12 @@ static bool passes(const struct can_socket *can, canid_t id) {
     return can->joins_filters ? can->filter_count && matched == can->filter_count : matched > 0;
 }
 
-// A queue that nobody empties is full at last: then frames are lost and counted, as in the kernel.
+// A queue that is never read fills up; then frames are lost and counted, as in the kernel.
 void can_put(struct can_socket *can, const void *data, size_t size) {
     if (REAL(send)(can->hidden, data, size, MSG_DONTWAIT | MSG_NOSIGNAL) < 0) can->dropped++;
 }
 
-// Hands a frame to all sockets that hear it; `from` is the one in this process that sent it.
+// Passes a frame to all sockets that receive it; `from` is the sending socket of this process.
 void can_deliver(const struct sent_frame *sent, const struct can_socket *from) {
     int interface = (int)sent->interface;
     struct kept_frame kept = {.frame = sent->frame, .at_ns = clock_ns(CLOCK_REALTIME), .interface = interface};
@@ -192,7 +192,7 @@ void can_deliver(const struct sent_frame *sent, const struct can_socket *from) {
 int can_transmit(struct can_socket *can, int interface, const struct canfd_frame *frame) {
     if (!can_name(interface)) return errno = interface ? ENODEV : ENXIO, -1;
     if (is_fd(frame) && !can_takes_fd(interface)) return errno = EINVAL, -1;
-    // The harness is told whether other processes are to hear it.
+    // Tells the harness whether other processes receive it.
     struct sent_frame sent = {(uint32_t)interface, can->has_loopback, *frame};
     link_send_frame(&sent);
     if (can->has_loopback) can_deliver(&sent, can);

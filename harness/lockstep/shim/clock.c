@@ -1,4 +1,4 @@
-// What time it is, and sleeping. Every clock of the program goes by the harness's.
+// Clocks and sleeping. Every clock of the program follows the harness's time.
 #include "shim.h"
 #include <sched.h>
 #include <sys/times.h>
@@ -33,7 +33,7 @@ EXPORT int timespec_get(struct timespec *at, int base) {
     return clock_gettime(CLOCK_REALTIME, at) ? 0 : base;
 }
 
-// A program takes no time, but those that measure what they take want a clock that goes on.
+// A program takes no time, but one that measures its own time expects a clock that advances.
 EXPORT clock_t clock(void) {
     if (!is_managed()) return REAL(clock)();
     question();
@@ -48,7 +48,7 @@ EXPORT clock_t times(struct tms *taken) {
     return ticks;
 }
 
-// Returns what is left when a signal came, else zero.
+// Returns the time left if a signal came, else zero.
 static int64_t sleep_until(int64_t deadline) {
     if (deadline <= now_ns) question();
     while (deadline > now_ns) {

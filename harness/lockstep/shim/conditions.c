@@ -1,5 +1,5 @@
-// Condition variables, semaphores and barriers. The real condition variables and barriers are not used: who waits
-// stands in the schedule.
+// Condition variables, semaphores and barriers. The real condition variables and barriers are not used: a waiting
+// thread is kept in the schedule.
 #include "shim.h"
 #include <threads.h>
 
@@ -12,7 +12,7 @@ static int await_condition(pthread_cond_t *condition, pthread_mutex_t *mutex, in
     return result ? result : woken == TIMED_OUT ? ETIMEDOUT : 0;
 }
 
-// A thread that is not in the schedule has nothing to wait with but time.
+// A thread outside the schedule can only wait for time.
 static int await_outside(pthread_mutex_t *mutex) {
     pthread_mutex_unlock(mutex);
     REAL(usleep)(1000);
@@ -91,7 +91,7 @@ EXPORT int sem_clockwait(sem_t *restrict semaphore, clockid_t clock, const struc
     return await_semaphore(semaphore, deadline_at(clock, at));
 }
 
-// Barriers by their address: how many there are to be, and how many have come.
+// Barriers by address: expected and arrived threads.
 #define BARRIERS_MAX 64
 static struct barrier {
     pthread_barrier_t *address;

@@ -1,4 +1,4 @@
-// The calls that make, copy, close and control descriptors.
+// The calls that create, copy, close and control descriptors.
 #include "shim.h"
 #include <stdarg.h>
 #include <stdio.h>
@@ -15,7 +15,7 @@ EXPORT int close(int fd) {
 EXPORT int close_range(unsigned first, unsigned last, int flags) {
     bool only_later = flags & CLOSE_RANGE_CLOEXEC;
     unsigned from = first;
-    // Around our own, one piece after the other.
+    // Closes the ranges around our own descriptors.
     while (from <= last) {
         unsigned next = next_guarded(from);
         unsigned end = next <= last ? next - 1 : last;
@@ -51,7 +51,7 @@ EXPORT int dup3(int fd, int to, int flags) {
     return made;
 }
 
-// A serial line never blocks for real; whether the program thinks that it does is kept here.
+// A serial line never really blocks; the blocking mode that the program sees is kept here.
 static int flags_of_serial(struct serial *serial, int real, int command, long argument) {
     if (command == F_GETFL) return serial->is_nonblocking ? real : real & ~O_NONBLOCK;
     serial->is_nonblocking = argument & O_NONBLOCK;

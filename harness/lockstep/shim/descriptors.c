@@ -1,5 +1,5 @@
-// Which descriptors of the program are more than they look, and which are the shim's own. Its own stand at high
-// numbers, and a program that closes all that it does not know (as daemons do) does not close them.
+// Descriptors of the program with a special meaning, and those of the shim itself. The latter have high numbers, and a
+// program that closes all unknown descriptors (as daemons do) does not close them.
 #include "shim.h"
 #include <sys/resource.h>
 
@@ -19,7 +19,7 @@ bool is_guarded(int fd) {
     return false;
 }
 
-// The first descriptor of our own from a number on; the highest number where there is none.
+// Our first descriptor at or above a number; the highest number if there is none.
 unsigned next_guarded(unsigned from) {
     unsigned next = UINT32_MAX;
     for (int i = 0; i < guard_count; i++)
@@ -27,7 +27,7 @@ unsigned next_guarded(unsigned from) {
     return next;
 }
 
-// Moves a descriptor out of the way and keeps it from being closed.
+// Moves a descriptor out of the way and protects it from being closed.
 int guard(int fd) {
     struct rlimit limit = {.rlim_cur = 256};
     getrlimit(RLIMIT_NOFILE, &limit);

@@ -1,4 +1,4 @@
-// `syscall`: how Rust's standard library waits, and others that know the kernel better than the C library.
+// `syscall`: how Rust's standard library waits, and others that bypass the C library.
 #include "shim.h"
 #include <linux/futex.h>
 #include <stdarg.h>

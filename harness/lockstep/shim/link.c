@@ -1,5 +1,5 @@
-// The way to the harness: a stream socket. The program says when it waits and until when; the harness says what time
-// it is. Everything else that crosses is a frame of a CAN bus, and leave to start another process.
+// The link to the harness: a stream socket. The program reports when it waits and until when; the harness sends the
+// time. The only other traffic is CAN frames and permission to start processes.
 #include "shim.h"
 #include <stdio.h>
 #include <sys/prctl.h>
@@ -42,7 +42,7 @@ bool is_managed(void) {
 
 const char *link_path(void) { return socket_path; }
 
-// The harness is gone: nobody will ever say what time it is.
+// The harness is gone: there is no source of time any more.
 static void lost(const char *what) {
     if (is_first) dprintf(2, "lockstep: the harness is gone (%s)\n", what);
     REAL(_exit)(121);
@@ -69,7 +69,7 @@ static void receive_all(void *data, size_t size) {
     }
 }
 
-// One line of what the harness declares: a word and what follows it.
+// One line of the harness's configuration: a word and its value.
 static void configure(char *line) {
     char *value = strchr(line, ' ');
     if (!value) return;
@@ -113,7 +113,7 @@ static void greet(void) {
     free(text);
 }
 
-// Takes what the harness says; true when it was the time.
+// Takes an answer of the harness; true if it was the time.
 static enum answer take_answer(void) {
     struct from_harness answer;
     receive_all(&answer, sizeof answer);
@@ -150,7 +150,7 @@ bool link_request(enum request what, int64_t argument) {
     return answer == ANSWER_YES;
 }
 
-// What the harness has to know, and does not answer.
+// Sends a notice that the harness does not answer.
 void link_tell(enum tell what, uint32_t port, int64_t argument) {
     struct to_harness message = {.kind = what, .flag = port, .argument = argument};
     send_all(&message, offsetof(struct to_harness, frame));
@@ -161,7 +161,7 @@ void link_send_frame(const struct sent_frame *frame) {
     send_all(&message, sizeof message);
 }
 
-// A child that was forked speaks for itself, and waits for its turn.
+// A forked child opens its own link and waits for its turn.
 void link_after_fork(void) {
     unguard(link_fd);
     link_fd = -1;
@@ -172,7 +172,7 @@ void link_after_fork(void) {
     take_answer();
 }
 
-// The descriptor of the link is not where a program puts its own.
+// Keeps the link's descriptor away from the numbers that a program uses.
 int link_guard(int fd) {
     if (fd == link_fd) link_fd = guard(link_fd);
     return link_fd;
@@ -187,7 +187,7 @@ __attribute__((constructor)) void begin(void) {
     schedule_begin();
     if (!connect_to(path)) REAL(_exit)(122);
     greet();
-    // The harness's own child ends with the harness, whatever it is doing. Its children live on their links.
+    // The harness's own child ends with the harness, whatever it is doing. Its children depend on their links.
     if (is_first) prctl(PR_SET_PDEATHSIG, SIGKILL);
     take_answer();
 }

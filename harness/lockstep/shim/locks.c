@@ -1,4 +1,4 @@
-// Mutexes, read-write locks and `pthread_once`: the real ones, tried and never waited for.
+// Mutexes, read-write locks and `pthread_once`: the real ones, tried without blocking.
 #include "shim.h"
 #include <threads.h>
 
@@ -6,7 +6,7 @@ static enum woken await(const void *address, int64_t deadline) {
     return block(&(struct wait){.kind = WAIT_ADDRESS, .deadline = deadline, .address = address, .bitset = UINT32_MAX});
 }
 
-// Tries until it is had or the time is over.
+// Tries until success or until the deadline.
 #define UNTIL_HAD(try_it, address, deadline)                                                       \
     ({                                                                                             \
         int tried_;                                                                                \
@@ -90,7 +90,7 @@ EXPORT int pthread_rwlock_unlock(pthread_rwlock_t *lock) {
     return result;
 }
 
-// What is done once may wait; who comes meanwhile waits here for its end, not in the C library.
+// A once function may wait; other callers wait here for its end, not in the C library.
 struct once {
     struct once *next;
     pthread_once_t *control;

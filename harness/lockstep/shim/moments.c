@@ -1,7 +1,7 @@
-// Moments and spans: where the clocks of a program begin, and when a wait ends.
+// Times and spans: the origin of a program's clocks, and the end of a wait.
 #include "shim.h"
 
-// The monotonic clock does not begin at zero, as it does on no machine: programs subtract from it.
+// The monotonic clock does not start at zero, nor does it on a real machine: programs subtract from it.
 #define MONOTONIC_BASE (10000 * SECOND)
 
 int64_t nanos(const struct timespec *span) {
@@ -48,7 +48,7 @@ int64_t deadline_at(clockid_t clock, const struct timespec *at) {
     return ns - base;
 }
 
-// A condition variable has a clock that cannot be asked for. What is decades away from the one is meant by the other.
+// The clock of a condition variable cannot be queried. A time decades away from one clock belongs to the other.
 int64_t deadline_guessed(const struct timespec *at) {
     bool is_monotonic = at->tv_sec < realtime_base_ns / SECOND / 2;
     return deadline_at(is_monotonic ? CLOCK_MONOTONIC : CLOCK_REALTIME, at);

@@ -1,10 +1,10 @@
-// The names of serial ports and CAN interfaces, wherever a program may ask for a file by name.
+// Intercepts the names of serial ports and CAN interfaces in all calls that take a file name.
 #include "shim.h"
 #include <stdarg.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 
-// A file of /sys about an interface of ours, open; negative where another is asked for.
+// Opens a file of /sys about one of our interfaces; negative for any other file.
 int can_open_file(const char *path, int flags) {
     char text[32];
     if (!can_file_text(path, text)) return -1;
@@ -72,7 +72,7 @@ EXPORT int stat64(const char *restrict path, struct stat64 *restrict state) {
 EXPORT int lstat64(const char *restrict path, struct stat64 *restrict state) {
     return REAL(lstat64)(meant(path), state);
 }
-// With an empty path the descriptor itself is asked about: a port is what its pty is.
+// An empty path means the descriptor itself: a port is represented by its pty.
 static int seen(int fd) { return serial_of(fd) ? serial_of(fd)->tty : fd; }
 
 EXPORT int fstat(int fd, struct stat *state) { return REAL(fstat)(seen(fd), state); }

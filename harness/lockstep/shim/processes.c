@@ -1,5 +1,5 @@
-// Processes that the program starts: each joins the lockstep with a link of its own, and waits for its turn. To
-// replace the program by another keeps the shim in its environment.
+// Processes that the program starts: each joins the lockstep with its own link, and waits for its turn. A program that
+// replaces itself keeps the shim in its environment.
 #include "shim.h"
 #include <spawn.h>
 #include <stdarg.h>
@@ -25,7 +25,7 @@ EXPORT pid_t fork(void) {
     return made;
 }
 
-// The child of a vfork may only replace itself or end, which it may do in memory of its own as well.
+// The child of a vfork may only replace itself or end, which also works with its own memory.
 EXPORT pid_t vfork(void) { return fork(); }
 EXPORT pid_t _Fork(void) { return fork(); }
 
@@ -42,8 +42,8 @@ EXPORT int daemon(int keep_folder, int keep_files) {
     return 0;
 }
 
-// The environment with the shim in it, or for the tracer without it, in one block that the caller frees; the same where
-// it is so.
+// The environment with the shim, or without it for the tracer, in one block that the caller frees; the environment
+// itself if nothing changes.
 static char **with_shim(char *const *environment, bool is_traced, char **made) {
     *made = NULL;
     const char *preload = getenv("LD_PRELOAD");
@@ -94,14 +94,14 @@ EXPORT int execvpe(const char *file, char *const arguments[], char *const enviro
 }
 EXPORT int fexecve(int fd, char *const arguments[], char *const environment[]) {
     if (!in_lockstep()) return REAL(fexecve)(fd, arguments, environment);
-    // One that is known by a descriptor alone is not asked what it loads.
+    // A program given only by a descriptor is not checked for what it loads.
     const char *nobody = NULL;
     return REPLACE(nobody, REAL(fexecve)(fd, words, shimmed));
 }
 EXPORT int execv(const char *path, char *const arguments[]) { return execve(path, arguments, environ); }
 EXPORT int execvp(const char *file, char *const arguments[]) { return execvpe(file, arguments, environ); }
 
-// The arguments of `execl` and its kin as an array on the stack.
+// Collects the arguments of `execl` and its variants in an array on the stack.
 #define COLLECT(last, first)                                                                       \
     va_list rest, again;                                                                           \
     va_start(rest, last);                                                                          \

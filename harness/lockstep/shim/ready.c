@@ -1,9 +1,9 @@
-// Waiting for descriptors: poll, select, epoll. Each is asked for real without waiting; the waiting is the harness's.
+// Waiting for descriptors: poll, select, epoll. The real call only polls; the harness does the waiting.
 #include "shim.h"
 #include <sys/epoll.h>
 #include <sys/select.h>
 
-// These calls never go on after a signal, whatever the program asked.
+// These calls are never restarted after a signal, whatever the program requested.
 static int never_restarted(int result) {
     if (result < 0 && errno == ERESTART) errno = EINTR;
     return result;
@@ -19,7 +19,7 @@ EXPORT int __poll_chk(struct pollfd *fds, nfds_t count, int ms, size_t size) {
     return poll(fds, count, ms);
 }
 
-// With a mask of signals the kernel has to look, and the thread that waits itself: under the mask a signal may be due.
+// With a signal mask the kernel and the waiting thread itself must check: a signal may be due under the mask.
 static int wait_masked(int64_t deadline, int (*look)(void *), void *with) {
     for (;;) {
         int result = look(with);
@@ -90,7 +90,7 @@ struct sets {
     const sigset_t *mask;
 };
 
-// Asks the kernel without waiting, and leaves the sets as they are where nothing is ready.
+// Polls the kernel, and leaves the sets unchanged if nothing is ready.
 static int look_select(void *with) {
     struct sets *of = with;
     size_t size = ((size_t)of->count + 63) / 64 * 8;
@@ -142,7 +142,7 @@ EXPORT int select(int count, fd_set *restrict read, fd_set *restrict write, fd_s
     if (!in_lockstep()) return REAL(select)(count, read, write, except, span);
     int64_t deadline = span ? deadline_after(span->tv_sec * SECOND + span->tv_usec * 1000) : NEVER;
     int result = wait_select(&(struct sets){count, read, write, except, NULL}, deadline);
-    // Linux says what is left.
+    // Linux returns the time left.
     if (span) *span = timeval_of(deadline > now_ns ? deadline - now_ns : 0);
     return result;
 }
@@ -172,7 +172,7 @@ static int wait_epoll(struct epoll *of, int64_t deadline) {
             if (result == 0) question();
             return result;
         }
-        // Another thread may look whether there is something; to take it would be to lose it.
+        // Another thread may only check for data: taking it would lose it.
         struct pollfd one = {.fd = of->fd, .events = POLLIN};
         enum woken woken = block(&(struct wait){.kind = WAIT_FDS, .deadline = deadline, .fds = &one, .count = 1});
         if (woken == INTERRUPTED || woken == RESTART) return errno = EINTR, -1;

@@ -1,5 +1,5 @@
-// One thread runs at a time. When it waits, the next in the order of creation that can go on gets the turn; when none
-// can, the harness is asked for the next moment.
+// One thread runs at a time. When it waits, the next ready thread in order of creation gets the turn; if none is ready,
+// the harness is asked for the next time.
 #include "shim.h"
 #include <linux/futex.h>
 #include <sys/syscall.h>
@@ -10,13 +10,13 @@ static pthread_key_t exit_key;
 
 static void thread_exits(void *thread);
 
-// Real waiting, of which our own `syscall` knows nothing.
+// Really waits, unseen by our own `syscall`.
 void futex_wait(int *word, int value) {
     REAL(syscall)(SYS_futex, word, FUTEX_WAIT_PRIVATE, value, NULL, NULL, 0);
 }
 void futex_wake(int *word) { REAL(syscall)(SYS_futex, word, FUTEX_WAKE_PRIVATE, 1, NULL, NULL, 0); }
 
-// A handler of a signal that comes while the harness is spoken to is on its own.
+// A signal handler that interrupts a message to the harness runs outside the lockstep.
 bool in_lockstep(void) { return is_managed() && self && current == self && !link_is_busy; }
 
 void schedule_begin(void) {
@@ -26,14 +26,14 @@ void schedule_begin(void) {
     pthread_setspecific(exit_key, self);
 }
 
-// Only the thread that forked lives on.
+// Only the forking thread lives on.
 void schedule_after_fork(void) {
     first = current = self;
     self->next = NULL;
     self->signals = 0;
 }
 
-// Whether a signal that is pending has a handler which runs under this mask; what a call says that it interrupts.
+// Whether a pending signal has a handler that runs under this mask, and how it ends a call.
 static enum woken handled_now(const sigset_t *mask) {
     sigset_t pending;
     enum woken result = WOKEN;
@@ -54,7 +54,7 @@ static void ask_for_time(void) {
         if (!thread->finished && thread->wait.deadline < deadline) deadline = thread->wait.deadline;
     sigset_t before;
     bool holds = has_children;
-    // The end of a child is a signal, which comes at a moment of real time. It is held back to this place.
+    // The end of a child is a signal at a random real time. It is deferred to this place.
     if (holds) {
         sigset_t all;
         sigfillset(&all);
@@ -78,7 +78,7 @@ static void await_turn(void) {
     while (!__atomic_exchange_n(&self->go, 0, __ATOMIC_SEQ_CST)) futex_wait(&self->go, 0);
 }
 
-// Signals that are due are raised by the thread itself, where it waits: the same place in every run.
+// A thread raises due signals itself where it waits: the same place in every run.
 static enum woken raise_signals(void) {
     enum woken result = RESTART;
     uint64_t due = self->signals;
@@ -91,7 +91,7 @@ static enum woken raise_signals(void) {
         bool is_blocked = sigismember(&blocked, signal);
         if (!sigaction(signal, NULL, &action) && !(action.sa_flags & SA_RESTART) && !is_blocked)
             result = INTERRUPTED;
-        // One that is blocked may be taken by `sigwait` in another thread, or by a signalfd.
+        // A blocked signal may be taken by `sigwait` in another thread, or by a signalfd.
         if (is_blocked) kill(getpid(), signal);
         else raise(signal);
     }
@@ -107,7 +107,7 @@ enum woken block(const struct wait *wait) {
     self->order = ++orders;
     bool is_alone = !first->next;
     if (is_alone && (wait->kind == WAIT_FDS || wait->kind == WAIT_RUN)) {
-        // It looks for itself, and has just done so.
+        // The only thread polls by itself, and has just done so.
         if (wait->deadline > now_ns) ask_for_time();
     } else {
         struct thread *next;
@@ -159,7 +159,7 @@ struct thread *thread_made(void *(*body)(void *), void *argument) {
     return last->next = thread;
 }
 
-// The system made no such thread after all.
+// The system failed to create the thread.
 void thread_unmade(struct thread *thread) { thread_forget(thread); }
 
 void *thread_entry(void *made) {
@@ -173,7 +173,7 @@ void *thread_entry(void *made) {
     return self->body(self->argument);
 }
 
-// Runs after the program's own destructors of thread-local data: ours asks to be called again until the last round.
+// Runs after the program's own destructors of thread-local data: it asks to be called again until the last round.
 static void thread_exits(void *thread) {
     struct thread *ending = thread;
     if (++ending->destructor_rounds < PTHREAD_DESTRUCTOR_ITERATIONS) {

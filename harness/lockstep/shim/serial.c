@@ -1,9 +1,9 @@
-// Reading and writing serial ports: as termios say, and never blocking for real.
+// Reads and writes serial ports according to termios, without really blocking.
 #include "shim.h"
 #include <sys/ioctl.h>
 
-// A writer that finds the line full tries again after this: the harness empties the line while the program waits. One that
-// does not want to wait does so too: it would not be told when there is room again.
+// Retry period of a writer on a full line: the harness empties the line while the program waits. A nonblocking writer
+// waits too, as it would not be notified of room.
 #define FULL_NS 1000000
 
 static size_t bytes_of(const struct iovec *parts, int count) {
@@ -12,8 +12,8 @@ static size_t bytes_of(const struct iovec *parts, int count) {
     return sum;
 }
 
-// How many bytes are there, when so many have come or the line has been silent for VTIME since the last; -1 after a
-// signal.
+// Number of available bytes, once `enough` have come or the line has been silent for VTIME since the last one; -1 after
+// a signal.
 static int await_burst(int fd, int enough, int64_t silence) {
     int there = 0, before = 0;
     int64_t deadline = NEVER;
@@ -22,14 +22,14 @@ static int await_burst(int fd, int enough, int64_t silence) {
         REAL(ioctl)(fd, FIONREAD, &there);
         if (there >= enough || (there > 0 && deadline <= now_ns)) return there;
         if (there > before) deadline = deadline_after(silence), before = there;
-        // A pty is ready with one byte as with many: only the next moment says more.
+        // A pty is ready with one byte or with many: more shows only at the next instant.
         enum woken woken = block(&(struct wait){.kind = WAIT_RUN, .deadline = deadline});
         if (woken == INTERRUPTED) return -1;
     }
 }
 
-// Waits as termios say: until VMIN bytes are there, for VTIME at the most, or for a silence of VTIME. True when it is
-// worth reading.
+// Waits as termios says: until VMIN bytes are there, for at most VTIME, or for a silence of VTIME. True if a read makes
+// sense.
 static bool await_bytes(int fd, const struct serial *serial, size_t wanted) {
     if (serial->has_lines) return wait_fd(fd, POLLIN, NEVER) > 0 || errno == ERESTART;
     int64_t span = serial->tenths * (SECOND / 10);
@@ -40,7 +40,7 @@ static bool await_bytes(int fd, const struct serial *serial, size_t wanted) {
     return await_burst(fd, (int)enough, span ? span : NEVER) > 0;
 }
 
-// Reads or writes what the program asked for, which blocks in virtual time where the program thinks that it does.
+// Reads or writes for the program; blocks in virtual time if the program expects that.
 ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts, int count, bool is_read) {
     struct serial *serial = of->object;
     bool waits = !serial->is_nonblocking && in_lockstep();
@@ -78,7 +78,7 @@ ssize_t serial_transfer(int fd, struct descriptor *of, const struct iovec *parts
             }
         }
     }
-    // What is written at once crosses the line as one.
+    // One write crosses the line as one.
     if (done > 0 && !serial->is_cooked && !link_is_busy) link_tell(TELL_WROTE, (uint32_t)serial->number, done);
     progressed = true;
     return done;

@@ -1,14 +1,14 @@
-// The descriptors of serial ports, and what the C library asks of terminals.
+// Descriptors of serial ports, and the C library's terminal calls.
 #include "shim.h"
 #include <termios.h>
 
-// The program's descriptor for a port, and the way that stays where it is.
+// The program's descriptor for a port, and the socket behind it, which stays open.
 int serial_connect(int number, int flags, int *way) {
     *way = serial_way(number);
     return *way < 0 ? -1 : REAL(fcntl)(*way, flags & O_CLOEXEC ? F_DUPFD_CLOEXEC : F_DUPFD, 0);
 }
 
-// From now on the bytes of a descriptor go by the pty, or by the way again.
+// Redirects the bytes of a descriptor to the pty, or back to the socket.
 void serial_redirect(int fd, const struct serial *serial) {
     int closes = REAL(fcntl)(fd, F_GETFD) & FD_CLOEXEC;
     REAL(dup3)(serial->is_cooked ? serial->tty : serial->way, fd, closes ? O_CLOEXEC : 0);

@@ -1,6 +1,6 @@
-// Serial ports under names that are the same in every run. Each is a pty, which keeps the settings, beside a local socket,
-// which carries the bytes: a pty hands bytes on by a thread of the kernel, and that takes longer than all else. Where
-// the settings ask for a line discipline (echo, lines, ends of lines), the bytes go through the pty after all.
+// Serial ports under names that are the same in every run. Each is a pty, which keeps the settings, beside a local
+// socket, which carries the bytes: a pty passes bytes on through a kernel thread, which would dominate the run time. If
+// the settings have a line discipline (echo, lines, line endings), the bytes go through the pty.
 #include "shim.h"
 #include <stdio.h>
 #include <sys/ioctl.h>
@@ -26,7 +26,7 @@ static int number_of(const char *path) {
     return -1;
 }
 
-// What stands behind a name that was declared; NULL for any other path.
+// The real path of a declared name; NULL for any other path.
 const char *serial_real(const char *path) {
     int number = number_of(path);
     return number < 0 ? NULL : ports[number].real;
@@ -40,8 +40,8 @@ const char *serial_shown(const char *path) {
     return NULL;
 }
 
-// A pty hands bytes on in its own time. Asking whether there are any waits until it has: what the harness wrote is
-// then visible to epoll too.
+// A pty passes bytes on in its own time. Polling for bytes waits until it has done so: then epoll also sees what the
+// harness wrote.
 void serial_flush(void) {
     for (int fd = 0; fd < DESCRIPTORS_MAX; fd++)
         if (serial_of(fd) && serial_of(fd)->is_cooked) is_ready(fd, POLLIN);
@@ -52,7 +52,7 @@ struct serial *serial_of(int fd) {
     return of && of->kind == FD_SERIAL ? of->object : NULL;
 }
 
-// A way to the harness for the bytes of a port.
+// A socket to the harness for the bytes of a port.
 int serial_way(int number) {
     struct sockaddr_un to = {.sun_family = AF_UNIX};
     if (snprintf(to.sun_path, sizeof to.sun_path, "%s%d", link_path(), number) >= (int)sizeof to.sun_path) return -1;
@@ -62,15 +62,15 @@ int serial_way(int number) {
     return -1;
 }
 
-// Opens the port of a name that was declared.
+// Opens the port of a declared name.
 int serial_open(const char *path, int flags) {
     int number = number_of(path);
     int tty = REAL(openat)(AT_FDCWD, ports[number].real, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     if (tty < 0) return -1;
     struct serial *made = calloc(1, sizeof *made);
     int way, fd = serial_connect(number, flags, &way);
-    // What is written goes a way of its own: when the harness takes it, a moment that differs between runs, the
-    // program's descriptor is told of no room that has come (which `epoll` would tell on, by EPOLLET).
+    // Writes use a separate socket: the harness takes them at a time that differs between runs, and room that appears
+    // then must not show at the program's descriptor (where `epoll` would report it, with EPOLLET).
     int out = serial_way(number);
     if (!made || fd < 0 || out < 0) return errno = EIO, -1;
     shutdown(out, SHUT_RD);
@@ -91,7 +91,7 @@ void serial_release(struct serial *serial) {
     free(serial);
 }
 
-// The settings may have changed: from now on the bytes go the way that these ask for.
+// The settings may have changed: from now on the bytes take the path that they require.
 void serial_settled(struct serial *serial) {
     struct termios is;
     if (REAL(tcgetattr)(serial->tty, &is)) return;
@@ -99,7 +99,7 @@ void serial_settled(struct serial *serial) {
     serial->has_lines = is.c_lflag & ICANON;
     bool is_cooked = (is.c_lflag & (ICANON | ECHO | ISIG)) || (is.c_oflag & OPOST)
         || (is.c_iflag & (ICRNL | INLCR | IGNCR | ISTRIP | IXON));
-    // Errors are marked in the stream, and for that each byte of ones is doubled, which the harness does.
+    // Errors are marked in the stream, so the harness doubles each byte of all ones.
     bool is_marked = is.c_iflag & PARMRK;
     if (is_cooked == serial->is_cooked && is_marked == serial->is_marked) return;
     serial->is_marked = is_marked;
@@ -116,7 +116,7 @@ void serial_forget_input(const struct serial *serial, int queue) {
     while (queue != TCOFLUSH && REAL(recv)(serial->way, data, sizeof data, MSG_DONTWAIT) > 0) {}
 }
 
-// What `ioctl` says of a serial port; its settings and lines are the pty's.
+// Handles an `ioctl` on a serial port; settings and modem lines are the pty's.
 int serial_control(int fd, unsigned long request, void *argument) {
     struct serial *serial = serial_of(fd);
     switch (request) {

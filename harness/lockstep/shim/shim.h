@@ -1,5 +1,5 @@
-// What the parts of the shim know of one another. The shim is preloaded into a program and answers it in the harness's
-// virtual time; see docs/virtual-time.md.
+// Interfaces between the parts of the shim. The shim is preloaded into a program and serves it in the harness's virtual
+// time; see docs/virtual-time.md.
 #ifndef LOCKSTEP_SHIM_H
 #define LOCKSTEP_SHIM_H
 
@@ -32,8 +32,7 @@
 #define SECOND 1000000000LL
 #define NEVER INT64_MAX
 
-// The function that ours stands in front of. Looked up once at each place; threads that look it up side by side find
-// the same.
+// The function that ours replaces. Looked up once at each place; threads that look it up concurrently find the same.
 void *find_next(const char *name);
 #define REAL(name)                                                                                 \
     ({                                                                                             \
@@ -46,7 +45,7 @@ void *find_next(const char *name);
 struct sent_frame {
     uint32_t interface;
     uint32_t is_local;
-    // Flags have CANFD_FDF where it is one of CAN FD; a classic frame has the same places.
+    // CANFD_FDF is set in the flags of a CAN FD frame; a classic frame has the same layout.
     struct canfd_frame frame;
 };
 enum request { REQUEST_FORK = 3, REQUEST_FORKED = 4, REQUEST_EXEC = 5, REQUEST_EXEC_FAILED = 6 };
@@ -125,7 +124,7 @@ void thread_forget(struct thread *thread);
 void futex_wait(int *word, int value);
 void futex_wake(int *word);
 
-// timers.c: what fires by itself when its time has come.
+// timers.c: callbacks at a time.
 struct virtual_timer {
     struct virtual_timer *next;
     int64_t deadline, interval;
@@ -138,7 +137,7 @@ void timers_run(void);
 int64_t timers_next(void);
 void timers_after_fork(void);
 
-// descriptors.c: which descriptors are more than they look.
+// descriptors.c: descriptors with a special meaning.
 enum fd_kind { FD_PLAIN, FD_SERIAL, FD_CAN, FD_TIMER };
 struct descriptor {
     enum fd_kind kind;
@@ -165,10 +164,10 @@ int64_t deadline_ms(int ms);
 // serial_port.c, serial.c, serial_calls.c
 struct serial {
     int users, number;
-    // The pty, which has the settings, and the sockets which have the bytes that come and those that go.
+    // The pty, which has the settings, and the sockets for received and for sent bytes.
     int tty, way, out;
     bool is_nonblocking, is_cooked, is_marked;
-    // VMIN and VTIME, and whether lines are read.
+    // VMIN and VTIME, and whether the port reads lines.
     uint8_t bytes_min, tenths;
     bool has_lines;
 };

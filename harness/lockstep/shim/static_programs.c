@@ -1,10 +1,10 @@
-// A program that is replaced by one which loads no C library, or starts such a one: the shim would be left behind. The
-// tracer is started in its place, which runs it in the same lockstep.
+// A program that replaces itself with one without the C library, or starts one, would leave the shim behind. Instead
+// the tracer is started, which runs that program in the same lockstep.
 #include "shim.h"
 #include <elf.h>
 #include <stdio.h>
 
-// A program has no more segments than this that are looked at.
+// Most segments that are read.
 #define SEGMENTS_MAX 64
 
 static char tracer[108];
@@ -27,7 +27,7 @@ static bool is_static(const char *path) {
     return has_segments;
 }
 
-// Where `execvp` finds a program; the name itself where it has a slash.
+// Where `execvp` finds a program; the name itself if it has a slash.
 static const char *found(const char *file, char room[PATH_MAX]) {
     if (strchr(file, '/')) return file;
     const char *folders = getenv("PATH");
@@ -40,8 +40,8 @@ static const char *found(const char *file, char room[PATH_MAX]) {
     return NULL;
 }
 
-// Finds who is to be started in place of a static program: the words that the tracer takes, in a block that the caller
-// frees, and who it is in place of the name. NULL where the program is no static one.
+// For a static program, the tracer's command line in a block that the caller frees, with the tracer in place of the
+// name. NULL if the program is not static.
 char **as_traced(const char **file, char *const *arguments) {
     char room[PATH_MAX];
     const char *path = tracer[0] && *file ? found(*file, room) : NULL;
@@ -52,7 +52,7 @@ char **as_traced(const char **file, char *const *arguments) {
     if (!words) return NULL;
     words[0] = tracer;
     words[1] = strcpy((char *)(words + count + 4), path);
-    // A program without a name of its own has that of its file.
+    // A program without a name gets that of its file.
     words[2] = count ? arguments[0] : words[1];
     for (size_t i = 1; i < count; i++) words[i + 2] = arguments[i];
     words[count ? count + 2 : 3] = NULL;

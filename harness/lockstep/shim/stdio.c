@@ -1,5 +1,5 @@
-// Files of the C library on serial ports. The library reads and writes without asking `read` and `write`, so that such a
-// file is one of our own making, which does.
+// Files of the C library on serial ports. The library bypasses our `read` and `write`, so we create such files
+// ourselves, with functions that use them.
 #include "shim.h"
 #include <stdio.h>
 
@@ -31,7 +31,7 @@ static FILE *file_of_own(int fd, const char *mode) {
     return errno = EMFILE, NULL;
 }
 
-// A standard input that something comes from in virtual time is waited for as every other descriptor.
+// A standard input that is fed in virtual time is awaited like any other descriptor.
 void stdio_talks(void) {
     FILE *own = file_of_own(STDIN_FILENO, "r");
     if (own) stdin = own;
@@ -40,7 +40,7 @@ void stdio_talks(void) {
 EXPORT FILE *fdopen(int fd, const char *mode) {
     if (!serial_of(fd)) return REAL(fdopen)(fd, mode);
     FILE *file = file_of_own(fd, mode);
-    // As on every terminal.
+    // Line-buffered, as on every terminal.
     if (file) setvbuf(file, NULL, _IOLBF, BUFSIZ);
     return file;
 }
@@ -63,7 +63,7 @@ EXPORT int fileno(FILE *file) {
 
 EXPORT int fclose(FILE *file) {
     int fd = fileno(file);
-    // What the library closes itself is known to nobody else.
+    // The library's own close bypasses ours.
     if (!serial_of(fd)) descriptor_closed(fd);
     return REAL(fclose)(file);
 }

@@ -16,7 +16,7 @@ EXPORT int pthread_create(pthread_t *handle, const pthread_attr_t *attributes, v
     return result;
 }
 
-// Zero when it has ended, after which the real join does not wait for long.
+// Zero when it has ended; then the real join does not wait for long.
 static int await_end(pthread_t handle, int64_t deadline) {
     struct thread *thread = thread_of(handle);
     if (!thread || thread == self) return 0;
@@ -63,7 +63,7 @@ EXPORT int pthread_detach(pthread_t handle) {
     return REAL(pthread_detach)(handle);
 }
 
-// Threads of C11, by those of POSIX: the C library makes them without asking `pthread_create`.
+// C11 threads, through those of POSIX: the C library creates them without calling `pthread_create`.
 struct start {
     thrd_start_t body;
     void *argument;

@@ -1,4 +1,4 @@
-// What fires by itself: timers of the program, and cyclic frames. They are looked at whenever time moves.
+// Timers of the program and cyclic frames. They are checked whenever time moves.
 #include "shim.h"
 
 static struct virtual_timer *timers;
@@ -24,7 +24,7 @@ void timer_set(struct virtual_timer *timer, int64_t deadline, int64_t interval) 
     timer->interval = interval;
 }
 
-// The earliest first; of two at once the one that was made first.
+// The earliest timer; of two at the same time the older one.
 static struct virtual_timer *earliest(void) {
     struct virtual_timer *found = timers;
     for (struct virtual_timer *timer = timers; timer; timer = timer->next)
@@ -48,5 +48,5 @@ void timers_run(void) {
     }
 }
 
-// Timers of a program are not inherited, and what its descriptors do is the parent's business.
+// A child does not inherit timers, and cyclic frames of its descriptors belong to the parent.
 void timers_after_fork(void) { timers = NULL; }

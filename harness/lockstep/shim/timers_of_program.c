@@ -1,5 +1,5 @@
-// timerfd, timer_create, setitimer, alarm. A timerfd is an eventfd that is written when its time has come: both are
-// read alike, and poll and epoll know them.
+// timerfd, timer_create, setitimer, alarm. A timerfd is an eventfd that is written when it expires: both read alike,
+// and work with poll and epoll.
 #include "shim.h"
 #include <sys/eventfd.h>
 #include <sys/timerfd.h>
@@ -32,7 +32,7 @@ EXPORT int timerfd_create(int clock, int flags) {
     int fd = eventfd(0, own);
     if (fd < 0) return fd;
     struct timer_fd *made = calloc(1, sizeof *made);
-    // A copy of our own: the program may close its descriptor and keep a duplicate.
+    // Our own copy: the program may close its descriptor and keep a duplicate.
     made->fd = guard(REAL(fcntl)(fd, F_DUPFD_CLOEXEC, 3));
     made->clock = clock;
     made->timer.fire = fire_fd;
@@ -69,7 +69,7 @@ EXPORT int timerfd_gettime(int fd, struct itimerspec *state) {
     return 0;
 }
 
-// Timers that signal, by their numbers: a program's `timer_t` is one of these plus one.
+// Timers with signals, by number: a program's `timer_t` is the number plus one.
 #define TIMERS_MAX 64
 static struct signal_timer {
     struct virtual_timer timer;
@@ -138,7 +138,7 @@ EXPORT int timer_getoverrun(timer_t number) {
     return of ? of->overrun : (errno = EINVAL, -1);
 }
 
-// The real timer and the two of processor time are one here: a program takes no processor time of its own.
+// The real-time timer and both processor-time timers are the same here: a program takes no processor time.
 EXPORT int setitimer(__itimer_which_t which, const struct itimerval *restrict to, struct itimerval *restrict before) {
     if (!is_managed()) return REAL(setitimer)(which, to, before);
     if (which != ITIMER_REAL) return 0;

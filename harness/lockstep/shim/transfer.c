@@ -1,4 +1,4 @@
-// read and write and their kin, on any descriptor: what would block waits in virtual time.
+// read, write and their variants, on any descriptor: calls that would block wait in virtual time.
 #include "shim.h"
 #include <sys/stat.h>
 #include <sys/uio.h>
@@ -8,7 +8,7 @@ ssize_t can_write(int fd, struct descriptor *of, const void *data, size_t size);
 ssize_t can_receive(int fd, struct descriptor *of, struct msghdr *message, int flags);
 ssize_t can_send(int fd, struct descriptor *of, const struct msghdr *message, int flags);
 
-// A pipe that is ready to be written takes so much without blocking.
+// A writable pipe accepts this much without blocking.
 #define PIPE_PIECE 4096
 
 static enum fd_kind kind_of(int fd) {
@@ -16,7 +16,7 @@ static enum fd_kind kind_of(int fd) {
     return of ? of->kind : FD_PLAIN;
 }
 
-// When a call on a socket gives up, as SO_RCVTIMEO or SO_SNDTIMEO say.
+// Time-out of a call on a socket, from SO_RCVTIMEO or SO_SNDTIMEO.
 static int64_t socket_deadline(int fd, short events) {
     struct timeval span = {0};
     socklen_t size = sizeof span;
@@ -28,7 +28,7 @@ static int64_t socket_deadline(int fd, short events) {
     return deadline_after(span.tv_sec * SECOND + span.tv_usec * 1000);
 }
 
-// True when the call may go ahead: it will not block, or is not to wait.
+// True if the call may proceed: it will not block, or must not wait.
 static bool await(int fd, short events, bool is_told_not_to) {
     if (!in_lockstep() || is_ready(fd, events)) return progressed = true;
     if (is_told_not_to || is_nonblocking(fd)) {
@@ -70,7 +70,7 @@ static bool is_file(int fd) {
     return !fstat(fd, &state) && (S_ISREG(state.st_mode) || S_ISBLK(state.st_mode));
 }
 
-// A long write to something that fills up goes in pieces, each of which finds room.
+// A long write to something with limited room is split into pieces that fit.
 static ssize_t write_pieces(int fd, const char *data, size_t size) {
     size_t done = 0;
     while (done < size) {

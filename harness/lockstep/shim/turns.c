@@ -1,4 +1,4 @@
-// Whose turn it is: the threads in the order of creation, what they wait for, and who of those that wait at an address is
+// The order of turns: threads in order of creation, what they wait for, and which of those that wait at an address is
 // woken first.
 #include "shim.h"
 
@@ -19,7 +19,7 @@ static bool can_go_on(struct thread *thread) {
     }
 }
 
-// Who is next: after the current thread, which comes last itself.
+// The next thread: after the current one, which itself comes last.
 struct thread *next_thread(void) {
     struct thread *thread = current;
     do {
@@ -40,7 +40,7 @@ static struct thread *longest_waiting(const void *address, uint32_t bitset) {
     return found;
 }
 
-// Lets up to `count` of those that wait at an address go on, the longest waiting first.
+// Wakes up to `count` threads that wait at an address, the longest waiting first.
 unsigned wake(const void *address, unsigned count, uint32_t bitset) {
     unsigned woken = 0;
     struct thread *thread;
@@ -64,7 +64,7 @@ void give_way(void) {
     block_until(now_ns);
 }
 
-// Asked something without waiting. Who asks for ever would stop the time: after so many times it moves.
+// A query without waiting. Endless queries would stop time, so after a number of them it moves.
 void question(void) {
     if (!in_lockstep() || ++self->questions <= spin_questions) return;
     unsigned kept = self->questions;
@@ -72,7 +72,7 @@ void question(void) {
     self->questions = kept;
 }
 
-// Sent something without waiting, which is counted alone: who sends for ever finds no line that takes all at once.
+// A send without waiting, counted separately: an endless sender finds no line that takes everything at once.
 void sending(void) {
     if (!in_lockstep() || ++self->sendings <= spin_questions) return;
     unsigned kept = self->sendings;

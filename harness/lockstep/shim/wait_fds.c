@@ -1,4 +1,4 @@
-// Waiting for descriptors: the kernel is asked without waiting; the waiting is the harness's.
+// Waiting for descriptors: the kernel is only polled; the harness does the waiting.
 #include "shim.h"
 
 bool is_ready(int fd, short events) {
@@ -17,8 +17,8 @@ bool is_nonblocking(int fd) {
     return flags >= 0 && (flags & O_NONBLOCK);
 }
 
-// As poll, until a deadline: how many are ready, zero after the deadline, or -1 with EINTR, and with ERESTART where
-// the program asked that calls go on after its signal.
+// Like poll, until a deadline: the number of ready descriptors, zero after the deadline, or -1 with EINTR, or with
+// ERESTART if the program requested restarts after its signal.
 int wait_fds(struct pollfd *fds, nfds_t count, int64_t deadline) {
     for (;;) {
         int ready = REAL(poll)(fds, count, 0);

@@ -1,31 +1,31 @@
-//! Which way virtual time has into a program: the shim that is loaded into it, or the tracer that stops its system calls.
+//! Selects how a program gets virtual time: by the preloaded shim, or by the tracer that stops its system calls.
 
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
-/// Scripts name an interpreter, which may be a script in turn; the kernel follows so many.
+/// Most interpreters in a row: a script's interpreter may be a script. Same limit as the kernel's.
 const INTERPRETERS_MAX: usize = 5;
 /// The kernel reads no more of a script's first line.
 const LINE_BYTES: usize = 256;
 const SET_UID: u32 = 0o4000;
 const SET_GID: u32 = 0o2000;
-/// Program headers that are looked at.
+/// Most program headers that are read.
 const SEGMENTS_MAX: u16 = 1_024;
-/// The longest name of a loader that is read.
+/// Longest loader name that is read.
 const NAME_BYTES_MAX: u64 = 4_096;
-/// `PT_INTERP`: who loads the program, and the shim with it.
+/// `PT_INTERP`: names the loader of the program and the shim.
 const INTERPRETER: u32 = 3;
 const SEGMENT_BYTES: u64 = 56;
 
-/// Why a program cannot be in virtual time.
+/// Why a program cannot run in virtual time.
 #[derive(Debug, thiserror::Error)]
 pub enum BinaryError {
-    /// There is no such program.
+    /// The program does not exist.
     #[error("no program {0:?}; is it built, spelt right, and in PATH or given as a path?")]
     Missing(String),
-    /// It cannot be read.
+    /// The program cannot be read.
     #[error("failed to read {}", path.display())]
     Unreadable {
         /// The program.
@@ -33,28 +33,28 @@ pub enum BinaryError {
         /// Why.
         source: io::Error,
     },
-    /// It is linked statically (as Go programs are) or loads musl: the shim cannot be preloaded, and there is no tracer for this
-    /// machine.
+    /// It is linked statically (as Go programs are) or loads musl: the shim cannot be preloaded, and there is no tracer
+    /// for this machine.
     #[error("{} does not load glibc: on this machine virtual time needs a program that does", .0.display())]
     NoShim(PathBuf),
-    /// It runs with somebody else's rights, and then the loader preloads nothing.
+    /// It runs with the rights of another user, so the loader preloads nothing.
     #[error("{} is set-uid or set-gid: the shim is not loaded into such a program", .0.display())]
     Privileged(PathBuf),
-    /// It is for another machine, or no program at all.
+    /// It is for another machine, or not a program.
     #[error("{} is no 64-bit ELF program or script of this machine", .0.display())]
     Foreign(PathBuf),
 }
 
-/// How virtual time gets into a program.
+/// How a program gets virtual time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Way {
     /// The loader preloads the shim.
     Shim,
-    /// It is linked statically, or loads musl: it is run by the tracer, whose registers are those of x86-64.
+    /// It is linked statically or loads musl: the tracer runs it. The tracer is for x86-64 only.
     Tracer,
 }
 
-/// Finds a program as `execvp` does.
+/// Finds a program like `execvp`.
 pub(crate) fn find(program: &str, search: Option<&str>) -> Result<PathBuf, BinaryError> {
     let missing = || BinaryError::Missing(program.to_owned());
     if program.contains('/') {
@@ -65,7 +65,7 @@ pub(crate) fn find(program: &str, search: Option<&str>) -> Result<PathBuf, Binar
     folders.map(|folder| Path::new(folder).join(program)).find(|p| p.is_file()).ok_or_else(missing)
 }
 
-/// How virtual time gets into the program at `path`, if it does.
+/// Returns how the program at `path` gets virtual time.
 pub(crate) fn check(path: &Path) -> Result<Way, BinaryError> {
     let mut path = path.to_owned();
     for _ in 0..INTERPRETERS_MAX {
@@ -86,7 +86,7 @@ pub(crate) fn check(path: &Path) -> Result<Way, BinaryError> {
     Err(BinaryError::Foreign(path))
 }
 
-/// Rights that the program has and who starts it has not.
+/// Whether the program has rights that its caller does not have.
 fn is_privileged(mode: u32, owner: (u32, u32), own: (u32, u32)) -> bool {
     (mode & SET_UID != 0 && owner.0 != own.0) || (mode & SET_GID != 0 && owner.1 != own.1)
 }
@@ -118,7 +118,7 @@ fn check_elf(path: PathBuf, head: &[u8], mut file: File) -> Result<Way, BinaryEr
     }
 }
 
-/// Who loads the program, as its header names it; `None` where it needs nobody.
+/// The loader named in the program's header; `None` if it needs none.
 fn interpreter(file: &mut File, start: u64, count: u16) -> io::Result<Option<String>> {
     for number in 0..u64::from(count.min(SEGMENTS_MAX)) {
         file.seek(SeekFrom::Start(start + number * SEGMENT_BYTES))?;
@@ -136,12 +136,12 @@ fn interpreter(file: &mut File, start: u64, count: u16) -> io::Result<Option<Str
     Ok(None)
 }
 
-/// Whether a loader can load the shim, which is made for glibc: musl's cannot.
+/// Whether a loader can load the shim, which is built for glibc: musl's cannot.
 fn loads_our_library(loader: &str) -> bool {
     !loader.rsplit('/').next().is_some_and(|name| name.starts_with("ld-musl-"))
 }
 
-/// `e_machine` of what runs here: EM_X86_64, EM_AARCH64, EM_RISCV.
+/// `e_machine` of this machine: EM_X86_64, EM_AARCH64, EM_RISCV.
 const MACHINE: u16 = if cfg!(target_arch = "x86_64") {
     62
 } else if cfg!(target_arch = "aarch64") {

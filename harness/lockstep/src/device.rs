@@ -1,4 +1,4 @@
-//! A started program as a device.
+//! A running program as a device.
 
 use crate::family::{Family, Given, Outside};
 use crate::frame;
@@ -15,19 +15,19 @@ use wire::device::{Device, PortId, Transmit};
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::{Span, Timestamp};
 
-/// What waits to be fetched with [`transmit`](Device::transmit); more is lost and counted.
+/// Most items that wait for [`transmit`](Device::transmit); more are lost and counted.
 const OUTBOX_MAX: usize = 65_536;
 const SIGTERM: u32 = 15;
 
-/// What stands behind a port.
+/// The kind of a port.
 #[derive(Debug)]
 pub(crate) enum Port {
     Serial(SerialLine),
-    /// By its number among the interfaces.
+    /// Index among the interfaces.
     Can(usize),
 }
 
-/// The ports, and what came out of them.
+/// The ports, and what the program sent on them.
 #[derive(Debug)]
 pub(crate) struct Lines {
     ports: Vec<Port>,
@@ -42,7 +42,7 @@ impl Lines {
     }
 }
 
-/// As packets of what was written at once.
+/// Queues what was written in one call, as packets.
 fn put_bytes(outbox: &mut VecDeque<(PortId, Transmit)>, lost: &mut u64, port: usize, bytes: &[u8]) {
     for piece in bytes.chunks(BYTES_MAX) {
         if let Some(packet) = Packet::from_slice(piece) {
@@ -98,8 +98,8 @@ impl Outside for Lines {
 }
 
 /// A program in virtual time. It runs when it is [woken](Device::wake), and after something has
-/// [arrived](Device::receive) when it is asked what it [sends](Device::transmit), until all of its threads and processes
-/// wait: so what arrives at one moment is there at once. Dropping it kills what is left of it.
+/// [arrived](Device::receive) when [`transmit`](Device::transmit) is called, until all of its threads and processes
+/// wait: everything that arrives at one instant is there at once. Dropping it kills the program.
 #[derive(Debug)]
 pub struct Lockstep {
     family: Option<Family>,
@@ -107,13 +107,13 @@ pub struct Lockstep {
     kept: Kept,
     now: Timestamp,
     next: Timestamp,
-    /// What it has not been run for.
+    /// Inputs for which it has not run yet.
     given: Given,
-    /// It is to run at once.
+    /// Whether it must run at once.
     is_due: bool,
     ended: Option<Ended>,
     misdirected: u64,
-    /// Where the shim and the socket are; goes last.
+    /// Folder of the shim and the socket; dropped last.
     _folder: TempDir,
     _place: Option<Place>,
 }
@@ -148,7 +148,7 @@ impl Lockstep {
         }
     }
 
-    /// How the program stands.
+    /// Current state of the program.
     pub fn state(&self) -> State<'_> {
         match &self.ended {
             Some(ended) => State::Ended(ended),
@@ -157,18 +157,19 @@ impl Lockstep {
         }
     }
 
-    /// Why it runs no longer; `None` while it does.
+    /// Why it no longer runs; `None` while it does.
     pub fn ended(&self) -> Option<&Ended> {
         self.ended.as_ref()
     }
 
-    /// The end of what it wrote to its standard output and error, at most 1 KiB, without control characters.
+    /// The end of its standard output and error, at most 1 KiB, without control characters.
     pub fn last_words(&self) -> String {
         self.kept.last_words()
     }
 
-    /// What found no room: bytes that the program did not read in time, frames and bytes that nobody fetched, frames
-    /// that are none of classic CAN, and what was sent to a port that is none.
+    /// Number of items lost: bytes that the program did not read in time, frames and bytes that were not fetched,
+    /// error messages and invalid frames of the program, and data for a port that does not exist or carries another
+    /// medium.
     pub fn lost(&self) -> u64 {
         let unread = self.lines.ports.iter().map(|port| match port {
             Port::Serial(line) => line.lost(),
@@ -177,13 +178,13 @@ impl Lockstep {
         unread.sum::<u64>().saturating_add(self.lines.lost).saturating_add(self.misdirected)
     }
 
-    /// The numbers of its processes, as the system has them.
+    /// Its process ids.
     pub fn pids(&self) -> Vec<i32> {
         self.family.iter().flat_map(Family::pids).collect()
     }
 
-    /// Sends it SIGTERM and lets it run until it has ended, for at most `limit` of virtual time; then kills it. What it still
-    /// sends is to be fetched as ever; what would arrive meanwhile does not.
+    /// Sends it SIGTERM and lets it run until it has ended, for at most `limit` of virtual time, then kills it. Its
+    /// last outputs can be fetched as always; meanwhile nothing arrives.
     pub fn stop(&mut self, now: Timestamp, limit: Span) {
         let end = now + limit;
         self.given.signal = SIGTERM;
@@ -201,16 +202,15 @@ impl Lockstep {
         }
     }
 
-    /// Says `bytes` on its standard input, where that is a way to [talk](crate::Program::talks); false where it does not
-    /// take them.
+    /// Writes `bytes` to its standard input, if it [talks](crate::Program::talks); returns `false` if it does not take
+    /// them.
     pub fn tell(&mut self, now: Timestamp, bytes: &[u8]) -> bool {
         let is_taken = self.lines.talk.as_mut().is_some_and(|talk| talk.tell(bytes));
         self.has_come(now);
         is_taken
     }
 
-    /// The next line that it wrote to its standard output, without its end, where that is a way to
-    /// [talk](crate::Program::talks).
+    /// Returns the next line of its standard output, without line ending, if it [talks](crate::Program::talks).
     pub fn said(&mut self) -> Option<Said> {
         self.lines.talk.as_mut()?.said()
     }
@@ -224,13 +224,13 @@ impl Lockstep {
     fn end(&mut self, why: Ended) {
         self.ended = Some(why);
         self.next = Timestamp::MAX;
-        // With it goes all that is left of the program.
+        // Dropping the family kills all that is left of the program.
         self.family = None;
         self.lines.paused();
         self.kept.hand_on();
     }
 
-    /// Its clock may have been set back meanwhile.
+    /// The clock may have been set back since the last run.
     fn run(&mut self, now: Timestamp) {
         self.now = now;
         self.is_due = false;

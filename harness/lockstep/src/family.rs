@@ -1,4 +1,4 @@
-//! A program's processes. Each has a link; one runs at a time, in the order in which they came, until none can go on.
+//! A program's processes. Each has a link; one runs at a time, in order of age, until none can go on.
 
 use crate::binary::{self, BinaryError, Way};
 use crate::link::{Change, Link, Message, PATIENCE, Reading, SentFrame, Turn};
@@ -12,42 +12,42 @@ use std::os::unix::net::UnixListener;
 use std::process::ExitStatus;
 use std::time::Duration;
 
-/// Turns at a single moment. Assumption: processes that hand something on so many times without waiting for time do so
-/// for ever.
+/// Most turns at one instant. Assumption: processes that pass something on this often without waiting for time will do
+/// so endlessly.
 const TURNS_MAX: u32 = 50_000;
-/// With this status the shim ends a process that has lost its link.
+/// Status with which the shim ends a process that has lost its link.
 const LINK_LOST: i32 = 121;
 
-/// What a family may do, and what its processes are told.
+/// Limits of a family, and the configuration of its processes.
 #[derive(Debug)]
 pub(crate) struct Rules {
-    /// How long it may run without waiting, in real time.
+    /// Longest real time without waiting.
     pub limit: Duration,
-    /// How many processes it may have at once.
+    /// Most processes at once.
     pub processes_max: usize,
-    /// Its standard input is talked through.
+    /// Whether its standard input is used to talk.
     pub talks: bool,
-    /// What each process is told when it joins, but the time.
+    /// Configuration for each process that joins, except the time.
     pub declarations: String,
 }
 
-/// What happens outside of the family while it runs.
+/// Handles what the processes do to the outside while they run.
 pub(crate) trait Outside {
     /// A process sent a frame.
     fn frame(&mut self, sent: &SentFrame);
-    /// A process did something with a serial port, which is told by its number among them.
+    /// A process did something with a serial port, given by its index.
     fn serial(&mut self, number: usize, change: Change);
-    /// A process has come to wait: what it wrote is there.
+    /// A process waits: its output is complete.
     fn paused(&mut self);
 }
 
-/// What is given to all processes at a moment.
+/// Inputs for all processes at an instant.
 #[derive(Debug, Default)]
 pub(crate) struct Given {
     pub now: i64,
     pub frames: Vec<SentFrame>,
     pub bytes_came: bool,
-    /// For the eldest process alone; zero: none.
+    /// Signal for the eldest process only; zero for none.
     pub signal: u32,
 }
 
@@ -75,7 +75,7 @@ pub(crate) struct Family {
 }
 
 impl Family {
-    /// Takes the process that was started into the family, as soon as it has loaded the shim.
+    /// Takes the started process into the family, as soon as it has loaded the shim.
     pub(crate) fn start(
         rules: Rules,
         listener: UnixListener,
@@ -97,7 +97,7 @@ impl Family {
         Ok(family)
     }
 
-    /// The earliest moment that a process waits for.
+    /// The earliest time that a process waits for.
     pub(crate) fn deadline(&self) -> i64 {
         self.processes.values().map(|process| process.deadline).min().unwrap_or(i64::MAX)
     }
@@ -112,13 +112,13 @@ impl Family {
         if let Some(mut eldest) = self.processes.first_entry() {
             eldest.get_mut().signal = given.signal;
         }
-        // Each must have found nothing to do since the last time that another did something.
+        // Each must have found nothing to do since another last did something.
         let (mut last, mut quiet) = (None, 0);
         for _ in 0..TURNS_MAX {
             let Some(next) = self.after(last) else { return Err(self.all_gone()) };
             let known = self.born;
             let progressed = self.turn(next, outside)?;
-            // Who came has to run; who went is missed by those that are left.
+            // A new process must run; the end of a process matters to the others.
             let has_changed = self.born != known || !self.processes.contains_key(&next);
             quiet = match (has_changed, progressed) {
                 (true, _) => 0,
@@ -134,7 +134,7 @@ impl Family {
         Err(Ended::NeverAdvanced)
     }
 
-    /// Ends all processes at once, and says how the first one ended.
+    /// Kills all processes at once; returns the exit status of the first one.
     pub(crate) fn kill(&mut self) -> Option<ExitStatus> {
         self.first.kill();
         for process in self.processes.values() {
@@ -151,7 +151,7 @@ impl Family {
         self.first.wait(self.rules.limit)
     }
 
-    /// Numbers of the processes that there are.
+    /// Process ids of the living processes.
     pub(crate) fn pids(&self) -> impl Iterator<Item = i32> {
         self.processes.values().map(|process| process.pid)
     }
@@ -176,7 +176,7 @@ impl Family {
         self.born
     }
 
-    /// Lets one process run until it waits or ends; whether it did anything.
+    /// Lets one process run until it waits or ends; returns whether it did anything.
     fn turn(&mut self, key: u32, outside: &mut impl Outside) -> Result<bool, Ended> {
         self.let_run(key);
         let mut silence = Duration::ZERO;
@@ -199,7 +199,7 @@ impl Family {
                     if silence >= self.rules.limit {
                         return Err(Ended::NeverWaited { limit: self.rules.limit });
                     }
-                    // It may wait, in a way that the shim does not see, for a process that it started in such a way.
+                    // It may wait, invisibly for the shim, for a process that it also started invisibly.
                     while let Some((pid, link)) = self.accept(Duration::ZERO)? {
                         let stranger = self.add(pid, link);
                         self.turn(stranger, outside)?;
@@ -225,7 +225,7 @@ impl Family {
             bytes_came: std::mem::take(&mut process.bytes_came),
             frames: std::mem::take(&mut process.inbox),
         };
-        // One that has gone meanwhile shows when it is listened to.
+        // If the process is gone, reading from its link will show it.
         let _ = process.link.run(&turn);
     }
 
@@ -268,7 +268,7 @@ impl Family {
         if may { Ok(()) } else { Err(Ended::TooManyProcesses { limit }) }
     }
 
-    /// A process hung up: it has replaced itself, and then it joins again (`false`), or has ended (`true`).
+    /// A process hung up: it has replaced itself and joins again (`false`), or it has ended (`true`).
     fn leave(&mut self, key: u32) -> Result<bool, Ended> {
         let Some(process) = self.processes.get_mut(&key) else { return Ok(true) };
         let pid = process.pid;
@@ -279,7 +279,7 @@ impl Family {
             process.link = link;
             return Ok(false);
         }
-        // Its files are closed one by one: only when it is gone altogether do others see the same in every run.
+        // Its files are closed one by one: others see the same in every run only when it is completely gone.
         let is_dead = if pid == self.first.pid() {
             let status = self.first.wait(self.rules.limit);
             status.is_some_and(|status| status.code() != Some(LINK_LOST))
@@ -297,7 +297,7 @@ impl Family {
         }
     }
 
-    /// Waits for a process to join; `None` when it has ended instead. Others that come meanwhile are taken in.
+    /// Waits for a process to join; `None` if it has ended instead. Accepts others that come meanwhile.
     fn join(&mut self, pid: i32) -> Result<Option<Link>, Ended> {
         let mut waited = Duration::ZERO;
         while waited < self.rules.limit {
@@ -331,7 +331,7 @@ impl Family {
         Ended::NeverJoined { pid, executable }
     }
 
-    /// Greets the next process that has come within `limit`.
+    /// Accepts and configures the next process that connects within `limit`.
     fn accept(&self, limit: Duration) -> Result<Option<(i32, Link)>, Ended> {
         let limit = Timespec { tv_sec: 0, tv_nsec: i64::from(limit.subsec_nanos()) };
         let mut ends = [PollFd::new(&self.listener, PollFlags::IN)];
@@ -366,12 +366,12 @@ impl Drop for Family {
     }
 }
 
-/// Whether a process has ended, be it that nobody has asked for its status yet.
+/// Whether a process has ended, even if its parent has not reaped it yet.
 fn is_gone(pid: i32) -> bool {
     wait_for_death(pid, Duration::ZERO)
 }
 
-/// Whether a debugger holds a process, which is then waited for as long as that takes.
+/// Whether a debugger holds a process; such a process is awaited without limit.
 fn is_held(pid: i32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with('t'))

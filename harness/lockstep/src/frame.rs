@@ -1,4 +1,4 @@
-//! CAN frames as they cross the link: `struct canfd_frame` of `linux/can.h`, classic frames too.
+//! CAN frames on the link: `struct canfd_frame` of `linux/can.h`, also for classic frames.
 
 use wire::can::{CanFrame, FD_BYTES_MAX, FD_FLAG, FdFlags, fd_length};
 use wire::can_error::ERROR_FLAG;
@@ -6,7 +6,7 @@ use wire::can_error::ERROR_FLAG;
 /// Bytes of a frame.
 pub(crate) const FRAME_BYTES: usize = 8 + FD_BYTES_MAX;
 
-/// The frame as the shim knows it.
+/// Encodes a frame for the shim.
 pub(crate) fn encode(frame: &CanFrame) -> [u8; FRAME_BYTES] {
     let mut bytes = [0; FRAME_BYTES];
     bytes[..4].copy_from_slice(&frame.word().to_ne_bytes());
@@ -16,7 +16,7 @@ pub(crate) fn encode(frame: &CanFrame) -> [u8; FRAME_BYTES] {
     bytes
 }
 
-/// The frame that a program sent; `None` for an error message, or one that is no frame.
+/// Decodes a frame of a program; `None` for an error message or an invalid frame.
 pub(crate) fn decode(bytes: &[u8; FRAME_BYTES]) -> Option<CanFrame> {
     let word = u32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
     if word & ERROR_FLAG != 0 {
@@ -25,7 +25,7 @@ pub(crate) fn decode(bytes: &[u8; FRAME_BYTES]) -> Option<CanFrame> {
     let length = usize::from(bytes[4]);
     match bytes[5] {
         flags if flags & FD_FLAG == 0 => CanFrame::of_word(word, None, length, &bytes[8..]),
-        // A length in between is filled up, as a controller does.
+        // An invalid length is padded to the next valid one, as in a controller.
         flags => CanFrame::of_word(
             word,
             Some(FdFlags::from_bits(flags)),

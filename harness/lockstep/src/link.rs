@@ -1,46 +1,47 @@
-//! What the shim of one process and the harness say to one another, over a local stream socket.
+//! Protocol between the shim of one process and the harness, over a local stream socket.
 
 use crate::frame::FRAME_BYTES;
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-/// How long a reading waits before somebody looks whether the process still lives.
+/// Time limit of a read, after which the caller checks whether the process is still alive.
 pub(crate) const PATIENCE: Duration = Duration::from_millis(100);
 
 const HEAD_BYTES: usize = 16;
-/// An interface, whether other processes hear it, and the frame.
+/// An interface, whether other processes receive the frame, and the frame.
 const SENT_BYTES: usize = 8 + FRAME_BYTES;
 const READ_BYTES: usize = 4_096;
 
-/// The shim's numbers of CAN interfaces begin here (`INDEX_BASE`).
+/// Base of the shim's CAN interface numbers (`INDEX_BASE`).
 const INDEX_BASE: u32 = 1_000;
 
-/// A frame that crosses the link.
+/// A frame on the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct SentFrame {
-    /// Which of the declared interfaces, from zero.
+    /// Index of the declared interface, from zero.
     pub interface: usize,
-    /// From a process of the program; when it is told: other processes of the program are to hear it.
+    /// From a process of the program: other processes of the program receive it. Toward a process: it comes from
+    /// another process of the program.
     pub is_local: bool,
     /// As in `linux/can.h`.
     pub frame: [u8; FRAME_BYTES],
 }
 
-/// What a process says.
+/// A message from a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Message {
-    /// It is in lockstep from now on, and has this number.
+    /// It has joined the lockstep, with this process id.
     Hello { pid: i32 },
     /// All of its threads wait.
     Idle { deadline: i64, progressed: bool },
-    /// It is about to start a process, and has so many already that have no link of their own.
+    /// It is about to start a process, and already has this many without their own link.
     Fork { others: usize },
-    /// It has, and this is the number; negative where that failed.
+    /// It has started one with this process id, negative on failure.
     Forked { pid: i32 },
-    /// It is about to replace itself by another program.
+    /// It is about to replace itself with another program.
     Exec,
-    /// That failed.
+    /// The replacement failed.
     ExecFailed,
     /// It sent a frame.
     Frame(SentFrame),
@@ -48,46 +49,46 @@ pub(crate) enum Message {
     Serial(usize, Change),
 }
 
-/// What a process does with a serial port.
+/// Action on a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Change {
-    /// Opens it.
+    /// The port was opened.
     Opened,
-    /// Asks for a line discipline, or for none; and for marks of errors (`PARMRK`), or for none.
+    /// The settings changed: with a line discipline or without, with error marks (`PARMRK`) or without.
     Settled { is_cooked: bool, is_marked: bool },
-    /// Has written so many bytes at once.
+    /// This number of bytes was written in one call.
     Wrote(usize),
 }
 
-/// What came of a reading.
+/// Result of a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reading {
     Message(Message),
     /// Nothing within [`PATIENCE`].
     Silence,
-    /// The other end is closed, or says what no shim says.
+    /// The other end is closed, or sent something invalid.
     End,
 }
 
-/// What the harness tells a process when it lets it run.
+/// Inputs for a process when it may run.
 #[derive(Debug, Default)]
 pub(crate) struct Turn {
-    /// Nanoseconds since the run began.
+    /// Nanoseconds since the start of the run.
     pub now: i64,
-    /// A signal to raise, or zero.
+    /// Signal to raise, or zero.
     pub signal: u32,
-    /// Bytes have been put on a serial line.
+    /// Whether bytes have been put on a serial line.
     pub bytes_came: bool,
-    /// What its CAN sockets hear.
+    /// Frames for its CAN sockets.
     pub frames: Vec<SentFrame>,
 }
 
-/// The harness's end.
+/// The harness's end of the link.
 #[derive(Debug)]
 pub(crate) struct Link {
     stream: UnixStream,
     buffer: Vec<u8>,
-    /// What of the buffer has been taken.
+    /// Bytes of the buffer that have been consumed.
     taken: usize,
     out: Vec<u8>,
 }
@@ -99,7 +100,7 @@ impl Link {
         Ok(Self { stream, buffer: Vec::new(), taken: 0, out: Vec::new() })
     }
 
-    /// What the process says next.
+    /// Reads the next message of the process.
     pub(crate) fn read(&mut self) -> Reading {
         loop {
             let rest = self.buffer.get(self.taken..).unwrap_or_default();
@@ -129,7 +130,7 @@ impl Link {
         }
     }
 
-    /// Tells a new process what there is: lines of a word and its value.
+    /// Sends the configuration to a new process: lines of a word and its value.
     pub(crate) fn configure(&mut self, text: &str) -> io::Result<()> {
         self.out.clear();
         self.out.extend((text.len() as u32).to_ne_bytes());
@@ -153,7 +154,7 @@ impl Link {
         self.stream.write_all(&self.out)
     }
 
-    /// Answers what it asked leave for.
+    /// Answers a request for permission.
     pub(crate) fn answer(&mut self, may: bool) -> io::Result<()> {
         self.out.clear();
         self.out.extend((if may { 2u32 } else { 3 }).to_ne_bytes());
@@ -180,7 +181,7 @@ fn parse(bytes: &[u8]) -> Parsed {
     let Some((kind, flag, argument)) = head() else { return Parsed::Partial };
     let pid = i32::try_from(argument).unwrap_or(-1);
     let message = match kind {
-        // A greeting and a frame are sent with the place of a frame.
+        // A greeting and a frame include the space of a frame.
         1 | 7 => {
             let Some(sent) = bytes.get(HEAD_BYTES..HEAD_BYTES + SENT_BYTES) else {
                 return Parsed::Partial;

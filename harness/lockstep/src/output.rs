@@ -1,4 +1,5 @@
-//! Where a program's standard output and error go: always through a file, so that it never waits for a reader.
+//! Destination of a program's standard output and error: always a file first, so that the program never waits for a
+//! reader.
 
 use std::fmt;
 use std::fs::{File, OpenOptions};
@@ -6,22 +7,22 @@ use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-/// How much of the end is quoted.
+/// Bytes of the end that are quoted.
 const TAIL_BYTES: u64 = 1_024;
 const READ_BYTES: usize = 4_096;
 
-/// Is given pieces of output, as they come.
+/// Receives pieces of output as they come.
 pub type Hearer = dyn FnMut(&[u8]) + Send;
 
-/// What becomes of what a program writes to its standard output and error.
+/// Destination of a program's standard output and error.
 #[derive(Default)]
 pub enum Output {
-    /// Nobody keeps it after the program's end; [`last_words`](crate::Lockstep::last_words) quotes its end.
+    /// Discarded at the program's end; [`last_words`](crate::Lockstep::last_words) quotes the end of it.
     #[default]
     Dropped,
     /// Kept in this file, which is replaced.
     File(PathBuf),
-    /// Given to somebody, in the moment of virtual time in which it was written.
+    /// Passed to a function, at the instant of virtual time in which it was written.
     Sink(Box<Hearer>),
 }
 
@@ -35,7 +36,7 @@ impl fmt::Debug for Output {
     }
 }
 
-/// The file, and who hears of it.
+/// The file, and the receiver of its contents.
 pub(crate) struct Kept {
     reader: File,
     sink: Option<Box<Hearer>>,
@@ -48,7 +49,7 @@ impl fmt::Debug for Kept {
 }
 
 impl Kept {
-    /// Makes the file, in `folder` where none is named; the two others are the program's.
+    /// Creates the file, in `folder` if none is named; the other two results are for the program.
     pub(crate) fn open(output: Output, folder: &Path) -> io::Result<(Self, Stdio, Stdio)> {
         let (path, sink) = match output {
             Output::Dropped => (folder.join("output"), None),
@@ -56,13 +57,13 @@ impl Kept {
             Output::Sink(sink) => (folder.join("output"), Some(sink)),
         };
         File::create(&path)?;
-        // Appended: what the two streams write is in the order in which it was written.
+        // Append mode keeps both streams in the order of writing.
         let writer = OpenOptions::new().append(true).open(&path)?;
         let kept = Self { reader: File::open(&path)?, sink };
         Ok((kept, writer.try_clone()?.into(), writer.into()))
     }
 
-    /// Hands on what is new.
+    /// Passes on new output.
     pub(crate) fn hand_on(&mut self) {
         let Some(sink) = &mut self.sink else { return };
         let mut buffer = [0; READ_BYTES];
@@ -71,10 +72,10 @@ impl Kept {
         }
     }
 
-    /// The end of all that was written, without control characters but ends of lines.
+    /// The end of the output, without control characters except line endings.
     pub(crate) fn last_words(&self) -> String {
         let read = || {
-            // A handle of its own would be a second file; the place is put back instead.
+            // A cloned handle would share the position, so the position is restored instead.
             let mut file = &self.reader;
             let place = file.stream_position()?;
             let end = file.seek(SeekFrom::End(0))?;

@@ -1,17 +1,17 @@
-//! One processor for a program and for whoever runs it. Only one of them runs at a time, and to wake somebody on another
-//! processor takes longer than to change places: it costs half of the speed.
+//! One processor for a program and the thread that runs it. Only one of them runs at a time, and waking a thread on
+//! another processor takes longer than a switch on the same one: it would halve the speed.
 
 use rustix::thread::{CpuSet, Pid, gettid, sched_getaffinity, sched_getcpu, sched_setaffinity};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// How many places are taken on each processor.
+/// Number of places taken on each processor.
 static TAKEN: Mutex<[u16; CpuSet::MAX_CPU]> = Mutex::new([0; CpuSet::MAX_CPU]);
 
 fn taken() -> MutexGuard<'static, [u16; CpuSet::MAX_CPU]> {
     TAKEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The thread that took it runs on one processor, and so does all that it starts; until it is dropped.
+/// Pins the calling thread, and all that it starts, to one processor until dropped.
 #[derive(Debug)]
 pub(crate) struct Place {
     thread: Pid,
@@ -20,8 +20,8 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// On the processor where fewest are, and there already if that may be. None where there is no choice, or the system
-    /// allows none.
+    /// Takes the processor with the fewest places, preferably the current one. `None` if there is no choice or the
+    /// system refuses.
     pub(crate) fn take() -> Option<Self> {
         let before = sched_getaffinity(None).ok().filter(|before| before.count() > 1)?;
         let here = sched_getcpu();
@@ -40,7 +40,7 @@ impl Drop for Place {
     fn drop(&mut self) {
         let mut taken = taken();
         taken[self.processor] = taken[self.processor].saturating_sub(1);
-        // The thread may have ended by now, which is as well.
+        // If the thread has ended by now, nothing needs to be restored.
         let _ = sched_setaffinity(Some(self.thread), &self.before);
     }
 }
@@ -59,7 +59,7 @@ mod tests {
             }
             let place = Place::take().unwrap();
             assert_eq!(sched_getaffinity(None).unwrap().count(), 1);
-            // Who has no choice takes no place, and another thread another processor.
+            // A pinned thread takes no place; another thread takes another processor.
             assert!(Place::take().is_none());
             let other = thread::spawn(move || {
                 let free = before;

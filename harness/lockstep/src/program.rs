@@ -1,4 +1,4 @@
-//! What is to be started, and how.
+//! Describes a program to start.
 
 use crate::binary::{self, BinaryError, Way};
 use crate::device::{Lines, Lockstep, Port};
@@ -20,41 +20,41 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 use wire::time::Span;
 
-/// The shim, as `build.rs` made it.
+/// The shim, built by `build.rs`.
 static SHIM: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/shim.so"));
 
-/// The tracer, for programs that load nothing; empty where there is none for this machine.
+/// The tracer, for programs that load nothing; empty if there is none for this machine.
 static TRACER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/tracer"));
 
-/// What programs are told of the date when the run begins: 2023-11-14 22:13:20 UTC, in nanoseconds since 1970.
+/// Default date at the start of a run: 2023-11-14 22:13:20 UTC, in nanoseconds since 1970.
 const REALTIME_NS: i64 = 1_700_000_000_000_000_000;
-/// Longer names of interfaces the kernel does not have either (`IFNAMSIZ`).
+/// The kernel's limit for interface names (`IFNAMSIZ`).
 const INTERFACE_BYTES_MAX: usize = 15;
-/// What the shim keeps of the name of a port.
+/// The shim's limit for port names.
 const PATH_BYTES_MAX: usize = 107;
-/// Ports of a kind (`PORTS_MAX`, `INTERFACES_MAX`).
+/// Most ports of a kind (`PORTS_MAX`, `INTERFACES_MAX`).
 const PORTS_MAX: usize = 32;
 
 /// Why a program was not started.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// There is no first word.
+    /// The command line is empty.
     #[error("no program is named")]
     NoProgram,
-    /// The name of a port is too long, or has white space in it; or there are too many ports.
+    /// A port name is too long or has white space in it, or there are too many ports.
     #[error(
         "{0:?} is no name for a port: no white space, a path of at most 107 bytes, an interface of at most 15, 32 of a kind"
     )]
     Name(String),
-    /// Virtual time cannot reach the program.
+    /// The program cannot run in virtual time.
     #[error(transparent)]
     Binary(#[from] BinaryError),
-    /// The system lacks something.
+    /// A system call failed.
     #[error("failed to {step}")]
     System {
-        /// What was tried.
+        /// The attempted step.
         step: &'static str,
-        /// Why not.
+        /// The cause.
         source: io::Error,
     },
 }
@@ -63,7 +63,7 @@ fn failed_to<E: Into<io::Error>>(step: &'static str) -> impl Fn(E) -> StartError
     move |source| StartError::System { step, source: source.into() }
 }
 
-/// The program itself, which loads the shim before all else.
+/// Command of the program itself, which loads the shim first.
 fn with_shim(
     path: &Path,
     name: &str,
@@ -87,10 +87,10 @@ fn write_tracer(path: &Path) -> io::Result<()> {
     fs::set_permissions(path, Permissions::from_mode(0o700))
 }
 
-/// The tracer, which starts the program.
+/// Command of the tracer, which starts the program.
 fn with_tracer(path: &Path, name: &str, tracer: PathBuf) -> Command {
     let mut command = Command::new(tracer);
-    // What is preloaded is for programs that load something.
+    // Preloading is only for programs that load something.
     command.arg(path).arg(name).env_remove("LD_PRELOAD");
     command
 }
@@ -102,7 +102,7 @@ enum Declared {
     CanFd(String),
 }
 
-/// A program, its ports and its limits. Ports are numbered in the order in which they are declared.
+/// A program, its ports and its limits. Ports are numbered in the order of declaration.
 #[derive(Debug)]
 pub struct Program {
     words: Vec<String>,
@@ -120,7 +120,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// The first word is the program, looked for in `PATH` unless it has a slash; the others are its arguments.
+    /// The first word is the program, looked up in `PATH` unless it has a slash; the others are its arguments.
     pub fn new<W: Into<String>>(words: impl IntoIterator<Item = W>) -> Self {
         Self {
             words: words.into_iter().map(Into::into).collect(),
@@ -138,92 +138,92 @@ impl Program {
         }
     }
 
-    /// A serial port that the program opens as `path`, such as `/dev/ttyHIL0`. No such file need exist.
+    /// Adds a serial port that the program opens as `path`, such as `/dev/ttyHIL0`. No such file need exist.
     pub fn serial(mut self, path: impl Into<String>) -> Self {
         self.ports.push(Declared::Serial(path.into()));
         self
     }
 
-    /// A CAN interface that the program knows as `name`, such as `can0`. The kernel need not have CAN.
+    /// Adds a CAN interface that the program knows as `name`, such as `can0`. The kernel need not support CAN.
     pub fn can(mut self, name: impl Into<String>) -> Self {
         self.ports.push(Declared::Can(name.into()));
         self
     }
 
-    /// As [`Program::can`], with CAN FD frames beside classic ones.
+    /// Like [`Program::can`], but with CAN FD frames besides classic ones.
     pub fn can_fd(mut self, name: impl Into<String>) -> Self {
         self.ports.push(Declared::CanFd(name.into()));
         self
     }
 
-    /// A variable of its environment, beside those that it inherits.
+    /// Adds a variable to the inherited environment.
     pub fn env(mut self, name: impl Into<OsString>, value: impl Into<OsString>) -> Self {
         self.environment.push((name.into(), value.into()));
         self
     }
 
-    /// The folder in which it runs; else the harness's own.
+    /// Sets the working directory; by default the harness's own.
     pub fn folder(mut self, folder: impl Into<PathBuf>) -> Self {
         self.folder = Some(folder.into());
         self
     }
 
-    /// What it finds on its standard input; else nothing.
+    /// Sets the contents of its standard input; empty by default.
     pub fn stdin(mut self, bytes: impl Into<Vec<u8>>) -> Self {
         self.stdin = bytes.into();
         self
     }
 
-    /// Its standard input and output are a way to talk with it in virtual time: it is [told](Lockstep::tell) something, and
-    /// what it [says](Lockstep::said) is taken line by line. What [`Self::output`] keeps is then its standard error alone.
+    /// Uses its standard input and output to talk in virtual time: [`tell`](Lockstep::tell) writes to it, and
+    /// [`said`](Lockstep::said) returns its lines. [`Self::output`] then keeps only its standard error.
     pub fn talks(mut self) -> Self {
         self.talks = true;
         self
     }
 
-    /// Where its standard output and error go; else nobody keeps them.
+    /// Sets the destination of its standard output and error; discarded by default.
     pub fn output(mut self, output: Output) -> Self {
         self.output = output;
         self
     }
 
-    /// How long in real time it may run without waiting; else 30 s. In steps of a tenth of a second.
+    /// Sets the longest real time without waiting, in steps of a tenth of a second; 30 s by default.
     pub fn wall_limit(mut self, limit: Duration) -> Self {
         self.limit = limit;
         self
     }
 
-    /// How many processes it may have at once; else 64.
+    /// Sets the most processes at once; 64 by default.
     pub fn processes_max(mut self, count: usize) -> Self {
         self.processes_max = count;
         self
     }
 
-    /// The date when the run begins, in nanoseconds since 1970-01-01 UTC; else 2023-11-14 22:13:20 UTC.
+    /// Sets the date at the start of the run, in nanoseconds since 1970-01-01 UTC; 2023-11-14 22:13:20 UTC by default.
     pub fn realtime_ns(mut self, since_1970: i64) -> Self {
         self.realtime_ns = since_1970;
         self
     }
 
-    /// How often a program may ask for the time (or find nothing to read, or give way) without waiting before each further
-    /// question takes a [step](Self::spin_step); else 10,000 times.
+    /// Sets how often a program may ask for the time (or find nothing to read, or yield) without waiting before each
+    /// further query takes a [step](Self::spin_step); 10,000 times by default.
     pub fn spin_questions(mut self, questions: u32) -> Self {
         self.spin_questions = questions;
         self
     }
 
-    /// What a question takes then; else 10 µs.
+    /// Sets the time that such a query takes; 10 µs by default.
     pub fn spin_step(mut self, step: Span) -> Self {
         self.spin_step = step;
         self
     }
 
-    /// Starts it, and lets it load what it is linked with; it runs first with the first
-    /// [`wake`](wire::device::Device::wake). A program that ends before is no error:
-    /// [`state`](Lockstep::state) says so.
+    /// Starts the program, and lets it load its libraries; it first runs at the first
+    /// [`wake`](wire::device::Device::wake). A program that ends before that is no error: [`state`](Lockstep::state)
+    /// reports it.
     ///
-    /// # Errors
-    /// When it cannot be found, virtual time cannot reach it, a port has no proper name, or the system lacks something.
+    /// # Errors When the program cannot be found or cannot run in virtual time, when a port name is invalid, or when a
+    /// system call fails.
     pub fn start(self) -> Result<Lockstep, StartError> {
         let (name, arguments) = self.words.split_first().ok_or(StartError::NoProgram)?;
         let variable = |name: &str| {
@@ -241,7 +241,7 @@ impl Program {
         let link = folder.path().join("link");
         let (ports, mut declarations) = self.open_ports(&link)?;
         let step_ns = self.spin_step.as_nanos().max(1);
-        // Text in a String does not fail.
+        // Writing to a String does not fail.
         let _ = writeln!(declarations, "realtime {}", self.realtime_ns);
         let _ = writeln!(declarations, "spin {} {step_ns}", self.spin_questions);
         let listener = UnixListener::bind(&link).map_err(failed_to("make a socket"))?;
@@ -257,7 +257,7 @@ impl Program {
         let kept = Kept::open(self.output, folder.path());
         let (kept, stdout, stderr) = kept.map_err(failed_to("make a file for the output"))?;
         let stdout = talk_out.unwrap_or(stdout);
-        // Who loads the shim may start somebody who does not.
+        // A program with the shim may start one that cannot load it.
         let tracer = folder.path().join("tracer");
         write_tracer(&tracer).map_err(failed_to("write the tracer"))?;
         let _ = writeln!(declarations, "tracer {}", tracer.display());

@@ -1,5 +1,5 @@
-//! A serial line: a pty, which keeps the program's settings, and a local socket, which carries the bytes as long as the
-//! settings ask for no line discipline. A pty hands bytes on by a thread of the kernel, which takes longer than all else.
+//! A serial line: a pty, which keeps the program's settings, and a local socket, which carries the bytes while the
+//! settings have no line discipline. A pty passes bytes on through a kernel thread, which would dominate the run time.
 
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -9,30 +9,31 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
 
-/// What a mark begins with.
+/// First byte of a mark.
 const MARK: u8 = 0xFF;
-/// Bytes read at once.
+/// Bytes per read.
 const READ_BYTES: usize = 4_096;
 
 /// The harness's side of a serial line.
 #[derive(Debug)]
 pub(crate) struct SerialLine {
     master: OwnedFd,
-    /// Open for as long as the line is: it does not hang up when the program closes its side.
+    /// Kept open for the life of the line, so that it does not hang up when the program closes its side.
     _slave: OwnedFd,
     path: String,
     listener: UnixListener,
-    /// One for each time that the program has it open.
+    /// One socket for each open descriptor of the program.
     ways: Vec<UnixStream>,
     is_cooked: bool,
     is_marked: bool,
-    /// Bytes of a write that the program has not reported yet: they were taken while it waited in the middle of the call.
+    /// Bytes of a write that the program has not reported yet: they were taken while it waited in the middle of the
+    /// call.
     early: usize,
     lost: u64,
 }
 
 impl SerialLine {
-    /// A new line, raw on both sides; `socket` is where the shim looks for the socket.
+    /// Opens a line, raw on both sides; the shim expects the socket at `socket`.
     pub(crate) fn open(socket: &Path) -> io::Result<Self> {
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
         let master = openpt(flags)?;
@@ -59,7 +60,7 @@ impl SerialLine {
         &self.path
     }
 
-    /// The program has opened it.
+    /// Accepts the socket after the program has opened the port.
     pub(crate) fn opened(&mut self) {
         let accepted = self.listener.accept();
         if let Ok((way, _)) = accepted
@@ -69,14 +70,14 @@ impl SerialLine {
         }
     }
 
-    /// The program wants a line discipline or marks of errors, or wants none any more.
+    /// Takes new settings: with or without line discipline, with or without error marks.
     pub(crate) fn settled(&mut self, is_cooked: bool, is_marked: bool) {
         self.is_cooked = is_cooked;
         self.is_marked = is_marked;
     }
 
-    /// Puts bytes on the line; whether they went by the pty. What finds no room is lost and counted, as in a UART whose
-    /// buffer nobody empties; what comes before the program has opened the line is nobody's loss.
+    /// Puts bytes on the line; returns whether they went through the pty. What finds no room is lost and counted, as in
+    /// a full UART buffer; bytes before the program has opened the line are not counted.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> bool {
         let Self { master, ways, lost, .. } = self;
         if self.is_cooked {
@@ -97,7 +98,7 @@ impl SerialLine {
         false
     }
 
-    /// Gives `take` what the program wrote at once: so many bytes.
+    /// Passes `count` bytes, written in one call, to `take`.
     pub(crate) fn read_one(&mut self, count: usize, mut take: impl FnMut(&[u8])) {
         let early = self.early.min(count);
         self.early -= early;
@@ -117,7 +118,7 @@ impl SerialLine {
         }
     }
 
-    /// Gives `take` what else the program wrote.
+    /// Passes the remaining bytes of the program to `take`.
     pub(crate) fn read(&mut self, mut take: impl FnMut(&[u8])) {
         let Self { master, ways, early, .. } = self;
         let mut take_early = |bytes: &[u8]| {
@@ -130,7 +131,7 @@ impl SerialLine {
         }
     }
 
-    /// Bytes that found no room.
+    /// Number of bytes that found no room.
     pub(crate) fn lost(&self) -> u64 {
         self.lost
     }
@@ -142,7 +143,7 @@ fn put(bytes: &[u8], lost: &mut u64, mut write: impl FnMut(&[u8]) -> io::Result<
         match write(rest) {
             Ok(count @ 1..) => rest = rest.get(count..).unwrap_or_default(),
             Err(cause) if cause.kind() == ErrorKind::Interrupted => {}
-            // Closed: nobody is there to miss anything.
+            // Closed: no reader misses anything.
             Err(cause) if cause.kind() == ErrorKind::BrokenPipe => return,
             Ok(0) | Err(_) => break,
         }
@@ -150,7 +151,7 @@ fn put(bytes: &[u8], lost: &mut u64, mut write: impl FnMut(&[u8]) -> io::Result<
     *lost = lost.saturating_add(rest.len() as u64);
 }
 
-/// Reads until there is no more; whether there may be more later.
+/// Reads until there is no more; returns whether more may come later.
 fn get(take: &mut impl FnMut(&[u8]), mut read: impl FnMut(&mut [u8]) -> io::Result<usize>) -> bool {
     let mut buffer = [0; READ_BYTES];
     loop {
@@ -158,7 +159,7 @@ fn get(take: &mut impl FnMut(&[u8]), mut read: impl FnMut(&mut [u8]) -> io::Resu
             Ok(0) => return false,
             Ok(count) => {
                 take(buffer.get(..count).unwrap_or_default());
-                // A socket that gave less than was asked for is empty.
+                // A read that returned less than requested has emptied the socket.
                 if count < READ_BYTES {
                     return true;
                 }

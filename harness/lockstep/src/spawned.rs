@@ -1,7 +1,7 @@
-//! The process that was started, and the thread that is its parent.
+//! The started process, and the thread that is its parent.
 //!
-//! The kernel ends the process when that thread ends (`PR_SET_PDEATHSIG`, which the shim asks for): so the thread does
-//! nothing else than wait for it, and the caller's threads may come and go.
+//! The kernel kills the process when that thread ends (`PR_SET_PDEATHSIG`, set by the shim). Therefore the thread only
+//! waits for the process, and the caller's threads may come and go.
 
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::io::{self, ErrorKind};
@@ -10,11 +10,11 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::{self, Builder, JoinHandle};
 use std::time::Duration;
 
-/// How often an executable that somebody has open is tried again, and after how long.
+/// Retries, and the pause between them, for an executable that another process has open for writing.
 const BUSY_TRIES: u32 = 200;
 const BUSY_SPAN: Duration = Duration::from_millis(5);
 
-/// The process that was started. Dropping it kills its process group.
+/// The started process. Dropping it kills its process group.
 #[derive(Debug)]
 pub(crate) struct Spawned {
     pid: i32,
@@ -30,7 +30,7 @@ impl Spawned {
         let (pid_sender, pids) = channel();
         let parent = Builder::new().name("lockstep".to_owned()).spawn(move || {
             let mut started = command.spawn();
-            // A file that was just written: another thread's fork has it open for a moment.
+            // A file that was just written: the fork of another thread may have it open for a moment.
             for _ in 0..BUSY_TRIES {
                 match &started {
                     Err(cause) if cause.kind() == ErrorKind::ExecutableFileBusy => {
@@ -40,11 +40,11 @@ impl Spawned {
                     _ => break,
                 }
             }
-            // Its files are its own from here on.
+            // From here on its files belong to it alone.
             drop(command);
             match started {
                 Ok(mut child) => {
-                    // Nobody listens where the harness has given up meanwhile.
+                    // There is no receiver if the harness has given up meanwhile.
                     let _ = pid_sender.send(Ok(child.id() as i32));
                     if let Ok(status) = child.wait() {
                         let _ = sender.send(status);
@@ -59,12 +59,12 @@ impl Spawned {
         Ok(Self { pid, statuses, status: None, parent: Some(parent) })
     }
 
-    /// Its number, and that of its process group.
+    /// Its process id, which is also that of its process group.
     pub(crate) fn pid(&self) -> i32 {
         self.pid
     }
 
-    /// How it ended; `None` when it has not within `limit`.
+    /// Returns its exit status; `None` if it has not ended within `limit`.
     pub(crate) fn wait(&mut self, limit: Duration) -> Option<ExitStatus> {
         if self.status.is_none() {
             self.status = self.statuses.recv_timeout(limit).ok();
@@ -72,10 +72,10 @@ impl Spawned {
         self.status
     }
 
-    /// Ends all of its process group.
+    /// Kills its process group.
     pub(crate) fn kill(&self) {
         if let Some(group) = Pid::from_raw(self.pid) {
-            // It may be gone, which is what is wanted.
+            // It may be gone already, which is fine.
             let _ = kill_process_group(group, Signal::KILL);
         }
     }

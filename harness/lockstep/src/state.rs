@@ -1,51 +1,50 @@
-//! What may become of a program.
+//! States of a program.
 
 use std::fmt;
 use std::process::ExitStatus;
 use std::time::Duration;
 
-/// How a program stands.
+/// Current state of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State<'a> {
-    /// It waits for the next moment, or has not begun yet.
+    /// It waits for a time, or has not begun yet.
     Running,
-    /// It waits for something to be sent, and for no moment: [`next_wakeup`](wire::device::Device::next_wakeup) is
+    /// It waits only for input: [`next_wakeup`](wire::device::Device::next_wakeup) is
     /// [`Timestamp::MAX`](wire::time::Timestamp::MAX).
     WaitsForEver,
-    /// It runs no longer.
+    /// It no longer runs.
     Ended(&'a Ended),
 }
 
-/// Why a program runs no longer. Whatever the reason, none of its processes is left.
+/// Why a program no longer runs. In any case none of its processes is left.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ended {
-    /// By itself, or by a signal of somebody else; the status of the process that was started.
+    /// It ended by itself or by a signal of another program; the exit status of the started process.
     Exited(ExitStatus),
-    /// It was [stopped](crate::Lockstep::stop): it ended after SIGTERM with this status, or was killed, which is a status
-    /// too.
+    /// It was [stopped](crate::Lockstep::stop): it ended after SIGTERM with this status, or was killed, which is also a
+    /// status.
     Stopped(ExitStatus),
-    /// It did not wait for anything in so much real time: it computes without end, or waits in a way that the shim
-    /// does not see.
+    /// It did not wait within the real-time limit: it computes endlessly, or waits in a way that the shim does not see.
     NeverWaited {
-        /// How long was waited for it to wait.
+        /// The limit.
         limit: Duration,
     },
-    /// It never spoke to the harness: neither shim nor tracer is there. The program, or one that it replaced itself by or
-    /// started, runs with privileges, or is linked statically and was started by its descriptor.
+    /// It never connected to the harness: it has neither shim nor tracer. The program, or one that replaced it or was
+    /// started by it, runs with privileges, or is linked statically and was started by descriptor.
     NeverJoined {
-        /// The number that the process had.
+        /// Its process id.
         pid: i32,
-        /// Its executable, where that can be told.
+        /// Its executable, if known.
         executable: String,
     },
-    /// It has started more processes than it may have at once.
+    /// It has started too many processes.
     TooManyProcesses {
-        /// How many it may have.
+        /// The limit.
         limit: usize,
     },
-    /// It closed the descriptor by which the shim speaks to the harness. (A process that notices ends with status 121.)
+    /// It closed the shim's descriptor to the harness. (A process that notices ends with status 121.)
     LinkClosed,
-    /// It talked to the harness without end at a single moment: processes of it hand something round in a circle.
+    /// It communicated endlessly at one instant: its processes pass something round in a circle.
     NeverAdvanced,
 }
 

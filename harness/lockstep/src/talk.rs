@@ -1,20 +1,20 @@
-//! Talking with a program: its standard input and output as pipes, which are written and read while it waits.
+//! Talks with a program through its standard input and output: pipes that are written and read while it waits.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, PipeReader, PipeWriter, Read as _, Write as _};
 
-/// The longest line that is taken whole.
+/// Longest line that is kept.
 pub const LINE_BYTES_MAX: usize = 64 * 1_024;
-/// Lines that wait to be taken; more are lost, as [`Said::Lost`] tells.
+/// Most lines that wait to be fetched; more are lost, as [`Said::Lost`] shows.
 const LINES_MAX: usize = 4_096;
 const READ_BYTES: usize = 4_096;
 
-/// What a program said.
+/// Output of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Said {
-    /// A line, without its end.
+    /// A line, without line ending.
     Line(Vec<u8>),
-    /// A line of more than [`LINE_BYTES_MAX`] bytes, or one that found no room.
+    /// A line longer than [`LINE_BYTES_MAX`] bytes, or one that found no room.
     Lost,
 }
 
@@ -25,12 +25,12 @@ pub(crate) struct Talk {
     from: PipeReader,
     said: VecDeque<Said>,
     line: Vec<u8>,
-    /// What is of the line so far was too long.
+    /// Whether the current line is already too long.
     is_overlong: bool,
 }
 
 impl Talk {
-    /// The pipes; the last two ends are the program's standard input and output.
+    /// Opens the pipes; the last two ends are the program's standard input and output.
     pub(crate) fn open() -> io::Result<(Self, PipeReader, PipeWriter)> {
         let (stdin, to) = io::pipe()?;
         let (from, stdout) = io::pipe()?;
@@ -40,7 +40,7 @@ impl Talk {
         Ok((Self { to, from, said, line, is_overlong: false }, stdin, stdout))
     }
 
-    /// Writes all of it; false where the program has no room for it, or does not listen any more.
+    /// Writes all of `bytes`; returns `false` if the program has no room for it or has closed the pipe.
     pub(crate) fn tell(&mut self, bytes: &[u8]) -> bool {
         let mut rest = bytes;
         while !rest.is_empty() {
@@ -53,12 +53,12 @@ impl Talk {
         true
     }
 
-    /// The next line.
+    /// Returns the next line.
     pub(crate) fn said(&mut self) -> Option<Said> {
         self.said.pop_front()
     }
 
-    /// Takes what there is.
+    /// Reads everything available.
     pub(crate) fn read(&mut self) {
         let mut buffer = [0; READ_BYTES];
         loop {

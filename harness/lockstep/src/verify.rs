@@ -1,17 +1,17 @@
-//! Whether two runs of a program were the same, and where they parted.
+//! Compares two runs of a program.
 
 use std::fmt;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 
-/// Something that a program sent.
+/// An output of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
-    /// When.
+    /// Time.
     pub at: Timestamp,
-    /// Where.
+    /// Port.
     pub port: PortId,
-    /// What.
+    /// Data.
     pub what: Transmit,
 }
 
@@ -26,14 +26,14 @@ impl fmt::Display for Event {
     }
 }
 
-/// Where two runs parted.
+/// The first difference of two runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Difference {
-    /// How many events were the same before.
+    /// Number of equal events before it.
     pub same: usize,
-    /// What the one sent then; `None`: nothing more.
+    /// Output of the first run; `None` if it sent nothing more.
     pub first: Option<Event>,
-    /// What the other sent.
+    /// Output of the second run.
     pub second: Option<Event>,
 }
 
@@ -47,7 +47,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The first difference between what two runs sent; `None` when they are the same to the nanosecond and the byte.
+/// The first difference between the outputs of two runs; `None` if they are the same to the nanosecond and the byte.
 pub fn compare(first: &[Event], second: &[Event]) -> Option<Difference> {
     let same = first.iter().zip(second).take_while(|(one, other)| one == other).count();
     let (one, other) = (first.get(same).copied(), second.get(same).copied());

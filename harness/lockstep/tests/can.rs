@@ -1,4 +1,4 @@
-//! Programs on CAN, on a kernel that need not have it.
+//! Programs on CAN, on a kernel that need not support it.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -36,7 +36,7 @@ fn python_can_with_a_notifier_and_a_cyclic_frame() {
     assert_eq!(cyclic, seconds);
     let answers = times_of(&events, 0x201);
     assert_eq!(answers[..3], [20_000_000, 40_000_000, 60_000_000]);
-    // The first frame has come, and its stamp is the time of the bench: no age.
+    // The first frame has come, and its timestamp is bench time: its age is zero.
     let first = events.iter().find(|event| times_of(&[**event], 0x201) == [20_000_000]).unwrap();
     assert_eq!(first.what, frame(0x201, &[0, 0, 0, 1, 0, 0, 0, 0]));
 }
@@ -47,7 +47,7 @@ fn python_can_with_asyncio() {
     assert_eq!(times_of(&events, 0x202)[..2], [15_000_000, 20_000_000]);
 }
 
-/// Runs a program for so many seconds and gives what it sent and what it printed.
+/// Runs a program for a number of seconds; returns what it sent and what it printed.
 fn printed(words: &[&str], seconds: i64, streams: &[common::Stream]) -> (Vec<Event>, String) {
     let heard = Arc::new(Mutex::new(Vec::new()));
     let kept = Arc::clone(&heard);
@@ -72,7 +72,7 @@ fn candump_prints_what_comes_with_its_time() {
     let (_, text) = printed(&words, 1, &[base(0)]);
     assert!(text.starts_with("(1700000000.020000) can0 181#00000001\n"), "{text}");
     assert_eq!(text.lines().count(), 50);
-    // The other way round, the filter lets nothing pass.
+    // The inverted filter lets nothing pass.
     let (_, text) = printed(&["candump", "-L", "can0,181~7FF"], 1, &[base(0)]);
     assert_eq!(text, "");
 }
@@ -178,7 +178,7 @@ fn fd(id: u16, bits: u8, data: &[u8]) -> Transmit {
     Transmit::Frame(CanFrame::fd(id, FdFlags::from_bits(bits), data).unwrap())
 }
 
-/// 64 bytes at 50 Hz, the last of them counts; every second frame is a classic one.
+/// 64 bytes at 50 Hz, with a counter in the last one; every second frame is a classic one.
 fn long_frames() -> common::Stream {
     let what = |k: i64| {
         let mut data = [0x5a; 64];
@@ -232,7 +232,7 @@ fn can_utils_with_fd_frames() {
     let text = String::from_utf8(heard.lock().unwrap().clone()).unwrap();
     let sent: Vec<&Transmit> = events.iter().map(|event| &event.what).collect();
     assert_eq!(sent, [&fd(0x123, 1, &[0x11, 0x22, 0x33])], "{text}");
-    // With the mark of CAN FD (4) in the flags, as kernels from 5.14 on.
+    // The flags include the CAN FD mark (4), as in kernels from 5.14 on.
     let long = format!("can0 181##5{}01", "5A".repeat(63));
     assert!(text.contains(&long), "{text}");
     assert!(text.contains("can0 181#5A5A5A5A5A5A5A5A\n"), "{text}");

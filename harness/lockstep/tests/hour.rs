@@ -1,7 +1,7 @@
-//! An hour of bench time, twenty times over, on a busy machine: each program sends the same at the same nanosecond.
+//! An hour of bench time, twenty times, on a busy machine: each program sends the same at the same nanosecond.
 //!
 //! `cargo test -p lockstep --release --test hour -- --ignored --nocapture --test-threads 1` prints a row for each.
-//! `HIL_TESTS_HOURS` says how often, if not twenty times. Programs in Python need an interpreter with what they import
+//! `HIL_TESTS_HOURS` sets another number of runs. Programs in Python need an interpreter with their packages
 //! (`HIL_TESTS_PYTHON`).
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
@@ -27,7 +27,7 @@ fn an_hour(name: &str, streams: &[Stream], program: impl Fn() -> Program) {
     let took_s = began.elapsed().as_secs_f64();
     let factor = runs as f64 * SECONDS as f64 / took_s;
     println!("| {name} | {runs} | {} | {took_s:.0} s | {factor:.0} |", events.len());
-    // It has not come to rest on the way.
+    // It has not stalled before the end.
     let last = events.last().unwrap().at;
     assert!(last >= secs(SECONDS - 1), "{name}: nothing after {} s", last.as_secs_f64());
 }

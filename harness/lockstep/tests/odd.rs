@@ -1,4 +1,4 @@
-//! What is no model of a program: each has a name for what became of it, and leaves no process behind.
+//! Badly behaved programs: each outcome has a name, and no process is left behind.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -16,14 +16,14 @@ use std::time::Duration;
 use wire::device::{Device as _, PortId};
 use wire::time::{Span, Timestamp};
 
-/// Long for what is to be found out, short for who waits for it.
+/// Long enough for what must be detected, short for the person who waits.
 const LIMIT: Duration = Duration::from_millis(1_500);
 
 fn odd(how: &str) -> Program {
     Program::new([c("odd.c").as_str(), how]).serial("/dev/ttyHIL0")
 }
 
-/// Runs for so long, and gives it as it stands then.
+/// Runs for this time, and returns the program in its state then.
 fn run(program: Program, seconds: i64) -> (Lockstep, Vec<Event>) {
     let mut running = program.start().unwrap();
     let events = drive(&mut running, secs(seconds), &[]);
@@ -55,7 +55,7 @@ fn static_programs_that_others_start_are_in_the_same_time() {
     assert_eq!(running.pids().len(), 2);
     ends_and_leaves_nothing(running);
     let odd = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);
-    // What is sent to it arrives, as its status does where it is waited for.
+    // Signals sent to it arrive, and so does its status if it is awaited.
     let script = format!("{odd} term & sleep 3; kill $!; wait $!; echo $? >/dev/ttyHIL0");
     let (_, events) = run(Program::new(["bash", "-c", &script]).serial("/dev/ttyHIL0"), 4);
     assert_eq!(text(&events, 0), "a second\nbye\n0\n");
@@ -114,7 +114,7 @@ fn one_that_computes_without_end_is_given_up() {
     ends_and_leaves_nothing(running);
 }
 
-/// What a debugger does to a process for so long as one looks at it.
+/// Holds a process as a debugger does while its user looks at it.
 const HOLDS: &str = "
 import ctypes, os, sys, time
 ptrace = ctypes.CDLL(None, use_errno=True).ptrace
@@ -128,7 +128,7 @@ time.sleep(2.5)
 ptrace(17, pid, 0, 0)
 ";
 
-/// A breakpoint breaks no time-out: neither those of the program nor the one by which it is given up.
+/// A breakpoint triggers no time-out, neither of the program nor of the harness.
 #[test]
 fn one_that_a_debugger_holds_is_waited_for() {
     let mut running = odd("debug").wall_limit(LIMIT).start().unwrap();
@@ -192,7 +192,8 @@ fn forking_without_end_is_stopped() {
     none_left_of(&path);
 }
 
-/// The loader preloads nothing into a program with others' rights, and the kernel lets nobody trace it.
+/// The loader preloads nothing into a program with the rights of another user, and the kernel does not allow tracing
+/// it.
 #[test]
 fn one_with_others_rights_is_named() {
     let Some(path) = with_others_rights(&[]) else { return };
@@ -280,19 +281,19 @@ fn processes_that_keep_one_another_busy_are_stopped() {
     ends_and_leaves_nothing(running);
 }
 
-/// Says to the test below that it is to be killed.
+/// Tells the test below that it will be killed.
 const TO_BE_KILLED: &str = "HIL_TESTS_LOCKSTEP_TO_BE_KILLED";
 
 #[test]
 fn none_outlives_the_harness() {
     if std::env::var_os(TO_BE_KILLED).is_some() {
-        // What computes cannot notice by itself.
+        // A program that computes cannot notice by itself.
         let mut running = odd("compute").start().unwrap();
         println!("pid {}.", running.pids()[0]);
         running.wake(Timestamp::ZERO);
         return;
     }
-    // What is killed does not tidy up.
+    // A killed process does not clean up.
     let folder = tempfile::tempdir().unwrap();
     let mut harness = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "none_outlives_the_harness", "--nocapture"])
@@ -309,7 +310,7 @@ fn none_outlives_the_harness() {
     harness.kill().unwrap();
     harness.wait().unwrap();
     let pid = pid.unwrap();
-    // The kernel takes its time.
+    // The kernel needs some time.
     for _ in 0..100 {
         if std::panic::catch_unwind(|| none_left(&[pid])).is_ok() {
             return;

@@ -1,4 +1,4 @@
-//! The shim is made for no one machine: it compiles for aarch64 where there is a compiler for that.
+//! The shim is portable: it compiles for aarch64 if there is a compiler for that.
 
 use std::path::Path;
 use std::process::Command;
@@ -30,7 +30,7 @@ fn the_shim_compiles_for_aarch64() {
             "-Wno-nonnull-compare",
             "-Wno-unknown-warning-option",
         ])
-        // Nothing that only the loader would miss.
+        // Detects symbols that only the loader would miss.
         .arg("-Wl,--no-undefined")
         .arg("-o")
         .arg(shim.path().join("shim.so"))

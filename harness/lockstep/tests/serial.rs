@@ -1,4 +1,4 @@
-//! Programs on serial lines: each runs as often as said, and sends the same at the same nanosecond.
+//! Programs on serial lines: each runs several times, and sends the same at the same nanosecond.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -15,7 +15,7 @@ fn a_controller_in_c_with_poll() {
     let events = same_each_time(3, 400, &[gyro(0)], program);
     assert_eq!(events.len(), 400 * 50);
     let text = text(&events, 1);
-    // At each moment it has all samples up to then; the last is told in the moment in which the sample comes.
+    // At each instant it has all samples up to then; the last one is reported at the instant at which it arrives.
     assert!(text.starts_with("1 1 0.0092 20000000\n"), "{text:.40}");
     assert!(text.contains("\n20000 "), "the end is told");
 }
@@ -32,7 +32,7 @@ fn threads_and_a_condition_variable_in_cpp() {
     let path = compiled("g++", "condition.cpp", &["-std=c++17"]);
     let events = same_each_time(3, 50, &[gyro(0)], || two(&[&path]));
     let text = text(&events, 1);
-    // 35 ms without ten samples first, and then at the tenth.
+    // First 35 ms without ten samples, then at the tenth.
     assert!(text.starts_with("0 late 3 0.0"), "{text:.60}");
     assert!(text.contains(" told "), "{text:.600}");
 }

@@ -1,4 +1,4 @@
-//! What may become of a program that loads no C library: the same as of one that does, and no process is left.
+//! How a program without a C library may end: the same as one with it, and no process is left.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -12,7 +12,7 @@ use std::time::Duration;
 use wire::device::{Device as _, PortId};
 use wire::time::{Span, Timestamp};
 
-/// Long for what is to be found out, short for who waits for it.
+/// Long enough for what must be detected, short for the person who waits.
 const LIMIT: Duration = Duration::from_millis(1_500);
 
 fn odd(how: &str) -> Program {
@@ -77,7 +77,7 @@ fn children_are_in_the_same_time() {
     assert_eq!(running.state(), State::Running);
     let (_, events) = run(odd("family"), 600);
     assert_eq!(text(&events, 0), "waited\n");
-    // A shell, which does load the C library.
+    // A shell, which loads the C library.
     let (_, events) = run(odd("popen"), 0);
     assert_eq!(text(&events, 0), "42\n");
 }
@@ -115,7 +115,7 @@ fn one_with_others_rights_is_named_and_runs_without_them_where_one_starts_it() {
     none_left_of(&privileged);
 }
 
-/// The tracer is the parent of the program, and there is no other way to it than to kill that.
+/// The tracer is the parent of the program, which cannot escape except by killing it.
 #[test]
 fn one_that_kills_the_tracer_is_named() {
     let path = compiled("gcc", "odd.c", &["-static", "-DIS_STATIC"]);

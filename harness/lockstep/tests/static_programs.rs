@@ -1,4 +1,4 @@
-//! Programs that load no C library: the tracer runs them, by the same contract as the shim.
+//! Programs without a C library: the tracer runs them, with the same contract as the shim.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -28,7 +28,7 @@ fn a_static_program_sends_what_the_dynamic_one_sends_at_the_same_nanoseconds() {
     let expected = drive(&mut running, secs(40), &[gyro(0)]);
     assert_eq!(expected.len(), 40 * 50);
     let mut events = Vec::new();
-    // At a fixed place in memory, and at any.
+    // At a fixed address, and position-independent.
     for kind in ["-static", "-static-pie"] {
         let with_tracer = compiled("gcc", "poll.c", &[kind]);
         events = same_each_time(2, 40, &[gyro(0)], || two(&[&with_tracer]));
@@ -37,7 +37,7 @@ fn a_static_program_sends_what_the_dynamic_one_sends_at_the_same_nanoseconds() {
     assert!(text(&events, 1).starts_with("1 1 0.0092 20000000\n"));
 }
 
-/// Its loader preloads no library that is made for glibc.
+/// Its loader cannot preload a library built for glibc.
 #[test]
 fn a_program_that_loads_musl_sends_the_same() {
     if let Err(cause) = Command::new("musl-gcc").arg("--version").output() {
@@ -78,11 +78,11 @@ fn goroutines_on_serial_lines() {
             (words[0], *words.last().unwrap())
         })
         .collect();
-    // Each tick to the nanosecond.
+    // Each tick is exact to the nanosecond.
     let expected: Vec<(i64, i64)> = (1..=750).map(|tick| (tick, tick * 20_000_000)).collect();
     assert_eq!(ticks, expected);
     assert!(text.starts_with("1 1 0.0092 20000000 ") && text.contains("\nsilence 100\n"));
-    // The order of a map is drawn by lot, and the lots are the same.
+    // The order of a map is random, and the random numbers are the same.
     let orders: BTreeSet<&str> = text.lines().filter_map(|line| line.split(' ').nth(4)).collect();
     assert!(orders.len() > 1, "{orders:?}");
 }
@@ -126,7 +126,7 @@ fn garbage_children_and_signals_of_go() {
     assert!(
         lines[0].starts_with("processors 1 collected true order ") && lines[0].ends_with(" 20ms")
     );
-    // What it waits for in the child is what the child sleeps.
+    // The parent waits as long as the child sleeps.
     assert_eq!(lines[1], "child child <nil> 270ms");
     assert!(lines[2].starts_with("computed "));
     assert_eq!(lines[3..], ["alarm clock 270ms", "terminated 1s"]);

@@ -1,4 +1,4 @@
-//! Talking with a program in virtual time, and what it finds of what arrives and of its interfaces.
+//! Talking with a program in virtual time, and what it sees of its inputs and its interfaces.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -19,7 +19,7 @@ fn lines(running: &mut Lockstep) -> Vec<String> {
     .collect()
 }
 
-/// Tells it something at a moment; what it says to that.
+/// Writes to it at an instant; returns its reply.
 fn told(running: &mut Lockstep, ms: i64, text: &str) -> Vec<String> {
     let at = Timestamp::ZERO + Span::from_millis(ms);
     assert!(running.tell(at, text.as_bytes()));
@@ -35,7 +35,7 @@ fn talks(program: Program) {
     assert_eq!(told(&mut running, 1_500, "one\n"), ["1500 one"]);
     assert_eq!(told(&mut running, 2_000, "two\nthree\nfo"), ["2000 two", "2000 three"]);
     assert_eq!(told(&mut running, 2_250, "ur\n"), ["2250 four"]);
-    // A clock that was set back.
+    // The clock was set back.
     assert_eq!(told(&mut running, 1_750, "five\n"), ["1750 five"]);
     assert_eq!(running.ended(), None, "{}", running.last_words());
 }
@@ -58,7 +58,7 @@ fn a_program_in_python_is_talked_with() {
     ));
 }
 
-/// What arrives at one moment is there at once, and what is written at once is one packet.
+/// Data that arrives at one instant is there at once, and one write is one packet.
 #[test]
 fn a_moment_is_one_and_a_write_is_one() {
     let text = "import os\n\
@@ -79,7 +79,7 @@ fn a_moment_is_one_and_a_write_is_one() {
     assert_eq!(sent, [bytes("abcd"), bytes("."), bytes(&long[0]), bytes(&long[1])]);
 }
 
-/// As termios(3) says of `PARMRK`: what could be a mark is doubled, until nobody wants marks any more.
+/// `PARMRK` as in termios(3): bytes that could be marks are doubled, until marks are switched off.
 #[test]
 fn what_could_be_a_mark_is_doubled() {
     let text = "import os, termios\n\

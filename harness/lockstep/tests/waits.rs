@@ -1,4 +1,4 @@
-//! Every way to wait takes exactly what was asked for.
+//! Every way to wait takes exactly the requested time.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -49,7 +49,7 @@ fn all_take_what_was_asked_for(path: &str) {
         let mut events = drive(&mut running, secs(2), &[]);
         assert_eq!(text(&events, 0), EXPECTED, "{:?}", running.state());
         assert_eq!(running.next_wakeup(), Timestamp::MAX);
-        // Byte by byte, a tenth of a second apart; then a line that ends as lines of terminals do, and another.
+        // Byte by byte, a tenth of a second apart; then a line with a terminal's line ending, and another one.
         for (tenth, what) in
             ["a", "b", "c", "li", "ne!", "\r", "by stdio\r"].into_iter().enumerate()
         {

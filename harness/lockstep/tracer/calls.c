@@ -1,4 +1,4 @@
-// The system calls at which the program stops, and how each is answered.
+// The system calls at which the program stops, and their handlers.
 #include "tracer.h"
 #include <sys/ptrace.h>
 #include <linux/ptrace.h>
@@ -20,13 +20,13 @@ bool is_of_interest(int number) {
     return number >= 0 && number < 512 && handlers[number];
 }
 
-// As the kernel gives it: a number, or what is wrong as a negative one.
+// The result in the kernel's form: a number, or a negative error code.
 int64_t result_of(int64_t result) { return result < 0 ? -errno : result; }
 
-// A call that a signal has ended goes on after its handler, where the program asked for that.
+// A call that a signal has ended is restarted after its handler, if the program requested that.
 int64_t restarted(struct tracee *of, int64_t result) { return result == -EINTR && of->restarts ? AGAIN : result; }
 
-// To ask for what was called and to set what it gives is half the work of taking all registers and putting them back.
+// Reading the call and setting its result costs half as much as transferring all registers.
 static void give(struct tracee *of, int64_t result) {
     ptrace(PTRACE_POKEUSER, of->tid, offsetof(struct user_regs_struct, orig_rax), -1L);
     ptrace(PTRACE_POKEUSER, of->tid, offsetof(struct user_regs_struct, rax), result);

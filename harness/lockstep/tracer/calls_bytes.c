@@ -1,5 +1,5 @@
-// Reading, writing and messages: what would block waits in virtual time. On lines the tracer itself reads and writes, on
-// all else the program does, once it will not block.
+// Reading, writing and messages: calls that would block wait in virtual time. On lines the tracer itself reads and
+// writes; on everything else the program does, once it will not block.
 #include "tracer.h"
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -7,13 +7,13 @@
 ssize_t can_receive(int fd, struct descriptor *of, struct msghdr *message, int flags);
 ssize_t can_send(int fd, struct descriptor *of, const struct msghdr *message, int flags);
 
-// A pipe that is ready to be written takes so much without blocking.
+// A writable pipe accepts this much without blocking.
 #define PIPE_PIECE 4096
-// No line gives or takes more at once.
+// Most bytes per transfer on a line.
 #define LINE_PIECE 65536
 #define PARTS_MAX 1024
 
-// When a call on a socket gives up, as SO_RCVTIMEO or SO_SNDTIMEO say.
+// Time-out of a call on a socket, from SO_RCVTIMEO or SO_SNDTIMEO.
 static int64_t socket_deadline(int fd, short events) {
     struct timeval span = {0};
     socklen_t size = sizeof span;
@@ -22,7 +22,7 @@ static int64_t socket_deadline(int fd, short events) {
     return deadline_after(span.tv_sec * SECOND + span.tv_usec * 1000);
 }
 
-// LET_GO where the call may go ahead: it will not block, or is not to wait.
+// LET_GO if the call may proceed: it will not block, or must not wait.
 static int64_t await(struct tracee *of, int64_t fd, short events, bool is_told_not_to) {
     int copy = ours(of, (int)fd);
     if (copy < 0 || is_ready(copy, events)) return LET_GO;
@@ -35,7 +35,7 @@ static int64_t await(struct tracee *of, int64_t fd, short events, bool is_told_n
     return result > 0 ? LET_GO : restarted(of, -errno);
 }
 
-// The places in the program that a message comes from or goes to, and the room in the tracer.
+// Source or destination of a message in the program, and a buffer in the tracer.
 struct parts {
     struct iovec there[PARTS_MAX];
     size_t count, size;
@@ -62,7 +62,7 @@ static bool move_parts(struct tracee *of, const struct parts *parts, size_t size
     return moved == (ssize_t)size;
 }
 
-// What a message has beside its bytes.
+// The parts of a message besides its bytes.
 struct beside {
     struct msghdr message;
     char name[128], control[1024];
@@ -121,7 +121,7 @@ static bool is_file(int fd) {
     return !REAL(fstat)(fd, &state) && (S_ISREG(state.st_mode) || S_ISBLK(state.st_mode));
 }
 
-// A long write to something that fills up goes in pieces, each of which finds room.
+// A long write to something with limited room is split into pieces that fit.
 static int64_t write_pieces(struct tracee *of, const uint64_t *a) {
     uint64_t done = 0;
     while (done < a[2]) {
@@ -198,7 +198,8 @@ static int64_t message(struct tracee *of, const uint64_t *a, bool is_read) {
 static int64_t receive_message(struct tracee *of, uint64_t *a) { return message(of, a, true); }
 static int64_t send_message(struct tracee *of, uint64_t *a) { return message(of, a, false); }
 
-// Many messages at once: on lines the program is told that this kernel has no such call, and takes one after the other.
+// Many messages at once: on lines the program gets the error of a kernel without this call, and falls back to single
+// calls.
 static int64_t receive_many(struct tracee *of, uint64_t *a) {
     return is_line(of, (int)a[0]) ? -ENOSYS : await(of, (int)a[0], POLLIN, a[3] & MSG_DONTWAIT);
 }

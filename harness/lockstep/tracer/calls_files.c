@@ -14,7 +14,7 @@ static int64_t open_plain(struct tracee *of, uint64_t *a) {
 
 static int64_t open_at(struct tracee *of, uint64_t *a) { return open_plain(of, a + 1); }
 
-// openat2 names its flags in a structure.
+// openat2 has its flags in a structure.
 static int64_t open_how(struct tracee *of, uint64_t *a) {
     char path[PATH_MAX];
     uint64_t flags;
@@ -64,7 +64,7 @@ static int64_t duplicate_to_with(struct tracee *of, uint64_t *a) {
     return made;
 }
 
-// A serial line never blocks for real; whether the program thinks that it does is kept by the tracer.
+// A serial line never really blocks; the tracer keeps the blocking mode that the program sees.
 static int64_t control(struct tracee *of, uint64_t *a) {
     struct descriptor *found = object_of(of, (int)a[0]);
     if (!found) return LET_GO;
@@ -84,7 +84,7 @@ static int64_t control(struct tracee *of, uint64_t *a) {
     return serial->is_nonblocking ? flags : flags & ~O_NONBLOCK;
 }
 
-// What requests take and give, in bytes; those that are not here take a number or nothing.
+// Bytes that requests take and return; requests not listed take a number or nothing.
 static const struct {
     unsigned long request;
     size_t takes, gives;
@@ -104,7 +104,7 @@ static int64_t control_serial(struct tracee *of, int copy, uint64_t *a) {
         if (sizes[i].request == request) takes = sizes[i].takes, gives = sizes[i].gives, is_pointer = true;
     if (!get(of, a[2], data, takes)) return -EFAULT;
     if (request == TCSETSF || request == 0x402c542d) serial_forget_input(serial_of(copy), TCIFLUSH);
-    // Whether descriptors are inherited is the program's own.
+    // Whether descriptors are inherited is up to the program.
     if (request == FIOCLEX || request == FIONCLEX) return LET_GO;
     int64_t result = result_of(serial_control(copy, request, is_pointer ? data : (void *)a[2]));
     return result >= 0 && !put(of, a[2], data, gives) ? -EFAULT : result;
@@ -123,7 +123,7 @@ static int64_t control_device(struct tracee *of, uint64_t *a) {
     return put(of, a[2], asked, sizeof asked) ? result : -EFAULT;
 }
 
-// The file that is meant by a name, where it is not what it says; NULL otherwise.
+// The file behind a name with a special meaning; NULL for any other name.
 static const char *meant(struct tracee *of, uint64_t at) {
     static char path[PATH_MAX];
     if (!get_text(of, at, path, sizeof path)) return NULL;
@@ -175,7 +175,7 @@ static int64_t state_more(struct tracee *of, uint64_t *a) {
     return put(of, a[4], &state, sizeof state) ? 0 : -EFAULT;
 }
 
-// The name of a terminal is found by the link of its descriptor in /proc.
+// Programs find the name of a terminal by the link of its descriptor in /proc.
 static int64_t read_link(struct tracee *of, uint64_t *a) {
     char path[64];
     int fd, length = 0;

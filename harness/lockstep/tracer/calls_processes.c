@@ -1,4 +1,4 @@
-// Threads and processes: made, ended, waited for, signalled; and what of chance can be made the same each time.
+// Threads and processes: created, ended, awaited, signalled; and random numbers, made the same in each run.
 #include "tracer.h"
 #include <sched.h>
 #include <sys/ptrace.h>
@@ -9,17 +9,17 @@ static int64_t make(struct tracee *of, uint64_t flags, uint64_t clear_tid) {
     of->clone_flags = flags;
     of->clone_clears = flags & CLONE_CHILD_CLEARTID ? clear_tid : 0;
     if (flags & CLONE_THREAD) return LET_GO;
-    // The harness knows of this one alone.
+    // The harness knows only this process.
     return link_request(REQUEST_FORK, process_count - 1) ? LET_GO : -EAGAIN;
 }
 
 static int64_t make_clone(struct tracee *of, uint64_t *a) {
-    // One that nobody traces would be outside of virtual time.
+    // An untraced process would be outside virtual time.
     return a[0] & CLONE_UNTRACED ? -EPERM : make(of, a[0], a[3]);
 }
 
 static int64_t make_clone_how(struct tracee *of, uint64_t *a) {
-    // Flags, where the number of a process goes, and the word that is cleared.
+    // Flags, the address for the process id, and the word that is cleared.
     uint64_t how[3];
     if (a[1] < sizeof how || !get(of, a[0], how, sizeof how)) return -EINVAL;
     return how[0] & CLONE_UNTRACED ? -EPERM : make(of, how[0], how[2]);
@@ -40,7 +40,7 @@ static int64_t name_word(struct tracee *of, uint64_t *a) {
     return LET_GO;
 }
 
-// The first thread of a process is told of last, after all others: nobody waits for it here.
+// The end of a process's first thread is reported after all others: it is not awaited here.
 static int64_t end_thread(struct tracee *of, uint64_t *a) {
     (void)a;
     if (of->tid != of->process->pid || of->process->threads < 2) return LET_GO;
@@ -120,7 +120,7 @@ static int64_t set_action(struct tracee *of, uint64_t *a) {
     return LET_GO;
 }
 
-// Lots that are the same in every run: SplitMix64 from a fixed start.
+// Random numbers that are the same in every run: SplitMix64 from a fixed start.
 static int64_t draw(struct tracee *of, uint64_t *a) {
     static uint64_t state = 0x10c57e9;
     uint64_t lots[32], done = 0, size = a[1] < 65536 ? a[1] : 65536;
@@ -138,7 +138,7 @@ static int64_t draw(struct tracee *of, uint64_t *a) {
     return (int64_t)size;
 }
 
-// Calls that would lead out of virtual time are not there.
+// Refuses calls that would escape virtual time.
 static int64_t refuse(struct tracee *of, uint64_t *a) {
     (void)of, (void)a;
     return -ENOSYS;

@@ -1,8 +1,8 @@
-// A CAN socket's life: made, bound, set. The shim's own functions answer, on the tracer's copy.
+// Life of a CAN socket: created, bound, configured. The shim's own functions handle it, on the tracer's copy.
 #include "tracer.h"
 #include <sys/syscall.h>
 
-// Room for all filters that a socket may have.
+// Room for the maximum number of filters.
 #define OPTION_MAX (FILTERS_MAX * sizeof(struct can_filter))
 
 static int can_copy(struct tracee *of, uint64_t fd) {

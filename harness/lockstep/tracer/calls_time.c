@@ -5,7 +5,7 @@
 
 static int64_t ask_clock(struct tracee *of, uint64_t *a) {
     clockid_t clock = (clockid_t)a[0];
-    // Clocks of devices and of other processes are none of the bench's.
+    // Clocks of devices and of other processes are not simulated.
     if (clock >= CLOCKS) return -EINVAL;
     question();
     struct timespec at = timespec_of(clock_ns(clock));

@@ -1,5 +1,5 @@
-// timerfd, timer_create, setitimer, alarm. A timerfd is an eventfd of the program that the tracer writes when its time has
-// come: both are read alike, and poll and epoll know them.
+// timerfd, timer_create, setitimer, alarm. A timerfd is an eventfd of the program that the tracer writes when it
+// expires: both read alike, and work with poll and epoll.
 #include "tracer.h"
 #include <sys/syscall.h>
 #include <sys/timerfd.h>
@@ -48,7 +48,7 @@ void timer_fd_release(void *object) {
 
 static int64_t make_fd(struct tracee *of, uint64_t *a) {
     if (a[1] & ~(uint64_t)(TFD_NONBLOCK | TFD_CLOEXEC)) return -EINVAL;
-    // The flags of both are the same numbers.
+    // The flags of both have the same values.
     int64_t fd = CALL(of, SYS_eventfd2, 0, a[1]);
     int copy = fd < 0 ? -1 : slot_take(of, (int)fd);
     struct timer_fd *made = copy < 0 ? NULL : calloc(1, sizeof *made);
@@ -105,7 +105,7 @@ static struct signal_timer *by_number(struct tracee *of, uint64_t number) {
 }
 
 static int64_t make(struct tracee *of, uint64_t *a) {
-    // As the kernel has it: a value, a signal, how to tell, and whom.
+    // The kernel's layout: a value, a signal, the kind of notification, and its target.
     struct {
         uint64_t value;
         int signal, how, thread;
@@ -177,7 +177,7 @@ static struct itimerval set_alarm(struct process *process, int64_t span, int64_t
                               .it_interval = timeval_of(nanos(&was.it_interval))};
 }
 
-// A program takes no processor time of its own, so that timers which count it never fire.
+// A program takes no processor time, so timers of processor time never fire.
 static int64_t set_interval(struct tracee *of, uint64_t *a) {
     struct itimerval to = {0}, before = {0};
     if (a[1] && !get(of, a[1], &to, sizeof to)) return -EFAULT;

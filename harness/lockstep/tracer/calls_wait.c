@@ -1,4 +1,4 @@
-// Waiting: for a word in memory, for descriptors, for signals, and giving way.
+// Waiting for a word in memory, for descriptors and for signals, and yielding.
 #include "tracer.h"
 #include <linux/futex.h>
 #include <sys/epoll.h>
@@ -22,7 +22,7 @@ static int64_t await_word(struct tracee *of, uint64_t word, uint32_t value, int6
     }
 }
 
-// FUTEX_WAKE_OP: changes the second word, and wakes those that wait there where its old value was as asked for.
+// FUTEX_WAKE_OP: changes the second word, and wakes its waiters if the old value satisfies the comparison.
 static int64_t wake_two(struct tracee *of, const uint64_t *a) {
     uint32_t code = (uint32_t)a[5], was, is;
     int32_t argument = (int32_t)(code << 8) >> 20, than = (int32_t)(code << 20) >> 20;
@@ -75,7 +75,7 @@ static int64_t futex(struct tracee *of, uint64_t *a) {
         unsigned woken = wake(key, value, UINT32_MAX);
         return woken + requeue(key, key_of(of->process, a[4]), (unsigned)a[3]);
     }
-    // Locks that hand on priorities are not there, and programs that ask are told so.
+    // Priority-inheriting locks are not supported; programs that try them get an error.
     default: return -ENOSYS;
     }
 }
@@ -96,14 +96,14 @@ static bool take_span(struct tracee *of, uint64_t at, int64_t *deadline) {
     return true;
 }
 
-// A call with a mask of its own holds back others than the thread does otherwise.
+// The call's own mask replaces the mask of the thread.
 static bool take_mask(struct tracee *of, uint64_t at) {
     if (!at) return true;
     of->is_masked = true;
     return get(of, at, &of->mask, sizeof of->mask);
 }
 
-// A signal has come under the call's own mask: the kernel delivers it under that mask, where the call is made.
+// A signal has come under the call's own mask: the kernel makes the call and delivers the signal under that mask.
 static int64_t masked(struct tracee *of, int64_t result, int number, uint64_t *a, int span) {
     if (result != -EINTR || !of->is_masked) return result;
     uint64_t args[6];
@@ -125,7 +125,7 @@ static int64_t poll_until(struct tracee *of, uint64_t at, uint64_t count, int64_
         fds[i] = asked[i];
         if (asked[i].fd < 0) continue;
         fds[i].fd = ours(of, asked[i].fd);
-        // One that nobody has: the kernel says so.
+        // An unused number: the kernel reports the error.
         if (fds[i].fd < 0) fds[i].fd = INT_MAX;
     }
     if (result == 0) result = result_of(wait_fds(fds, count, deadline));
@@ -190,7 +190,7 @@ static int64_t select_plain(struct tracee *of, uint64_t *a) {
     if (a[4] && !get(of, a[4], &span, sizeof span)) return -EFAULT;
     if (a[4]) deadline = deadline_after(span.tv_sec * SECOND + span.tv_usec * 1000);
     int64_t result = select_until(of, a, deadline);
-    // Linux says what is left.
+    // Linux returns the time left.
     span = timeval_of(deadline > now_ns ? deadline - now_ns : 0);
     if (a[4]) put(of, a[4], &span, sizeof span);
     return result;
@@ -218,7 +218,7 @@ static int64_t epoll_until(struct tracee *of, uint64_t *a, int64_t deadline) {
         if (count < 0) return -errno;
         if (count == 0 && deadline <= now_ns) return question(), 0;
         if (count > 0) return put(of, a[1], events, (size_t)count * sizeof *events) ? count : -EFAULT;
-        // Another thread may look whether there is something; to take it would be to lose it.
+        // Another thread may only check for data: taking it would lose it.
         struct pollfd one = {.fd = fd, .events = POLLIN};
         enum woken woken = block(&(struct wait){.kind = WAIT_FDS, .deadline = deadline, .fds = &one, .count = 1});
         if (woken == INTERRUPTED) return -EINTR;
@@ -254,7 +254,7 @@ static int64_t suspend(struct tracee *of, uint64_t *a) {
     return masked(of, -EINTR, SYS_rt_sigsuspend, a, -1);
 }
 
-// Signals that are taken by asking for them, not by a handler: the kernel is asked at each turn.
+// Signals taken by a call instead of a handler: the kernel is polled at each turn.
 static int64_t take_signal(struct tracee *of, uint64_t *a) {
     int64_t deadline;
     if (!take_span(of, a[2], &deadline)) return -EFAULT;

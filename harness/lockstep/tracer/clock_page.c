@@ -1,6 +1,6 @@
-// The clock that the program reads without a system call. The kernel's vDSO would tell the time of the machine: its
-// entries are made to jump to code of ours in a page that is mapped into each process, beside one where the tracer keeps
-// what time it is. Programs ask for the time more often than for anything else.
+// The clock that the program reads without a system call. The kernel's vDSO would return the machine's time, so its
+// entries are patched to jump to our code in a page mapped into each process, beside a page in which the tracer keeps
+// the time. Programs ask for the time more often than for anything else.
 #include "tracer.h"
 #include <elf.h>
 #include <stdio.h>
@@ -12,8 +12,8 @@
 #define PAGE 4096
 #define PAGES 3
 
-// Questions that are left are counted down; after the last the kernel is asked, where the tracer answers. The offsets are
-// those of `struct clock_page`.
+// Counts down the remaining queries; after the last one it makes a system call, which the tracer answers. The offsets
+// are those of `struct clock_page`.
 __asm__(".section .text\n.balign 4096\n"
         "page_code:\n"
         "code_clock_gettime:\n"
@@ -33,7 +33,7 @@ __asm__(".section .text\n.balign 4096\n"
         "  test %rdi, %rdi\n  je 1f\n  mov %eax, (%rdi)\n"
         "1: test %rsi, %rsi\n  je 2f\n  mov %eax, (%rsi)\n"
         "2: ret\n"
-        // Who gets no room for a state asks the kernel.
+        // Without room for a state, the caller falls back to the system call.
         "code_getrandom:\n  mov $318, %eax\n  syscall\n  ret\n"
         "page_code_end:\n");
 extern const char page_code[], page_code_end[], code_clock_gettime[], code_gettimeofday[], code_time[], code_getcpu[],
@@ -63,7 +63,7 @@ void clock_page_make(void) {
     REAL(close)(fd);
 }
 
-// Writes over what the program may only read.
+// Overwrites memory that the program may only read.
 static void poke(int tid, uint64_t to, const void *from, size_t size) {
     for (size_t done = 0; done < size; done += 8) {
         uint64_t word;
@@ -75,7 +75,7 @@ static void poke(int tid, uint64_t to, const void *from, size_t size) {
     }
 }
 
-// Ours is the same image as that of each process, at another place.
+// Our vDSO is the same image as that of each process, at another address.
 static void patch_vdso(int tid, uint64_t there, uint64_t code) {
     const char *own = (const char *)getauxval(AT_SYSINFO_EHDR);
     const Elf64_Ehdr *head = (const Elf64_Ehdr *)own;
@@ -93,7 +93,7 @@ static void patch_vdso(int tid, uint64_t there, uint64_t code) {
         if (dynamic->d_tag == DT_SYMTAB) symbols = (const Elf64_Sym *)(base + dynamic->d_un.d_ptr);
         if (dynamic->d_tag == DT_STRTAB) names = (const char *)(base + dynamic->d_un.d_ptr);
     }
-    // The names stand behind the symbols.
+    // The names follow the symbols.
     for (const Elf64_Sym *symbol = symbols; symbols && (const char *)symbol < names; symbol++) {
         for (size_t i = 0; i < sizeof entries / sizeof *entries; i++) {
             if (strcmp(names + symbol->st_name, entries[i].name)) continue;
@@ -106,12 +106,12 @@ static void patch_vdso(int tid, uint64_t there, uint64_t code) {
     }
 }
 
-// The bytes that a program begins its own lots with are the same each time.
+// Makes the random bytes that seed a program's own generator the same in every run.
 static uint64_t find_auxiliary(struct tracee *of) {
     uint64_t at = regs_of(of)->rsp, word = 0, vdso = 0;
     if (!get(of, at, &word, sizeof word)) fail("read the stack of the program");
     at += 8 * (word + 2);
-    // Behind the arguments the environment, up to a zero.
+    // After the arguments comes the environment, up to a zero.
     do {
         if (!get(of, at, &word, sizeof word)) fail("read the environment of the program");
         at += 8;
@@ -123,7 +123,7 @@ static uint64_t find_auxiliary(struct tracee *of) {
     return vdso;
 }
 
-// A process has become another program, and stands before its first instruction.
+// A process has become another program, and is at its first instruction.
 void clock_page_enter(struct tracee *of) {
     uint64_t entry = regs_of(of)->rip, vdso = find_auxiliary(of);
     struct user_regs_struct start = *regs_of(of);
@@ -131,7 +131,7 @@ void clock_page_enter(struct tracee *of) {
     poke(of->tid, entry, "\x0f\x05", 2);
     of->regs.rip = entry + 2;
     of->stand = STANDS_AFTER;
-    // The path goes below the stack, where nothing is yet.
+    // The path goes below the stack, which is unused so far.
     uint64_t text = (start.rsp - 512) & ~15ULL;
     if (!put(of, text, path, strlen(path) + 1)) fail("write to the stack of the program");
     int64_t fd = CALL(of, SYS_openat, (uint64_t)AT_FDCWD, text, O_RDWR);

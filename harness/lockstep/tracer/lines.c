@@ -1,11 +1,11 @@
-// Lines as the program has them: what the shim makes in its own process is made in that of the program, by calls in its
-// name, and the tracer takes a copy.
+// Lines as the program sees them: what the shim creates in its own process is created in the program's process, by
+// calls on its behalf, and the tracer takes a copy.
 #include "tracer.h"
 #include <stdio.h>
 #include <sys/syscall.h>
 #include <sys/un.h>
 
-// The number in the program of what was made last.
+// Number, in the program, of the descriptor created last.
 static int64_t made_fd;
 
 int64_t line_open(struct tracee *of, const char *path, int flags) {
@@ -37,7 +37,7 @@ int serial_connect(int number, int flags, int *way) {
     return *way < 0 ? -1 : copy;
 }
 
-// The pty in place of the way in one descriptor of the program, or the way again, which is kept meanwhile.
+// Puts the pty in place of the socket in one descriptor of the program, or the socket again, which is kept meanwhile.
 static void redirect(struct tracee *of, int fd, struct slot *slot, const struct serial *serial) {
     uint64_t flags = CALL(of, SYS_fcntl, (uint64_t)fd, F_GETFD) & FD_CLOEXEC ? O_CLOEXEC : 0;
     if (!serial->is_cooked) {
@@ -82,5 +82,5 @@ int can_make_pair(int flags, int *hidden) {
 
 int64_t can_socket_open(int type, int protocol) { return can_open(type, protocol) < 0 ? -errno : made_fd; }
 
-// Parent and child have one socket, as the kernel has it.
+// Parent and child share one socket, as in the kernel.
 void can_after_fork(void) {}

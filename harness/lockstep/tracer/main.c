@@ -1,4 +1,4 @@
-// Starts a program under the filter, and answers it until all of it has ended.
+// Starts a program under the filter, and serves it until all of it has ended.
 #include "tracer.h"
 #include <linux/audit.h>
 #include <linux/filter.h>
@@ -12,7 +12,7 @@
 #include <sys/wait.h>
 
 #define CALLS_MAX 512
-// In programs of x32 the numbers begin here: none of them is known.
+// Base of x32 system call numbers, none of which is supported.
 #define X32 0x40000000
 
 void fail(const char *what) {
@@ -21,7 +21,7 @@ void fail(const char *what) {
     __builtin_unreachable();
 }
 
-// Only calls in which time passes, or that ask for it, or that make what does so, stop the program.
+// Only calls that take or query time, or that create something which does, stop the program.
 static void set_filter(void) {
     struct sock_filter code[CALLS_MAX + 8];
     unsigned short used = 0;
@@ -38,14 +38,14 @@ static void set_filter(void) {
     }
     code[used++] = (struct sock_filter)BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
     struct sock_fprog program = {.len = used, .filter = code};
-    // Without it a filter needs rights; with it set-uid programs run without theirs.
+    // Without it a filter needs privileges; with it set-uid programs run without theirs.
     if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)) fail("give up new privileges");
     if (prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program)) fail("set the filter of system calls");
 }
 
 static sigset_t mask_of_program;
 
-// Others know the program by the tracer's number. What they send there waits until all of the program does.
+// Other programs know the program by the tracer's process id. Signals sent to it wait until the whole program waits.
 static void hold_signals(void) {
     sigset_t held;
     sigfillset(&held);
@@ -53,15 +53,15 @@ static void hold_signals(void) {
     sigprocmask(SIG_SETMASK, &held, &mask_of_program);
 }
 
-// The child: its name is the first of the words, what it is called by the second.
+// The child: the first word is its path, the second its name.
 static void become(char **words) {
     extern char **environ;
     unsetenv("HIL_LOCKSTEP");
-    // What the program sends to its own group is not for the tracer.
+    // Signals of the program to its own group must not reach the tracer.
     setpgid(0, 0);
     if (ptrace(PTRACE_TRACEME, 0, 0, 0)) fail("be traced");
     raise(SIGSTOP);
-    // What is drawn from addresses is the same each time.
+    // Makes addresses, and anything derived from them, the same in every run.
     personality(ADDR_NO_RANDOMIZE);
     prctl(PR_SET_TSC, PR_TSC_SIGSEGV);
     char **arguments = words + 1;
@@ -69,7 +69,7 @@ static void become(char **words) {
     sigprocmask(SIG_SETMASK, &mask_of_program, NULL);
     set_filter();
     execve(path, arguments, environ);
-    // No clock is read here: the page of the clock is not there yet.
+    // Must not read a clock: the clock page does not exist yet.
     static const char text[] = "lockstep: the program cannot be started\n";
     REAL(syscall)(SYS_pwrite64, 2, text, sizeof text - 1, 0);
     REAL(_exit)(127);

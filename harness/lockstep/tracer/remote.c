@@ -1,4 +1,4 @@
-// The memory and the registers of the program, and calls that are made in its name.
+// Memory and registers of the program, and calls on its behalf.
 #include "tracer.h"
 #include <sys/ptrace.h>
 #include <sys/wait.h>
@@ -13,7 +13,7 @@ bool put(struct tracee *of, uint64_t to, const void *from, size_t size) {
     return size == 0 || process_vm_writev(of->tid, &here, 1, &there, 1, 0) == (ssize_t)size;
 }
 
-// A text up to its zero; false where it is longer than the room. Not past a page that may be the last.
+// Reads a text up to its zero; false if it is longer than the room. Does not read past a page that may be the last.
 bool get_text(struct tracee *of, uint64_t from, char *to, size_t size) {
     for (size_t done = 0; done < size;) {
         size_t piece = 4096 - (from + done) % 4096;
@@ -37,7 +37,7 @@ void settle_regs(struct tracee *of) {
     of->is_dirty = false;
 }
 
-// Signals that come while calls are made in its name wait until these are done.
+// Holds back signals while calls are made on its behalf.
 static void shield(struct tracee *of) {
     uint64_t all = UINT64_MAX;
     if (of->is_shielded) return;
@@ -46,7 +46,7 @@ static void shield(struct tracee *of) {
     of->is_shielded = true;
 }
 
-// Makes a call in the name of a thread that stands at one of its own; gives what the kernel gave.
+// Makes a call on behalf of a thread that is at one of its own; returns the kernel's result.
 int64_t make_call(struct tracee *of, int number, const uint64_t *a) {
     struct user_regs_struct *regs = regs_of(of);
     bool has_entered = of->stand == STANDS_BEFORE;
@@ -64,7 +64,7 @@ int64_t make_call(struct tracee *of, int number, const uint64_t *a) {
     for (;;) {
         int status = go(of, PTRACE_SYSCALL, 0);
         if (!WIFSTOPPED(status)) die(of, status);
-        // Before the call, perhaps where the filter stops it, and after it.
+        // Stops before the call, possibly at the filter, and after it.
         if (status >> 8 != (SIGTRAP | 0x80)) continue;
         if (has_entered) break;
         has_entered = true;

@@ -1,5 +1,5 @@
-// Signals of the program. The kernel keeps and delivers them; who waits is told here that one has come for it, at a moment
-// that is the same in every run.
+// Signals of the program. The kernel keeps and delivers them; here a waiting thread is told that one has come for it,
+// at a time that is the same in every run.
 #include "tracer.h"
 #include <stdio.h>
 #include <sys/ptrace.h>
@@ -22,7 +22,7 @@ static uint64_t mask_of(struct tracee *of) {
     return ptrace(PTRACE_GETSIGMASK, of->tid, KERNEL_SIGSET_BYTES, &mask) ? 0 : mask;
 }
 
-// What has been sent to a thread alone, and to any thread of its process.
+// Signals pending for a thread alone, and for any thread of its process.
 static void read_pending(const struct tracee *of, uint64_t *own, uint64_t *shared) {
     char path[64], text[4096];
     *own = *shared = 0;
@@ -43,18 +43,18 @@ static uint64_t that_matter(const struct process *process, uint64_t set) {
     return set;
 }
 
-// Those that wait for a thread and are not held back by a mask.
+// Pending signals of a thread that a mask does not block.
 uint64_t pending_of(struct tracee *of, uint64_t mask) {
     uint64_t own, shared;
     read_pending(of, &own, &shared);
     return that_matter(of->process, (own | shared) & ~mask);
 }
 
-// Something has been sent to a process: of its threads that wait, who is to handle it goes on. What was sent to the
-// process is for the first that does not hold it back.
+// Signals have been sent to a process: the waiting thread that is to handle them goes on. A signal to the process is
+// for the first thread that does not block it.
 void signal_sent(struct process *process) {
     uint64_t given = 0;
-    // Who takes signals by asking for them looks again.
+    // Threads that take signals by a call look again.
     runs++;
     for (struct thread *thread = first; thread; thread = thread->next) {
         struct tracee *of = (struct tracee *)thread;
@@ -67,7 +67,7 @@ void signal_sent(struct process *process) {
     }
 }
 
-// From a timer or the harness, to the first thread that does not hold it back.
+// Sends a signal of a timer or of the harness to the first thread that does not block it.
 void signal_process(struct process *process, int signal) {
     int to = 0;
     for (struct thread *thread = first; thread && !to; thread = thread->next) {
@@ -79,14 +79,14 @@ void signal_process(struct process *process, int signal) {
     signal_sent(process);
 }
 
-// The harness has something to say to the eldest process.
+// The harness sends a signal to the eldest process.
 void schedule_signal(int signal) {
     struct process *eldest = processes;
     while (eldest && eldest->has_ended) eldest = eldest->next;
     if (eldest) signal_process(eldest, signal);
 }
 
-// What others have sent to the tracer is meant for the program.
+// Signals that others have sent to the tracer are meant for the program.
 void signals_pass_on(void) {
     sigset_t all;
     int signal;
@@ -95,7 +95,7 @@ void signals_pass_on(void) {
     while ((signal = sigtimedwait(&all, NULL, &(struct timespec){0})) > 0) schedule_signal(signal);
 }
 
-// The wait is over for these, whose handlers run when the thread goes on.
+// Ends the wait for signals whose handlers run when the thread goes on.
 void signals_taken(struct tracee *of) {
     of->restarts = true;
     for (int signal = 1; signal < SIGNALS; signal++) {

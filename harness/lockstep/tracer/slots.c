@@ -1,6 +1,6 @@
-// Descriptors of the program: of each that it waits for the tracer has a copy, under a number of its own. What lies behind
-// a copy (a serial line, a CAN socket) is known by that number. A copy goes before the program closes its own: an end of
-// a pipe that the tracer held would never close.
+// Descriptors of the program: the tracer has a copy, under its own number, of each one that the program waits for.
+// Special descriptors (a serial line, a CAN socket) are known by that number. A copy is closed before the program
+// closes its own: an end of a pipe held by the tracer would never close.
 #include "tracer.h"
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -9,7 +9,7 @@ static struct slot *slot_of(struct process *process, int64_t fd) {
     return fd >= 0 && fd < DESCRIPTORS_MAX ? &process->slots[fd] : NULL;
 }
 
-// The tracer's copy of a descriptor; negative where there is no such one, or where it is out of reach.
+// The tracer's copy of a descriptor; negative if it does not exist or is out of reach.
 int ours(struct tracee *of, int64_t fd) {
     struct slot *slot = slot_of(of->process, fd);
     if (!slot) return -1;
@@ -27,7 +27,7 @@ int slot_take(struct tracee *of, int fd) {
     return copy;
 }
 
-// What is more than it looks; NULL for any other descriptor.
+// The object behind a special descriptor; NULL for any other descriptor.
 struct descriptor *object_of(struct tracee *of, int64_t fd) {
     struct slot *slot = slot_of(of->process, fd);
     struct descriptor *found = slot && slot->ours > 0 ? descriptor(slot->ours) : NULL;
@@ -61,7 +61,7 @@ void slots_fork(struct process *from, struct process *to) {
     for (int fd = 0; fd < DESCRIPTORS_MAX; fd++) copy_object(&from->slots[fd], &to->slots[fd]);
 }
 
-// Some were closed with the program that it was.
+// Some of them were closed on exec.
 void slots_exec(struct tracee *of) {
     for (unsigned fd = 0; fd < DESCRIPTORS_MAX; fd++) {
         if (of->process->slots[fd].ours <= 0) continue;

@@ -1,9 +1,9 @@
-// Where a thread of the program stops, and what becomes of it there.
+// Where a thread of the program stops, and how that is handled.
 #include "tracer.h"
 #include <sys/ptrace.h>
 #include <sys/wait.h>
 
-// Threads that stopped for the first time before who made them was heard of.
+// Threads whose first stop came before the report of their creation.
 #define EARLY_MAX 64
 static int early[EARLY_MAX], early_count;
 
@@ -18,7 +18,7 @@ static void heard_of(int tid, int status) {
 
 static bool is_event(int status, int event) { return status >> 8 == (SIGTRAP | event << 8); }
 
-// Lets one thread run until it stops, and says where. No other thread runs meanwhile; some may end.
+// Lets one thread run until it stops, and returns where. No other thread runs meanwhile; some may end.
 int go(struct tracee *of, int how, int signal) {
     settle_regs(of);
     of->has_regs = false;
@@ -34,7 +34,7 @@ int go(struct tracee *of, int how, int signal) {
         if (tid < 0 && errno == EINTR) continue;
         if (tid < 0) fail("wait for the program");
         if (is_event(status, PTRACE_EVENT_EXEC) && tid == of->process->pid && tid != of->tid) {
-            // It takes the place of the first thread, whose end nobody is told of.
+            // It replaces the first thread, whose end is not reported.
             struct tracee *eldest = tracee_of(tid);
             if (eldest) eldest->thread.finished = true, eldest->tid = 0, of->process->threads--;
             of->tid = tid;
@@ -48,7 +48,7 @@ int go(struct tracee *of, int how, int signal) {
     }
 }
 
-// Waits until a process that has been killed is gone.
+// Waits until a killed process is gone.
 void await_end(struct process *process) {
     int pid = process->pid;
     for (struct process *still; (still = process_of(pid)) && !still->has_ended;) {
@@ -68,7 +68,7 @@ static void await_first_stop(int tid) {
     while (waitpid(tid, &status, __WALL) < 0 && errno == EINTR) {}
 }
 
-// It has made a thread or a process, which stands before its first instruction.
+// Takes a new thread or process, which is at its first instruction.
 static void has_made(struct tracee *of, int event) {
     unsigned long made;
     if (ptrace(PTRACE_GETEVENTMSG, of->tid, 0, &made)) return;
@@ -98,7 +98,7 @@ static void has_replaced_itself(struct tracee *of) {
     wake(process, UINT32_MAX, UINT32_MAX);
 }
 
-// The counter of the processor goes by the clock of the bench, a step a nanosecond. True when that was asked for.
+// The processor's counter follows bench time, one step per nanosecond. True if the program was reading it.
 static bool reads_counter(struct tracee *of) {
     unsigned char code[3];
     struct user_regs_struct *regs = regs_of(of);
@@ -115,7 +115,7 @@ static bool reads_counter(struct tracee *of) {
     return true;
 }
 
-// The life of a thread, from its first turn to its end.
+// Life of a thread, from its first turn to its end.
 void live(void) {
     struct tracee *of = present();
     int signal = 0;
@@ -133,7 +133,7 @@ void live(void) {
     }
 }
 
-// A thread is no more, and perhaps all of its process.
+// A thread has ended, and perhaps its whole process.
 void die(struct tracee *of, int status) {
     struct process *process = of->process;
     thread_ended(of, status);

@@ -1,5 +1,5 @@
-// The threads and processes of the program. To each thread belongs a place of its own in the tracer where its calls are
-// answered: an answer that has to wait hands the turn over, and goes on when it is the thread's turn again.
+// Threads and processes of the program. Each thread has a context in the tracer in which its calls are handled: a
+// handler that has to wait passes the turn on, and continues at the thread's next turn.
 #include "tracer.h"
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -14,7 +14,7 @@ struct process *processes;
 int process_count;
 static int first_pid, first_status;
 static bool has_gone;
-// Stacks of threads that have ended.
+// Stacks of ended threads.
 static void *stacks;
 
 bool in_lockstep(void) { return true; }
@@ -95,7 +95,7 @@ static void process_ended(struct process *process, int status) {
     REAL(close)(process->pid_fd);
     for (struct process *child = processes; child; child = child->next)
         if (child->parent == process) child->parent = NULL;
-    // Who waits for the end of a child looks again.
+    // A parent that waits for the end of a child looks again.
     runs++;
     wake(process, UINT32_MAX, UINT32_MAX);
     if (process->parent) signal_sent(process->parent);
@@ -108,7 +108,7 @@ void thread_ended(struct tracee *of, int status) {
     process->threads--;
     // The kernel has cleared the word.
     if (of->clear_tid) wake(key_of(process, of->clear_tid), 1, UINT32_MAX);
-    // The end of the first thread is told after that of the last.
+    // The end of the first thread is reported after that of the last.
     if (of->tid != process->pid && process->threads == 0 && !process->has_ended) {
         while (waitpid(process->pid, &status, __WALL) < 0 && errno == EINTR) {}
         process_ended(process, status);
@@ -116,7 +116,7 @@ void thread_ended(struct tracee *of, int status) {
     if (of->tid == process->pid) process_ended(process, status);
 }
 
-// What has ended is forgotten, but for the thread that does so.
+// Frees everything that has ended, except the calling thread.
 void sweep(void) {
     if (!has_gone) return;
     has_gone = false;
@@ -164,7 +164,7 @@ enum woken block(const struct wait *wait) {
     if (of->is_masked) self->signals = pending_of(of, of->mask);
     struct tracee *next = of;
     if (!first->next && (wait->kind == WAIT_FDS || wait->kind == WAIT_RUN)) {
-        // It is alone, looks for itself, and has just done so.
+        // The only thread polls by itself, and has just done so.
         if (wait->deadline > now_ns && !self->signals) ask_for_time();
     } else {
         next = await_next();
@@ -186,7 +186,7 @@ enum woken block(const struct wait *wait) {
 
 enum woken block_until(int64_t deadline) { return block(&(struct wait){.kind = WAIT_TIME, .deadline = deadline}); }
 
-// All of the program has ended: so does the tracer, as its first process did.
+// The whole program has ended: the tracer ends like its first process.
 static void end(void) {
     if (WIFSIGNALED(first_status)) {
         setrlimit(RLIMIT_CORE, &(struct rlimit){0});

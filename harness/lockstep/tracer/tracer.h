@@ -1,6 +1,6 @@
-// What the parts of the tracer know of one another. The tracer runs a program that loads no C library, and all that this
-// one starts, in the harness's virtual time: it stops their system calls and answers those in which time passes. Lines,
-// CAN sockets, timers and the order of turns are the shim's own sources; see docs/virtual-time.md.
+// Interfaces between the parts of the tracer. The tracer runs a program without the C library, and everything that this
+// program starts, in the harness's virtual time: it stops their system calls and answers those that involve time.
+// Lines, CAN sockets, timers and the order of turns are the shim's own sources; see docs/virtual-time.md.
 #ifndef LOCKSTEP_TRACER_H
 #define LOCKSTEP_TRACER_H
 
@@ -9,16 +9,16 @@
 #include <ucontext.h>
 
 #define SIGNALS 65
-// Handlers, and the bytes of a set of signals, as the kernel has them.
+// Signal handlers and signal sets in the kernel's layout.
 struct action {
     uint64_t handler, flags, restorer, mask;
 };
 #define KERNEL_SIGSET_BYTES 8
 
-// A descriptor of a process, and the tracer's copy of it; zero: none.
+// A descriptor of a process, and the tracer's copy of it; zero for none.
 struct slot {
     int ours;
-    // Serial: where the way is kept in the process while the pty stands in its place.
+    // For a serial line: where the process keeps the socket while the pty is in its place.
     int kept;
 };
 
@@ -26,9 +26,9 @@ struct process {
     struct process *next, *parent;
     int pid, pid_fd, threads;
     bool has_ended, is_ending;
-    // Where the scratch room of the page of the clock is in its memory.
+    // Address of the scratch room of the clock page in its memory.
     uint64_t scratch;
-    // What the addresses of its memory are told apart by.
+    // Distinguishes equal addresses of different memories.
     uint64_t memory;
     struct action actions[SIGNALS];
     struct slot slots[DESCRIPTORS_MAX];
@@ -36,25 +36,25 @@ struct process {
     struct signal_timer *timers;
 };
 
-// Where a thread of the program stands: before a system call, after one, or elsewhere.
+// Position of a thread: before a system call, after one, or elsewhere.
 enum stand { STANDS_ELSEWHERE, STANDS_BEFORE, STANDS_AFTER };
 
 struct tracee {
-    // First: what turns.c knows of it.
+    // Must be first: the part that turns.c uses.
     struct thread thread;
     struct process *process;
     int tid;
     enum stand stand;
     bool has_regs, is_dirty;
-    // Signals that are held back while it waits, where a call has a mask of its own.
+    // Signals blocked while it waits, if a call has its own mask.
     bool is_masked;
     uint64_t mask;
-    // Those that have come let the call go on afterwards (SA_RESTART).
+    // The signals that have come allow a restart of the call (SA_RESTART).
     bool restarts;
-    // What it held back before calls were made in its name.
+    // Its mask before calls were made on its behalf.
     bool is_shielded;
     uint64_t shielded;
-    // What they are, and what they were before calls were made in its name.
+    // Current registers, and those before calls were made on its behalf.
     struct user_regs_struct regs, before;
     uint64_t clear_tid, clone_flags, clone_clears;
     ucontext_t context;
@@ -67,7 +67,7 @@ struct clock_page {
     int64_t now_ns;
     int64_t questions_left;
     int64_t bases[CLOCKS];
-    // Room in the memory of every process of the program, for what calls made in its name take and give.
+    // Room in the memory of every process for arguments and results of calls on its behalf.
     char scratch[];
 };
 extern struct clock_page *clock_page;
@@ -94,11 +94,11 @@ void live(void);
 void await_end(struct process *process);
 void die(struct tracee *of, int status) __attribute__((noreturn));
 
-// calls.c: what a handler of a system call gives: the result, or one of these.
+// calls.c: a handler of a system call returns the result, or one of these.
 #define LET_GO INT64_MIN
-// The call begins anew, after the handler of a signal.
+// The call is restarted after the handler of a signal.
 #define AGAIN (INT64_MIN + 1)
-// It has been made, and the kernel's result stands.
+// The call has been made, and the kernel's result stands.
 #define KEPT (INT64_MIN + 2)
 typedef int64_t handler(struct tracee *of, uint64_t *a);
 struct call {
@@ -112,7 +112,7 @@ void call_stopped(struct tracee *of);
 int64_t result_of(int64_t result);
 int64_t restarted(struct tracee *of, int64_t result);
 
-// remote.c: the memory of the program, and calls made in its name.
+// remote.c: memory of the program, and calls on its behalf.
 bool get(struct tracee *of, uint64_t from, void *to, size_t size);
 bool put(struct tracee *of, uint64_t to, const void *from, size_t size);
 bool get_text(struct tracee *of, uint64_t from, char *to, size_t size);
@@ -131,7 +131,7 @@ void slots_fork(struct process *from, struct process *to);
 void slots_exec(struct tracee *of);
 void slots_end(struct process *process);
 
-// lines.c: what opening a line makes in the program.
+// lines.c: opening a line in the program.
 int64_t line_open(struct tracee *of, const char *path, int flags);
 int64_t can_socket_open(int type, int protocol);
 

@@ -1,4 +1,4 @@
-//! The emulated devices of a run, and what the controller and the engine must know of them.
+//! The emulated devices of a run, with the facts about them that the controller and the engine need.
 
 use crate::engine::{BenchFacts, Look};
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
@@ -20,18 +20,18 @@ use wire::gyro::GyroStream;
 use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Pose};
 
-/// What turns the gyro.
+/// Carries and turns the gyro.
 #[derive(Debug, Clone)]
 pub enum Carrier {
     /// The turret of the robot.
     Base(Box<BaseEmulator>),
     /// The rotary table.
     Table(Box<TableEmulator>),
-    /// A rate that is set.
+    /// Nothing but a rate that the caller sets.
     Turning(Turning),
 }
 
-/// What carries a gyro that nothing else carries.
+/// Carrier of a gyro that rides on neither base nor table.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Turning {
     since: Timestamp,
@@ -40,7 +40,7 @@ pub struct Turning {
 }
 
 impl Turning {
-    /// Turns at this rate from now on.
+    /// Turns at this rate from `now` on.
     pub fn turn(&mut self, now: Timestamp, rate: AngularRate) {
         *self = Self { since: now, from: self.angle_at(now), rate };
     }
@@ -64,16 +64,16 @@ pub struct Bench {
 /// Why a device file cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum DevicesError {
-    /// It or a file that it names cannot be had, or is not right.
+    /// The file, or a file that it names, is missing or invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// Its sections do not fit together.
+    /// The sections of the file do not fit together.
     #[error("{origin}: {message}")]
     Unfit {
-        /// The file.
+        /// Path of the file.
         origin: String,
-        /// What is wrong.
+        /// The mismatch.
         message: String,
     },
 }
@@ -105,11 +105,11 @@ impl ModelSource for Models<'_> {
     }
 }
 
-/// The devices that a device file describes.
+/// Returns the devices that a device file describes.
 ///
 /// # Errors
 ///
-/// When it, or a model that it names, is missing or not right.
+/// When the file, or a model that it names, is missing or invalid.
 pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesError> {
     let (origin, file): (String, DeviceFile) = library.read(Kind::Devices, name)?;
     file.resolve(&mut Models(library)).map_err(|error| match error {
@@ -118,7 +118,7 @@ pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesErr
     })
 }
 
-/// How the base of these devices is connected; none on a table.
+/// How the base is connected; `None` on a table.
 pub fn base_transport(devices: &Devices) -> Option<Transport> {
     match ride(devices) {
         Ride::Base(LineKind::Can) => Some(Transport::Can),
@@ -128,7 +128,7 @@ pub fn base_transport(devices: &Devices) -> Option<Transport> {
 }
 
 impl Bench {
-    /// The devices, each with its own random numbers from `seed`.
+    /// Creates the devices, each with its own random numbers from `seed`.
     pub fn new(devices: Devices, seed: u64) -> Self {
         let (stream, parameters) = devices.gyro.clone();
         let carrier = match (devices.mount, &devices.base, &devices.table) {
@@ -150,23 +150,22 @@ impl Bench {
         }
     }
 
-    /// The controller on this bench makes this mistake.
+    /// Gives the controller on this bench a deliberate mistake.
     #[cfg(feature = "mutants")]
     pub fn with_mutant(self, mutant: Option<controller::Mutant>) -> Self {
         Self { mutant, ..self }
     }
 
-    /// The gyro's stream.
     pub const fn gyro_stream(&self) -> GyroStream {
         self.devices.gyro.0
     }
 
-    /// How the base is connected; none on a table.
+    /// How the base is connected; `None` on a table.
     pub fn base_transport(&self) -> Option<Transport> {
         base_transport(&self.devices)
     }
 
-    /// What the controller must be told.
+    /// Configuration of the controller for this bench.
     pub fn controller_config(&self) -> Config {
         let gyro = GyroConfig::new(self.gyro_stream());
         let base = self.base_transport().map(BaseConfig::new);
@@ -176,7 +175,7 @@ impl Bench {
         config
     }
 
-    /// What the engine must be told.
+    /// Facts about the bench that the engine needs.
     pub fn facts(&self) -> BenchFacts {
         let table = self.devices.table.clone().unwrap_or_default();
         BenchFacts {
@@ -188,7 +187,7 @@ impl Bench {
         }
     }
 
-    /// Measures the pose of the base; none on a table.
+    /// Measures the pose of the base; `None` on a table.
     pub fn measure_absolute(&mut self, now: Timestamp) -> Option<Pose> {
         match &mut self.carrier {
             Carrier::Base(base) => {
@@ -199,13 +198,13 @@ impl Bench {
         }
     }
 
-    /// Where the base is, and where it believes to be; none on a table.
+    /// True pose of the base and its odometry; `None` on a table.
     pub fn look(&self, now: Timestamp) -> Option<Look> {
         let base = self.base()?;
         Some(Look { truth: base.truth_at(now).pose, odometry: base.odometry_at(now) })
     }
 
-    /// Where the base is; none on a table.
+    /// True pose of the base; `None` on a table.
     pub fn true_pose(&self, now: Timestamp) -> Option<Pose> {
         Some(self.base()?.truth_at(now).pose)
     }
@@ -217,12 +216,12 @@ impl Bench {
         }
     }
 
-    /// Carries the robot to a pose. The gyro is off meanwhile, as far as the carrying goes: its
-    /// heading is told anew by the pose that the controller is given.
+    /// Carries the robot to a pose. The gyro does not sense the move: the pose that the controller receives sets its
+    /// heading anew.
     ///
     /// # Errors
     ///
-    /// When there is no robot, or it moves.
+    /// When there is no robot, or when it is moving.
     pub fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
         self.carrier.place(now, pose)?;
         self.gyro.carrier_placed(self.carrier.heading_at(now));
@@ -233,7 +232,7 @@ impl Bench {
     ///
     /// # Errors
     ///
-    /// When there is no such device or parameter, or the value is out of its domain.
+    /// When there is no such device or parameter, or when the value is out of its domain.
     pub fn set_parameter(
         &mut self,
         now: Timestamp,
@@ -251,7 +250,7 @@ impl Bench {
         result.map_err(|error| format!("failed to set {device}.{parameter}: {error}"))
     }
 
-    /// What is true now.
+    /// Truth at `now`, as a record.
     pub fn truth(&mut self, now: Timestamp) -> RecordKind {
         let gyro = self.gyro.truth();
         let pose = match &mut self.carrier {
@@ -287,7 +286,7 @@ impl Carrier {
         }
     }
 
-    /// True heading of what carries the gyro, not wrapped.
+    /// True heading of the carrier, not wrapped.
     pub fn heading_at(&self, now: Timestamp) -> Angle {
         match self {
             Self::Base(base) => base.turret_heading_at(now),
@@ -296,7 +295,7 @@ impl Carrier {
         }
     }
 
-    /// Current of the motors that the gyro rides on. The table's stands aside, behind its gear.
+    /// Current of the motors that move with the gyro. The table's motor stays apart, behind its gear.
     pub(crate) fn motor_current_at(&self, now: Timestamp) -> f64 {
         match self {
             Self::Base(base) => base.motor_current_at(now),
@@ -312,7 +311,7 @@ impl Carrier {
         }
     }
 
-    /// Carries the robot to a pose; [`Bench::place`] tells the gyro.
+    /// Carries the robot to a pose; [`Bench::place`] also moves the gyro.
     fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
         match self {
             Self::Base(base) => {

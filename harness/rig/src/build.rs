@@ -1,4 +1,4 @@
-//! Rigs at work, from rigs as plans declare them.
+//! Builds working rigs from the rigs that plans declare.
 
 use super::Rig;
 use super::line::{End, EndId, Line};
@@ -22,7 +22,7 @@ pub fn end(node: usize, port: PortId, who: Device, name: &str) -> End {
     End { node, port, who, name: name.into() }
 }
 
-/// The paper's robot or table, with its controller, which is away where it is not in this process.
+/// The paper's robot or table with its controller; without `controller`, that node is away.
 pub fn paper(bench: Bench, controller: Option<Hosted>) -> Rig {
     let (stream, transport) = (bench.gyro_stream(), bench.base_transport());
     let mut rig = Rig::default();
@@ -53,11 +53,11 @@ pub fn paper(bench: Bench, controller: Option<Hosted>) -> Rig {
     rig
 }
 
-/// What plays a node under test, by its place; none where it is away.
+/// Starts the device that plays a node under test, by the node's place; `None` if the node is away.
 pub type Start<'a> = &'a dyn Fn(usize) -> Option<Result<Box<dyn NodeDevice>, String>>;
 
-/// The declared nodes and their lines beside what is there. What is under test is what `start` starts. Why those are away
-/// that nothing plays.
+/// Adds the declared nodes and lines to the rig. `start` starts the devices under test. Returns a reason for each node
+/// that is away because nothing plays it.
 pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> Vec<String> {
     let of_robot = rig.lines.len();
     let mut ends: Vec<Vec<End>> = vec![Vec::new(); of_robot + declared.lines.len()];
@@ -114,14 +114,14 @@ fn line_of(declared: &RigLine, mut ends: Vec<End>) -> Line {
             let second = ends.pop();
             match (ends.pop(), second) {
                 (Some(first), Some(second)) => Line::serial(settings, [first, second]),
-                // Nobody is on it.
+                // No node is on the line.
                 _ => Line::can(BitRates::USUAL, Vec::new()),
             }
         }
     }
 }
 
-/// What speakers say is read.
+/// Decodes the messages of all speakers.
 pub fn listen(rig: &mut Rig, declared: &Declared) {
     for (index, speaker) in declared.speakers.iter().enumerate() {
         let Some(line) = rig.lines.get(speaker.line) else { continue };
@@ -132,7 +132,7 @@ pub fn listen(rig: &mut Rig, declared: &Declared) {
     }
 }
 
-/// In virtual time: `paper` is the paper's robot or table with its controller, where there is one.
+/// Builds a rig in virtual time; `paper` is the paper's robot or table with its controller, if the rig has one.
 pub fn simulated(
     declared: &Declared,
     paper: Option<(Bench, Hosted)>,

@@ -1,7 +1,7 @@
 //! The paper's robot or table in virtual time, with orders from code instead of a plan.
 //!
-//! A plan says what is done and judged. Here a test gives missions one by one, lets time go on by spans, and changes what a
-//! line carries on the way. Lines, devices, controller and the order of events are those of every other run.
+//! A plan says what is done and judged. Here a test sends missions one by one, advances time in spans, and alters what
+//! crosses a line. Lines, devices, controller and order of events are those of every other run.
 
 use super::Rig;
 use super::build;
@@ -32,7 +32,7 @@ use wire::device::Transmit;
 use wire::time::Timestamp;
 use wire::units::Angle;
 
-/// The engine waits beside it and does nothing: as long as a plan may.
+/// The engine waits beside the test and does nothing, for as long as a plan may last.
 const NO_PLAN: &str = r#"
 name = "by-hand"
 title = "Orders come from code."
@@ -40,12 +40,12 @@ devices = "none"
 steps = [{ wait = { duration_s = 2_678_400 } }]
 "#;
 
-/// Who hears what.
+/// Direction of traffic on a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Direction {
     /// The gyro's stream.
     GyroToController,
-    /// Commands to a gyro that takes some.
+    /// Commands to a gyro that accepts them.
     ControllerToGyro,
     /// Motion, pose and answers.
     BaseToController,
@@ -53,21 +53,21 @@ pub enum Direction {
     ControllerToBase,
 }
 
-/// Says what is received in place of what has arrived.
+/// Replaces what has arrived with what the receiver gets.
 pub type Tap = Box<dyn FnMut(Timestamp, Transmit) -> Vec<Transmit>>;
 
-/// Controller and emulated devices on their lines, moved on by hand.
+/// Controller and emulated devices on their lines, advanced by hand.
 pub struct ByHand {
     simulation: Simulation<Taps>,
     heard: Heard,
 }
 
 impl ByHand {
-    /// At time zero. `change` has the controller's configuration in its hands before it starts.
+    /// Starts at time zero. `change` may alter the controller's configuration before the start.
     ///
     /// # Errors
     ///
-    /// Never: the plan beside it is part of the program.
+    /// Never: the built-in plan always parses.
     pub fn new(
         devices: &Devices,
         seed: u64,
@@ -96,13 +96,13 @@ impl ByHand {
         self.simulation.now
     }
 
-    /// Goes on to the next event, or to `until` if that comes first; false at `until`.
+    /// Advances to the next event, or to `until` if that comes first; returns `false` at `until`.
     ///
     /// # Errors
     ///
-    /// When the run is over: time stands still, or two devices answer each other for ever.
+    /// When the run is over: time stands still, or two devices answer each other endlessly.
     pub fn step(&mut self, until: Timestamp) -> Result<bool, Ending> {
-        // Somebody may have had a device in their hands.
+        // The test may have changed a device since the last step.
         self.settle();
         let next = self.simulation.next_event();
         if next > until {
@@ -121,12 +121,12 @@ impl ByHand {
         self.settle();
     }
 
-    /// What the controller has reported since this was last asked, and when.
+    /// Takes the controller's reports since the last call, with their times.
     pub fn take_reports(&mut self) -> Vec<(Timestamp, Report)> {
         std::mem::take(&mut self.heard.0)
     }
 
-    /// From now on `tap` says what is received in this direction; none is as it was before.
+    /// Sets the tap of a direction; `None` removes it.
     pub fn tap(&mut self, direction: Direction, tap: Option<Tap>) {
         let Some((line, from)) = from(&self.simulation.rig, direction) else { return };
         let taps = &mut self.simulation.crossing.taps;
@@ -136,7 +136,7 @@ impl ByHand {
         }
     }
 
-    /// This is received now, from nobody.
+    /// Delivers `what` now, as if it had crossed the line.
     pub fn inject(&mut self, direction: Direction, what: &Transmit) {
         if let Some((line, from)) = from(&self.simulation.rig, direction) {
             self.simulation.delivered(&mut self.heard, line, from, what);
@@ -144,19 +144,19 @@ impl ByHand {
         }
     }
 
-    /// A lap begins here, as far as properties go.
+    /// Tells the monitor of properties that a lap begins.
     pub fn begin_lap(&mut self) {
         self.simulation.show(&Seen::LapBegan);
     }
 
-    /// What became of every property.
+    /// Verdicts of all properties.
     pub fn verdicts(self) -> Vec<PropertyVerdict> {
         let now = self.now();
         let watch = self.simulation.watch;
         watch.map(|watch| watch.into_monitor().verdicts(now)).unwrap_or_default()
     }
 
-    /// The code under test.
+    /// The controller under test.
     pub fn controller(&self) -> Option<&Controller> {
         self.simulation.rig.nodes.iter().find_map(|node| match &node.part {
             Part::Controller(machine) => match &machine.host.guest {
@@ -167,17 +167,16 @@ impl ByHand {
         })
     }
 
-    /// The gyro.
     pub fn gyro(&mut self) -> Option<&mut GyroEmulator> {
         Some(&mut self.robot()?.bench.gyro)
     }
 
-    /// What carries the gyro.
+    /// The carrier of the gyro.
     pub fn carrier(&mut self) -> Option<&mut Carrier> {
         Some(&mut self.robot()?.bench.carrier)
     }
 
-    /// True heading of what carries the gyro, not wrapped.
+    /// True heading of the carrier, not wrapped.
     pub fn heading(&self) -> Option<Angle> {
         let robot = self.simulation.rig.robot()?;
         Some(robot.bench.carrier.heading_at(self.now()))
@@ -193,7 +192,7 @@ impl ByHand {
     }
 }
 
-/// The line of a direction, and the end that what goes that way comes from; none where the rig has no such line.
+/// The line of a direction, and the sending end; `None` if the rig has no such line.
 fn from(rig: &Rig, direction: Direction) -> Option<(usize, EndId)> {
     let (name, who) = match direction {
         Direction::GyroToController => ("gyro", Device::Gyro),

@@ -1,4 +1,4 @@
-//! What controllers and the plan have to say in virtual time, once something has reached them.
+//! Collects what controllers and the plan send in virtual time, after an event has reached them.
 
 use super::node::{Part, output};
 use super::simulate::Simulation;
@@ -15,7 +15,7 @@ impl<C: Crossing> Simulation<C> {
     pub(super) fn ask_controller(&mut self, place: usize, sink: &mut impl RecordSink) {
         let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
         if machine.host.is_stalled() {
-            // It is touched again when its machine goes on.
+            // It is marked again when its machine resumes.
             return;
         }
         let told = machine.host.told(self.now);
@@ -37,7 +37,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// Apart, as only programs have any.
+    /// Separate and cold: only programs have news.
     #[cold]
     fn hear_news(&mut self, sink: &mut impl RecordSink, place: usize, news: News) {
         let Self { now, rig, director, touched, .. } = self;
@@ -45,7 +45,7 @@ impl<C: Crossing> Simulation<C> {
             News::Note(note) => {
                 let kind = RecordKind::Note(note);
                 sink.record(Record { at: *now, device: Device::Controller, kind });
-                // There may be more.
+                // There may be more news.
                 touched.node(place);
             }
             News::Ended(how) => {
@@ -58,7 +58,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// Apart, as reports are rare and large: their room is not made at every event.
+    /// Separate and not inlined: reports are rare and large, and their stack space must not burden every event.
     #[inline(never)]
     fn hear_report(&mut self, sink: &mut impl RecordSink, report: &Report) {
         self.show(&Seen::Report(report));
@@ -67,7 +67,7 @@ impl<C: Crossing> Simulation<C> {
         self.touched.0 |= Touched::PLAN;
     }
 
-    /// Apart for the same reason: an action may hold a whole calibration.
+    /// Not inlined for the same reason: an action may hold a whole calibration.
     #[inline(never)]
     pub(super) fn ask_engine(
         &mut self,
@@ -75,7 +75,7 @@ impl<C: Crossing> Simulation<C> {
         keep: &mut impl FnMut(&Action),
     ) {
         while let Some(action) = self.director.engine.action() {
-            // Whatever it is, it may have reached anybody.
+            // An action may have reached any node.
             self.touched = Touched::ALL;
             if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
                 watch.look(self.now, &robot.bench.carrier);
@@ -96,14 +96,14 @@ impl<C: Crossing> Simulation<C> {
         self.plan_due = self.director.engine.next_wakeup();
     }
 
-    /// Gives a mission that no plan asks for.
+    /// Sends a mission that no plan asks for.
     pub(super) fn command(&mut self, mission: Mission) {
         self.show(&Seen::Told(&mission));
         self.order(mission);
         self.touch_all();
     }
 
-    /// Shows it to whoever watches, after the truth of now.
+    /// Shows an event to the monitor, after the truth of now.
     pub(super) fn show(&mut self, seen: &Seen<'_>) {
         let Some(watch) = &mut self.watch else { return };
         if let Some(robot) = self.rig.robot() {
@@ -112,12 +112,12 @@ impl<C: Crossing> Simulation<C> {
         watch.see(self.now, seen);
     }
 
-    /// Anybody may have something to say.
+    /// Marks every node as touched.
     pub(super) const fn touch_all(&mut self) {
         self.touched = Touched::ALL;
     }
 
-    /// Gives a mission to whoever takes them.
+    /// Sends a mission to the controller.
     fn order(&mut self, mission: Mission) {
         let machine = self.rig.nodes.iter_mut().find_map(|node| match &mut node.part {
             Part::Controller(machine) => Some(machine),

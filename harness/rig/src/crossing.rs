@@ -1,11 +1,11 @@
 //! How packets and frames get from one end of a simulated bench's lines to the other.
 //!
-//! Time is virtual and does not notice: at the instant at which a packet has arrived it goes in at one end,
-//! and what comes out at the other is what the receiver gets. With [`Memory`] that is the packet itself. With
-//! `Kernel` (crate `live`) it is what was read from a pty or a CAN socket after the packet was written to
-//! the other side, so that a lap takes what its system calls take and nothing waits.
+//! Virtual time does not notice: at the instant at which a packet has arrived it goes in at one end, and what comes out
+//! at the other is what the receiver gets. With [`Memory`] that is the packet itself. With `Kernel` (crate `live`) it
+//! is what was read from a pty or a CAN socket after the packet was written to the
+//! other side; nothing waits, and a lap takes as long as its system calls.
 //!
-//! Verdicts and records do not depend on the crossing. One that loses or changes anything ends the run in
+//! Verdicts and records do not depend on the crossing. A crossing that loses or changes anything ends the run with an
 //! error.
 
 mod failure;
@@ -16,27 +16,27 @@ use std::sync::Arc;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// A line that is crossed.
+/// A line that goes through a crossing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CrossedLine {
-    /// As messages name it: after the device at its one end, or by its own name.
+    /// Name in messages: that of the device at one end, or of the line itself.
     pub name: Arc<str>,
-    /// It is a CAN bus.
+    /// Whether the line is a CAN bus.
     pub is_can: bool,
-    /// Which of its ends is the device's; what comes from there goes toward the host.
+    /// The device's end; what it sends goes toward the host.
     pub device_end: usize,
 }
 
-/// Which way something goes on a line.
+/// Direction of traffic on a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Toward {
     /// To the device.
     Device,
-    /// To the controller, or to the plan.
+    /// To the controller or the plan.
     Host,
 }
 
-/// What of the kernel the lines of a bench cross. Serial lines cross ptys in any case.
+/// The kernel's part in a crossing. Serial lines cross ptys in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KernelBus {
     /// Ptys only: a CAN bus has no pty.
@@ -47,26 +47,26 @@ pub enum KernelBus {
     Slcan,
 }
 
-/// What carries packets and frames from end to end at one instant.
+/// Carries packets and frames from end to end at one instant.
 pub trait Crossing {
-    /// Carries what the end `from` of the line sent, both by their places in the rig; what comes out takes its place.
-    /// `false` when it did not get through.
+    /// Carries what the end `from` of the line sent, both by their places in the rig, and replaces it with what comes
+    /// out. Returns `false` if it did not get through.
     fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool;
 
-    /// What else came out at once, in order, after what was carried last.
+    /// Returns what else came out at once, in order, after the last call of `carry`.
     #[inline(always)]
     fn more(&mut self) -> Option<Transmit> {
         None
     }
 
-    /// What went wrong since this was last asked. A line that failed carries nothing more.
+    /// Returns the failure since the last call. A failed line carries nothing more.
     fn failure(&mut self) -> Option<CrossingFailure>;
 
-    /// What is crossed, as a summary says it.
+    /// Name of the medium for a summary.
     fn bus(&self) -> &'static str;
 }
 
-/// Nothing is crossed.
+/// Passes everything on in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Memory;
 

@@ -1,4 +1,4 @@
-//! Who gives orders on a rig: the plan's engine, and what it needs to have them carried out.
+//! Carries out the orders of the plan's engine on a rig.
 
 use super::Rig;
 use super::node::Part;
@@ -16,22 +16,22 @@ use wire::device::{PortId, Transmit};
 use wire::table::AnswerDecoder;
 use wire::time::{Span, Timestamp};
 
-/// Without the full record, states are kept this far apart in motion and at rest.
+/// Without the full record, states in motion are kept this far apart.
 const STATE_PERIOD_MOVING: Span = Span::from_millis(200);
-/// See [`STATE_PERIOD_MOVING`].
+/// Without the full record, states at rest are kept this far apart.
 const STATE_PERIOD_AT_REST: Span = Span::from_secs(30);
 
-/// The plan at work.
+/// A plan in progress.
 #[derive(Debug)]
 pub struct Director {
     pub engine: Engine,
-    /// Answers what a person is asked.
+    /// Answers the questions to a person.
     pub operator: Operator,
-    /// Roles whose devices are real: what these are told to be, a person has to make them.
+    /// Roles that real devices play: a person carries out the orders to them.
     pub real: RealRoles,
-    /// What a person gets wrong.
+    /// Faults of the person's answers.
     pub(super) slips: Slips,
-    /// What a person has measured so far.
+    /// The measurement that a person is making.
     survey: Option<Survey>,
     table_answers: AnswerDecoder,
     state_kept: Option<Timestamp>,
@@ -63,13 +63,13 @@ impl Director {
         })
     }
 
-    /// Takes what the table has said.
+    /// Takes bytes from the table.
     pub fn hear_table(&mut self, now: Timestamp, bytes: &[u8]) {
         let engine = &mut self.engine;
         self.table_answers.feed(bytes, |answer| engine.table(now, answer));
     }
 
-    /// Carries out what the engine asks of `rig`; a mission is handed back for the device under test.
+    /// Carries out the engine's actions on `rig`; returns a mission for the device under test.
     pub fn act(
         &mut self,
         now: Timestamp,
@@ -115,7 +115,7 @@ impl Director {
                 }
             }
             Action::SaveCalibration { .. } | Action::KeepFound { .. } => keep(&action),
-            // Whoever injects faults has taken it before.
+            // The injector of faults has already taken it.
             Action::Phase(_) => {}
             Action::Record(device, kind) => sink.record(Record { at: now, device, kind }),
         }
@@ -149,7 +149,7 @@ impl Director {
             Order::PowerCycle { device, off } => {
                 let place = rig.find(&device).and_then(|place| rig.nodes.get_mut(place));
                 match place.map(|node| &mut node.part) {
-                    // Whoever cycles answers once it is on.
+                    // The node answers once it is on again.
                     Some(Part::Described(described)) => return described.cycle(now, now + off),
                     _ => Err(format!("this bench cannot switch the power of \"{device}\"")),
                 }
@@ -185,7 +185,7 @@ impl Director {
         self.asked(now, sink, asked);
     }
 
-    /// Asks for the next number of a pose; hands the pose on once all is measured.
+    /// Asks for the next number of a pose; passes the pose on once it is complete.
     fn go_on_measuring(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
         let Some(survey) = &self.survey else { return };
         if let Some(pose) = survey.pose() {
@@ -196,7 +196,7 @@ impl Director {
         }
     }
 
-    /// Hands on what came of a question to a person.
+    /// Handles the outcome of a question to a person.
     fn asked(&mut self, now: Timestamp, sink: &mut impl RecordSink, asked: Asked) {
         match asked {
             Asked::Waiting => {}
@@ -219,14 +219,14 @@ impl Director {
         }
     }
 
-    /// Takes what the person beside the bench has said by now.
+    /// Handles what the person beside the bench has typed by now.
     pub fn listen_to_operator(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
         if let Some(asked) = self.operator.heard() {
             self.asked(now, sink, asked);
         }
     }
 
-    /// Records a report, the truth beside a state. Without the full record, states are thinned.
+    /// Records a report, and the truth with a state. Without the full record, states are thinned.
     pub fn record_report(
         &mut self,
         now: Timestamp,
@@ -252,7 +252,7 @@ impl Director {
                 return;
             }
             self.state_kept = Some(now);
-            // Of real devices nobody knows the truth.
+            // The truth of real devices is unknown.
             let robot = rig.robot_mut().filter(|_| !(self.real.gyro || self.real.base));
             if let Some(robot) = robot {
                 let kind = robot.bench.truth(now);
@@ -264,7 +264,7 @@ impl Director {
     }
 }
 
-/// A log plays its part, so that what was done to it then has been done.
+/// Whether a log plays the device: orders to it were carried out when it was recorded.
 fn is_replayed(rig: &Rig, device: &str) -> bool {
     rig.find(device).is_some_and(|place| matches!(rig.nodes[place].part, Part::Replayed(_)))
 }
@@ -294,7 +294,7 @@ fn set_parameter(
     }
 }
 
-/// The node's emulator takes the errors off its signal, as its firmware would.
+/// Makes the node's emulator correct its signal, as its firmware would.
 fn correct(
     rig: &mut Rig,
     node: &str,
@@ -311,7 +311,7 @@ fn correct(
     described.device.correct(signal, compensation.map(models::correction).as_ref())
 }
 
-/// The node as which it is sent puts it on its line at once.
+/// The tester that sends this message puts it on its line at once.
 fn send_message(rig: &mut Rig, now: Timestamp, send: &Send) -> Result<(), String> {
     let speaks = |part: &Part| matches!(part, Part::Tester(tester) if tester.knows(&send.message));
     let place = rig.nodes.iter().position(|node| speaks(&node.part));

@@ -1,4 +1,4 @@
-//! Faults of a rig: what the schedule says is done to lines, devices, the machine of the controller, and the operator.
+//! Applies the scheduled faults to the lines, devices, machine of the controller and operator of a rig.
 
 use super::Rig;
 use super::director::Director;
@@ -19,11 +19,11 @@ use record::sink::RecordSink;
 use wire::time::{Span, Timestamp};
 use wire::units::Angle;
 
-/// What faults strike: a rig, the answers of a person, and the machine of a controller that is in this process but not of
-/// the rig.
+/// Targets of faults: a rig, the answers of a person, and the machine of a controller that runs in this process but is
+/// not part of the rig.
 type Struck<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
 
-/// The faults of a run; one without any has none of this.
+/// The faults of one run.
 #[derive(Debug, Clone)]
 pub struct Faults {
     ledger: Ledger,
@@ -31,8 +31,8 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// The faults of `schedule` in the run with `seed`, which begins at zero; none where there are none. Machines of what
-    /// is under test can be struck from now on.
+    /// The faults of `schedule` in the run with `seed`, which begins at zero; `None` if the schedule is empty. From now
+    /// on faults can strike the machines of devices under test.
     pub fn of(schedule: &Schedule, seed: u64, rig: &mut Rig) -> Option<Box<Self>> {
         let ledger = Ledger::of(schedule, seed)?;
         rig.nodes.iter_mut().for_each(Node::with_faults);
@@ -47,12 +47,12 @@ impl Faults {
         self.ledger.phase(now, event);
     }
 
-    /// What a monitor sees of them.
+    /// State of the faults for a monitor.
     pub fn seen(&self) -> Seen<'static> {
         Seen::Faults { active: self.ledger.active(), unseen: self.ledger.unseen() }
     }
 
-    /// What is due begins and ends; true where anything did.
+    /// Begins and ends the faults that are due; returns whether any did.
     pub fn strike(
         &mut self,
         now: Timestamp,
@@ -76,7 +76,7 @@ impl Faults {
         any
     }
 
-    /// Records what became of the nodes of the buses; says whether one has left its bus.
+    /// Records changed error states of bus nodes; returns whether a node went bus-off.
     pub fn record_confinement(
         &self,
         now: Timestamp,
@@ -93,7 +93,7 @@ impl Faults {
         has_left
     }
 
-    /// The run is over: what goes on ends, and what never began is listed.
+    /// Ends the run: switches active faults off and lists those that never began.
     pub fn finish(
         &mut self,
         now: Timestamp,
@@ -119,7 +119,7 @@ impl Faults {
         self.ledger.over(now, sink, index, acted);
     }
 
-    /// Switches a fault on; one that is over in an instant is done.
+    /// Switches a fault on. An instantaneous fault is done at once.
     fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) {
         let fault = self.ledger.fault(index).clone();
         let kind = fault.what;
@@ -141,7 +141,7 @@ impl Faults {
         }
     }
 
-    /// Switches a fault off; how often it has acted.
+    /// Switches a fault off; returns how often it acted.
     fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) -> u64 {
         let fault = self.ledger.fault(index).clone();
         let kind = fault.what;
@@ -157,8 +157,8 @@ impl Faults {
 }
 
 impl Rig {
-    /// Switches a fault of a line or of an emulated device on, by its number; how often it has acted where it is over in an
-    /// instant. Its random numbers are from `seed` and the number.
+    /// Switches on a fault of a line or of an emulated device, under its number. Returns how often an instantaneous
+    /// fault acted. Its random numbers come from `seed` and the number.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
@@ -211,7 +211,7 @@ impl Rig {
         }
     }
 
-    /// Switches a fault off; how often it has acted.
+    /// Switches a fault off; returns how often it acted.
     pub fn end_fault(
         &mut self,
         now: Timestamp,
@@ -232,13 +232,13 @@ impl Rig {
         }
     }
 
-    /// The lines that a fault of this target strikes, and the end that is the target's.
+    /// The lines that a fault of this target strikes, each with the target's end.
     fn lines_of(&self, target: Target) -> Vec<(usize, EndId)> {
         let name = target.node();
         let of_name = |line: usize| {
             let ends = self.lines[line].ends();
             let at = ends.iter().position(|end| &*end.name == name).map(EndId::of);
-            // All that crosses a line of this name: what everybody sends is sent to nobody in particular.
+            // If the target is a line, the fault strikes everything that crosses it, whatever the end.
             let all = (*self.line_names[line] == *name).then_some(EndId::STRANGER);
             at.or(all).map(|end| (line, end))
         };
@@ -246,7 +246,7 @@ impl Rig {
     }
 }
 
-/// The switch of the gyro that a kind is.
+/// The fault of the gyro that a kind is.
 fn gyro_fault(kind: &FaultKind) -> Option<GyroFault> {
     Some(match *kind {
         FaultKind::Stuck { .. } => GyroFault::Stuck,
@@ -266,7 +266,7 @@ fn gyro_fault(kind: &FaultKind) -> Option<GyroFault> {
     })
 }
 
-/// The switch of the base that a kind is.
+/// The fault of the base that a kind is.
 fn base_fault(kind: &FaultKind) -> Option<BaseFault> {
     Some(match *kind {
         FaultKind::RefuseCommands { .. } => BaseFault::RefuseCommands,

@@ -1,4 +1,4 @@
-//! The machine that a controller or a program runs on: it may stand still, and its clock may jump.
+//! The machine that runs a controller or a program: it may stall, and its clock may jump.
 
 use controller::mission::Mission;
 use plan::faults::FaultKind;
@@ -7,15 +7,15 @@ use std::fmt;
 use wire::device::{PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
-/// What waits for a machine that stands still; more is dropped and counted, as in full buffers of a kernel.
+/// Most inputs held for a stalled machine; more are dropped and counted, as by the full buffers of a kernel.
 pub(crate) const HELD_MAX: usize = 4_096;
 
-/// What runs on a machine. Times are those of the machine's clock.
+/// Code that runs on a machine. Times are those of the machine's clock.
 pub trait Guest {
-    /// It is to hear bytes or a frame.
+    /// Receives bytes or a frame.
     fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit);
 
-    /// It is given a mission.
+    /// Receives a mission.
     fn order(&mut self, now: Timestamp, mission: Mission);
 }
 
@@ -29,19 +29,19 @@ enum Held {
 /// A machine with faults.
 #[derive(Debug, Clone, Default)]
 struct Host {
-    /// How many stalls are on.
+    /// Number of active stalls.
     stalls: usize,
     held: VecDeque<Held>,
     taken: u64,
     dropped: u64,
-    /// How far its clock is ahead.
+    /// How far the clock is ahead of bench time.
     ahead: Span,
 }
 
-/// A guest, and the machine that it runs on. Times are those of the bench.
+/// A guest with its machine. Times are those of the bench.
 pub struct OnHost<G> {
     pub guest: G,
-    /// Only where faults can strike it.
+    /// Present only if faults can strike the machine.
     host: Option<Host>,
 }
 
@@ -50,19 +50,19 @@ impl<G: Guest> OnHost<G> {
         Self { guest, host: None }
     }
 
-    /// Faults can strike it from now on.
+    /// Lets faults strike the machine from now on.
     pub fn with_faults(&mut self) {
         self.host = Some(Host::default());
     }
 
-    /// Its machine begins to err.
+    /// Begins a fault of the machine.
     pub fn begin_fault(&mut self, kind: &FaultKind) {
         if let Some(host) = &mut self.host {
             host.begin(kind);
         }
     }
 
-    /// Its machine errs no longer; how often it did.
+    /// Ends a fault of the machine; returns how often it acted.
     pub fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
         let Self { guest, host: Some(host) } = self else { return 0 };
         host.end(now, kind, guest)
@@ -83,22 +83,22 @@ impl<G: Guest> OnHost<G> {
         }
     }
 
-    /// It does not run now.
+    /// Whether the machine is stalled.
     pub fn is_stalled(&self) -> bool {
         self.host.as_ref().is_some_and(Host::is_stalled)
     }
 
-    /// What its clock says.
+    /// Time by the machine's clock.
     pub fn told(&self, now: Timestamp) -> Timestamp {
         self.host.as_ref().map_or(now, |host| host.told(now))
     }
 
-    /// When its clock says `told`.
+    /// Bench time at which the machine's clock shows `told`.
     pub fn when(&self, told: Timestamp) -> Timestamp {
         self.host.as_ref().map_or(told, |host| host.when(told))
     }
 
-    /// What found no room while it stood still.
+    /// Inputs dropped during stalls.
     pub fn dropped(&self) -> u64 {
         self.host.as_ref().map_or(0, |host| host.dropped)
     }
@@ -118,22 +118,22 @@ impl<G> fmt::Debug for OnHost<G> {
 }
 
 impl Host {
-    /// It does not run now.
+    /// Whether the machine is stalled.
     const fn is_stalled(&self) -> bool {
         self.stalls > 0
     }
 
-    /// What its clock says.
+    /// Time by the machine's clock.
     fn told(&self, now: Timestamp) -> Timestamp {
         now + self.ahead
     }
 
-    /// When its clock says `told`.
+    /// Bench time at which the machine's clock shows `told`.
     fn when(&self, told: Timestamp) -> Timestamp {
         if told == Timestamp::MAX { told } else { told - self.ahead }
     }
 
-    /// A fault of a machine begins; others are none of its business.
+    /// Begins a fault of a machine; ignores other faults.
     fn begin(&mut self, kind: &FaultKind) {
         match kind {
             FaultKind::SchedulerStall { .. } => self.stalls += 1,
@@ -142,7 +142,7 @@ impl Host {
         }
     }
 
-    /// It ends; how often it has acted. A machine that goes on hears all at once what was held.
+    /// Ends a fault; returns how often it acted. A machine that resumes receives all held inputs at once.
     fn end(&mut self, now: Timestamp, kind: &FaultKind, guest: &mut impl Guest) -> u64 {
         match kind {
             FaultKind::SchedulerStall { .. } => {
@@ -163,8 +163,8 @@ impl Host {
             return;
         }
         let now = self.told(now);
-        // What waited did so at each port, and a machine that goes on reads one after the other: serial ports in the order in
-        // which something came, then buses, missions last. A program in step with the world does the same.
+        // Inputs waited at each port, and a machine that resumes reads one port after the other: serial ports in the
+        // order of their first input, then buses, missions last. A program in step with the world does the same.
         let first = self.held.iter().find_map(|held| match held {
             Held::Crossed(port, Transmit::Bytes(_)) => Some(*port),
             _ => None,
@@ -184,7 +184,7 @@ impl Host {
         }
     }
 
-    /// The guest is to hear bytes or a frame.
+    /// Passes bytes or a frame to the guest.
     fn hear(&mut self, now: Timestamp, port: PortId, what: Transmit, guest: &mut impl Guest) {
         if self.is_stalled() {
             self.hold(Held::Crossed(port, what));
@@ -193,7 +193,7 @@ impl Host {
         }
     }
 
-    /// The guest is given a mission.
+    /// Passes a mission to the guest.
     fn mission(&mut self, now: Timestamp, mission: Mission, guest: &mut impl Guest) {
         if self.is_stalled() {
             self.hold(Held::Mission(Box::new(mission)));

@@ -1,7 +1,7 @@
-//! A controller of one's own in the simulated world, in the place of ours.
+//! Your own controller in the simulated world, in place of ours.
 //!
-//! [`HostedController`] is all that the world asks of one. [`Controller`] satisfies it; who brings another says by
-//! [`Hosting`] how it is started for a run.
+//! [`HostedController`] is all that the world requires of a controller. [`Controller`] implements it; [`Hosting`] says
+//! how another controller is started for a run.
 
 use controller::config::Config;
 use controller::mission::{Mission, Report};
@@ -12,46 +12,46 @@ use std::sync::Arc;
 use wire::device::{Device, PortId, Transmit};
 use wire::time::Timestamp;
 
-/// A controller without IO and without a clock: it is fed and emptied, and time is an argument.
+/// A controller without IO and without a clock: the world feeds and drains it, and passes the time as an argument.
 ///
-/// After each of [`receive`](Self::receive), [`command`](Self::command) and [`wake`](Self::wake) the world takes what it
-/// has to send and to tell, until there is none, and asks when it wants to be woken. All times are on one scale, which
-/// begins with the run; only a fault of the controller's own clock makes them jump.
+/// After each call of [`receive`](Self::receive), [`command`](Self::command) and [`wake`](Self::wake) the world takes
+/// all outputs and reports, then asks for the next wake-up. All times are on one scale, which begins with the run; only
+/// a fault of the controller's own clock makes them jump.
 ///
-/// A plan begins once the controller has reported a [state](Report::State) of itself, and each table turn and lap asks for
-/// one: a controller tells its state unasked too, once a second say.
+/// A plan begins once the controller has reported its [state](Report::State), and each table turn and lap asks for one:
+/// a controller should also report its state unasked, about once a second.
 pub trait HostedController: fmt::Debug + Send {
-    /// Takes what arrived at a port: bytes of a serial line, as they come, or a CAN frame.
+    /// Takes input at a port: bytes of a serial line, as they arrive, or a CAN frame.
     fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>);
 
-    /// Takes a mission. Each is answered once: done, refused or aborted.
+    /// Takes a mission. The controller answers each mission once: done, refused or aborted.
     fn command(&mut self, now: Timestamp, mission: Mission);
 
     /// Does what is due `now`.
     fn wake(&mut self, now: Timestamp);
 
-    /// When [`Self::wake`] has something to do, if nothing arrives before; [`Timestamp::MAX`]: never. A time that has
-    /// passed means at once, which ends the run in an error where it goes on without end.
+    /// When [`Self::wake`] has something to do, if nothing arrives earlier; [`Timestamp::MAX`] for never. A time in the
+    /// past means at once, and ends the run with an error if it is returned endlessly.
     fn next_wakeup(&self) -> Timestamp;
 
-    /// What goes out next.
+    /// Returns the next output.
     fn transmit(&mut self, now: Timestamp) -> Option<Output>;
 
-    /// The next report, oldest first.
+    /// Returns the next report, oldest first.
     fn report(&mut self) -> Option<Report>;
 
-    /// What is to be noted beside reports; asked behind them. A controller in Rust has nothing to note.
+    /// Returns the next note, taken after the reports. A controller in Rust has none.
     fn news(&mut self) -> Option<News> {
         None
     }
 }
 
-/// What a controller that is a program may bring about beside reports.
+/// What a controller program may produce besides reports.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum News {
-    /// It said something that is no report.
+    /// A line that is not a report.
     Note(String),
-    /// It has ended, or never began: how.
+    /// The program has ended or did not start; why.
     Ended(String),
 }
 
@@ -93,20 +93,20 @@ enum How {
     Program(ControllerProgram),
 }
 
-/// The program of a controller in virtual time.
+/// A controller program in virtual time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ControllerProgram {
     /// `k2a-controller`.
     Ours,
-    /// These words, with `{gyro}` and `{base}` for the ports.
+    /// A command line, with `{gyro}` and `{base}` for the ports.
     Words(Vec<String>),
 }
 
 type Start = dyn Fn(&Config) -> Box<dyn HostedController> + Send + Sync;
 
 impl Hosting {
-    /// `start` makes a controller for each run, at time zero; it is told the gyro's stream, how the base is connected,
-    /// and the limits of motion.
+    /// `start` makes a controller for each run, at time zero, from the gyro's stream, the connection of the base, and
+    /// the limits of motion.
     pub fn of<C>(start: impl Fn(&Config) -> C + Send + Sync + 'static) -> Self
     where
         C: HostedController + 'static,
@@ -114,13 +114,13 @@ impl Hosting {
         Self(How::Own(Arc::new(move |config| Box::new(start(config)))))
     }
 
-    /// A program plays it, started afresh for each run: missions go to its standard input, reports come from its standard
+    /// Runs a program, started afresh for each run: missions go to its standard input, reports come from its standard
     /// output (`docs/virtual-time.md`).
     pub const fn program(program: ControllerProgram) -> Self {
         Self(How::Program(program))
     }
 
-    /// As a summary names it.
+    /// Name for a summary.
     pub fn name(&self) -> String {
         match &self.0 {
             How::Ours | How::Own(_) => "in-process".to_owned(),
@@ -129,7 +129,7 @@ impl Hosting {
         }
     }
 
-    /// The controller of one run; `program` starts one that is a program.
+    /// Starts the controller of one run; `program` starts a controller program.
     pub fn start(
         &self,
         config: &Config,
@@ -149,19 +149,19 @@ impl fmt::Debug for Hosting {
     }
 }
 
-/// Devices of a test's own, in this process: what plays a node of a rig that is under test, by the node's name.
+/// A test's own devices in this process, each under the name of the node under test that it plays.
 #[derive(Clone, Default)]
 pub struct OwnDevices(BTreeMap<String, Arc<StartDevice>>);
 
 type StartDevice = dyn Fn() -> Box<dyn NodeDevice> + Send + Sync;
 
-/// What plays a node under test.
+/// A device that plays a node under test.
 pub trait NodeDevice: Device + Send {
-    /// It has ended by itself: how. Told once.
+    /// How the device ended by itself. Returned once.
     fn ended(&mut self) -> Option<String>;
 }
 
-/// Rust code of a test, which does not end.
+/// Rust code of a test, which never ends by itself.
 #[derive(Debug)]
 struct Endless<D>(D);
 
@@ -190,7 +190,7 @@ impl<D: Device> NodeDevice for Endless<D> {
 }
 
 impl OwnDevices {
-    /// Adds what plays `node`; `start` makes one for each run, at time zero.
+    /// Adds the device that plays `node`; `start` makes one for each run, at time zero.
     pub fn add<D: Device + 'static>(
         &mut self,
         node: &str,
@@ -199,7 +199,7 @@ impl OwnDevices {
         self.0.insert(node.to_owned(), Arc::new(move || Box::new(Endless(start()))));
     }
 
-    /// Somebody plays this node.
+    /// Whether a device plays this node.
     pub fn has(&self, node: &str) -> bool {
         self.0.contains_key(node)
     }
@@ -215,7 +215,7 @@ impl fmt::Debug for OwnDevices {
     }
 }
 
-/// The controller of one run. Ours is known by its type: what happens with every byte costs no indirect call.
+/// The controller of one run. Ours has its own variant, which saves an indirect call for every byte.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "there is one in a run, and ours is the usual one")]
 pub enum Hosted {
@@ -224,7 +224,6 @@ pub enum Hosted {
 }
 
 impl Hosted {
-    /// Ours.
     pub fn ours(config: &Config) -> Self {
         Self::Ours(Controller::new(*config, Timestamp::ZERO))
     }

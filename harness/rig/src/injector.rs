@@ -1,11 +1,11 @@
-//! Keeps the schedule: which fault begins or ends at which time, and what it came to.
+//! Keeps the schedule of faults: when each begins and ends, and how it turned out.
 
 use plan::PhaseEvent;
 use plan::faults::{Chance, Fault, Lasts, Schedule, When};
 use record::FaultSummary;
 use wire::time::{Span, Timestamp};
 
-/// What is to be done now.
+/// A change that is due now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Change {
     Begins(usize),
@@ -14,15 +14,15 @@ pub enum Change {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Drawn not to happen.
+    /// By chance it does not happen.
     Spared,
-    /// Waits for its phase, of which so many have been seen.
+    /// Waits for its phase; `seen` occurrences so far.
     Waiting {
         seen: u32,
     },
-    /// Begins then.
+    /// Begins at this time.
     Due(Timestamp),
-    /// Goes on until then.
+    /// Lasts until this time.
     On(Timestamp),
     Over,
 }
@@ -32,7 +32,7 @@ struct Entry {
     fault: Fault,
     state: State,
     begun: bool,
-    /// Phases of the same name that are open within its own; none while its own is not open.
+    /// Open phases of the same name within its own; `None` while its own is not open.
     within: Option<u32>,
 }
 
@@ -44,7 +44,7 @@ pub(crate) struct Injector {
 }
 
 impl Injector {
-    /// Draws which faults happen at all; a run begins at `now`.
+    /// Draws which faults happen at all; the run begins at `now`.
     pub fn new(schedule: &Schedule, seed: u64, now: Timestamp) -> Self {
         let entries = schedule.faults.iter().enumerate().map(|(index, fault)| {
             let happens = Chance::new(seed, &format!("{index} happens")).happens(fault.probability);
@@ -61,7 +61,7 @@ impl Injector {
         injector
     }
 
-    /// When something begins or ends next.
+    /// Time of the next start or end.
     pub const fn next_due(&self) -> Timestamp {
         self.due
     }
@@ -70,7 +70,7 @@ impl Injector {
         &self.entries[index].fault
     }
 
-    /// A phase of the plan began or ended.
+    /// Takes the start or end of a phase of the plan.
     pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
         for entry in &mut self.entries {
             entry.phase(now, event);
@@ -78,7 +78,7 @@ impl Injector {
         self.settle();
     }
 
-    /// The next thing that is to be done by `now`: what ends goes first, then by place in the schedule.
+    /// Returns the next change due by `now`: ends first, then by place in the schedule.
     pub fn change(&mut self, now: Timestamp) -> Option<Change> {
         if self.due > now {
             return None;
@@ -98,18 +98,18 @@ impl Injector {
         change
     }
 
-    /// How many go on now.
+    /// Number of active faults.
     pub fn active(&self) -> usize {
         self.on().count()
     }
 
-    /// Those that go on now.
+    /// Active faults.
     pub fn on(&self) -> impl Iterator<Item = usize> {
         let entries = self.entries.iter().enumerate();
         entries.filter(|(_, entry)| matches!(entry.state, State::On(_))).map(|(index, _)| index)
     }
 
-    /// The run is over: those that still go on.
+    /// Ends the run; returns the faults that were still active.
     pub(crate) fn still_on(&mut self) -> Vec<usize> {
         let found: Vec<usize> = self.on().collect();
         for index in &found {
@@ -119,7 +119,7 @@ impl Injector {
         found
     }
 
-    /// Those that never began, and why.
+    /// Faults that never began, and why.
     pub(crate) fn never_begun(&self) -> impl Iterator<Item = (usize, &'static str)> {
         self.entries.iter().enumerate().filter(|(_, entry)| !entry.begun).map(|(index, entry)| {
             let why = match entry.state {
@@ -131,7 +131,7 @@ impl Injector {
         })
     }
 
-    /// What became of each; `acted` as counted by whoever was struck.
+    /// Summary of each fault; `acted` holds the counts of the targets.
     pub fn summaries(&self, acted: &[u64]) -> Vec<FaultSummary> {
         let summary = |(index, entry): (usize, &Entry)| FaultSummary {
             index,
@@ -251,7 +251,7 @@ mod tests {
         assert_eq!(injector.next_due(), Timestamp::MAX);
         injector.phase(at(3.0), &began());
         assert_eq!(injector.change(at(3.0)), Some(Change::Begins(0)));
-        // Another within it is not its end.
+        // A nested phase of the same name does not end it.
         injector.phase(at(4.0), &began());
         injector.phase(at(5.0), &ended());
         assert_eq!(injector.change(at(5.0)), None);

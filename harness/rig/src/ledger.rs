@@ -1,4 +1,4 @@
-//! What becomes of a schedule in a run: told in the record as it happens, and summed up at the end.
+//! Records what happens to the faults of a schedule, and sums it up at the end of a run.
 
 use super::injector::{Change, Injector};
 use crate::link::StateChange;
@@ -8,17 +8,17 @@ use record::sink::RecordSink;
 use record::{Device, FaultEvent, FaultRecord, FaultSummary, Record, RecordKind};
 use wire::time::Timestamp;
 
-/// The schedule of a run, and what each of its faults has done. Who has what is struck asks for [`change`](Self::change)s,
-/// makes them, and says when a fault is [`over`](Self::over).
+/// The schedule of a run, and the count of each fault. The owner of the targets takes each [`change`](Self::change),
+/// makes it, and reports when a fault is [`over`](Self::over).
 #[derive(Debug, Clone)]
 pub(crate) struct Ledger {
     injector: Injector,
-    /// How often each has acted, once it is over.
+    /// How often each fault has acted, once it is over.
     acted: Vec<u64>,
 }
 
 impl Ledger {
-    /// Of the run with `seed`, which begins at zero; none where nothing is to go wrong.
+    /// The ledger of the run with `seed`, which begins at zero; `None` if the schedule is empty.
     pub fn of(schedule: &Schedule, seed: u64) -> Option<Self> {
         (!schedule.is_empty()).then(|| Self {
             injector: Injector::new(schedule, seed, Timestamp::ZERO),
@@ -26,22 +26,22 @@ impl Ledger {
         })
     }
 
-    /// When something begins or ends next.
+    /// Time of the next start or end.
     pub const fn next_due(&self) -> Timestamp {
         self.injector.next_due()
     }
 
-    /// A phase of the plan began or ended.
+    /// Takes the start or end of a phase of the plan.
     pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
         self.injector.phase(now, event);
     }
 
-    /// How many faults go on now.
+    /// Number of active faults.
     pub fn active(&self) -> usize {
         self.injector.active()
     }
 
-    /// A kind that goes on now and that no input of the controller shows.
+    /// An active kind of fault that no input of the controller reveals.
     pub fn unseen(&self) -> Option<&'static str> {
         self.injector.on().find_map(|index| no_input_shows(self.fault(index).what.name()))
     }
@@ -50,7 +50,7 @@ impl Ledger {
         self.injector.fault(index)
     }
 
-    /// The next thing that is to be done by `now`; what begins is told.
+    /// Returns the next change due by `now`, and records it if a fault begins.
     pub fn change(&mut self, now: Timestamp, sink: &mut impl RecordSink) -> Option<Change> {
         let change = self.injector.change(now);
         if let Some(Change::Begins(index)) = change {
@@ -59,18 +59,18 @@ impl Ledger {
         change
     }
 
-    /// The fault has acted so often, and is over without an end of its own.
+    /// Counts the acts of an instantaneous fault.
     pub fn acted(&mut self, index: usize, acted: u64) {
         self.acted[index] = acted;
     }
 
-    /// The fault is over, and has acted so often.
+    /// Counts the acts of a fault that is over, and records its end.
     pub fn over(&mut self, now: Timestamp, sink: &mut impl RecordSink, index: usize, acted: u64) {
         self.acted[index] = acted;
         self.tell(now, sink, index, FaultEvent::Ended { acted });
     }
 
-    /// Records that a node of a bus is in another error state, which is put down to the fault at `index`.
+    /// Records the new error state of a bus node, attributed to the fault at `index`.
     pub fn confinement<Node>(
         &self,
         now: Timestamp,
@@ -87,12 +87,12 @@ impl Ledger {
         self.tell(now, sink, index, event);
     }
 
-    /// The run is over: those that still go on.
+    /// Ends the run; returns the faults that were still active.
     pub(crate) fn still_on(&mut self) -> Vec<usize> {
         self.injector.still_on()
     }
 
-    /// All that went on is over: what never began is told, and what became of each.
+    /// Records the faults that never began, and returns the summary of each.
     pub fn close(&self, now: Timestamp, sink: &mut impl RecordSink) -> Vec<FaultSummary> {
         for (index, why) in self.injector.never_begun() {
             self.tell(now, sink, index, FaultEvent::NeverHappened { why: why.to_owned() });

@@ -1,4 +1,4 @@
-//! A rig: nodes on lines, whoever they are.
+//! A rig: nodes connected by lines.
 //!
 //! ```text
 //!   Director (the plan)            Observer (record, properties)
@@ -8,16 +8,17 @@
 //!    emulated, under test, tester, away: each a state machine; lines are paced, and faulty where a fault says so
 //! ```
 //!
-//! [`simulate`] is the loop in virtual time; that in real time is in the crate `live`. Both ask the same nodes and lines.
+//! [`simulate`] is the loop in virtual time; the crate `live` has the loop in real time. Both run the same nodes and
+//! lines.
 //!
 //! * [`engine`]: the steps of a plan, without IO and without a clock. [`operator`]: what a plan asks a person.
-//! * [`link`]: what is between the ends of a line. [`crossing`]: virtual time with every packet and frame sent through the kernel
-//!   on its way.
+//! * [`link`]: what is between the ends of a line. [`crossing`]: virtual time with every packet and frame sent through
+//!   the kernel on its way.
 //! * [`mod@bench`]: the emulated devices of the paper's robot or table, from a device file.
-//! * [`hosted`]: whose controller is tested, and whose code plays a node.
+//! * [`hosted`]: the controller under test, and Rust code that plays a node.
 //!
-//! At equal times the order is: begin and end faults, deliver what has arrived, wake what is due (emulated devices first,
-//! then what they are emulated for, then the plan), transmit until nothing moves any more, record.
+//! Order at equal times: begin and end faults, deliver what has arrived, wake what is due (emulated devices first, then
+//! the devices under test, then the plan), transmit until nothing moves any more, record.
 
 #![allow(
     missing_docs,

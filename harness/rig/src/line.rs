@@ -1,4 +1,4 @@
-//! A line between nodes: both directions of a serial line, or a CAN bus that all of its ends hear.
+//! A line between nodes: both directions of a serial line, or a CAN bus that all ends receive.
 
 use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
 use plan::faults::Chance;
@@ -11,12 +11,12 @@ use wire::device::{PortId, Transmit};
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
-/// An end of a line, by its place among them.
+/// An end of a line, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EndId(pub u8);
 
 impl EndId {
-    /// Another node, which a fault put on the bus.
+    /// A node that a fault put on the bus.
     pub(crate) const STRANGER: Self = Self(u8::MAX);
 
     pub fn of(place: usize) -> Self {
@@ -28,27 +28,27 @@ impl EndId {
     }
 }
 
-/// Which node is at an end, at which of its ports, and as whose the record has what it sends.
+/// An end: its node, the port there, and the sender's name in the record.
 #[derive(Debug, Clone)]
 pub struct End {
     pub node: usize,
     pub port: PortId,
     pub who: Device,
-    /// As the record names a node whose error state changed.
+    /// Name in the record of changed error states.
     pub name: Arc<str>,
 }
 
-/// What is between the ends.
+/// Medium between the ends.
 #[derive(Debug, Clone)]
 enum Wire {
     /// From the first end to the second, and back.
     Serial([SerialLine; 2]),
     Can(CanBus<EndId>),
-    /// No line of its own: what is sent is through, as a port of the system paces it.
+    /// Not paced here: a port of the system paces it, so what is sent arrives at once.
     Direct(VecDeque<(EndId, Transmit)>),
 }
 
-/// What a direct line holds at most; more is dropped and counted.
+/// Most items on a direct line; more are dropped and counted.
 const DIRECT_MAX: usize = 1_024;
 
 /// One line of a rig.
@@ -57,12 +57,12 @@ pub struct Line {
     wire: Wire,
     tampering: Tampering<EndId>,
     ends: Vec<End>,
-    /// What crosses it is in the record, and read.
+    /// Whether its traffic is recorded and decoded.
     is_recorded: bool,
     dropped: u64,
-    /// See [`Self::next_arrival`]: asked at every event, it is kept and not looked for.
+    /// See [`Self::next_arrival`]: cached, because it is needed at every event.
     next_arrival: Timestamp,
-    /// The last fault that began on it: changes of error states are put down to it.
+    /// The last fault that began on the line: changes of error states are attributed to it.
     struck_last: usize,
 }
 
@@ -72,18 +72,18 @@ impl Line {
         Self::of(wire, ends.into())
     }
 
-    /// A bus of these rates.
+    /// A CAN bus of these bit rates.
     pub fn can(rates: BitRates, ends: Vec<End>) -> Self {
         Self::of(Wire::Can(CanBus::at(rates)), ends)
     }
 
-    /// One more end; its place.
+    /// Adds an end; returns its index.
     pub(super) fn add(&mut self, end: End) -> usize {
         self.ends.push(end);
         self.ends.len() - 1
     }
 
-    /// Between nodes of which one is at a port of the system.
+    /// A line between nodes of which one is at a port of the system.
     pub fn direct(ends: Vec<End>) -> Self {
         Self::of(Wire::Direct(VecDeque::new()), ends)
     }
@@ -100,7 +100,7 @@ impl Line {
         }
     }
 
-    /// What crosses it is recorded elsewhere.
+    /// Leaves its traffic out of the record; it is recorded elsewhere.
     pub fn unrecorded(self) -> Self {
         Self { is_recorded: false, ..self }
     }
@@ -117,7 +117,7 @@ impl Line {
         matches!(self.wire, Wire::Can(_))
     }
 
-    /// As whose the record has what came from there.
+    /// The sender, in the record, of what comes from this end.
     pub fn who(&self, from: EndId) -> Device {
         self.ends.get(from.place()).map_or(Device::Plan, |end| end.who)
     }
@@ -126,7 +126,7 @@ impl Line {
         self.ends.get(of.place()).map_or("stranger", |end| &end.name)
     }
 
-    /// When something is through next.
+    /// Time of the next arrival.
     #[inline]
     pub const fn next_arrival(&self) -> Timestamp {
         self.next_arrival
@@ -142,7 +142,7 @@ impl Line {
         };
     }
 
-    /// Puts something on the line; anything of another medium is ignored.
+    /// Sends on the line; something of another medium is ignored.
     #[inline]
     pub fn send(&mut self, now: Timestamp, from: EndId, what: Transmit) {
         match (&mut self.wire, self.tampering.pass(from, what)) {
@@ -161,8 +161,8 @@ impl Line {
         self.look_ahead();
     }
 
-    /// What that end sends at `at` and takes until `now` goes through by itself: it need not be put on the line and taken off
-    /// again. False, and nothing done, where something else is on the line, or a fault.
+    /// Shortcut for a packet that the end sends at `at` and that takes until `now`: it need not be put on the line and
+    /// taken off again. Returns `false`, with nothing done, if the line is busy or faulty.
     #[inline]
     pub(super) fn passes(&mut self, at: Timestamp, now: Timestamp, from: EndId) -> bool {
         let Wire::Serial(ways) = &mut self.wire else { return false };
@@ -170,7 +170,7 @@ impl Line {
         is_idle && ways.get_mut(from.place()).is_some_and(|way| way.passes(at, now))
     }
 
-    /// Something that is through by `now`, and who sent it.
+    /// Takes something that has arrived by `now`, with its sender.
     #[inline]
     pub fn arrived(&mut self, now: Timestamp) -> Option<(EndId, Transmit)> {
         if self.next_arrival > now {
@@ -191,7 +191,7 @@ impl Line {
         arrived
     }
 
-    /// How long so many bytes take on it at least; nothing on a bus.
+    /// Shortest time that this number of bytes takes on the line; zero on a bus.
     pub(super) fn time_for(&self, bytes: usize) -> Span {
         match &self.wire {
             Wire::Serial([way, _]) => way.time_for(bytes),
@@ -199,7 +199,7 @@ impl Line {
         }
     }
 
-    /// What found no room.
+    /// Number of items dropped for lack of room.
     pub fn dropped(&self) -> u64 {
         match &self.wire {
             Wire::Serial(ways) => ways.iter().map(SerialLine::dropped).sum(),
@@ -208,7 +208,7 @@ impl Line {
         }
     }
 
-    /// The next change of an end's error state that was not told yet, and the fault that it is put down to.
+    /// Takes the next change of an end's error state, with the fault that it is attributed to.
     pub fn state_change(&mut self) -> Option<(usize, StateChange<EndId>)> {
         match &mut self.wire {
             Wire::Serial(_) | Wire::Direct(_) => None,
@@ -216,8 +216,9 @@ impl Line {
         }
     }
 
-    /// From now on the line is faulty in this way too: what the device at the end `of` sends, what the others send to it,
-    /// or both. Each direction draws for itself. On a bus only frames of that identifier, where there is one.
+    /// Begins a fault of the line: it strikes what the device at the end `of` sends, what the others send to it, or
+    /// both. Each direction has its own random numbers. On a bus, with an identifier, it strikes only frames with that
+    /// identifier.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
@@ -267,7 +268,7 @@ impl Line {
         self.look_ahead();
     }
 
-    /// From now on a message that the device at that end sends is changed before it is on the line.
+    /// Begins a fault that changes a message of the device at that end before it is on the line.
     pub(crate) fn tamper(
         &mut self,
         fault: (usize, &FaultKind, Chance),
@@ -278,7 +279,7 @@ impl Line {
         self.tampering.begin(fault, from, struck);
     }
 
-    /// The fault of this number is over; how often it acted.
+    /// Ends the fault of this number; returns how often it acted.
     pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
         let tampered = self.tampering.end(number);
         let acted = match &mut self.wire {

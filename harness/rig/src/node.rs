@@ -1,4 +1,4 @@
-//! A node: who is at the lines of a rig.
+//! A node of a rig.
 
 use super::host::{Guest, OnHost};
 use super::own::Own;
@@ -15,38 +15,37 @@ use std::sync::Arc;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 
-/// One node of a rig.
 #[derive(Debug)]
 pub struct Node {
     pub name: Arc<str>,
     pub part: Part,
-    /// Of each of its ports, which line and which end of it.
+    /// Line and end of each port.
     pub(super) routes: Vec<Option<Route>>,
 }
 
-/// Where a port leads.
+/// Line and end at which a port is connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Route {
     pub(super) line: usize,
     pub(super) end: super::line::EndId,
 }
 
-/// What a node is.
+/// Kind of a node.
 #[derive(Debug)]
 pub enum Part {
-    /// Emulated, built in: the gyro and what turns it.
+    /// Emulated, built in: the gyro and its carrier.
     Robot(Box<Robot>),
-    /// Emulated, from a file.
+    /// Emulated, described by a file.
     Described(Box<Described>),
-    /// Under test, in this process, and takes missions.
+    /// Under test in this process; takes missions.
     Controller(Box<Machine>),
-    /// Somebody's own, in this process: emulated or under test.
+    /// The user's own code in this process: emulated or under test.
     Own(Own),
-    /// The plan speaks here, in messages.
+    /// Sends messages that the plan orders.
     Tester(Box<Tester>),
-    /// A log plays its part.
+    /// Replays a log.
     Replayed(Replaying),
-    /// The plan's own port at the table.
+    /// The plan's own port to the table.
     Plan,
     /// At a port of this machine: a process, or a real device.
     Away,
@@ -75,7 +74,7 @@ impl Node {
         Some(Self { name: self.name.clone(), part, routes: self.routes.clone() })
     }
 
-    /// It is emulated: woken before those that it is emulated for.
+    /// Whether the node is emulated: woken before the devices under test.
     pub const fn is_emulated(&self) -> bool {
         matches!(self.part, Part::Robot(_) | Part::Described(_))
     }
@@ -88,7 +87,7 @@ impl Node {
             Part::Described(described) => described.receive(now, what),
             Part::Own(own) => own.host.receive(now, port, what),
             Part::Tester(tester) => tester.receive(now, what),
-            // They read what crosses the line with everybody else's words.
+            // They read the line together with all other traffic.
             Part::Replayed(_) | Part::Plan | Part::Away => {}
         }
     }
@@ -106,7 +105,7 @@ impl Node {
         }
     }
 
-    /// Faults of its machine can strike it from now on.
+    /// Lets faults strike its machine from now on.
     pub(super) fn with_faults(&mut self) {
         match &mut self.part {
             Part::Controller(machine) => machine.host.with_faults(),
@@ -115,7 +114,7 @@ impl Node {
         }
     }
 
-    /// Its machine begins to err, where it is under test.
+    /// Begins a fault of its machine, if the node is under test.
     pub(super) fn begin_fault(&mut self, kind: &FaultKind) {
         match &mut self.part {
             Part::Controller(machine) => machine.host.begin_fault(kind),
@@ -124,7 +123,7 @@ impl Node {
         }
     }
 
-    /// Its machine errs no longer; how often it did.
+    /// Ends a fault of its machine; returns how often it acted.
     pub(super) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
         match &mut self.part {
             Part::Controller(machine) => machine.host.end_fault(now, kind),
@@ -133,7 +132,7 @@ impl Node {
         }
     }
 
-    /// What it or its buffers had no room for.
+    /// Items dropped by the node or its buffers.
     pub(super) fn dropped(&self) -> u64 {
         match &self.part {
             Part::Controller(machine) => machine.host.dropped(),
@@ -144,16 +143,16 @@ impl Node {
     }
 }
 
-/// A device that a file describes, which can be switched off and on.
+/// A described device with a power switch.
 #[derive(Debug, Clone)]
 pub struct Described {
     pub device: described::Device,
-    /// It is switched on again then.
+    /// When it is switched on again.
     on_at: Option<Timestamp>,
 }
 
 impl Described {
-    /// Its random numbers are from `seed`, and its own by its name as a node.
+    /// Creates the device. Its random numbers come from `seed` and the name of the node.
     pub fn new(node: &str, description: &Arc<Description>, seed: u64) -> Self {
         let named = match node == DEVICE || node == description.name {
             true => Arc::clone(description),
@@ -169,7 +168,7 @@ impl Described {
         }
     }
 
-    /// Does what is due; true where it has just been switched on again.
+    /// Does what is due; returns whether the device has just been switched on again.
     pub fn wake(&mut self, now: Timestamp) -> bool {
         let is_back = self.on_at.take_if(|at| *at <= now).is_some();
         if is_back {
@@ -185,23 +184,23 @@ impl Described {
         self.device.next_wakeup().min(self.on_at.unwrap_or(Timestamp::MAX))
     }
 
-    /// Switches it off, and on again at `on_at`.
+    /// Switches the device off, and on again at `on_at`.
     pub fn cycle(&mut self, now: Timestamp, on_at: Timestamp) {
         self.device.power(now, false);
         self.on_at = Some(on_at);
     }
 }
 
-/// The port of a controller at its gyro.
+/// The controller's port to its gyro.
 pub const GYRO: PortId = PortId(0);
-/// The port of a controller at its base.
+/// The controller's port to its base.
 pub const BASE: PortId = PortId(1);
 
-/// A controller and the machine that it runs on.
+/// A controller and its machine.
 #[derive(Debug)]
 pub struct Machine {
     pub host: OnHost<Hosted>,
-    /// When it wants to be woken; asked again when something has reached it.
+    /// When the controller wants to be woken; updated after each input.
     due: Timestamp,
 }
 
@@ -216,7 +215,7 @@ impl Machine {
         Some(Self { host, due: self.due })
     }
 
-    /// It wants to be woken by now, and its machine runs.
+    /// Whether the controller is due and its machine runs.
     #[inline]
     pub fn is_due(&self, now: Timestamp) -> bool {
         self.due <= now && !self.host.is_stalled()
@@ -227,12 +226,12 @@ impl Machine {
         self.host.guest.wake(self.host.told(now));
     }
 
-    /// Never while its machine stands still: what is due then is due when that goes on.
+    /// Next wake-up; never while the machine is stalled: what falls due then is done when it resumes.
     pub fn next_wakeup(&self) -> Timestamp {
         if self.host.is_stalled() { Timestamp::MAX } else { self.due }
     }
 
-    /// When it wants to be woken, by the clock of the bench.
+    /// Updates the next wake-up, in bench time.
     pub fn ask_due(&mut self) {
         self.due = self.host.when(self.host.guest.next_wakeup());
     }
@@ -257,7 +256,7 @@ fn input(what: &Transmit) -> Input<'_> {
     }
 }
 
-/// What a controller sends, and at which port.
+/// An output of a controller, with its port.
 pub const fn output(output: Output) -> (PortId, Transmit) {
     match output {
         Output::Bytes(Port::Gyro, packet) => (GYRO, Transmit::Bytes(packet)),

@@ -1,4 +1,4 @@
-//! Somebody's own device or program, and the machine that it runs on.
+//! The user's own device or program under test, with its machine.
 
 use super::host::{Guest, OnHost};
 use crate::hosted::NodeDevice;
@@ -21,7 +21,7 @@ impl Own {
         self.host.guest.wake(self.host.told(now));
     }
 
-    /// By the clock of the bench; never while its machine stands still.
+    /// In bench time; never while the machine is stalled.
     pub(super) fn next_wakeup(&self) -> Timestamp {
         match self.host.is_stalled() {
             true => Timestamp::MAX,
@@ -46,6 +46,6 @@ impl Guest for Box<dyn NodeDevice> {
         self.receive(now, port, what);
     }
 
-    /// Nodes are given none.
+    /// Nodes receive no missions.
     fn order(&mut self, _: Timestamp, _: Mission) {}
 }

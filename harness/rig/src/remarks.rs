@@ -1,14 +1,14 @@
-//! What a run counts and no measurement is of. It is said at the end of the run, so that nothing is out of its range in
-//! silence.
+//! Counts of a run that no measurement covers. They appear at the end of the run, so that no value is out of range
+//! unnoticed.
 
 use super::Rig;
 use super::node::Part;
 
 impl Rig {
-    /// A line for each thing that was counted.
+    /// One line for each count that is not zero.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
-        // Of a device whose messages are known each should be one of them.
+        // Every message of a device with known messages should be one of them.
         let judged = self.ears.iter().filter(|ear| ear.judged);
         let damaged: u64 = judged.map(|ear| ear.decoder.damaged()).sum();
         if damaged > 0 {

@@ -1,10 +1,10 @@
-//! A node whose part a log plays: what it sent is sent again, as far apart as it was.
+//! A node that replays a log: it sends what was recorded, with the recorded spacing.
 
 use plan::replayed::Replayed;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 
-/// A log in the place of a node. It hears nothing.
+/// A log in place of a node. It receives nothing.
 #[derive(Debug, Clone)]
 pub struct Replaying {
     said: Replayed,
@@ -20,7 +20,7 @@ impl Replaying {
         self.said.get(self.next).map_or(Timestamp::MAX, |(at, ..)| Timestamp::ZERO + *at)
     }
 
-    /// What is due by `now`, one after another.
+    /// Returns what is due by `now`, one item at a time.
     pub(super) fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
         let due = |(at, ..): &&(_, _, _)| Timestamp::ZERO + *at <= now;
         let (_, port, what) = self.said.get(self.next).filter(due)?;

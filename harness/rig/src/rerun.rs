@@ -1,7 +1,7 @@
-//! Who was under test once more, on what it heard in a recorded run: what it says now, beside what it said then.
+//! Reruns the devices under test on what they received in a recorded run, and compares their outputs.
 //!
-//! Nobody answers it. What the others sent stands in the record, whatever is said now, so a difference is its own. What it
-//! sends goes through lines like those of the run, on which it is alone.
+//! Inputs come from the record alone, whatever a device sends now, so any difference is its own. Its outputs go through
+//! lines like those of the run, on which it is alone.
 
 use super::Rig;
 use super::line::EndId;
@@ -17,55 +17,55 @@ use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::{Span, Timestamp};
 
-/// On a bus a frame waits for those of others, on which it is alone here. Assumption: longer than a burst of ten frames
-/// at 125 kbit/s takes.
+/// On a bus of the run a frame waits for those of others; here the device is alone. Assumption: longer than a burst of
+/// ten frames at 125 kbit/s takes.
 const BUS_APART_MAX: Span = Span::from_millis(20);
-/// What one of them said and the other has not after this long is a difference.
+/// An output that the other side has not sent after this long is a difference.
 const AWAITED: Span = Span::from_secs(1);
-/// Wake-ups at one instant; more means that it wants to be woken again and again for nothing.
+/// Most wake-ups at one instant; more means that a device asks to be woken again and again.
 const WAKES_AT_ONCE_MAX: u32 = 10_000;
 
-/// Why a run cannot be carried out again on its record.
+/// Why a recorded run cannot be repeated.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RerunError {
-    /// The rest of the record cannot be read.
+    /// The rest of the record is unreadable.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Record(#[from] RecordError),
-    /// What it heard was not recorded.
+    /// The record has no inputs.
     #[error("the record has no bytes and no frames")]
     #[diagnostic(help("record a run with `hil run PLAN --record full`"))]
     NoBytes,
-    /// Nobody is under test in this process or as a program.
+    /// No device is under test in this process or as a program.
     #[error("nobody is under test in this run who could be started again")]
     #[diagnostic(help("a device at a port and an emulated one are not run again"))]
     NobodyUnderTest,
-    /// Its machine stood still, or its clock jumped: when it heard what is not in the record.
+    /// The machine stalled, or its clock jumped: when the device received its inputs is not in the record.
     #[error(
         "the machine of the device under test had a fault at {at_s} s: when it heard what is not known"
     )]
     #[diagnostic(help("run the plan again without faults of the host"))]
     HostFault {
-        /// When, s.
+        /// Time of the fault, s.
         at_s: f64,
     },
-    /// A node speaks on several lines.
+    /// A node sends on several lines.
     #[error("{who} speaks on several lines, and the record does not say on which")]
     #[diagnostic(help("a run of a rig without a gateway can be carried out again"))]
     SeveralLines {
         /// The node.
         who: String,
     },
-    /// It never rests.
+    /// A device never rests.
     #[error("time stands still at {at_s} s: what is under test wants to be woken again and again")]
     #[diagnostic(help("a wake-up that was called is to lie in the future"))]
     StandsStill {
-        /// When, s.
+        /// Time, s.
         at_s: f64,
     },
 }
 
-/// How much was said.
+/// Number of outputs and reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Said {
     /// Packets of bytes and frames.
@@ -74,29 +74,29 @@ pub struct Said {
     pub reports: u64,
 }
 
-/// The first that differs: what stands in the record, and what was said now; none where one of them said nothing.
+/// The first difference: `None` for a side that sent nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
-    /// In the record.
+    /// The record's.
     pub recorded: Option<Record>,
-    /// Now.
+    /// The rerun's.
     pub now: Option<Record>,
 }
 
-/// What came of carrying a run out again.
+/// Result of a rerun.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rerun {
-    /// In the record.
+    /// Counts of the record.
     pub recorded: Said,
-    /// Now.
+    /// Counts of the rerun.
     pub now: Said,
-    /// None where all is the same.
+    /// `None` if all outputs are the same.
     pub difference: Option<Difference>,
-    /// How a program ended before the run was over.
+    /// How a program ended early.
     pub ended: Option<String>,
 }
 
-/// Outputs, or reports, that the other side has not said yet.
+/// Outputs, or reports, that the other side has not produced yet.
 #[derive(Debug, Default)]
 struct Pairs {
     recorded: VecDeque<Record>,
@@ -104,7 +104,7 @@ struct Pairs {
 }
 
 impl Pairs {
-    /// The first pair that differs, of those that are known at `at`.
+    /// The first difference that is certain at `at`.
     fn difference(&mut self, at: Timestamp) -> Option<Difference> {
         loop {
             let (recorded, now) = (self.recorded.front(), self.now.front());
@@ -138,22 +138,22 @@ fn is_same(recorded: &Record, now: &Record) -> bool {
     recorded.device == now.device && recorded.kind == now.kind && last - first <= apart_max
 }
 
-/// A run on its record.
+/// A rerun in progress.
 struct Again {
     rig: Rig,
     /// Nodes that are run again.
     tested: Vec<usize>,
     now: Timestamp,
-    /// Something has reached one of them since they were asked.
+    /// An input has reached a device since the last query.
     is_reached: bool,
     next_id: MissionId,
-    /// Frames by their identifiers: on a busy bus they change places. Bytes have none.
+    /// Frames by identifier, as they may swap places on a busy bus. Bytes have no identifier.
     outputs: BTreeMap<Option<Id>, Pairs>,
     reports: Pairs,
     came: Rerun,
 }
 
-/// Those under test in `rig` hear `records` again.
+/// Runs the devices under test in `rig` again on the inputs of `records`.
 pub fn rerun(
     rig: Rig,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
@@ -174,7 +174,7 @@ pub fn rerun(
         reports: Pairs::default(),
         came: Rerun::default(),
     };
-    // Before anything happens they are asked, and not woken.
+    // At the start the devices are queried, not woken.
     again.tested.clone().into_iter().for_each(|place| again.ask(place));
     let (mut has_bytes, mut over) = (false, Timestamp::ZERO);
     for record in records {
@@ -191,7 +191,7 @@ pub fn rerun(
         return Err(RerunError::NoBytes);
     }
     again.settle();
-    // When a plan is over, what is on a line still goes through, and nobody is asked any more.
+    // After the end of a plan the lines still deliver, but no device is queried any more.
     for pairs in again.outputs.values_mut().chain([&mut again.reports]) {
         pairs.now.retain(|record| record.at <= over);
     }
@@ -200,7 +200,7 @@ pub fn rerun(
 }
 
 impl Again {
-    /// All that happens before `until`.
+    /// Handles everything before `until`.
     fn advance(&mut self, until: Timestamp) -> Result<(), RerunError> {
         if until <= self.now {
             return Ok(());
@@ -226,7 +226,7 @@ impl Again {
         Ok(())
     }
 
-    /// What has come through the lines was said now.
+    /// Counts what has arrived through the lines as sent now.
     fn arrive(&mut self) {
         for line in &mut self.rig.lines {
             while let Some((from, what)) = line.arrived(self.now) {
@@ -241,7 +241,7 @@ impl Again {
         }
     }
 
-    /// Those under test do what is due, and say what they have to say.
+    /// Wakes the devices under test that are due, and sends their outputs.
     fn settle(&mut self) {
         for place in self.tested.clone() {
             let is_due = self.rig.nodes[place].next_wakeup() <= self.now;
@@ -260,7 +260,7 @@ impl Again {
         self.is_reached = false;
     }
 
-    /// What a node has to say goes out.
+    /// Sends the outputs of a node.
     fn ask(&mut self, place: usize) {
         self.rig.empty(self.now, place);
         let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
@@ -322,7 +322,7 @@ impl Again {
         self.is_reached = true;
     }
 
-    /// Something had come through a line: those under test hear it, or one of them had said it.
+    /// Takes traffic of the record: the input of devices under test, or the output of one of them.
     fn heard(&mut self, record: Record, what: &[Transmit], is_can: bool) -> Result<(), RerunError> {
         let is_said = |line: &usize| {
             let line = &self.rig.lines[*line];
@@ -350,7 +350,7 @@ impl Again {
         }
         let [line] = lines[..] else {
             let who = record.device.name().to_owned();
-            // A line that is not of the rig, as that of an emulated table, is nobody's under test.
+            // A line outside the rig, such as that of an emulated table, has no device under test.
             return if lines.is_empty() { Ok(()) } else { Err(RerunError::SeveralLines { who }) };
         };
         let from = from(line).unwrap_or(EndId::STRANGER);
@@ -366,7 +366,7 @@ impl Again {
         Ok(())
     }
 
-    /// What both have said by `at` is compared, until the first difference.
+    /// Compares the outputs of both sides by `at`, until the first difference.
     fn compare(&mut self, at: Timestamp) {
         if self.came.difference.is_some() {
             self.outputs.clear();

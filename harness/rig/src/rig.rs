@@ -12,38 +12,36 @@ use std::sync::Arc;
 use wire::device::{PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
-/// Nodes and the lines between them.
 #[derive(Debug, Default)]
 pub struct Rig {
     pub nodes: Vec<Node>,
     pub lines: Vec<Line>,
-    /// Names of the lines.
     pub line_names: Vec<Arc<str>>,
     pub(crate) ears: Vec<Ear>,
 }
 
-/// Reads what one end of a line says.
+/// Decodes what one end of a line sends.
 #[derive(Debug, Clone)]
 pub(crate) struct Ear {
     pub(crate) line: usize,
     pub(crate) end: EndId,
-    /// By its place among the speakers of the rig.
+    /// Index among the speakers of the rig.
     pub(crate) speaker: usize,
     pub(crate) decoder: Decoder,
-    /// What came and could not be read counts: somebody's own device has to be understood.
+    /// Whether undecodable input counts: the user's own device must be understood.
     pub(crate) judged: bool,
-    /// How often each signal was out of its range, by its place behind that of its message.
+    /// How often each signal was out of its range, by message and signal.
     pub(crate) out_of_range: BTreeMap<(usize, usize), u64>,
 }
 
 impl Rig {
-    /// Adds a node; its place.
+    /// Adds a node; returns its index.
     pub fn node(&mut self, node: Node) -> usize {
         self.nodes.push(node);
         self.nodes.len() - 1
     }
 
-    /// Adds a line between nodes that are there.
+    /// Adds a line between nodes of the rig.
     pub fn line(&mut self, name: &str, line: Line) -> usize {
         let index = self.lines.len();
         for (place, End { node, port, .. }) in line.ends().iter().enumerate() {
@@ -59,7 +57,7 @@ impl Rig {
         index
     }
 
-    /// One more end of a line that is there.
+    /// Adds an end to a line of the rig.
     pub fn join(&mut self, line: usize, end: End) {
         let (node, port) = (end.node, usize::from(end.port.0));
         let place = EndId::of(self.lines[line].add(end));
@@ -70,7 +68,7 @@ impl Rig {
         routes[port] = Some(Route { line, end: place });
     }
 
-    /// What comes from that end of a line is read as messages.
+    /// Decodes the messages from that end of a line.
     pub fn listen(
         &mut self,
         (line, end): (usize, EndId),
@@ -82,30 +80,30 @@ impl Rig {
         self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range });
     }
 
-    /// Somebody reads what crosses that line.
+    /// Whether traffic of that line is decoded.
     pub(crate) fn is_read(&self, line: usize) -> bool {
         self.ears.iter().any(|ear| ear.line == line)
     }
 
-    /// When something is through next, on any line.
+    /// Time of the next arrival on any line.
     #[inline]
     pub fn next_arrival(&self) -> Timestamp {
         self.lines.iter().map(Line::next_arrival).min().unwrap_or(Timestamp::MAX)
     }
 
-    /// When a node wants to be woken next.
+    /// Next wake-up of any node.
     #[inline]
     pub fn next_wakeup(&self) -> Timestamp {
         self.nodes.iter().map(Node::next_wakeup).min().unwrap_or(Timestamp::MAX)
     }
 
-    /// What found no room, in lines and nodes.
+    /// Number of items dropped by lines and nodes.
     pub fn dropped(&self) -> u64 {
         self.lines.iter().map(Line::dropped).sum::<u64>()
             + self.nodes.iter().map(Node::dropped).sum::<u64>()
     }
 
-    /// Puts what a node sends on the line at that port; what leads nowhere is lost.
+    /// Sends on the line at a node's port; without a line it is lost.
     #[inline]
     pub fn send(&mut self, now: Timestamp, node: usize, port: PortId, what: Transmit) {
         if let Some(Route { line, end }) = self.nodes[node].route(port) {
@@ -113,7 +111,7 @@ impl Rig {
         }
     }
 
-    /// Everybody at the line but the sender takes what has come through; `reached` hears who.
+    /// Passes what has arrived to all nodes on the line but the sender; calls `reached` for each.
     #[inline]
     pub fn hand_over(
         &mut self,
@@ -131,7 +129,7 @@ impl Rig {
         }
     }
 
-    /// A message of a node, or one of its signals, and the end of the line that the node sends it from.
+    /// A message of a node, or one of its signals, and the end of the line where the node sends it.
     pub fn said(&self, node: &str, part: &str) -> Option<(usize, EndId, Struck)> {
         self.ears.iter().find_map(|ear| {
             let (layout, sender) = (ear.decoder.layout(), ear.decoder.sender()?);
@@ -151,7 +149,7 @@ impl Rig {
         })
     }
 
-    /// Reads what an end of a line said; `take` gets each message with its speaker.
+    /// Decodes what an end of a line sent; calls `take` for each message with its speaker.
     #[inline]
     pub fn read(
         &mut self,
@@ -160,7 +158,7 @@ impl Rig {
         mut take: impl FnMut(usize, Decoded<'_>),
     ) {
         for ear in &mut self.ears {
-            // A stranger's frames are taken for those of the one whose messages they are.
+            // A stranger's frame counts as the frame of the node whose message it is.
             let strange = from == EndId::STRANGER && ear.judged;
             if ear.line != line || (ear.end != from && !strange) {
                 continue;
@@ -179,13 +177,13 @@ impl Rig {
         }
     }
 
-    /// Whoever is at that end is at a port of the system.
+    /// Whether the node at that end is at a port of the system.
     pub fn is_away(&self, line: usize, end: EndId) -> bool {
         let end = self.lines[line].ends().get(end.place());
         end.is_some_and(|end| matches!(self.nodes[end.node].part, Part::Away))
     }
 
-    /// Which end said what came from a port: the one away whose message it is, else `at`, where the port is.
+    /// Sender of something from a port: the node away whose message it is, else `at`, the end of the port.
     pub fn speaker_of(&self, line: usize, at: EndId, what: &Transmit) -> EndId {
         let Transmit::Frame(frame) = what else { return at };
         let of = |ear: &&Ear| {
@@ -194,7 +192,7 @@ impl Rig {
         self.ears.iter().find(of).map_or(at, |ear| ear.end)
     }
 
-    /// The gyro's outputs up to `now`, each at its own instant, onto its line.
+    /// Puts the gyro's outputs up to `now` on its line, each at its own instant.
     #[inline]
     pub fn wake_gyro(&mut self, now: Timestamp, place: usize) {
         let route = self.nodes[place].route(robot::GYRO);
@@ -206,9 +204,9 @@ impl Rig {
         }
     }
 
-    /// From now on an output of a gyro needs no event at its own instant: nobody notices it before its bytes are through the
-    /// line, as long as it is asked for [before](Self::wake_gyros_before) anything else happens. It halves the events of a
-    /// robot that stands. Not where a fault could let bytes through sooner.
+    /// From now on an output of a gyro needs no event at its own instant: nothing observes it before its bytes have
+    /// arrived, as long as it is fetched [before](Self::wake_gyros_before) anything else happens. This halves the
+    /// events of a robot at rest. Not valid if a fault could let bytes arrive earlier.
     pub(crate) fn wake_gyros_late(&mut self) {
         for node in &mut self.nodes {
             let route = node.route(robot::GYRO);
@@ -219,7 +217,7 @@ impl Rig {
         }
     }
 
-    /// The gyros' outputs before `now`, each at its own instant: they must not feel what happens now.
+    /// Fetches the gyros' outputs before `now`, each at its own instant: what happens now must not affect them.
     #[inline]
     pub(crate) fn wake_gyros_before(&mut self, now: Timestamp) {
         for place in 0..self.nodes.len() {
@@ -227,7 +225,8 @@ impl Rig {
         }
     }
 
-    /// Wakes the emulated devices that are due; `reached` hears who, `answered` that one has been switched on again.
+    /// Wakes the emulated devices that are due; calls `reached` for each, and `answered` if one has been switched on
+    /// again.
     #[inline]
     pub fn wake_emulated(
         &mut self,
@@ -254,7 +253,7 @@ impl Rig {
         }
     }
 
-    /// Wakes those that devices are emulated for, where they are due.
+    /// Wakes the other nodes that are due.
     #[inline]
     pub fn wake_others(
         &mut self,
@@ -287,7 +286,7 @@ impl Rig {
         }
     }
 
-    /// What a node has to say goes onto its lines. Controllers are asked by their owner, who hears their reports, too.
+    /// Sends the outputs of a node. Controllers are drained by their owner, which also takes their reports.
     #[inline]
     pub fn empty(&mut self, now: Timestamp, place: usize) {
         loop {
@@ -304,7 +303,7 @@ impl Rig {
         }
     }
 
-    /// The gyro and what turns it.
+    /// The gyro and its carrier.
     pub fn robot(&self) -> Option<&Robot> {
         self.robots().next()
     }
@@ -314,7 +313,7 @@ impl Rig {
         self.robots_mut().next()
     }
 
-    /// The gyro and what turns it, and what turns nothing.
+    /// Gyros with their carriers, including those without one.
     pub fn robots(&self) -> impl Iterator<Item = &Robot> {
         self.nodes.iter().filter_map(|node| match &node.part {
             Part::Robot(robot) => Some(&**robot),
@@ -330,7 +329,7 @@ impl Rig {
         })
     }
 
-    /// What its lines cross where they go through the kernel. The device of a line is its last emulated end.
+    /// The lines as a crossing sees them. The device of a line is its last emulated end.
     pub fn crossed_lines(&self) -> Vec<CrossedLine> {
         let of = |(line, name): (&Line, &Arc<str>)| CrossedLine {
             name: Arc::clone(name),
@@ -344,7 +343,7 @@ impl Rig {
         self.lines.iter().zip(&self.line_names).map(of).collect()
     }
 
-    /// The place of the node of this name.
+    /// Index of the node of this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| &*node.name == name)
     }

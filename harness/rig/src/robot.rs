@@ -7,20 +7,21 @@ use wire::time::{Span, Timestamp};
 
 /// The port of the gyro's stream.
 pub const GYRO: PortId = PortId(0);
-/// The port of what carries it: the base or the table.
+/// The port of the carrier: the base or the table.
 pub const CARRIER: PortId = PortId(1);
 
 /// Gyro and carrier.
 #[derive(Debug, Clone)]
 pub struct Robot {
     pub bench: Bench,
-    /// When the carrier wants to be woken; asked again when something has reached it.
+    /// When the carrier wants to be woken; updated after each input.
     pub(super) carrier_due: Timestamp,
-    /// A real gyro, or a real carrier, is in the place of the emulated one, which only follows: it says nothing.
+    /// A real gyro or carrier takes the place of the emulated one, which follows silently.
     pub gyro_is_real: bool,
     /// See `gyro_is_real`.
     pub carrier_is_real: bool,
-    /// An output of the gyro may be asked for so long after its instant; see [`wake_gyros_late`](super::Rig::wake_gyros_late).
+    /// How long after its instant an output of the gyro may be fetched; see
+    /// [`wake_gyros_late`](super::Rig::wake_gyros_late).
     pub(super) gyro_late: Span,
 }
 
@@ -31,7 +32,7 @@ impl Robot {
         Self { bench, carrier_due, gyro_is_real, carrier_is_real, gyro_late }
     }
 
-    /// The device of that name is part of it.
+    /// Whether the device of that name is an emulated part of the robot.
     pub fn has(&self, device: Target) -> bool {
         match (device, &self.bench.carrier) {
             (Target::Gyro, _) => !self.gyro_is_real,
@@ -58,7 +59,7 @@ impl Robot {
         }
     }
 
-    /// The carrier does what is due; true where it did.
+    /// Wakes the carrier if it is due; returns whether it was.
     #[inline]
     pub(super) fn wake(&mut self, now: Timestamp) -> bool {
         let is_due = self.carrier_due <= now;
@@ -68,7 +69,7 @@ impl Robot {
         is_due
     }
 
-    /// The gyro's outputs up to `now`, each with its own instant.
+    /// Returns the next output of the gyro up to `now`, with its own instant.
     #[inline]
     pub(super) fn gyro_output(&mut self, now: Timestamp) -> Option<(Timestamp, Transmit)> {
         let Bench { gyro, carrier, .. } = &mut self.bench;
@@ -87,7 +88,7 @@ impl Robot {
         None
     }
 
-    /// What the carrier sends next; asked until there is nothing, it says when it wants to be woken.
+    /// Returns what the carrier sends next; after the last item, updates its next wake-up.
     #[inline]
     pub(super) fn transmit(&mut self) -> Option<Transmit> {
         loop {

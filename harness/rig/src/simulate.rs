@@ -1,8 +1,8 @@
 //! The loop in virtual time: the same bytes as on real lines, one event after another.
 //!
-//! Time jumps to the next event. Nothing here reads a clock or draws a number, so plan, seed and version determine every
-//! byte of the record. What is delivered may first [cross](crate::crossing) a pty or a CAN interface of the kernel,
-//! which time does not notice.
+//! Time jumps to the next event. Nothing here reads a clock or draws an unseeded number, so plan, seed and version
+//! determine every byte of the record. Delivered data may first [cross](crate::crossing) a pty or a CAN interface of
+//! the kernel, which virtual time does not notice.
 
 use super::Rig;
 use super::director::Director;
@@ -22,16 +22,16 @@ use record::{Device, FaultSummary, Progress, Record, RecordKind};
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
-/// Rounds of transmitting at one instant; more means that two devices answer each other for ever.
+/// Most rounds of transmission at one instant; more means that two devices answer each other endlessly.
 const ROUNDS_MAX: u32 = 1_000;
-/// Events at one instant; more means that somebody wants to be woken again and again for nothing.
+/// Most events at one instant; more means that a device asks to be woken again and again.
 const EVENTS_AT_ONCE_MAX: u32 = 10_000;
-/// Events between two looks beyond the loop.
+/// Events between two checks outside the loop.
 pub(super) const EVENTS_PER_PULSE: u64 = 50_000;
-/// What is sent last has so long to get through. Assumption: the longest queue of a bus is over in a tenth of it.
+/// Time for the last messages to arrive. Assumption: the longest queue of a bus is empty in a tenth of it.
 const LAST_WORDS: Span = Span::from_secs(1);
 
-/// Looks beyond a run: does anybody want it to stop, does the disk still take the record?
+/// Checks for a stop request, and whether the disk still takes the record.
 pub fn look_up(
     engine: &mut Engine,
     now: Timestamp,
@@ -56,18 +56,18 @@ pub struct Simulation<C> {
     pub(super) crossing: C,
     pub(super) watch: Option<Box<Watch>>,
     pub(super) touched: Touched,
-    /// The emulated nodes, and the others: a bit each.
+    /// The emulated nodes and the others, one bit each.
     pub(super) emulated: u64,
     pub(super) others: u64,
-    /// What goes wrong on purpose; none where the plan has no faults.
+    /// Faults of the plan; `None` if it has none.
     pub(super) faults: Option<Box<Faults>>,
-    /// When the plan wants to be woken.
+    /// Next wake-up of the plan.
     pub(super) plan_due: Timestamp,
     pub(super) events: u64,
     pub(super) events_at_once: u32,
     /// See [`Rig::wake_gyros_late`].
     pub(super) gyros_are_late: bool,
-    /// What is carried on without the questions of the loop.
+    /// The gyro stream that may bypass the loop.
     pub(super) stream: Option<Stream>,
     /// See [`Self::before_faults`].
     pub(super) phases: Option<Vec<(Timestamp, PhaseEvent)>>,
@@ -112,14 +112,14 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// Properties are judged as the run goes on. The record stays what it is.
+    /// Adds a monitor that judges properties during the run. The record stays the same.
     pub fn with_monitor(mut self, monitor: Option<Monitor>) -> Self {
         self.watch = monitor.map(|monitor| Box::new(Watch::new(monitor)));
         self
     }
 
-    /// Runs the plan to its end. What the engine asks to be kept is handed to `keep`. Between two events `pulse` is called
-    /// now and then; when it says false, the run is aborted.
+    /// Runs the plan to its end. `keep` receives what the engine asks to keep. `pulse` is called between events now and
+    /// then; if it returns `false`, the run is aborted.
     pub fn run(
         &mut self,
         sink: &mut impl RecordSink,
@@ -198,7 +198,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// What happens at `next`, the next event; the end where time stands still.
+    /// Handles `next`, the next event; returns the end if time stands still.
     pub(super) fn step(
         &mut self,
         next: Timestamp,
@@ -207,7 +207,7 @@ impl<C: Crossing> Simulation<C> {
     ) -> Option<Ending> {
         self.begin_event(next);
         if self.events_at_once == EVENTS_AT_ONCE_MAX {
-            // Nothing that takes time can happen any more, a tear-down neither.
+            // No event that takes time can happen any more, not even a tear-down.
             let reason = format!("time stands still at {} s", self.now.as_secs_f64());
             return Some(Ending { outcome: Outcome::Error, reason: Some(reason) });
         }
@@ -236,7 +236,7 @@ impl<C: Crossing> Simulation<C> {
         self.now = self.now.max(next);
     }
 
-    /// Looks beyond the run; who is stopped may have something to say.
+    /// Checks outside the loop; a stopped engine may have actions.
     fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
         if let Some(watch) = &self.watch {
             watch.tell(sink);
@@ -260,7 +260,7 @@ impl<C: Crossing> Simulation<C> {
             .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
     }
 
-    /// Faults that are due begin and end, which may reach anybody.
+    /// Begins and ends the faults that are due, which may reach any node.
     #[cold]
     fn strike(&mut self, sink: &mut impl RecordSink) {
         let Self { faults: Some(faults), now, rig, director, watch, touched, .. } = self else {
@@ -272,7 +272,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// Nodes that have left their bus, or come back to it, by faults.
+    /// Records nodes that have gone bus-off or recovered through faults.
     fn note_confinement(&mut self, sink: &mut impl RecordSink) {
         let Self { faults: Some(faults), now, rig, watch, .. } = self else { return };
         if faults.record_confinement(*now, rig, sink) {
@@ -280,7 +280,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// What has come through the lines is delivered, after whatever is crossed.
+    /// Delivers what has arrived through the lines, after the crossing.
     pub(super) fn deliver(&mut self, sink: &mut impl RecordSink) {
         let now = self.now;
         for line in 0..self.rig.lines.len() {
@@ -295,7 +295,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// What has come through a line is delivered as it is after it was crossed.
+    /// Delivers what has arrived through a line, as it comes out of the crossing.
     #[inline]
     pub(super) fn carried(
         &mut self,
@@ -367,8 +367,8 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// Carries everything that those who were reached have to say, until nobody has: those under test and testers first,
-    /// then what the plan orders, then the emulated devices.
+    /// Carries the outputs of all touched nodes until there are no more: devices under test and testers first, then the
+    /// orders of the plan, then the emulated devices.
     pub(super) fn transmit(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
         let mut rounds = 0;
         let anybody = Touched::PLAN | self.emulated | self.others;
@@ -394,7 +394,7 @@ impl<C: Crossing> Simulation<C> {
         self.touched = Touched::default();
     }
 
-    /// What the plan sent last goes through, where it speaks itself.
+    /// Delivers the plan's last messages, if it has a tester.
     fn last_words(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
         if !self.rig.nodes.iter().any(|node| matches!(node.part, Part::Tester(_))) {
             return;

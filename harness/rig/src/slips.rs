@@ -4,7 +4,7 @@ use plan::faults::Chance;
 use plan::faults::FaultKind;
 use record::Reply;
 
-/// The slips that are on.
+/// Active slips.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Slips {
     on: Vec<Slip>,
@@ -23,7 +23,7 @@ impl Slips {
         self.on.push(Slip { number, kind, chance, acted: 0 });
     }
 
-    /// How many answers it has changed.
+    /// Ends a slip; returns how many answers it changed.
     pub fn end(&mut self, number: usize) -> u64 {
         let acted = self.acted(number);
         self.on.retain(|slip| slip.number != number);
@@ -35,7 +35,7 @@ impl Slips {
         found.map_or(0, |slip| slip.acted)
     }
 
-    /// The number of a reply as it is given.
+    /// Changes the number of a reply as the active slips do.
     pub fn change(&mut self, reply: &mut Reply) {
         let Some(number) = &mut reply.number else { return };
         for slip in &mut self.on {

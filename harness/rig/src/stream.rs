@@ -1,8 +1,8 @@
 //! A gyro's stream while nothing else happens: the longest part of most runs.
 //!
-//! The controller hears each output when its bytes are through the line, and mostly has nothing to say. Then the next thing
-//! that happens is the next output, and neither lines nor nodes nor the plan have to be asked for it. What comes of it is
-//! what the loop would make of it, event by event.
+//! The controller receives each output when its bytes have arrived, and mostly sends nothing. Then the next event is
+//! the next output, and no line, node or plan has to be queried. The result is the same as that of the loop, event by
+//! event.
 
 use super::Rig;
 use super::line::EndId;
@@ -19,21 +19,21 @@ use record::sink::RecordSink;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 
-/// The only gyro of a rig, on a serial line of its own with a controller.
+/// The only gyro of a rig, on its own serial line to a controller.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stream {
     robot: usize,
     line: usize,
     end: EndId,
     controller: usize,
-    /// The controller's.
+    /// Port of the controller.
     port: PortId,
-    /// Of each output.
+    /// Length of each output.
     bytes: usize,
 }
 
 impl Stream {
-    /// That of `rig`, whose gyros are [late](Rig::wake_gyros_late).
+    /// The stream of `rig`, whose gyros are [late](Rig::wake_gyros_late).
     pub(super) fn of(rig: &Rig) -> Option<Self> {
         let is_robot = |node: &Node| matches!(node.part, Part::Robot(_));
         let robot = rig.nodes.iter().position(is_robot)?;
@@ -49,7 +49,7 @@ impl Stream {
 }
 
 impl<C: Crossing> Simulation<C> {
-    /// Carries the stream on until something else happens, or somebody has something to say; false where it did not go on.
+    /// Advances the stream until something else happens or a node has an output; returns `false` if it did not advance.
     pub(super) fn stream_alone(
         &mut self,
         Stream { robot, line, end, controller, port, bytes }: Stream,
@@ -102,7 +102,7 @@ impl<C: Crossing> Simulation<C> {
 }
 
 impl Rig {
-    /// The controller there, if it is ours, has nothing to say; then it is asked when it wants to be woken.
+    /// Whether our controller at that place has no output; if so, updates its next wake-up.
     #[inline]
     fn is_silent(&mut self, place: usize, now: Timestamp) -> bool {
         let Part::Controller(machine) = &mut self.nodes[place].part else { return false };
@@ -114,7 +114,7 @@ impl Rig {
         is_silent
     }
 
-    /// When something happens next but in the stream of that gyro.
+    /// Time of the next event outside the stream of that gyro.
     fn next_but_stream(&self, robot: usize, controller: usize) -> Timestamp {
         let next = |(place, node): (usize, &Node)| match &node.part {
             Part::Robot(emulated) if place == robot => emulated.carrier_due,

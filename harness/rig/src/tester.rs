@@ -1,30 +1,30 @@
-//! A node as which the plan speaks: it sends what the plan orders, again and again where it is to.
+//! A tester: a node that sends the messages that the plan orders, periodically if ordered.
 
 use described::{Layout, Message, Outbox, Sender};
 use plan::Send;
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
-/// Somebody on a line who says what the plan orders.
+/// A node that sends what the plan orders.
 #[derive(Debug, Clone)]
 pub struct Tester {
     outbox: Outbox,
-    /// Whose messages of the layout it sends.
+    /// Sender in the layout whose messages it sends.
     sender: Sender,
-    /// Of each message, what its signals were set to last.
+    /// Last signal values of each message.
     values: Vec<Vec<f64>>,
-    /// Of each message, the signals that the last order set: a counter and a checksum among them are not put in.
+    /// Signals of each message that the last order set: counters and checksums among them are not computed.
     own: Vec<Vec<usize>>,
     repeats: Vec<Repeat>,
 }
 
-/// A message that is sent again.
+/// A message that is repeated.
 #[derive(Debug, Clone)]
 struct Repeat {
     message: usize,
     period: Span,
     due: Timestamp,
-    /// So often, after a change; until it is stopped where there is no number.
+    /// Remaining repetitions after a change; `None` to repeat until stopped.
     left: Option<u32>,
 }
 
@@ -40,19 +40,19 @@ impl Tester {
         }
     }
 
-    /// It can send a message of this name.
+    /// Whether it can send a message of this name.
     pub(super) fn knows(&self, message: &str) -> bool {
         let layout = self.outbox.layout();
         let place = layout.find(message);
         place.is_some_and(|place| layout.messages()[place].sender == self.sender)
     }
 
-    /// Sends a message now, and again as often as it says, or as the layout does: after a change faster for a while, where
-    /// the layout has that. Its counter and its checksum are put in, unless the order sets them.
+    /// Sends a message now, and repeats it as ordered or as the layout says: after a change faster for a while, if the
+    /// layout has that. Its counter and checksum are computed, unless the order sets them.
     ///
     /// # Errors
     ///
-    /// When the layout has no such message or signal, or a value does not fit in.
+    /// When the layout has no such message or signal, or when a value does not fit.
     pub(super) fn send(&mut self, now: Timestamp, send: &Send) -> Result<(), String> {
         let layout = self.outbox.layout();
         let Some(message) = layout.find(&send.message) else {
@@ -88,30 +88,30 @@ impl Tester {
         self.encode(now, message)
     }
 
-    /// This message is no longer sent again.
+    /// Stops repeating this message.
     pub(super) fn stop(&mut self, message: &str) {
         let message = self.outbox.layout().find(message);
         self.repeats.retain(|repeat| Some(repeat.message) != message);
     }
 
-    /// When a message is to be sent again.
+    /// When the next message is due.
     pub(super) fn next_wakeup(&self) -> Timestamp {
         let repeats = self.repeats.iter().map(|repeat| repeat.due);
         repeats.min().unwrap_or(Timestamp::MAX).min(self.outbox.next_wakeup())
     }
 
-    /// A frame was on its line: of use to it where messages go in parts, and somebody answers.
+    /// Takes a frame of its line: needed for segmented messages, where the receiver answers.
     pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
         if let Transmit::Frame(frame) = what {
             self.outbox.receive(now, frame);
         }
     }
 
-    /// Sends again what is due.
+    /// Sends the messages that are due.
     ///
     /// # Errors
     ///
-    /// When a value does not fit in.
+    /// When a value does not fit.
     pub(super) fn wake(&mut self, now: Timestamp) -> Result<(), String> {
         let mut due: Vec<usize> = Vec::new();
         for Repeat { message, period, due: at, left } in &mut self.repeats {
@@ -121,7 +121,7 @@ impl Tester {
             if !due.contains(message) {
                 due.push(*message);
             }
-            // What real time has missed is left out, and not made up for in a burst.
+            // Repetitions missed in real time are skipped, not sent in a burst.
             let missed = (now - *at).as_nanos() / period.as_nanos();
             *at += *period * (missed + 1);
             *left = left.map(|left| left - 1);
@@ -134,7 +134,7 @@ impl Tester {
         Ok(())
     }
 
-    /// The next thing for the line.
+    /// Returns the next frame for the line.
     pub(super) fn transmit(&mut self) -> Option<Transmit> {
         self.outbox.transmit()
     }
@@ -176,7 +176,7 @@ BA_ "GenMsgSendType" BO_ 256 1;
         Timestamp::ZERO + Span::from_millis(ms)
     }
 
-    /// When frames went out until 250 ms, ms.
+    /// Times of frames until 250 ms, in ms.
     fn sent(tester: &mut Tester) -> Vec<i64> {
         let mut times = Vec::new();
         let mut now = Timestamp::ZERO;

@@ -1,7 +1,7 @@
-//! Who is asked after an event, so that nobody is asked for nothing.
+//! Which nodes to query after an event, so that no node is queried in vain.
 
-/// Who has been reached by an event and may have something to say, or want to be woken at another time: a bit a node, and
-/// the highest for the plan.
+/// Nodes that an event has reached, which may have an output or a new wake-up time: one bit per node, and the highest
+/// for the plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Touched(pub(super) u64);
 
@@ -13,14 +13,14 @@ impl Touched {
         self.0 |= 1 << place;
     }
 
-    /// Those of them that are of `mask`, which are touched no more.
+    /// Takes those of `mask` and clears them.
     pub(super) fn take(&mut self, mask: u64) -> Self {
         let taken = Self(self.0 & mask);
         self.0 &= !mask;
         taken
     }
 
-    /// The places of the nodes.
+    /// Indices of the nodes.
     pub(super) fn places(self) -> impl Iterator<Item = usize> {
         let mut left = self.0;
         std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! Shows a monitor of properties what happens in a world.
+//! Shows a monitor of properties what happens on a rig.
 
 use super::bench::Carrier;
 use crate::engine::Action;
@@ -8,7 +8,7 @@ use record::RecordKind;
 use record::sink::RecordSink;
 use wire::time::Timestamp;
 
-/// A monitor, and when it was last shown the truth.
+/// A monitor, and when it last saw the truth.
 #[derive(Debug, Clone)]
 pub struct Watch {
     monitor: Monitor,
@@ -24,7 +24,7 @@ impl Watch {
         self.monitor
     }
 
-    /// Tells `sink` of the properties that do not hold.
+    /// Reports violated properties to `sink`.
     pub fn tell(&self, sink: &mut impl RecordSink) {
         for (name, violation) in self.monitor.broken() {
             sink.broken(name, violation);
@@ -35,7 +35,7 @@ impl Watch {
         self.monitor.see(now, seen);
     }
 
-    /// What the engine asks for; before it is carried out.
+    /// Shows an action of the engine before it is carried out.
     pub fn see_action(&mut self, now: Timestamp, action: &Action) {
         match action {
             Action::Mission(mission) => self.see(now, &Seen::Told(mission)),
@@ -49,7 +49,7 @@ impl Watch {
         }
     }
 
-    /// Shows the truth of `now`, unless it was shown.
+    /// Shows the truth of `now`, unless already shown.
     pub fn look(&mut self, now: Timestamp, carrier: &Carrier) {
         if self.looked != Some(now) {
             self.looked = Some(now);
@@ -70,7 +70,7 @@ impl Watch {
     }
 }
 
-/// Shows it to the monitor, if there is one.
+/// Shows an event to the monitor, if there is one.
 pub fn see(watch: &mut Option<Box<Watch>>, now: Timestamp, seen: &Seen<'_>) {
     if let Some(watch) = watch {
         watch.see(now, seen);

@@ -1,4 +1,4 @@
-//! Who carries out the cases of a campaign: [`Simulated`] in virtual time, `OnBench` in real time.
+//! Executors of campaign cases: [`Simulated`] in virtual time, `OnBench` in real time.
 
 mod beginnings;
 #[cfg(feature = "live")]

@@ -1,4 +1,4 @@
-//! Cases carried out in real time: emulated devices on ports, real ones, any device under test; one at a time.
+//! Runs cases in real time, one at a time: emulated devices on ports, real ones, any device under test.
 
 use super::simulated::{result, struck};
 use crate::campaign::{Case, CaseResult, Executor};
@@ -15,33 +15,33 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wire::time::{Span, Timestamp};
 
-/// A bench that campaigns use in turn: one run at a time, and none once it did not come up.
+/// A bench that campaigns share: one run at a time, and no more runs once it has failed to come up.
 #[derive(Debug, Clone, Default)]
 pub struct Bench(Arc<Mutex<Option<LiveError>>>);
 
 impl Bench {
-    /// Why it did not come up, if it did not. Waits for a run that is under way.
+    /// Why the bench did not come up, if it failed. Waits for a run in progress.
     pub fn take_broken(&self) -> Option<LiveError> {
         self.turn().take()
     }
 
-    /// One's turn: what broke it, if anything did.
+    /// Waits for its turn; returns the failure of the bench, if there was one.
     fn turn(&self) -> MutexGuard<'_, Option<LiveError>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// What a campaign needs of the place that it is carried out at.
+/// What a campaign needs from its site.
 pub struct Site {
     /// The bench.
     pub bench: Bench,
-    /// Answers to what the plan asks a person.
+    /// Answers to questions of the plan.
     pub answers: Answers,
-    /// Whoever can be asked for the others, each time anew.
+    /// Makes a person who answers the other questions, anew for each run.
     pub person: Option<Box<dyn Fn() -> Box<dyn Person> + Send + Sync>>,
-    /// Somebody wants it to end.
+    /// Whether the user wants the campaign to stop.
     pub stop: Box<dyn Fn() -> bool + Send + Sync>,
-    /// Takes what the device under test writes to stderr, of the last run.
+    /// File for the stderr of the device under test, of the last run.
     pub log: PathBuf,
 }
 
@@ -51,8 +51,8 @@ impl fmt::Debug for Site {
     }
 }
 
-/// Carries cases out on a bench in real time. What a case came to is not what it comes to the next time:
-/// [`Repeatedly`](crate::campaign::Repeatedly) says what is to be believed.
+/// Runs cases on a bench in real time. The result of a case may differ the next time:
+/// [`Repeatedly`](crate::campaign::Repeatedly) decides what to believe.
 #[derive(Debug)]
 pub struct OnBench {
     prepared: Prepared,
@@ -63,29 +63,29 @@ pub struct OnBench {
 }
 
 impl OnBench {
-    /// Of a plan on the bench that `setting` describes. Properties are those of the plan, or all where it declares
-    /// none, as far as this bench can judge them.
+    /// Creates an executor for a plan on the bench of `setting`. It judges the properties of the plan, or all if the
+    /// plan declares none, as far as this bench can judge them.
     pub fn new(prepared: Prepared, setting: Setting, site: Site) -> Self {
         let (properties, unjudged) = setting.sight().divide(&prepared.plan.judged(&prepared.rig));
         Self { prepared, setting, properties, unjudged, site }
     }
 
-    /// Properties that are watched.
+    /// The properties that are judged.
     pub fn properties(&self) -> &[Property] {
         &self.properties
     }
 
-    /// Those that cannot be judged on this bench.
+    /// The properties that this bench cannot judge.
     pub fn unjudged(&self) -> &[Unjudged] {
         &self.unjudged
     }
 
-    /// Can a fault of this kind be injected here?
+    /// Whether a fault of this kind can be injected here.
     pub fn can_suffer(&self, target: Target, what: FaultKind) -> bool {
         self.setting.can_suffer(target, what)
     }
 
-    /// Why the bench did not come up, if it did not; it is then not tried again.
+    /// Why the bench did not come up, if it failed; further runs are not attempted.
     pub fn take_broken(&self) -> Option<LiveError> {
         self.site.bench.take_broken()
     }

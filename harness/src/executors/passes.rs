@@ -1,12 +1,11 @@
-//! Of a device of the user's own nobody knows what must hold at every moment: what a campaign looks for is that its plan does
-//! not pass.
+//! Result of a case for a plan without properties, such as one for the user's own device: the plan has to pass.
 
 use crate::campaign::{CaseResult, PASSES, Violated};
 use crate::outcome::{Measurement, Outcome};
 use crate::run::Simulated;
 use std::collections::BTreeMap;
 
-/// What a run came to.
+/// Result of a run.
 pub(super) fn result(run: &Simulated, measurements: &[Measurement], judged: Outcome) -> CaseResult {
     let outcome = run.ending.outcome.max(judged);
     let passed = outcome == Outcome::Passed;
@@ -36,8 +35,8 @@ fn said(measurement: &Measurement) -> String {
     }
 }
 
-/// The least distance from the end of a band, as a share of half of its width, or of the one end that it has: 1 in the
-/// middle, 0 at the end, negative beyond, within -1 to 1.
+/// The least distance from the end of a band, as a share of half its width, or of its only end: 1 in the middle, 0 at
+/// the end, negative outside, within -1 to 1.
 fn least(measurements: &[Measurement]) -> f64 {
     let shares = measurements.iter().map(|one| {
         let scale = match (one.lower, one.upper) {

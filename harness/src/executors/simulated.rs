@@ -1,4 +1,4 @@
-//! Cases in virtual time.
+//! Runs cases in virtual time.
 
 use super::beginnings::Beginnings;
 use super::passes;
@@ -14,28 +14,28 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
-/// In virtual time, on emulated devices, every byte and frame on its way; nothing is recorded.
+/// Runs cases in virtual time on emulated devices, with every byte and frame carried; nothing is recorded.
 #[derive(Debug, Clone)]
 pub struct Simulated {
     prepared: Prepared,
     answers: Answers,
-    /// What is looked for is that the plan does not pass.
+    /// Whether the plan has to pass, in place of its properties.
     must_pass: bool,
     beginnings: Arc<Beginnings>,
 }
 
 impl Simulated {
-    /// Of a plan; what a person would be asked is answered by `answers`.
+    /// Creates an executor for a plan; `answers` answer its questions.
     pub fn new(prepared: Prepared, answers: Answers) -> Self {
         Self { prepared, answers, must_pass: false, beginnings: Arc::default() }
     }
 
-    /// The same; in place of its properties the plan has to [pass](crate::campaign::PASSES).
+    /// Requires that the plan [passes](crate::campaign::PASSES), in place of its properties.
     pub fn that_must_pass(self) -> Self {
         Self { must_pass: true, ..self }
     }
 
-    /// What a person would be asked.
+    /// Answers to questions of the plan.
     pub const fn answers(&self) -> &Answers {
         &self.answers
     }
@@ -65,7 +65,7 @@ impl Simulated {
     }
 }
 
-/// The plan with the faults of a case beside its own.
+/// Adds the faults of a case to those of the plan.
 pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
     let mut prepared = prepared.clone();
     let plan = Arc::make_mut(&mut prepared.plan);
@@ -73,7 +73,7 @@ pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
     prepared
 }
 
-/// What a run came to.
+/// Result of a run.
 pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
     let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
     if prepared.plan.judged(&prepared.rig).is_empty() {

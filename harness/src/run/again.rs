@@ -1,6 +1,6 @@
-//! Judges a recorded run again, from its record.
+//! Judges a recorded run again.
 //!
-//! The record holds every observation; how the run ended stands in its summary alone. So:
+//! The record holds every observation; only the summary says how the run ended. Therefore:
 //!
 //! | summary | record | outcome | documents |
 //! |---|---|---|---|
@@ -9,16 +9,15 @@
 //! | any | cut short or damaged | error, or as it was where that is worse | left as they are |
 //! | none: the run was killed | any | error | written |
 //!
-//! A run went to its end where its outcome is passed, or failed without a reason: a run that itself
-//! fails, at a refused mission say, says why.
+//! A run went to its end if its outcome is passed, or failed without a reason: a run that itself fails, for example at
+//! a refused mission, has a reason.
 //!
-//! Properties are judged again by what the record holds of what they were judged by; others keep the verdict of
-//! the run, and [`JudgedAgain::kept`] lists them with the reason. A run that failed for a broken property alone
-//! went to its end.
+//! Properties are judged again if the record holds their data; others keep the verdict of the run, and
+//! [`JudgedAgain::kept`] lists them with the reason. A run that failed only for a broken property went to its end.
 //!
-//! A record that is not whole never passes, whatever the summary says: a summary is written after the
-//! record, so something happened to the record since, and the verdicts in the summary rest on more
-//! than what is left. That is also why they are left as they are.
+//! An incomplete record never passes, whatever the summary says: a summary is written after the record, so the record
+//! was damaged later, and the verdicts in the summary rest on more than what is left. For the same reason the documents
+//! are left as they are.
 
 use super::header;
 use super::keep::{breach, worsen};
@@ -36,22 +35,21 @@ use rig::bench::Bench;
 use std::collections::BTreeSet;
 use wire::time::Timestamp;
 
-/// The clock of a run that was made of a bus log.
+/// Clock of a run that was imported from a bus log.
 pub const IMPORTED: &str = "recorded";
 
-/// What judging again came to.
+/// Result of judging again.
 #[derive(Debug)]
 pub struct JudgedAgain {
     /// The summary, with new measurements.
     pub summary: Summary,
-    /// What a report needs of the plan that judged.
+    /// Header for the report, from the plan that judged.
     pub header: Header,
     /// Why the record could not be read to its end.
     pub record_error: Option<RecordError>,
-    /// Properties whose verdict is that of the run, or absent where it gave none: the record does not hold what they are
-    /// judged by.
+    /// Properties that keep the verdict of the run, or are absent if it gave none: the record does not hold their data.
     pub kept: Vec<Unjudged>,
-    /// The documents in the run folder should be written anew.
+    /// Whether the documents in the run folder should be rewritten.
     pub rewrite: bool,
 }
 
@@ -90,7 +88,7 @@ pub fn judge_again(
     let real = summary.clock == "real";
     let before = &summary.properties;
     let (properties, kept) = match replayed {
-        // What was made of a bus log holds no report of the controller.
+        // An imported bus log holds no reports of the controller.
         Some(_) if summary.clock == IMPORTED && limits.is_some() => (before.clone(), Vec::new()),
         Some(replayed) => replayed.judge(&plan.properties, limits.as_ref(), real, before),
         None => Default::default(),
@@ -103,7 +101,7 @@ pub fn judge_again(
     JudgedAgain { summary, header, record_error: read.error, kept, rewrite }
 }
 
-/// As it was before its properties were judged: they are judged again.
+/// The summary before its properties were judged: they are judged again.
 fn without_breach(mut summary: Summary) -> Summary {
     let broken = summary.properties.iter().find(|property| property.is_broken());
     let (Some(why), Some(reason)) = (broken.map(breach), &summary.reason) else { return summary };
@@ -127,8 +125,8 @@ fn went_to_its_end(summary: &Summary) -> bool {
 /// Why a run without a summary is an error.
 const NO_SUMMARY: &str = "no summary says how the run ended: it was killed, or is still running";
 
-/// What a record alone says of its run, which wrote no summary: its header, and when its last record was made. Nothing in it
-/// is judged.
+/// Summary of a run that wrote none, from the record alone: its header and the time of its last record. Nothing is
+/// judged.
 pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
     let not_known = || "unknown".to_owned();
     let version = if recorded.harness.is_empty() { VERSION } else { &recorded.harness };
@@ -154,10 +152,10 @@ pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
     }
 }
 
-/// What there is in a record.
+/// Contents of a record.
 #[derive(Debug)]
 struct Read {
-    /// Of the quantities that are judged.
+    /// Observations of the judged quantities.
     observations: Observations,
     last: Timestamp,
     error: Option<RecordError>,
@@ -185,7 +183,7 @@ impl Read {
             watch(&record);
             let RecordKind::Observation(observation) = record.kind else { continue };
             if judged.contains(observation.quantity.as_str()) {
-                // The engine ends a run before there are more; such a record is nobody's.
+                // The engine ends a run before this limit; no real run has such a record.
                 let _full = read.observations.push(&observation);
             }
         }
@@ -277,7 +275,7 @@ mod tests {
             assert_eq!((judged.summary.outcome, judged.rewrite), (Outcome::Error, true));
             assert_eq!((judged.summary.plan.as_str(), judged.summary.seed), ("turns", 7));
             assert_eq!(judged.summary.simulated_s, 3.0);
-            // Judged once more, it is still not a run that ended.
+            // Judged once more, the run still has not ended properly.
             let twice = again(Some(judged.summary), 0.1, None);
             assert_eq!(twice.summary.outcome, Outcome::Error);
         }

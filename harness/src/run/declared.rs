@@ -1,4 +1,4 @@
-//! What a plan and its bench declare, as a record's header says it.
+//! Declarations of a plan and its bench for the header of a record.
 
 use crate::plan::rig::RigLine;
 use crate::plan::{Plan, QuantityName, Rig, Speaker, resolve, signal, unit};
@@ -23,14 +23,14 @@ pub(super) fn lines(devices: &Devices) -> Vec<Line> {
     .collect()
 }
 
-/// The serial line of a device that a file describes.
+/// The serial line of a described device.
 pub(super) fn line_of(device: &Description) -> Vec<Line> {
     let Medium::Serial(settings) = device.layout().medium() else { return Vec::new() };
     let (baud, bits_per_byte) = (settings.baud, settings.bits_per_byte());
     vec![Line { device: Device::Device, baud, bits_per_byte }]
 }
 
-/// The CAN buses of a rig that a file has.
+/// The CAN buses of a rig with a rig file.
 pub(super) fn buses(rig: &Rig) -> Vec<Bus> {
     let lines = rig.lines.iter().filter(|line| !rig.is_short && line.medium == Medium::Can);
     let bus = |line: &RigLine| Bus {
@@ -41,7 +41,7 @@ pub(super) fn buses(rig: &Rig) -> Vec<Bus> {
     lines.map(bus).collect()
 }
 
-/// Unit and title of a quantity: as the table has them, or the layout of who brings it.
+/// Unit and title of a quantity, from the table of quantities or from the layout of its speaker.
 fn described(name: &QuantityName, speakers: &[Speaker]) -> (String, String) {
     if let Some(entry) = name.entry() {
         return (entry.unit.to_owned(), entry.doc.to_owned());
@@ -58,7 +58,7 @@ fn described(name: &QuantityName, speakers: &[Speaker]) -> (String, String) {
     (unit(speakers, place), title)
 }
 
-/// The quantities that the plan judges, with the bands for single values. `speakers` have what is in messages.
+/// The quantities that the plan judges, with the bands for single values. `speakers` define the quantities in messages.
 pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
     for declared in &plan.measurements {

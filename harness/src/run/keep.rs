@@ -1,4 +1,4 @@
-//! A run that leaves a run folder behind.
+//! Runs a plan and writes a run folder.
 
 use super::{Prepared, Simulated, simulate_across};
 use crate::calibrations;
@@ -22,39 +22,39 @@ use rig::crossing::{Crossing, Memory};
 use rig::operator::Answers;
 use std::path::Path;
 
-/// How a run is to be carried out and kept.
+/// Options of a run with a run folder.
 #[derive(Debug, Clone)]
 pub struct Options<'a> {
     /// The seed.
     pub seed: u64,
-    /// Where the run folder goes.
+    /// Path of the run folder.
     pub out: &'a Path,
     /// How much is recorded.
     pub level: Level,
-    /// Answers to what a person would be asked.
+    /// Answers to questions of the plan.
     pub answers: Answers,
 }
 
-/// A run that is over.
+/// A completed run.
 #[derive(Debug, Clone)]
 pub struct Completed {
-    /// What it came to, also where no file could be written.
+    /// The summary, even if a file could not be written.
     pub summary: Summary,
     /// Calibrations and models that the plan made.
     pub made: Made,
-    /// What the lines between the devices dropped for want of room.
+    /// Number of items that the lines dropped for lack of room.
     pub dropped: u64,
 }
 
-/// Runs a prepared plan in virtual time, judges it and writes its run folder. `wall_s` tells seconds
-/// since some fixed instant.
+/// Runs a prepared plan in virtual time, judges it and writes its run folder. `wall_s` returns seconds since some fixed
+/// instant.
 ///
-/// A file that cannot be written, on a full disk say, makes the outcome [`Outcome::Error`]; the reason
-/// names the file and the cause.
+/// A file that cannot be written, for example on a full disk, makes the outcome [`Outcome::Error`]; the reason names
+/// the file and the cause.
 ///
 /// # Errors
 ///
-/// When the run folder cannot be made or is somebody else's; nothing ran then.
+/// When the run folder cannot be made, holds foreign files or is in use; then nothing ran.
 pub fn run_to_folder(
     prepared: &Prepared,
     options: &Options<'_>,
@@ -64,11 +64,11 @@ pub fn run_to_folder(
     run_to_folder_across(Memory, prepared, options, pulse, wall_s)
 }
 
-/// The same, with everything on a line sent through `crossing` on its way; the summary names its bus.
+/// Like [`run_to_folder`], with all traffic sent through `crossing`; the summary names its bus.
 ///
 /// # Errors
 ///
-/// When the run folder cannot be made or is somebody else's; nothing ran then.
+/// When the run folder cannot be made, holds foreign files or is in use; then nothing ran.
 pub fn run_to_folder_across(
     crossing: impl Crossing,
     prepared: &Prepared,
@@ -79,11 +79,11 @@ pub fn run_to_folder_across(
     run_to_folder_watched(crossing, prepared, options, None, pulse, wall_s)
 }
 
-/// The same, shown to `feed` as it goes on. The record is the same whether anybody watches or not.
+/// Like [`run_to_folder_across`], shown to `feed` during the run. The record is the same with and without a feed.
 ///
 /// # Errors
 ///
-/// When the run folder cannot be made or is somebody else's; nothing ran then.
+/// When the run folder cannot be made, holds foreign files or is in use; then nothing ran.
 pub fn run_to_folder_watched(
     crossing: impl Crossing,
     prepared: &Prepared,
@@ -110,7 +110,7 @@ pub fn run_to_folder_watched(
     Ok(keep(&folder, &header, summary, run))
 }
 
-/// Writes what a run that is over leaves behind. What cannot be written makes the outcome an error.
+/// Writes the files of a completed run. A file that cannot be written makes the outcome an error.
 pub(crate) fn keep(
     folder: &RunFolder,
     header: &Header,
@@ -122,7 +122,7 @@ pub(crate) fn keep(
     }
     if let Err(error) = write_documents(folder, &summary, header) {
         broke(&mut summary, &error);
-        // A summary may find room where a report did not. If it does not, the caller still has it.
+        // A summary may fit on the disk where a report did not. If not, the caller still has it.
         let _ = folder.write_summary(&summary);
     }
     Completed { summary, made: run.made, dropped: run.dropped }
@@ -151,12 +151,11 @@ fn write_made(
     Ok(())
 }
 
-/// Writes summary, JUnit file and report of a run whose record is complete: as many of them as
-/// possible.
+/// Writes summary, JUnit file and report of a run with a complete record: as many of them as possible.
 ///
 /// # Errors
 ///
-/// The first of what went wrong: a file cannot be written, or the record cannot be read.
+/// The first error: a file cannot be written, or the record cannot be read.
 pub fn write_documents(
     folder: &RunFolder,
     summary: &Summary,
@@ -185,15 +184,15 @@ fn write_views(
     listed.and(drawn)
 }
 
-/// Without the feature `report` the record and its summary are all; `hil report` draws the page later.
+/// Without the feature `report` only record and summary are written; `hil report` draws the page later.
 #[cfg(not(feature = "report"))]
 fn write_views(_: &RunFolder, _: &Summary, _: &Header) -> Result<(), RunFolderError> {
     Ok(())
 }
 
-/// The run ends in error, unless it ended worse. What is known already comes first.
+/// Makes the outcome an error, unless it is worse. Known reasons come first.
 fn broke(summary: &mut Summary, error: &RunFolderError) {
-    // With the record lost there is nothing to draw, which is no news.
+    // Without a record there is nothing to draw; that needs no message.
     let is_consequence = matches!(error, RunFolderError::Record { .. });
     if is_consequence && summary.outcome >= Outcome::Error {
         return;
@@ -203,7 +202,7 @@ fn broke(summary: &mut Summary, error: &RunFolderError) {
     worsen(summary, Outcome::Error, text);
 }
 
-/// The outcome is no better than this, and why stands behind what is known already.
+/// Makes the outcome no better than `outcome`, with the reason after those already known.
 pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
     summary.outcome = summary.outcome.max(outcome);
     summary.reason = match summary.reason.take() {
@@ -212,7 +211,7 @@ pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
     };
 }
 
-/// Judges a run, as one in virtual time; the live world says otherwise.
+/// Judges a run as one in virtual time; the live world changes the summary.
 pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
     let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
     let outcome = match run.ending.outcome {
@@ -246,7 +245,7 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
     summary
 }
 
-/// What became of the plan's properties, in the order in which it declares them.
+/// Summaries of the plan's properties, in the order of declaration.
 fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
     let judged = run.properties.iter().map(PropertySummary::from);
     let mut all: Vec<_> = judged.chain(run.unjudged.iter().map(Into::into)).collect();
@@ -256,7 +255,7 @@ fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
     all
 }
 
-/// What broke, in a sentence.
+/// A sentence about a broken property.
 pub(super) fn breach(broken: &PropertySummary) -> String {
     let what = broken.what.as_deref().unwrap_or("-");
     match broken.broken_s {

@@ -1,4 +1,4 @@
-//! A plan and everything that it names, read and checked: what every run begins with.
+//! A plan and everything that it names, read and checked: the start of every run.
 
 use super::declared;
 use super::rig_of::{RigError, load_rig};
@@ -32,33 +32,33 @@ use std::mem;
 use std::sync::{Arc, PoisonError};
 use wire::time::Timestamp;
 
-/// Why a plan cannot be run at all: bad input.
+/// Why a plan cannot be run at all.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PrepareError {
-    /// The plan cannot be had.
+    /// The plan is missing or unreadable.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// The plan is not right.
+    /// The plan is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Plan(#[from] FileError),
-    /// The device file, or the description of a device, is not right.
+    /// The device file or the description of a device is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Rig(#[from] RigError),
-    /// A calibration is missing or not right.
+    /// A calibration is missing or invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Calibration(#[from] CalibrationError),
-    /// An identified model is missing or not right.
+    /// An identified model is missing or invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Model(#[from] ModelError),
 }
 
 impl PrepareError {
-    /// The same, shown in the plan where that names what is not there.
+    /// Adds the place in the plan that names the missing file.
     fn placed(self, plan: &Source) -> Self {
         let missing = match &self {
             Self::Library(error)
@@ -78,49 +78,49 @@ impl PrepareError {
 pub struct Prepared {
     /// The plan.
     pub plan: Arc<Plan>,
-    /// What it is carried out on.
+    /// The rig of the plan.
     pub rig: Rig,
-    /// The calibrations that it uses.
+    /// Calibrations used by the plan.
     pub calibrations: BTreeMap<String, Calibration>,
-    /// The identified models that it uses.
+    /// Identified models used by the plan.
     pub models: BTreeMap<String, Model>,
-    /// The files that all this is from; none where the plan was made in code.
+    /// The files that were read; empty if the plan was made in code.
     pub files: Arc<Pack>,
-    /// Whose controller is tested in virtual time.
+    /// The controller under test in virtual time.
     pub hosting: Hosting,
-    /// What plays nodes under test in this process.
+    /// Devices in this process that play nodes under test.
     pub own: OwnDevices,
-    /// Programs that play the others in virtual time.
+    /// Programs that play the other nodes under test in virtual time.
     pub programs: Programs,
-    /// The mistake that the controller makes; see [`controller::Mutant`].
+    /// The deliberate mistake of the controller; see [`controller::Mutant`].
     #[cfg(feature = "mutants")]
     pub mutant: Option<controller::Mutant>,
 }
 
 impl Prepared {
-    /// Reads the plan of that name or path. `made` is what earlier plans made.
+    /// Reads the plan of that name or path. `made` holds the results of earlier plans.
     ///
     /// # Errors
     ///
-    /// When anything is missing or not right.
+    /// When a file is missing or invalid.
     pub fn load(name: &str, made: &Made) -> Result<Self, PrepareError> {
         Self::load_from(&Library::beside(name), name, made)
     }
 
-    /// The same, with the plan and what it names from `library`.
+    /// Like [`load`](Self::load), with all files from `library`.
     ///
     /// # Errors
     ///
-    /// When anything is missing or not right.
+    /// When a file is missing or invalid.
     pub fn load_from(library: &Library, name: &str, made: &Made) -> Result<Self, PrepareError> {
         Self::of_source(library, &library.open(Kind::Plan, name)?, made)
     }
 
-    /// The plan in `source`, with what it names from `library`.
+    /// Reads the plan in `source`, with the files that it names from `library`.
     ///
     /// # Errors
     ///
-    /// When anything is missing or not right.
+    /// When a file is missing or invalid.
     pub fn of_source(
         library: &Library,
         source: &Source,
@@ -134,11 +134,11 @@ impl Prepared {
         Ok(Self { files: Arc::new(files), ..prepared })
     }
 
-    /// A plan that was checked by itself, with what it names from `library`; mistakes are shown in `source`.
+    /// Completes a checked plan with the files that it names from `library`; mistakes are shown in `source`.
     ///
     /// # Errors
     ///
-    /// When anything is missing, or does not fit the plan.
+    /// When a file is missing or does not fit the plan.
     pub fn of_plan(
         library: &Library,
         plan: Plan,
@@ -155,7 +155,7 @@ impl Prepared {
         Ok(Self::new(Arc::new(plan), rig, calibrations, models))
     }
 
-    /// A plan with what it names.
+    /// Combines a plan with everything that it names.
     pub fn new(
         plan: Arc<Plan>,
         rig: Rig,
@@ -176,13 +176,13 @@ impl Prepared {
         }
     }
 
-    /// The plan, to be changed in code: a record of it does not hold the text that it had.
+    /// The plan, for changes in code: a record will no longer hold its original text.
     pub(crate) fn changed_plan(&mut self) -> &mut Plan {
         Arc::make_mut(&mut self.files).forget_plan();
         Arc::make_mut(&mut self.plan)
     }
 
-    /// The robot or table, as it is in the run with `seed`.
+    /// The robot or table in the run with `seed`.
     pub(crate) fn bench(&self, devices: &Devices, seed: u64) -> Bench {
         let bench = Bench::new(devices.clone(), seed);
         #[cfg(feature = "mutants")]
@@ -190,7 +190,7 @@ impl Prepared {
         bench
     }
 
-    /// Who carries the plan out, from time zero on; on `bench` where there is one.
+    /// The engine of the plan, from time zero on; on `bench` if there is one.
     fn engine(&self, bench: Option<&Bench>) -> Engine {
         let engine =
             Engine::new(Arc::clone(&self.plan), Timestamp::ZERO).hearing(&self.rig.speakers);
@@ -198,20 +198,20 @@ impl Prepared {
         if let Some(bench) = bench {
             return engine.with_robot(bench.facts(), self.calibrations.clone());
         }
-        // What does not happen in time does not happen: in a log as under test.
+        // A missed limit is a failure, for a log as for a device under test.
         let awaited =
             |node: &&RigNode| matches!(node.part, NodePart::UnderTest(_) | NodePart::Replayed(_));
         let awaited = self.rig.nodes.iter().filter(awaited).map(|node| node.name.clone());
         engine.awaiting(awaited.collect())
     }
 
-    /// What plays the node under test at `place` in virtual time; none where nothing does.
+    /// Starts the device that plays the node under test at `place` in virtual time; `None` if nothing plays it.
     pub(super) fn start(&self, place: usize) -> Option<Result<Box<dyn NodeDevice>, String>> {
         let own = self.own.start(&self.rig.nodes[place].name);
         own.map(Ok).or_else(|| self.programs.start(&self.rig, place))
     }
 
-    /// The rig at work in the run whose random numbers are of `seed`, who gives orders on it, and who watches over `properties`.
+    /// Builds the rig for the run with `seed`, its director, and the monitor of `properties`.
     pub(super) fn simulated(
         &self,
         seed: u64,
@@ -239,7 +239,7 @@ impl Prepared {
         (rig, Director::new(engine, operator), monitor)
     }
 
-    /// The rig at ports of this machine, and who gives orders on it.
+    /// Builds the rig at ports of this machine, and its director.
     #[cfg(feature = "live")]
     pub(crate) fn live(
         &self,
@@ -261,7 +261,7 @@ impl Prepared {
             (Site::Lines(lines), ..) => {
                 (live::at_ports::rig(&self.rig, lines, &self.own, seed), RealRoles::default())
             }
-            // A site is resolved from the rig; of another there is nothing here.
+            // A site is resolved from the rig, so no other combination occurs.
             _ => Default::default(),
         };
         let mut director = Director::new(engine, operator);
@@ -269,14 +269,14 @@ impl Prepared {
         (built, director)
     }
 
-    /// What its lines cross where they go through the kernel.
+    /// The lines as a crossing sees them.
     pub fn crossed_lines(&self) -> Vec<CrossedLine> {
-        // Nobody is started for it.
+        // This starts no device.
         let plain = Self { hosting: Hosting::default(), ..self.clone() };
         plain.simulated(0, &Answers::default(), None, &|_| None).0.crossed_lines()
     }
 
-    /// What is tested in virtual time, as a summary names it.
+    /// Name of the device under test in virtual time, for a summary.
     pub(crate) fn device_under_test(&self) -> String {
         if self.rig.robot.is_some() {
             return self.hosting.name();
@@ -303,7 +303,7 @@ impl Prepared {
         }
     }
 
-    /// What the record says about itself.
+    /// Header of the record.
     pub fn header(&self, seed: u64) -> Header {
         let mut lines = self.rig.robot.as_ref().map(|devices| declared::lines(devices));
         if let Some(device) = self.rig.device() {
@@ -329,17 +329,17 @@ impl Prepared {
     }
 }
 
-/// Reads the plan of that name or path, and nothing that it names.
+/// Reads the plan of that name or path, without the files that it names.
 ///
 /// # Errors
 ///
-/// When it is missing or not right.
+/// When it is missing or invalid.
 pub fn load_plan(library: &Library, name: &str) -> Result<Plan, PrepareError> {
     let source = library.open(Kind::Plan, name)?;
     Ok(Plan::parse(&source.origin, &source.text)?)
 }
 
-/// What a record of `plan` says about itself, beside the lines of its rig.
+/// Header of a record of `plan`, without the lines of its rig.
 pub fn header(plan: &Plan, seed: u64, speakers: &[Speaker]) -> Header {
     Header {
         harness: VERSION.to_owned(),

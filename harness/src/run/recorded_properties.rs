@@ -1,5 +1,4 @@
-//! Properties judged again, by what a record holds of what they were judged by. What it does not hold, the run
-//! alone has seen: its verdict stays.
+//! Judges properties again if the record holds their data. For the others the verdict of the run stays.
 
 use crate::faults::no_input_shows;
 use crate::outcome::PropertySummary;
@@ -14,36 +13,37 @@ use std::collections::BTreeMap;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
-/// Shows a monitor what is in a record.
+/// Shows a monitor the contents of a record.
 #[derive(Debug)]
 pub(super) struct Replayed {
     monitor: Monitor,
     mission: MissionId,
-    /// Those that go on, each with its kind where no input of the controller shows it.
+    /// Active faults, each with its kind if no input of the controller reveals it.
     faults: BTreeMap<u32, Option<&'static str>>,
-    /// Bytes or frames of the gyro and of the base.
+    /// Whether there were bytes or frames of the gyro and of the base.
     gyro: bool,
     base: bool,
-    /// What each node of the rig says on a line.
+    /// Decoders of the rig's nodes.
     ears: Vec<Ear>,
-    /// Bytes or frames of one of them.
+    /// Whether there were bytes or frames of one of them.
     messages: bool,
-    /// Times never go back for a monitor, whatever a record says.
+    /// Keeps time monotonic for the monitor, whatever the record holds.
     latest: Timestamp,
 }
 
-/// Reads what one node says on one line.
+/// Decodes what one node sends on one line.
 #[derive(Debug)]
 struct Ear {
-    /// As the record has it.
+    /// Name in the record.
     who: Device,
-    /// By its place among the speakers of the rig.
+    /// Index among the speakers of the rig.
     speaker: usize,
     decoder: Decoder,
 }
 
 impl Replayed {
-    /// A monitor of `properties`, of which there is at least one; `limits` are those of the rig's robot, if it has one.
+    /// Creates a monitor of `properties`, of which there is at least one; `limits` are those of the rig's robot, if it
+    /// has one.
     pub(super) fn new(properties: &[Property], limits: Option<&Limits>, rig: &Rig) -> Self {
         let ear = |(speaker, one): (usize, &Speaker)| {
             let decoder = one.layout.decoder_for(one.sender);
@@ -83,7 +83,7 @@ impl Replayed {
                 self.see(at, &Seen::BaseBytes(bytes));
             }
             (RecordKind::Bytes(bytes), Device::Controller) => {
-                // Those to the gyro are there, too; to a base they are nothing.
+                // This includes bytes for the gyro, which mean nothing to a base.
                 if let Some(packet) = Packet::from_slice(bytes) {
                     self.see(at, &Seen::Sent(&Output::Bytes(Port::Base, packet)));
                 }
@@ -100,7 +100,7 @@ impl Replayed {
         }
     }
 
-    /// Bytes and frames of the rig's nodes, as messages.
+    /// Decodes bytes and frames of the rig's nodes as messages.
     fn read(&mut self, record: &Record) {
         let Self { ears, monitor, messages, latest, .. } = self;
         let of = |ear: &&mut Ear| ear.who == record.device;
@@ -137,7 +137,7 @@ impl Replayed {
         self.monitor.see(self.latest, seen);
     }
 
-    /// What the record shows, by what was found in it; `real` where a real clock made it.
+    /// What the record shows, judging by its contents; `real` if a real clock made it.
     fn sight(&self, limits: Option<&Limits>, real: bool) -> Sight {
         let mut sight = Sight::whole()
             .without(View::Truth, "the record has it less often than the run saw it, and no speeds")
@@ -164,8 +164,8 @@ impl Replayed {
         sight
     }
 
-    /// What became of `properties`: judged again, or, where the record does not hold what they are judged by, as they
-    /// were `before`. Those are listed, with the reason.
+    /// Verdicts of `properties`: judged again, or as they were `before` if the record does not hold their data. Those
+    /// are listed with the reason.
     pub(super) fn judge(
         self,
         properties: &[Property],

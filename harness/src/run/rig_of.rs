@@ -1,4 +1,4 @@
-//! The rig that a plan names, read and checked.
+//! Reads and checks the rig that a plan names.
 
 use super::{PrepareError, load_plan};
 use crate::library::{Kind, Library, LibraryError, PLAN, Source, names};
@@ -22,24 +22,24 @@ use wire::time::Span;
 /// Why a rig cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RigError {
-    /// The device file is not right.
+    /// The device file is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Devices(#[from] DevicesError),
-    /// The rig's file or a description cannot be had, or is not right.
+    /// The rig file or a description is missing or invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Library(#[from] LibraryError),
-    /// The description is not right.
+    /// The description is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Description(#[from] Box<FileError>),
-    /// A bus log that plays a node's part is not right.
+    /// A bus log that plays a node is invalid.
     #[cfg(feature = "logs")]
     #[error(transparent)]
     #[diagnostic(transparent)]
     Log(#[from] bus_log::LogError),
-    /// A bus log in a format that a rig does not take.
+    /// A bus log in a format that a rig does not accept.
     #[error("{origin} is no candump log (.log), no Vector ASC (.asc) and no PEAK TRC (.trc)")]
     #[diagnostic(help("hil log convert {origin} drive.log"))]
     LogFormat {
@@ -48,11 +48,11 @@ pub enum RigError {
     },
 }
 
-/// The rig that `plan` names.
+/// Loads the rig that `plan` names.
 ///
 /// # Errors
 ///
-/// When it is missing or not right.
+/// When it is missing or invalid.
 pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
     if let Some(name) = &plan.rig {
         return load_rig_named(library, name.as_str());
@@ -64,21 +64,21 @@ pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
     Ok(Rig::of_robot(load_devices(library, name)?))
 }
 
-/// The rig of that name or path.
+/// Loads the rig of that name or path.
 ///
 /// # Errors
 ///
-/// When it is missing or not right.
+/// When it is missing or invalid.
 pub fn load_rig_named(library: &Library, name: &str) -> Result<Rig, RigError> {
     rig_build::load(library, name, &mut Reader(library))
 }
 
-/// The plan and the rig of a recorded run: those of the plan `named`, else those that the record holds, else of the
-/// shipped plan that was run. None where there is no such plan.
+/// Loads the plan and the rig of a recorded run: of the plan `named`, else of the plan in the record, else of the
+/// shipped plan that was run. `None` if there is no such plan.
 ///
 /// # Errors
 ///
-/// When the plan or its rig is missing or not right.
+/// When the plan or its rig is missing or invalid.
 pub fn load_recorded(
     recorded: &Header,
     named: Option<&str>,
@@ -88,7 +88,7 @@ pub fn load_recorded(
         None if recorded.files.plan().is_some() => {
             (Library::packed(Arc::clone(&recorded.files)), PLAN)
         }
-        // The name comes from a file: it is not taken for a path.
+        // The name comes from a file, so it is not taken for a path.
         None if names(Kind::Plan).contains(&recorded.plan) => {
             (Library::shipped(), recorded.plan.as_str())
         }
@@ -99,7 +99,7 @@ pub fn load_recorded(
     Ok(Some((plan, rig)))
 }
 
-/// Reads what a rig file names.
+/// Reads the files that a rig file names.
 struct Reader<'a>(&'a Library);
 
 impl rig_build::Parts for Reader<'_> {
@@ -127,7 +127,7 @@ impl rig_build::Parts for Reader<'_> {
         use bus_log::{Format, LogReader};
         let path = std::path::Path::new(&file.origin);
         match Format::of_path(path) {
-            // What a rig names is text.
+            // A rig accepts only text formats.
             Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
                 let text = std::io::Cursor::new(file.text.as_bytes());
                 Ok(logged(LogReader::new(path, text, format)?)?)
@@ -136,14 +136,14 @@ impl rig_build::Parts for Reader<'_> {
         }
     }
 
-    /// Who builds without the feature `logs` reads none.
+    /// A build without the feature `logs` reads no logs.
     #[cfg(not(feature = "logs"))]
     fn log(&mut self, file: &Source) -> Result<Vec<Logged>, RigError> {
         Err(RigError::LogFormat { origin: file.origin.clone() })
     }
 }
 
-/// What a log has, from its first entry on. Error frames are left out.
+/// Converts a log, from its first entry on, without error frames.
 ///
 /// # Errors
 ///
@@ -162,7 +162,7 @@ pub fn logged(
             bus_log::Payload::Serial(packet) => Transmit::Bytes(packet),
             bus_log::Payload::Error(_) => continue,
         };
-        // Two interfaces of one log may be a little out of order; time goes on.
+        // Two interfaces of one log may be slightly out of order; time stays monotonic.
         last = last.max(entry.at.since(*origin.get_or_insert(entry.at)));
         let channel =
             channels.entry(entry.channel).or_insert_with(|| entry.channel.as_str().into());
@@ -171,11 +171,11 @@ pub fn logged(
     Ok(log)
 }
 
-/// The description of that name or path. Files that it names are beside it.
+/// Loads the description of that name or path, with the files beside it that it names.
 ///
 /// # Errors
 ///
-/// When it, or one of those, is missing or not right.
+/// When one of them is missing or invalid.
 pub fn load_description(library: &Library, name: &str) -> Result<Description, RigError> {
     let source = library.open(Kind::Description, name)?;
     let Source { origin, text } = &source;

@@ -1,4 +1,4 @@
-//! What a campaign on a trial found.
+//! Findings of a campaign on a trial.
 
 use super::folder::Folder;
 use crate::campaign::Campaign;
@@ -9,19 +9,20 @@ use std::path::{Path, PathBuf};
 /// The smallest case that breaks a property.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smallest {
-    /// The property; [`PASSES`](crate::campaign::PASSES) where the plan does not pass.
+    /// The property; [`PASSES`](crate::campaign::PASSES) if the plan does not pass.
     pub property: String,
-    /// What was seen.
+    /// The violation.
     pub what: String,
-    /// The seed that it breaks with.
+    /// Seed of the failing case.
     pub seed: u64,
-    /// The plan with its faults, in TOML; of a plan that was built in code the faults alone.
+    /// The plan with its faults, in TOML; for a plan built in code only the faults.
     pub plan: String,
-    /// Where that is saved.
+    /// File in which it is saved.
     pub path: PathBuf,
 }
 
-/// What a campaign came to. It prints as the table of `hil campaign` and the smallest case of each property that broke.
+/// Result of a campaign. It prints as the table of `hil campaign`, followed by the smallest case of each broken
+/// property.
 #[derive(Debug)]
 pub struct TrialFindings {
     campaign: Campaign,
@@ -38,7 +39,7 @@ impl TrialFindings {
         findings
     }
 
-    /// No case broke anything.
+    /// Whether no case broke anything.
     pub const fn held(&self) -> bool {
         self.smallest.is_empty()
     }
@@ -48,12 +49,12 @@ impl TrialFindings {
         &self.smallest
     }
 
-    /// What was counted.
+    /// The statistics of the campaign.
     pub const fn campaign(&self) -> &Campaign {
         &self.campaign
     }
 
-    /// Where cases and plans are. A temporary folder is removed with this where nothing broke.
+    /// Folder of cases and plans. A temporary folder is removed with this value if nothing broke.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }

@@ -18,16 +18,17 @@ use std::path::Path;
 use std::thread::available_parallelism;
 use wire::time::Span;
 
-/// Cases where no number is given: some seconds for a plan of a minute.
+/// Default number of cases: a few seconds for a plan of one minute.
 pub const CASES: u64 = 200;
-/// Faults of one case, at most, as of `hil campaign`.
+/// Most faults of one case, as in `hil campaign`.
 const FAULTS_MAX: usize = 4;
-/// Tries to make one case smaller, as of `hil campaign`.
+/// Attempts to shrink one case, as in `hil campaign`.
 const SHRINK_MAX: u64 = 500;
-/// File of the folder: its cases.
+/// File name of the journal of cases.
 const JOURNAL: &str = "cases.jsonl";
 
-/// Faults thrown at a trial, as `hil campaign` does: the same seed draws the same cases, on however many processors.
+/// Injects faults into a trial, as `hil campaign` does: the same seed draws the same cases, on any number of
+/// processors.
 #[derive(Debug, Clone)]
 pub struct TrialCampaign {
     trial: Trial,
@@ -41,30 +42,30 @@ impl TrialCampaign {
         Self { trial, cases: CASES, faults: Vec::new(), must_pass: false }
     }
 
-    /// So many cases; [`CASES`] where it is not said.
+    /// Sets the number of cases; [`CASES`] by default.
     pub const fn cases(mut self, cases: u64) -> Self {
         self.cases = cases;
         self
     }
 
-    /// Only these kinds of faults, by the names of `hil list faults`; else all that can strike the bench.
+    /// Restricts the kinds of faults, by the names of `hil list faults`; by default all that can strike the bench.
     pub fn faults(mut self, kinds: &[&str]) -> Self {
         self.faults = kinds.iter().map(|&kind| kind.to_owned()).collect();
         self
     }
 
-    /// In place of its properties, the plan has to pass in each case: every measurement in its band.
+    /// Requires that the plan passes in each case, with every measurement in its band, in place of its properties.
     pub const fn must_pass(mut self) -> Self {
         self.must_pass = true;
         self
     }
 
-    /// Carries the cases out. What is judged are the properties of the plan, all where it declares none; a plan of a
-    /// device of one's own has to pass.
+    /// Runs the cases. Judges the properties of the plan, or all if it declares none; a plan of the user's own device
+    /// has to pass.
     ///
     /// # Errors
     ///
-    /// When a property breaks without any fault, no fault can strike, or the folder cannot be written.
+    /// When a property breaks without any fault, when no fault can strike, or when the folder cannot be written.
     pub fn run(&self) -> Result<TrialFindings, TrialError> {
         let trial = &self.trial;
         trial.check()?;
@@ -85,7 +86,7 @@ impl TrialCampaign {
         Ok(TrialFindings::new(done, smallest, folder))
     }
 
-    /// What can go wrong, once it is clear that without it nothing does.
+    /// The space of faults, after a check that the plan holds without any.
     fn space(
         &self,
         prepared: &Prepared,
@@ -111,7 +112,7 @@ impl TrialCampaign {
         Ok(space)
     }
 
-    /// What must come about sometimes. A test does not fail for want of it; the findings say it.
+    /// States that should occur sometimes. A test does not fail if they do not; the findings list them.
     fn states(&self) -> BTreeSet<String> {
         let judged = if self.must_pass {
             Vec::new()
@@ -122,7 +123,7 @@ impl TrialCampaign {
         sometimes.map(|property| property.name().to_owned()).collect()
     }
 
-    /// What decides the cases.
+    /// Identity of the campaign: everything that determines its cases.
     fn what(&self) -> String {
         let Trial { prepared, seed, .. } = &self.trial;
         let (plan, faults) = (&prepared.plan, self.faults.join(", "));
@@ -131,8 +132,7 @@ impl TrialCampaign {
         format!("{} ({id}) of a trial, seed {seed}, faults: {faults}", plan.name)
     }
 
-    /// Saves the smallest case of what was found. Of a plan that was built or changed in code there is no text: its
-    /// faults are saved.
+    /// Saves the smallest case of a finding. A plan built or changed in code has no text: only its faults are saved.
     fn keep(&self, found: &Found, folder: &Path) -> Result<Smallest, TrialError> {
         let plan = &self.trial.prepared.plan;
         let case = &found.shrunk.case;
@@ -163,7 +163,7 @@ fn opened(folder: &Path, what: &str) -> Result<Journal, TrialError> {
     std::fs::create_dir_all(folder)
         .map_err(|source| RunFolderError::Write { path: folder.to_owned(), source })?;
     let path = folder.join(JOURNAL);
-    // One of an earlier test run may be of a controller that has been mended since.
+    // An earlier journal may come from a controller that has been fixed since.
     if let Err(source) = std::fs::remove_file(&path)
         && source.kind() != std::io::ErrorKind::NotFound
     {

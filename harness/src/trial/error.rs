@@ -6,11 +6,11 @@ use crate::run_folder::RunFolderError;
 use miette::Diagnostic;
 use std::{fmt, io};
 
-/// Why a trial cannot be carried out. As a test that ends in an error prints it (`Debug`), it shows the place in the
-/// file and says what to do.
+/// Why a trial cannot be carried out. Its `Debug` output, which a failing test prints, shows the place in the file and
+/// how to fix it.
 #[derive(thiserror::Error, Diagnostic)]
 pub enum TrialError {
-    /// The plan, or what it names, cannot be used.
+    /// The plan, or a file that it names, is unusable.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Prepare(#[from] PrepareError),
@@ -18,15 +18,15 @@ pub enum TrialError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// A run cannot be carried out again on its record.
+    /// A recorded run cannot be repeated.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Rerun(#[from] RerunError),
-    /// There is no room for what a run leaves behind.
+    /// There is no room for a temporary folder.
     #[error("failed to make a temporary folder in {}", std::env::temp_dir().display())]
     #[diagnostic(help("say where with `in_folder`, or set TMPDIR"))]
     Temporary(#[source] io::Error),
-    /// What was done of a campaign cannot be kept.
+    /// The journal of a campaign cannot be written.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Journal(#[from] JournalError),
@@ -34,7 +34,7 @@ pub enum TrialError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Regression(#[from] RegressionError),
-    /// A campaign would find only what is broken already.
+    /// A property breaks without any fault, so a campaign would find nothing new.
     #[error("{plan}: breaks {property} without any fault, at {at_s:.3} s: {what}")]
     #[diagnostic(help("`run` the trial first, and assert that it passes"))]
     Broken {
@@ -44,10 +44,10 @@ pub enum TrialError {
         property: String,
         /// Bench time, s.
         at_s: f64,
-        /// What was seen.
+        /// The violation.
         what: String,
     },
-    /// A campaign would judge what never comes to its end.
+    /// The plan does not end properly without any fault, so a campaign could not judge it.
     #[error("{plan}: ends in {outcome} without any fault")]
     #[diagnostic(help("`run` the trial first, and assert that it passes"))]
     Unfinished {
@@ -56,7 +56,7 @@ pub enum TrialError {
         /// How its run ended.
         outcome: String,
     },
-    /// No fault of those that were asked for can happen there.
+    /// None of the requested faults can strike the bench.
     #[error("{plan}: none of these faults can strike its bench")]
     #[diagnostic(help("`hil list faults` says what each strikes"))]
     NothingToStrike {
@@ -67,12 +67,12 @@ pub enum TrialError {
     #[error("no fault is called \"{name}\"")]
     #[diagnostic(help("`hil list faults` names all"))]
     UnknownFault {
-        /// What was asked for.
+        /// The requested name.
         name: String,
     },
 }
 
-/// With its place in the file and what to do, in plain ASCII.
+/// Shows the place in the file and the help text, in plain ASCII.
 impl fmt::Debug for TrialError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("\n")?;
@@ -83,7 +83,7 @@ impl fmt::Debug for TrialError {
 #[cfg(feature = "fancy")]
 fn shown(f: &mut fmt::Formatter<'_>, error: &TrialError) -> fmt::Result {
     use miette::{GraphicalReportHandler, GraphicalTheme};
-    /// Columns of a message, as of those of `hil`.
+    /// Width of a message, as in `hil`.
     const WIDTH: usize = 100;
     let theme = GraphicalTheme::none();
     let handler = GraphicalReportHandler::new_themed(theme).with_width(WIDTH).with_links(false);

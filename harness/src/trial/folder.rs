@@ -1,10 +1,10 @@
-//! Where a trial leaves what it leaves.
+//! Output folder of a trial.
 
 use super::TrialError;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// A folder that was asked for and stays, or a temporary one.
+/// A given folder, which stays, or a temporary one.
 #[derive(Debug)]
 pub(super) enum Folder {
     Given(PathBuf),
@@ -12,7 +12,7 @@ pub(super) enum Folder {
 }
 
 impl Folder {
-    /// The folder that was `given`, or a temporary one.
+    /// The `given` folder, or a temporary one.
     pub(super) fn of(given: Option<&Path>) -> Result<Self, TrialError> {
         match given {
             Some(path) => Ok(Self::Given(path.to_owned())),
@@ -31,7 +31,7 @@ impl Folder {
         }
     }
 
-    /// It stays, whatever it was.
+    /// Keeps the folder, even if it is temporary.
     pub(super) fn keep(&mut self) {
         if let Self::Temporary(folder) = self {
             folder.disable_cleanup(true);
@@ -39,7 +39,7 @@ impl Folder {
     }
 }
 
-/// A test that fails leaves what it failed on.
+/// Keeps the folder of a failing test.
 impl Drop for Folder {
     fn drop(&mut self) {
         if std::thread::panicking() {

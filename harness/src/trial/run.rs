@@ -1,4 +1,4 @@
-//! A trial that was run.
+//! Result of a trial.
 
 use super::folder::Folder;
 use crate::console::{Style, measurements_table};
@@ -7,7 +7,7 @@ use crate::outcome::{Measurement, Outcome, PropertySummary, Summary};
 use std::fmt;
 use std::path::Path;
 
-/// What a trial came to. It prints as the table of `hil run`, with what failed and where the run folder is.
+/// Result of a trial. It prints as the table of `hil run`, with the failures and the path of the run folder.
 #[derive(Debug)]
 pub struct TrialRun {
     summary: Summary,
@@ -24,27 +24,27 @@ impl TrialRun {
         run
     }
 
-    /// Every measurement is inside its band and no property broke. Marginal passes.
+    /// Whether every measurement is inside its band and no property broke. Marginal passes.
     pub fn passed(&self) -> bool {
         self.summary.outcome == Outcome::Passed
     }
 
-    /// What is in `summary.json`.
+    /// The contents of `summary.json`.
     pub const fn summary(&self) -> &Summary {
         &self.summary
     }
 
-    /// The measurement of that name; none where the plan does not declare it.
+    /// The measurement of that name; `None` if the plan does not declare it.
     pub fn measurement(&self, name: &str) -> Option<&Measurement> {
         self.summary.measurements.iter().find(|one| one.name == name)
     }
 
-    /// The figure of that measurement, in its unit; none where it is not declared, or nothing was measured.
+    /// The value of that measurement, in its unit; `None` if it is not declared, or nothing was measured.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.measurement(name)?.value
     }
 
-    /// What became of the property of that name; none where the plan does not declare it.
+    /// The summary of the property of that name; `None` if the plan does not declare it.
     pub fn property(&self, name: &str) -> Option<&PropertySummary> {
         self.summary.properties.iter().find(|one| one.name == name)
     }
@@ -54,7 +54,7 @@ impl TrialRun {
         &self.made
     }
 
-    /// The run folder. A temporary one is removed with the run where it passed and its test does not fail.
+    /// The run folder. A temporary one is removed with this value if the run passed and its test does not fail.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }

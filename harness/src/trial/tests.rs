@@ -88,7 +88,7 @@ fn what_is_added_must_fit_the_bench() {
     assert!(matches!(error, TrialError::Prepare(_)), "{error:?}");
 }
 
-/// Ours, but it does not survive a lost sample.
+/// Our controller, but it panics on a lost sample.
 #[derive(Debug)]
 struct Fragile(Controller);
 
@@ -146,7 +146,7 @@ fn a_campaign_gives_the_smallest_case_as_a_plan() {
     assert!(findings.to_string().contains(&smallest.plan), "{findings}");
     let folder = findings.folder().to_owned();
     drop(findings);
-    // It fails again, as a plan by itself.
+    // The saved plan fails again by itself.
     let again = Trial::load(smallest.path.to_str().unwrap()).unwrap().with_seed(smallest.seed);
     let again = again.with_controller(fragile);
     assert!(catch_unwind(AssertUnwindSafe(|| again.run().map(drop))).is_err());
@@ -166,7 +166,7 @@ fn a_campaign_that_breaks_nothing_leaves_nothing() {
     assert!(unknown.to_string().contains("\"drip\""), "{unknown}");
 }
 
-/// Whoever judges the record again would take the text for the plan that was run.
+/// Otherwise judging the record again would take the original text for the plan that was run.
 #[test]
 fn a_plan_that_was_changed_in_code_leaves_no_text_in_the_record() {
     let held = |trial: &Trial| trial.prepared.header(1).files.plan().map(str::to_owned);

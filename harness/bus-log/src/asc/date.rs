@@ -1,14 +1,14 @@
-//! Dates in the head of an ASC file: `Sat Sep 30 15:06:13.191 2017`, with `am` or `pm` before the year on
-//! some machines, and German months on others.
+//! Dates in the head of an ASC file: `Sat Sep 30 15:06:13.191 2017`, on some machines with `am` or `pm` before the
+//! year, on others with German months.
 
 use chrono::{DateTime, NaiveDateTime};
 
-/// What chrono calls the forms that are seen; the weekday is cut off before.
+/// chrono formats of the known variants, without the weekday.
 const FORMS: [&str; 2] = ["%b %d %I:%M:%S%.f %p %Y", "%b %d %H:%M:%S%.f %Y"];
 
 const GERMAN: [(&str, &str); 4] = [("Mär", "Mar"), ("Mai", "May"), ("Okt", "Oct"), ("Dez", "Dec")];
 
-/// Nanoseconds since 1970 of a date, the weekday first; `None` where it is not understood.
+/// Parses a date with its weekday as nanoseconds since 1970; `None` if it is not understood.
 pub(super) fn parse(text: &str) -> Option<i64> {
     let (_weekday, mut date) = text.trim().split_once(' ').map(|(w, d)| (w, d.to_owned()))?;
     for (german, english) in GERMAN {
@@ -20,7 +20,7 @@ pub(super) fn parse(text: &str) -> Option<i64> {
         .and_then(|date| date.and_utc().timestamp_nanos_opt())
 }
 
-/// The date of an instant in nanoseconds since 1970, to the millisecond.
+/// Formats a time in nanoseconds since 1970, to the millisecond.
 pub(super) fn format(nanos: i64) -> String {
     DateTime::from_timestamp_nanos(nanos).format("%a %b %d %H:%M:%S%.3f %Y").to_string()
 }

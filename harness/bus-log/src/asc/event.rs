@@ -1,4 +1,4 @@
-//! One event of an ASC file, from behind its time.
+//! One event of an ASC file, after its time.
 
 use super::super::entry::{Channel, Direction, ErrorFrame, Payload};
 use super::super::error::Defect;
@@ -9,7 +9,7 @@ use wire::can::{
     CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id, StandardId,
 };
 
-/// In which numbers identifiers, data and DLC are written.
+/// Number base of identifiers, data and DLC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Base {
     Hex,
@@ -25,10 +25,10 @@ impl Base {
     }
 }
 
-/// What an event says of a CAN bus.
+/// Contents of an event of a CAN bus.
 pub(super) type OnBus = (Channel, Option<Direction>, Payload);
 
-/// Words one after another.
+/// Iterates over words.
 struct Words<'a>(&'a [u8]);
 
 impl<'a> Words<'a> {
@@ -43,7 +43,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// The event; `None` where it is no frame of a CAN bus.
+/// Parses an event; `None` if it is not a frame of a CAN bus.
 pub(super) fn parse(text: &[u8], base: Base) -> Result<Option<OnBus>, Defect> {
     let mut words = Words(text);
     let first = words.next();
@@ -74,7 +74,7 @@ fn channel(word: &[u8]) -> Option<Channel> {
     numbers::channel(number)
 }
 
-/// `TxRq`, a frame that is still to be sent, is none.
+/// `None` for `TxRq`, a frame that is still to be sent.
 fn direction(word: &[u8]) -> Option<Direction> {
     match word {
         b"Rx" => Some(Direction::Rx),
@@ -103,7 +103,7 @@ fn identifier(word: &[u8], base: Base) -> Result<Id, Defect> {
 
 fn data_frame(id: Id, words: &mut Words<'_>, base: Base) -> Result<Payload, Defect> {
     let code = words.next();
-    // A DLC of 9 to 15 in a classic frame stands for eight bytes (ISO 11898-1).
+    // A DLC of 9 to 15 in a classic frame means eight bytes (ISO 11898-1).
     let length = base
         .number(code)
         .filter(|code| *code < 16)
@@ -116,8 +116,8 @@ fn data_frame(id: Id, words: &mut Words<'_>, base: Base) -> Result<Payload, Defe
         .ok_or_else(|| Defect::new("at most 8 bytes", code))
 }
 
-/// The length is missing in files of tools before 8.5, and what follows a remote request may be a
-/// statistic (`Length = ...`).
+/// The length is missing in files of tools before 8.5, and a remote request may be followed by a statistic (`Length =
+/// ...`).
 fn remote(id: Id, words: &mut Words<'_>, base: Base) -> Result<Payload, Defect> {
     let code = words.next();
     let length = base.number(code).map_or(0, |code| (code as usize).min(DATA_BYTES_MAX));
@@ -149,7 +149,7 @@ fn fd(words: &mut Words<'_>, base: Base) -> Result<OnBus, Defect> {
     }
     let id = identifier(word, base)?;
     if !matches!(words.peek(), b"0" | b"1") {
-        // The name of the message in a database.
+        // Name of the message in a database.
         words.next();
     }
     let bit_rate_switch = flag(words)?;
@@ -168,7 +168,7 @@ fn fd(words: &mut Words<'_>, base: Base) -> Result<OnBus, Defect> {
     read_bytes(&mut data[..length], words, base)?;
     let _duration_ns = words.next();
     let _bits = words.next();
-    // Written without flags, it is what its name says.
+    // Without flags, the event is a CAN FD frame, as its name says.
     let flags = hex::number(words.next()).unwrap_or(EDL);
     let data = &data[..length];
     let payload = if flags & EDL != 0 {

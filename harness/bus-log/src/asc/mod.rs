@@ -15,13 +15,13 @@
 //! ```
 //!
 //! * `base dec` makes identifiers, data and DLC of events decimal. Lengths in CANFD events always are.
-//! * `timestamps relative`: each time counts from the event before, whatever that event is.
+//! * `timestamps relative`: each time counts from the previous event of any kind.
 //! * Channels are numbers from 1. Number 1 is `can0` here, as in python-can and `asc2log`.
-//! * An absolute time is the date of the measurement, taken as UTC since the file names no zone, and the
-//!   time of the event. A date that is not understood counts as 1970.
-//! * Of an error frame nothing is known but that it was: it becomes [`ErrorFrame::BUS_ERROR`].
-//! * CANFD events stand for classic frames, too: without the EDL flag they are.
-//! * Every other event (statistics, status, LIN, J1939) is passed over and counted.
+//! * An absolute time is the date of the measurement, taken as UTC since the file names no zone, plus the time of the
+//!   event. A date that is not understood counts as 1970.
+//! * An error frame has no details: it becomes [`ErrorFrame::BUS_ERROR`].
+//! * CANFD events also carry classic frames: those without the EDL flag.
+//! * Every other event (statistics, status, LIN, J1939) is skipped and counted.
 //!
 //! [`ErrorFrame::BUS_ERROR`]: super::ErrorFrame::BUS_ERROR
 
@@ -33,11 +33,11 @@ mod write;
 pub(crate) use read::Reader;
 pub use write::Writer;
 
-/// In the flags of a CANFD event: extended data length, that is, a CAN FD frame.
+/// Flag of a CANFD event: extended data length, that is, a CAN FD frame.
 const EDL: u32 = 1 << 12;
 /// Bit rate switch.
 const BRS: u32 = 1 << 13;
 /// Error state indicator.
 const ESI: u32 = 1 << 14;
-/// A remote request.
+/// Remote request.
 const RTR: u32 = 1 << 4;

@@ -10,12 +10,12 @@ use std::io::Read;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
 
-/// What the times of events count from.
+/// Reference of event times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Times {
-    /// From the begin of the measurement.
+    /// The start of the measurement.
     Absolute,
-    /// From the event before.
+    /// The previous event.
     Relative,
 }
 
@@ -25,26 +25,26 @@ pub(crate) struct Reader<R: Read> {
     lines: Lines<R>,
     base: Base,
     times: Times,
-    /// When the measurement began.
+    /// Start of the measurement.
     began: Timestamp,
-    /// Time of the last event, since then.
+    /// Time of the last event since the start.
     last: Span,
     passed_over: u64,
 }
 
-/// What a line is.
+/// Kind of a line.
 enum Line<'a> {
     Nothing,
     Date(&'a [u8]),
     Base(Base, Times),
-    /// Time and what comes after it.
+    /// Time and the rest of the line.
     Event(i64, &'a [u8]),
-    /// No line that is known, and not at the place of an event.
+    /// An unknown line that is not an event.
     Other,
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads from `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     pub(crate) fn new(path: &Path, input: R) -> Self {
         Self {
             lines: Lines::new(path, input, Format::Asc),
@@ -56,12 +56,12 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// Events so far that are no frames of a CAN bus, and lines that are not understood.
+    /// Number of events so far that are not frames of a CAN bus, and of lines that are not understood.
     pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    /// The next entry; none at the end.
+    /// Returns the next entry; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             let line = parse(self.lines.text()).map_err(|defect| self.lines.malformed(defect))?;
@@ -119,7 +119,7 @@ fn parse(line: &[u8]) -> Result<Line<'_>, Defect> {
     })
 }
 
-/// `hex  timestamps absolute`; without a word on the timestamps they are absolute.
+/// `hex  timestamps absolute`; timestamps are absolute by default.
 fn base(text: &[u8]) -> Result<Line<'static>, Defect> {
     let (number, rest) = hex::word(text);
     let base = match number {

@@ -15,32 +15,30 @@ const NANOS_A_MILLISECOND: i64 = 1_000_000;
 
 /// Writes an ASC file.
 ///
-/// The date in its head is that of the first entry, to the millisecond; entries before the first are put
-/// at zero. `canN` gets the channel N + 1 where it is free, any other name the lowest that is free; beyond
-/// 32 channels entries are left out. An entry whose direction is not known counts as received: the format
-/// has no word for it.
+/// The date in its head is that of the first entry, to the millisecond; earlier entries are put at zero. `canN` gets
+/// channel N + 1 if that is free, any other name the lowest free one; entries beyond 32 channels are left out. An entry
+/// with unknown direction counts as received, because the format cannot express it.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     path: PathBuf,
     out: W,
-    /// The instant of the date in the head, ns; none before the first entry.
+    /// Time of the date in the head, ns; `None` before the first entry.
     began: Option<i64>,
     numbers: Numbers,
     line: Vec<u8>,
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes to `out`; `path` is named in errors.
+    /// Writes to `out`; errors name `path`.
     pub fn new(path: &Path, out: W) -> Self {
         let numbers = Numbers::up_to(CHANNELS_MAX);
         Self { path: path.to_owned(), out, began: None, numbers, line: Vec::new() }
     }
 
-    /// Appends an entry. Bytes of serial lines are left out, and of an error frame everything but that it
-    /// was.
+    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
     ///
     /// # Errors
-    /// When the file cannot be written; when the entry is from before 1970.
+    /// When the file cannot be written, or when the entry is from before 1970.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         if matches!(entry.payload, Payload::Serial(_)) {
             return Ok(Kept::LeftOut);
@@ -80,10 +78,10 @@ impl<W: Write> Writer<W> {
         Ok(Kept::Written)
     }
 
-    /// Writes the end of the measurement and gives everything to the file.
+    /// Writes the end of the measurement and flushes the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), LogError> {
         if self.began.is_none() {
             self.head(0)?;
@@ -115,7 +113,7 @@ const fn way(direction: Option<Direction>) -> &'static str {
     }
 }
 
-/// Duration, bits on the wire, CRC and bit timing are not known here: zero, as in python-can.
+/// Duration, bits on the wire, CRC and bit timing are unknown here: zero, as in python-can.
 fn fd(
     line: &mut Vec<u8>,
     number: usize,
@@ -140,7 +138,7 @@ fn push_spaced(line: &mut Vec<u8>, bytes: &[u8]) {
     }
 }
 
-/// Hexadecimal, with an `x` behind an extended one.
+/// Hexadecimal, with an `x` after an extended identifier.
 struct Identifier(Id);
 
 impl Display for Identifier {

@@ -1,4 +1,4 @@
-//! What the containers of a BLF file hold, one after another, decompressed as it is read.
+//! The contents of a BLF file's containers as one stream, decompressed while reading.
 
 use super::super::error::{Defect, LogError, Place};
 use super::super::{BUFFER_BYTES, Format};
@@ -10,7 +10,7 @@ use flate2::{Decompress, FlushDecompress, Status};
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// The most bytes between two objects of a file: Vector's tools pad by the length modulo 4, others up to a multiple of it.
+/// Most bytes between two objects of a file: Vector's tools pad by the length modulo 4, others to a multiple of it.
 pub(super) const PADDING_MAX: usize = 7;
 
 /// The containers of a file.
@@ -18,21 +18,21 @@ pub(super) const PADDING_MAX: usize = 7;
 pub(super) struct Containers<R: Read> {
     path: PathBuf,
     input: BufReader<R>,
-    /// Bytes that were read.
+    /// Bytes read so far.
     offset: u64,
-    /// Where the container begins that is read now.
+    /// Start of the current container.
     began: u64,
     /// Its bytes that are not read yet.
     left: u64,
     inflate: Decompress,
     is_compressed: bool,
-    /// There is nothing more in it.
+    /// Whether the current container is exhausted.
     ended: bool,
     passed_over: u64,
 }
 
 impl<R: Read> Containers<R> {
-    /// Reads the head of the file, too.
+    /// Also reads the head of the file.
     pub(super) fn new(path: &Path, input: R) -> Result<(Self, [u8; FILE_HEAD_BYTES]), LogError> {
         let mut containers = Self {
             path: path.to_owned(),
@@ -59,17 +59,17 @@ impl<R: Read> Containers<R> {
         Ok((containers, head))
     }
 
-    /// Objects beside containers so far.
+    /// Number of objects so far that are not containers.
     pub(super) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    /// A defect in the container that is read now.
+    /// An error for a defect in the current container.
     pub(super) fn malformed(&self, defect: Defect) -> LogError {
         LogError::malformed(&self.path, Format::Blf, Place::Byte(self.began), defect)
     }
 
-    /// Some bytes of the containers; none at the end of the file.
+    /// Reads some bytes of the containers; zero at the end of the file.
     pub(super) fn read(&mut self, out: &mut [u8]) -> Result<usize, LogError> {
         loop {
             if self.ended {
@@ -127,7 +127,7 @@ impl<R: Read> Containers<R> {
         Ok(count)
     }
 
-    /// Goes to the next container; false at the end of the file.
+    /// Advances to the next container; `false` at the end of the file.
     fn open(&mut self) -> Result<bool, LogError> {
         loop {
             if !self.find()? {
@@ -169,7 +169,7 @@ impl<R: Read> Containers<R> {
         }
     }
 
-    /// Goes behind the mark of the next object; false at the end of the file.
+    /// Advances past the mark of the next object; `false` at the end of the file.
     fn find(&mut self) -> Result<bool, LogError> {
         let mut mark = [0; OBJECT_MARK.len()];
         self.began = self.offset;
@@ -192,7 +192,7 @@ impl<R: Read> Containers<R> {
         Err(self.malformed(Defect::new(expected, &mark[..count])))
     }
 
-    /// Fills `out` as far as the file goes.
+    /// Fills `out`, or less at the end of the file.
     fn take(&mut self, out: &mut [u8]) -> Result<usize, LogError> {
         let mut input = (&mut self.input).take(out.len() as u64);
         let mut rest = &mut *out;

@@ -5,7 +5,7 @@ use chrono::{DateTime, Datelike as _, NaiveDate, Timelike as _};
 /// Bytes of a date.
 pub(super) const BYTES: usize = 16;
 
-/// Nanoseconds since 1970; `None` of what is no date, as the zeros of a file without one.
+/// Nanoseconds since 1970; `None` if it is not a date, such as the zeros of a file without one.
 pub(super) fn parse(bytes: &[u8; BYTES]) -> Option<i64> {
     let (words, _) = bytes.as_chunks::<2>();
     let word = |index: usize| u32::from(u16::from_le_bytes(words[index]));
@@ -15,7 +15,7 @@ pub(super) fn parse(bytes: &[u8; BYTES]) -> Option<i64> {
         .timestamp_nanos_opt()
 }
 
-/// The date of an instant in nanoseconds since 1970, to the millisecond.
+/// The date of a time in nanoseconds since 1970, to the millisecond.
 pub(super) fn format(nanos: i64) -> [u8; BYTES] {
     let date = DateTime::from_timestamp_nanos(nanos);
     let words = [
@@ -30,7 +30,7 @@ pub(super) fn format(nanos: i64) -> [u8; BYTES] {
     ];
     let mut bytes = [0; BYTES];
     for (place, word) in bytes.chunks_mut(2).zip(words) {
-        // Every one of them is less than 10,000.
+        // Each of them is less than 10,000.
         place.copy_from_slice(&(word as u16).to_le_bytes());
     }
     bytes

@@ -1,15 +1,15 @@
 //! Vector BLF, as Vector's tools and python-can write it.
 //!
-//! | bytes | what |
+//! | bytes | contents |
 //! |---|---|
 //! | 144 | head: `LOGG`, its length, program, sizes, objects, begin and end of the measurement as `SYSTEMTIME` |
 //! | … | containers: an object of type 10 with data, mostly compressed by zlib |
 //!
-//! What the containers hold, one after another, is a stream of objects; one may begin in a container and end in the
-//! next. An object is `LOBJ`, the length of its head, the version of that, its own length, its type, flags and a time.
-//! All numbers have the byte order of the little end.
+//! The containers together hold a stream of objects; one may begin in a container and end in the next. An object is
+//! `LOBJ`, the length and version of its head, its own length, its type, flags and a time. All numbers are
+//! little-endian.
 //!
-//! | type | what | read | written |
+//! | type | object | read | written |
 //! |---|---|---|---|
 //! | 1 | `CAN_MESSAGE` | yes | classic frames |
 //! | 86 | `CAN_MESSAGE2` | yes | |
@@ -17,14 +17,14 @@
 //! | 101 | `CAN_FD_MESSAGE_64` | yes | |
 //! | 2, 73, 104 | `CAN_ERROR`, `CAN_ERROR_EXT`, `CAN_FD_ERROR_64` | yes | 73 |
 //!
-//! * Times are 10 us or 1 ns, as the flags say, since the begin of the measurement, which is taken as UTC since the file
-//!   names no zone. A file without a begin counts from 1970.
+//! * Times are in units of 10 us or 1 ns, as the flags say, since the start of the measurement, which is taken as UTC
+//!   since the file names no zone. A file without a start counts from 1970.
 //! * Channels are numbers from 1. Number 1 is `can0` here, as in python-can.
-//! * Of an error frame nothing is known but that it was: it becomes [`ErrorFrame::BUS_ERROR`].
-//! * Other objects, and frames that are still to be sent (`TxRq`), are passed over and counted.
+//! * An error frame has no details: it becomes [`ErrorFrame::BUS_ERROR`].
+//! * Other objects, and frames that are still to be sent (`TxRq`), are skipped and counted.
 //!
-//! Source: Vector has published no description. The layout is that of python-can's `can/io/blf.py`, which follows Tobias
-//! Lorenz' Vector BLF, and of the files in python-can's tests.
+//! Source: Vector has published no description. The layout is that of python-can's `can/io/blf.py`, which follows
+//! Tobias Lorenz' Vector BLF, and of the files in python-can's tests.
 //!
 //! [`ErrorFrame::BUS_ERROR`]: super::ErrorFrame::BUS_ERROR
 
@@ -37,19 +37,19 @@ mod write;
 pub(crate) use read::Reader;
 pub use write::Writer;
 
-/// The begin of a file.
+/// Start of a file.
 const FILE_MARK: &[u8; 4] = b"LOGG";
-/// The begin of an object.
+/// Start of an object.
 const OBJECT_MARK: &[u8; 4] = b"LOBJ";
 /// Bytes of the head of a file.
 const FILE_HEAD_BYTES: usize = 144;
-/// Where in the head of a file the begin of the measurement stands; the end is behind it.
+/// Offset of the start of the measurement in the head of a file; its end follows.
 const BEGAN_AT: usize = 40;
-/// What every object begins with: mark, lengths, version and type.
+/// Common start of all objects: mark, lengths, version and type.
 const OBJECT_BASE_BYTES: usize = 16;
-/// The same with flags and a time, in the first version.
+/// The base with flags and a time, in the first version.
 const OBJECT_HEAD_BYTES: usize = 32;
-/// Method and length of a container, behind its base.
+/// Method and length of a container, after its base.
 const CONTAINER_HEAD_BYTES: usize = 16;
 
 /// Types of objects.
@@ -62,22 +62,22 @@ const CAN_FD_MESSAGE: u32 = 100;
 const CAN_FD_MESSAGE_64: u32 = 101;
 const CAN_FD_ERROR_64: u32 = 104;
 
-/// How the data of a container are compressed.
+/// Compression methods of containers.
 const STORED: u16 = 0;
 const ZLIB: u16 = 2;
 
-/// In the flags of an object: its time counts 10 us.
+/// Object flag: time in units of 10 us.
 const TEN_MICROS: u32 = 1;
-/// Its time counts nanoseconds.
+/// Object flag: time in nanoseconds.
 const NANOS: u32 = 2;
 
-/// In an identifier: it is extended.
+/// Flag of an extended identifier.
 const EXTENDED: u32 = 1 << 31;
-/// In the flags of a frame: it was sent.
+/// Frame flag: sent.
 const SENT: u8 = 1;
-/// It is a remote request.
+/// Frame flag: remote request.
 const REMOTE: u8 = 1 << 7;
-/// In the flags of a `CAN_FD_MESSAGE`: a CAN FD frame; with the bit rate switched; from an error-passive sender.
+/// Flags of a `CAN_FD_MESSAGE`: CAN FD frame; bit rate switch; error-passive sender.
 const EDL: u8 = 1;
 const BRS: u8 = 1 << 1;
 const ESI: u8 = 1 << 2;

@@ -13,7 +13,7 @@ use wire::can::{
     CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id, StandardId,
 };
 
-/// The most bytes of an object that say something of a frame: head, 40 bytes and the data.
+/// Most bytes of an object that describe a frame: head, 40 bytes and the data.
 pub(super) const OBJECT_BYTES_MAX: usize = 512;
 
 /// Bytes of a `CAN_FD_MESSAGE_64` before its data.
@@ -24,7 +24,7 @@ const EDL_64: u32 = 1 << 12;
 const BRS_64: u32 = 1 << 13;
 const ESI_64: u32 = 1 << 14;
 
-/// Whether objects of that type say something of a CAN bus.
+/// Whether objects of that type belong to a CAN bus.
 pub(super) const fn is_of_can(kind: u32) -> bool {
     matches!(
         kind,
@@ -38,7 +38,7 @@ pub(super) const fn is_of_can(kind: u32) -> bool {
     )
 }
 
-/// What an object says: nanoseconds since the begin of the measurement, and the rest of an entry.
+/// Contents of an object: nanoseconds since the start of the measurement, and the rest of an entry.
 pub(super) struct Object {
     pub(super) since_begin: u64,
     pub(super) channel: Channel,
@@ -46,7 +46,7 @@ pub(super) struct Object {
     pub(super) payload: Payload,
 }
 
-/// Bytes of an object, each asked for by its place.
+/// Bytes of an object, read by offset.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -71,17 +71,17 @@ impl Bytes<'_> {
     }
 }
 
-/// What a frame is, whichever object has it.
+/// A frame, independent of the type of object.
 struct Frame<'a> {
     id: u32,
     code: u8,
     is_remote: bool,
-    /// Those of a CAN FD frame.
+    /// Flags of a CAN FD frame.
     fd: Option<FdFlags>,
     data: &'a [u8],
 }
 
-/// An object with its head, as far as [`OBJECT_BYTES_MAX`]; `None` where it is a frame that is still to be sent.
+/// Parses an object with its head, up to [`OBJECT_BYTES_MAX`]; `None` for a frame that is still to be sent.
 pub(super) fn parse(kind: u32, object: &[u8]) -> Result<Option<Object>, Defect> {
     let whole = Bytes(object);
     let head_bytes = usize::from(whole.u16(4)?);
@@ -136,8 +136,8 @@ fn classic(body: &Bytes<'_>) -> Result<(Option<Direction>, Payload), Defect> {
     Ok((direction(flags), frame.payload()?))
 }
 
-/// channel 2, flags 1, data length code 1, identifier 4, duration 4, bits 1, flags of FD 1, bytes of data 1, reserved 5,
-/// data 64
+/// channel 2, flags 1, data length code 1, identifier 4, duration 4, bits 1, flags of FD 1, bytes of data 1, reserved
+/// 5, data 64
 fn fd(body: &Bytes<'_>) -> Result<(Option<Direction>, Payload), Defect> {
     let (flags, of_fd) = (body.u8(2)?, body.u8(13)?);
     let (bit_rate_switch, error_state) = (of_fd & BRS != 0, of_fd & ESI != 0);
@@ -152,7 +152,7 @@ fn fd(body: &Bytes<'_>) -> Result<(Option<Direction>, Payload), Defect> {
 }
 
 /// channel 1, data length code 1, bytes of data 1, tries 1, identifier 4, duration 4, flags 4, bit timing 8, times 8,
-/// bits 2, direction 1, where more data begin 1, CRC 4, data
+/// bits 2, direction 1, offset of further data 1, CRC 4, data
 fn fd_64(body: &Bytes<'_>, head_bytes: usize) -> Result<Payload, Defect> {
     let flags = body.u32(12)?;
     let (bit_rate_switch, error_state) = (flags & BRS_64 != 0, flags & ESI_64 != 0);
@@ -173,7 +173,7 @@ fn fd_64(body: &Bytes<'_>, head_bytes: usize) -> Result<Payload, Defect> {
 }
 
 impl Frame<'_> {
-    /// Bytes that the length has and the data have not are zero, as in Vector's tools.
+    /// Data bytes missing for the length are zero, as in Vector's tools.
     fn payload(&self) -> Result<Payload, Defect> {
         let bad = |expected, number: u32| Defect::new(expected, format!("{number:X}").as_bytes());
         let raw = self.id & !EXTENDED;

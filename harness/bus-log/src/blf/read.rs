@@ -15,28 +15,28 @@ use wire::time::Timestamp;
 pub(crate) struct Reader<R: Read> {
     containers: Containers<R>,
     window: Window,
-    /// Nanoseconds since 1970.
+    /// Start of the measurement, nanoseconds since 1970.
     began: i64,
     passed_over: u64,
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads from `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
-    /// When it does not begin as such a file does.
+    /// When the file does not begin like a BLF file.
     pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let (containers, head) = Containers::new(path, input)?;
         let began = head[BEGAN_AT..].first_chunk().and_then(date::parse).unwrap_or(0);
         Ok(Self { containers, window: Window::new(), began, passed_over: 0 })
     }
 
-    /// Objects so far that are no frames of a CAN bus.
+    /// Number of objects so far that are not frames of a CAN bus.
     pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over + self.containers.passed_over()
     }
 
-    /// The next entry; none at the end.
+    /// Returns the next entry; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.find()? {
             let base = self.window.bytes();
@@ -77,7 +77,7 @@ impl<R: Read> Reader<R> {
         Ok(None)
     }
 
-    /// Goes to the next object, of which the base is in the buffer; false at the end of the last container.
+    /// Advances to the next object, with its base in the buffer; `false` at the end of the last container.
     fn find(&mut self) -> Result<bool, LogError> {
         let whole = self.has(OBJECT_BASE_BYTES + PADDING_MAX)?;
         let rest = self.window.bytes();

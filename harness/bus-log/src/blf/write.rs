@@ -16,35 +16,35 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, Id};
 
-/// Bytes that a container holds, as in Vector's tools.
+/// Bytes in a container, as in Vector's tools.
 const CONTAINER_BYTES: usize = 128 * 1024;
 
 const NANOS_A_MILLISECOND: i64 = 1_000_000;
 
 /// Writes a BLF file.
 ///
-/// The measurement begins with the first entry, to the millisecond; entries before the first are put at its begin.
-/// `canN` is the channel N + 1 where that is free, any other name the lowest that is free; beyond 32 channels entries
-/// are left out. An entry whose direction is not known counts as received: the format has no word for it.
+/// The measurement begins with the first entry, to the millisecond; earlier entries are put at its start. `canN` gets
+/// channel N + 1 if that is free, any other name the lowest free one; entries beyond 32 channels are left out. An entry
+/// with unknown direction counts as received, because the format cannot express it.
 #[derive(Debug)]
 pub struct Writer<W: Write + Seek> {
     path: PathBuf,
     out: W,
     numbers: Numbers,
-    /// Begin and end of the measurement, ns since 1970; none before the first entry.
+    /// Start and end of the measurement, ns since 1970; `None` before the first entry.
     times: Option<(i64, i64)>,
     objects: u32,
-    /// Of the file, and of what it would be without compression.
+    /// Bytes of the file, with and without compression.
     bytes: (u64, u64),
-    /// What is to go into the next container.
+    /// Bytes for the next container.
     waiting: Vec<u8>,
 }
 
 impl<W: Write + Seek> Writer<W> {
-    /// Makes room for the head of the file in `out`; `path` is named in errors.
+    /// Reserves room for the head of the file in `out`; errors name `path`.
     ///
     /// # Errors
-    /// When that cannot be written.
+    /// When the file cannot be written.
     pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
         let bytes = (FILE_HEAD_BYTES as u64, FILE_HEAD_BYTES as u64);
         let numbers = Numbers::up_to(CHANNELS_MAX);
@@ -56,11 +56,10 @@ impl<W: Write + Seek> Writer<W> {
         Ok(writer)
     }
 
-    /// Appends an entry. Bytes of serial lines are left out, and of an error frame everything but that it
-    /// was.
+    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
     ///
     /// # Errors
-    /// When the file cannot be written; when the entry is from before 1970.
+    /// When the file cannot be written, or when the entry is from before 1970.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         let at = entry.at.as_nanos();
         if at < 0 {
@@ -89,7 +88,7 @@ impl<W: Write + Seek> Writer<W> {
         if let Payload::Frame(frame) = &entry.payload {
             push_frame(waiting, frame, entry.direction);
         }
-        // What is not known is zero.
+        // Unknown values are zero.
         waiting.resize(end, 0);
         self.objects = self.objects.saturating_add(1);
         if self.waiting.len() >= CONTAINER_BYTES {
@@ -98,10 +97,10 @@ impl<W: Write + Seek> Writer<W> {
         Ok(Kept::Written)
     }
 
-    /// Writes the last container and the head, and gives everything to the file.
+    /// Writes the last container and the head, and flushes the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), LogError> {
         self.end().map_err(|source| LogError::unwritable(&self.path, source))
     }
@@ -116,7 +115,7 @@ impl<W: Write + Seek> Writer<W> {
         self.out.flush()
     }
 
-    /// Writes a container. What is beyond its length waits for the next.
+    /// Writes a container. Bytes beyond its length wait for the next.
     fn flush(&mut self) -> io::Result<()> {
         let count = self.waiting.len().min(CONTAINER_BYTES);
         let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
@@ -139,7 +138,7 @@ impl<W: Write + Seek> Writer<W> {
         Ok(())
     }
 
-    /// The head of the file by what is known now.
+    /// The head of the file with the current values.
     fn head(&self) -> [u8; FILE_HEAD_BYTES] {
         let mut head = [0; FILE_HEAD_BYTES];
         let mut put = |place: usize, bytes: &[u8]| {
@@ -147,7 +146,7 @@ impl<W: Write + Seek> Writer<W> {
         };
         put(0, FILE_MARK);
         put(4, &(FILE_HEAD_BYTES as u32).to_le_bytes());
-        // The program is not one of Vector's; the version of the format is the one that python-can names.
+        // The program is not one of Vector's; the format version is that of python-can.
         put(12, &[2, 6, 8, 1]);
         put(16, &self.bytes.0.to_le_bytes());
         put(24, &self.bytes.1.to_le_bytes());
@@ -160,17 +159,17 @@ impl<W: Write + Seek> Writer<W> {
     }
 }
 
-/// What every object begins with.
+/// Appends the common start of an object.
 fn push_base(bytes: &mut Vec<u8>, head: usize, length: usize, kind: u32) {
     bytes.extend(OBJECT_MARK);
-    // No object of ours is longer than a container.
+    // No object here is longer than a container.
     bytes.extend((head as u16).to_le_bytes());
     bytes.extend(1u16.to_le_bytes());
     bytes.extend((length as u32).to_le_bytes());
     bytes.extend(kind.to_le_bytes());
 }
 
-/// A frame from behind its channel.
+/// A frame, from after its channel on.
 fn push_frame(bytes: &mut Vec<u8>, frame: &CanFrame, direction: Option<Direction>) {
     let sent = if direction == Some(Direction::Tx) { SENT } else { 0 };
     let remote = if frame.is_remote() { REMOTE } else { 0 };
@@ -183,7 +182,7 @@ fn push_frame(bytes: &mut Vec<u8>, frame: &CanFrame, direction: Option<Direction
     if let Some(flags) = frame.fd_flags() {
         let brs = if flags.bit_rate_switch { BRS } else { 0 };
         let esi = if flags.error_state { ESI } else { 0 };
-        // Duration and bits on the wire are not known.
+        // Duration and bits on the wire are unknown.
         bytes.extend([0; 5]);
         bytes.extend([EDL | brs | esi, frame.length() as u8]);
         bytes.extend([0; 5]);

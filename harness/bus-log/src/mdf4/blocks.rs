@@ -1,4 +1,4 @@
-//! Blocks of an MDF file by their addresses.
+//! Reads blocks of an MDF file by address.
 
 use super::super::Format;
 use super::super::error::{Defect, LogError, Place};
@@ -6,15 +6,15 @@ use super::BLOCK_HEAD_BYTES;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Links of a block that are looked at.
+/// Most links of a block that are kept.
 const LINKS_MAX: usize = 8;
-/// Bytes of a block behind its links that are looked at.
+/// Most bytes of a block after its links that are kept.
 const DATA_MAX: usize = 256;
 
-/// The most bytes of a block that is read as a whole: a table of values, a text.
+/// Most bytes of a block that is read completely: a table of values, a text.
 const WHOLE_BYTES_MAX: u64 = 4 << 20;
 
-/// A file whose parts are read by their places.
+/// A file with random access.
 #[derive(Debug)]
 pub(super) struct Source<R> {
     path: PathBuf,
@@ -22,7 +22,7 @@ pub(super) struct Source<R> {
     length: u64,
 }
 
-/// A block, as far as it matters.
+/// The relevant part of a block.
 pub(super) struct Block {
     pub(super) address: u64,
     pub(super) length: u64,
@@ -40,17 +40,17 @@ impl<R: Read + Seek> Source<R> {
         Ok(Self { path: path.to_owned(), input, length })
     }
 
-    /// Bytes of the file.
+    /// Length of the file.
     pub(super) const fn length(&self) -> u64 {
         self.length
     }
 
-    /// A defect in what begins at that byte.
+    /// An error for a defect in what begins at that byte.
     pub(super) fn malformed(&self, address: u64, defect: Defect) -> LogError {
         LogError::malformed(&self.path, Format::Mdf4, Place::Byte(address), defect)
     }
 
-    /// Fills `out` as far as the file goes.
+    /// Fills `out`, or less at the end of the file.
     pub(super) fn at(&mut self, place: u64, out: &mut [u8]) -> Result<usize, LogError> {
         if place >= self.length {
             return Ok(0);
@@ -71,7 +71,7 @@ impl<R: Read + Seek> Source<R> {
         read().map_err(|source| LogError::unreadable(&self.path, source))
     }
 
-    /// The block at that address.
+    /// Reads the block at that address.
     pub(super) fn any_block(&mut self, address: u64) -> Result<Block, LogError> {
         let mut head = [0; BLOCK_HEAD_BYTES];
         if self.at(address, &mut head)? < head.len() {
@@ -104,7 +104,7 @@ impl<R: Read + Seek> Source<R> {
         Ok(Block { address, length, link_count, mark, links, data, known })
     }
 
-    /// The block at that address, which must have that mark.
+    /// Reads the block at that address, which must have that mark.
     pub(super) fn block(&mut self, address: u64, mark: &'static str) -> Result<Block, LogError> {
         let block = self.any_block(address)?;
         if block.mark == mark.as_bytes() {
@@ -114,7 +114,7 @@ impl<R: Read + Seek> Source<R> {
         Err(self.malformed(address, defect))
     }
 
-    /// The text at that address; none where there is none.
+    /// Reads the text at that address; empty for address zero.
     pub(super) fn text(&mut self, address: u64) -> Result<String, LogError> {
         if address == 0 {
             return Ok(String::new());
@@ -124,7 +124,7 @@ impl<R: Read + Seek> Source<R> {
         Ok(String::from_utf8_lossy(text).into_owned())
     }
 
-    /// The links of a block, and the bytes behind them.
+    /// Reads all links of a block, and the bytes after them.
     pub(super) fn whole(&mut self, block: &Block) -> Result<(Vec<u64>, Vec<u8>), LogError> {
         let length = block.length - BLOCK_HEAD_BYTES as u64;
         if length > WHOLE_BYTES_MAX {
@@ -142,7 +142,7 @@ impl<R: Read + Seek> Source<R> {
         Ok((links.collect(), data))
     }
 
-    /// The text at that address, plain or within XML, however long; none where there is none.
+    /// Reads the text at that address, plain or in XML, of any length; empty for address zero.
     pub(super) fn whole_text(&mut self, address: u64) -> Result<String, LogError> {
         if address == 0 {
             return Ok(String::new());
@@ -173,12 +173,12 @@ impl Block {
         &self.mark
     }
 
-    /// The link of that number from 0; zero where it has not as many.
+    /// The link of that number from 0; zero if the block has fewer.
     pub(super) fn link(&self, number: usize) -> u64 {
         self.links.get(number).copied().unwrap_or(0)
     }
 
-    /// Bytes behind its links; zeros where it has not as many, as a block of an earlier version.
+    /// Bytes after its links; zero where the block is too short, as one of an earlier version.
     pub(super) fn bytes<const N: usize>(&self, place: usize) -> [u8; N] {
         let mut bytes = [0; N];
         let given = self.data[..self.known].get(place..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The data of a group or of a channel, whichever blocks they are in.
+//! Data of a group or of a channel, from any kind of blocks.
 
 use super::super::BUFFER_BYTES;
 use super::super::error::{Defect, LogError};
@@ -7,34 +7,34 @@ use super::blocks::{Block, Source};
 use flate2::{Decompress, FlushDecompress, Status};
 use std::io::{Read, Seek};
 
-/// The most bytes of a transposed block, which is in memory as a whole; the standard recommends 4 MB.
+/// Most bytes of a transposed block, which is held in memory completely; the standard recommends 4 MB.
 const TRANSPOSED_BYTES_MAX: u64 = 64 << 20;
 /// Bytes of a `DZ` block before its data.
 const DZ_HEAD_BYTES: u64 = 48;
 
-/// Data blocks one after another.
+/// A sequence of data blocks.
 #[derive(Debug)]
 pub(super) struct Chain {
-    /// Of the block that is read now.
+    /// Start of the current block.
     began: u64,
     list: List,
     piece: Piece,
-    /// Data blocks and lists so far: a file that leads in a circle has more than it has room for.
+    /// Number of data blocks and lists so far: a file with a cycle of links has more than fit into it.
     blocks: u64,
-    /// The last block of a file that was not finished goes to its end.
+    /// The last block of an unfinished file extends to its end.
     unfinished: bool,
 }
 
-/// Which blocks are still to come.
+/// Blocks still to come.
 #[derive(Debug, Default)]
 struct List {
-    /// Where the next link to a block is.
+    /// Place of the next link to a block.
     links_at: u64,
     left: u64,
     next: u64,
 }
 
-/// The block that is read now.
+/// The current block.
 #[derive(Debug)]
 enum Piece {
     None,
@@ -55,18 +55,18 @@ struct Deflated {
 }
 
 impl Chain {
-    /// The data at that address; none where it is zero.
+    /// The data at that address; none if it is zero.
     pub(super) fn new(address: u64, unfinished: bool) -> Self {
         let list = List { next: address, ..List::default() };
         Self { began: address, list, piece: Piece::None, blocks: 0, unfinished }
     }
 
-    /// Where the block begins that is read now.
+    /// Start of the current block.
     pub(super) const fn began(&self) -> u64 {
         self.began
     }
 
-    /// Some bytes; none at the end.
+    /// Reads some bytes; zero at the end.
     pub(super) fn read<R: Read + Seek>(
         &mut self,
         source: &mut Source<R>,
@@ -78,7 +78,7 @@ impl Chain {
                 Piece::Stored { at, left, to_end } => {
                     let most = out.len().min(usize::try_from(*left).unwrap_or(usize::MAX));
                     let count = source.at(*at, &mut out[..most])?;
-                    // Of a file that was not finished all counts that is there.
+                    // An unfinished file is read as far as it goes.
                     if count < most && !*to_end && !self.unfinished {
                         return Err(source.cut(self.began));
                     }
@@ -104,7 +104,7 @@ impl Chain {
         }
     }
 
-    /// Goes to the next block; false where there is none.
+    /// Advances to the next block; `false` at the end.
     fn open<R: Read + Seek>(&mut self, source: &mut Source<R>) -> Result<bool, LogError> {
         let address = if self.list.left > 0 {
             let mut link = [0; 8];
@@ -135,7 +135,7 @@ impl Chain {
                 self.piece = Piece::Stored { at: address + BLOCK_HEAD_BYTES as u64, left, to_end };
             }
             b"##DZ" => self.piece = compressed(&block, source)?,
-            // An entry of a list is no list.
+            // An entry of a list cannot be a list.
             b"##HL" if self.list.left == 0 => self.list.next = block.link(0),
             b"##DL" if self.list.left == 0 => {
                 self.list = List {
@@ -153,7 +153,7 @@ impl Chain {
     }
 }
 
-/// The contents of a `DZ` block.
+/// Opens the contents of a `DZ` block.
 fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<Piece, LogError> {
     let (method, columns) = (block.u8(2), u64::from(block.u32(4)));
     let (length, left) = (block.u64(8), block.u64(16));
@@ -179,7 +179,7 @@ fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<P
             loop {
                 match deflated.read(block.address, source, &mut part)? {
                     0 => break,
-                    // `read` gives no more than the length says.
+                    // `read` returns no more than the limit.
                     count => stored.extend_from_slice(&part[..count]),
                 }
             }
@@ -226,7 +226,7 @@ impl Deflated {
             let before = self.inflate.total_in();
             let given = &self.input[self.start..self.end];
             let status = self.inflate.decompress(given, &mut out[..most], FlushDecompress::None);
-            // It takes no more than it was given.
+            // It consumes no more than it was given.
             let taken = (self.inflate.total_in() - before) as usize;
             self.start += taken;
             let count = (self.inflate.total_out() - done) as usize;

@@ -1,9 +1,9 @@
-//! A value at its place in a record.
+//! A value in a record.
 
 use super::super::error::Defect;
 use super::blocks::Block;
 
-/// Where a channel's value is.
+/// Place and type of a channel's value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Field {
     byte: usize,
@@ -23,12 +23,12 @@ enum Number {
     Float {
         big: bool,
     },
-    /// Bytes as they are.
+    /// Raw bytes.
     Bytes,
 }
 
 impl Field {
-    /// Of a channel (`CN` block).
+    /// The field of a channel (`CN` block).
     pub(super) fn of(channel: &Block) -> Result<Self, Defect> {
         let (byte, bit, bits) = (channel.u32(4), u32::from(channel.u8(3)), channel.u32(8));
         let kind = match channel.u8(2) {
@@ -50,13 +50,13 @@ impl Field {
         Err(Defect::new("a value of at most 64 bits, or whole bytes", found.as_bytes()))
     }
 
-    /// Of a channel of variable length: a record has the place of its data, a number of 64 bits whatever they are.
+    /// The field of a variable-length channel: a record has the offset of its data, a 64-bit number for any type.
     pub(super) fn place_of(channel: &Block) -> Self {
         let kind = Number::Unsigned { big: false };
         Self { byte: channel.u32(4) as usize, bit: 0, bits: 64, kind }
     }
 
-    /// The first byte that a record must have behind it.
+    /// Length that a record must have.
     pub(super) const fn end(&self) -> usize {
         self.byte + (self.bit as usize + self.bits as usize).div_ceil(8)
     }
@@ -66,7 +66,7 @@ impl Field {
         record.get(self.byte..self.end()).unwrap_or_default()
     }
 
-    /// A number without a fraction; `None` of a floating-point number or bytes.
+    /// A number without a fraction; `None` for a floating-point number or bytes.
     pub(super) fn integer(&self, record: &[u8]) -> Option<i128> {
         let bytes = self.bytes(record);
         let raw = |big: bool| {
@@ -86,7 +86,7 @@ impl Field {
         }
     }
 
-    /// A number without a sign, up to 64 bits; zero of anything else.
+    /// An unsigned number of up to 64 bits; zero for anything else.
     pub(super) fn number(&self, record: &[u8]) -> u64 {
         self.integer(record).and_then(|number| u64::try_from(number).ok()).unwrap_or(0)
     }
@@ -106,11 +106,11 @@ impl Field {
     }
 }
 
-/// A floating-point number of 16 bits (IEEE 754 binary16).
+/// A 16-bit floating-point number (IEEE 754 binary16).
 fn half(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
     let size = match exponent {
-        // Below the normal ones.
+        // Subnormal numbers.
         0 => fraction * 2f64.powi(-24),
         0x1f if fraction == 0.0 => f64::INFINITY,
         0x1f => f64::NAN,
@@ -119,7 +119,7 @@ fn half(bits: u16) -> f64 {
     if bits >> 15 == 0 { size } else { -size }
 }
 
-/// The times of a group: its master channel and the conversion to seconds.
+/// Time of a group: its master channel and the conversion to seconds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
     pub(super) field: Field,
@@ -129,11 +129,11 @@ pub(super) struct Clock {
 }
 
 impl Clock {
-    /// Nanoseconds since the begin of the measurement; `None` of what is no time.
+    /// Nanoseconds since the start of the measurement; `None` for an invalid time.
     pub(super) fn nanos(&self, record: &[u8]) -> Option<i128> {
         let factor = self.factor * 1e9;
         let whole = factor.round();
-        // A factor such as 1e-9 is a whole number of nanoseconds: nothing is lost then.
+        // A factor such as 1e-9 is a whole number of nanoseconds, so the conversion is exact.
         let is_whole = whole >= 1.0 && (factor - whole).abs() < 1e-6 && self.offset == 0.0;
         match self.field.integer(record) {
             Some(number) if is_whole && whole < 1e18 => number.checked_mul(whole as i128),
@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(field(0, 5, 64, unsigned(false)).integer(&nine), all);
     }
 
-    /// IEEE 754: 1.5, the greatest, the least above zero, minus two.
+    /// IEEE 754: 1.5, the largest, the smallest above zero, minus two.
     #[test]
     fn halves() {
         for (bits, number) in [

@@ -1,4 +1,4 @@
-//! Frames in the records of a group.
+//! Decodes frames in the records of a group.
 
 use super::super::entry::{Channel, Direction, Entry, ErrorFrame, Payload};
 use super::super::error::Defect;
@@ -12,7 +12,7 @@ use wire::can::{
 };
 use wire::time::Timestamp;
 
-/// Where the values of a frame are in a record.
+/// Fields of a frame in a record.
 #[derive(Debug)]
 pub(super) struct Frames {
     pub(super) kind: Kind,
@@ -25,21 +25,21 @@ pub(super) struct Frames {
     pub(super) direction: Option<Field>,
     /// `EDL`, `BRS` and `ESI`.
     pub(super) flags: [Option<Field>; 3],
-    /// Those of data frames alone.
+    /// Only for data frames.
     pub(super) data: Option<Data>,
 }
 
-/// Where the data bytes are.
+/// Place of the data bytes.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Data {
     /// In the record.
     Fixed(Field),
-    /// Elsewhere: the record has their place in the data at that address, or in the group there.
+    /// Elsewhere: the record has their offset in the data at that address, or in the group there.
     Variable(Field, u64),
 }
 
 impl Frames {
-    /// Bytes that a record must have.
+    /// Length that a record must have.
     pub(super) fn end(&self) -> usize {
         let fields = [self.channel, self.id, self.ide, self.code, self.length, self.direction];
         let data = self.data.map(|data| match data {
@@ -49,7 +49,7 @@ impl Frames {
         all.flatten().map(|field| field.end()).max().unwrap_or(0)
     }
 
-    /// The entry of a record. `variable` are its data bytes where they are not in it.
+    /// The entry of a record. `variable` holds its data bytes if they are not in it.
     pub(super) fn entry(
         &self,
         began: i64,
@@ -87,7 +87,7 @@ impl Frames {
             Defect::new("an identifier of 11 bits, or of 29", found.as_bytes())
         };
         let raw = u32::try_from(raw).map_err(|_| bad_id())?;
-        // Bit 31 says the same where there is no `IDE`.
+        // Without `IDE`, bit 31 marks an extended identifier.
         let is_extended = self.ide.map_or(raw & EXTENDED_FLAG != 0, |ide| is(Some(ide)));
         let low = raw & !EXTENDED_FLAG;
         let id = match is_extended {
@@ -124,7 +124,7 @@ impl Frames {
     }
 }
 
-/// The channel of a bus's number; zero is none of the standard's.
+/// The channel of a bus number; zero is not a number of the standard.
 fn of_bus(number: u64) -> Option<Channel> {
     match u32::try_from(number).ok()? {
         0 => Channel::new("can"),

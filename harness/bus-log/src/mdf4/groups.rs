@@ -1,4 +1,4 @@
-//! What groups there are in a file, and where their values are.
+//! The groups of a file, and the places of their values.
 
 use super::super::error::{Defect, LogError};
 use super::blocks::{Block, Source};
@@ -7,22 +7,22 @@ use super::frames::{Data, Frames};
 use super::{CG_BUS_EVENT, CG_VARIABLE, CN_FIXED, CN_MASTER, CN_MOST, CN_VARIABLE, Kind};
 use std::io::{Read, Seek};
 
-/// Groups of one file, and channels of its groups of frames: those of loggers have some dozen.
+/// Limits for the groups of a file and the channels of its frame groups: loggers have a few dozen.
 pub(super) const GROUPS_MAX: usize = 4_096;
 pub(super) const CHANNELS_MAX: usize = 65_536;
-/// The longest record of a group of frames.
+/// Longest record of a frame group.
 const RECORD_BYTES_MAX: usize = 16 * 1024;
-/// The most data groups with frames: each has a buffer of its own.
+/// Most data groups with frames: each has its own buffer.
 const STREAMS_MAX: usize = 256;
-/// Structures within structures.
+/// Most levels of nested structures.
 pub(super) const DEPTH_MAX: u32 = 3;
 
 /// Records of one or several groups.
 #[derive(Debug)]
 pub(super) struct DataGroup {
-    /// Where the data are.
+    /// Address of the data.
     pub(super) data: u64,
-    /// Bytes of the number before each record.
+    /// Length of the record number before each record.
     pub(super) number_bytes: usize,
     pub(super) groups: Vec<Group>,
 }
@@ -35,18 +35,18 @@ pub(super) struct Group {
     pub(super) records: Records,
 }
 
-/// What the records of a group are.
+/// Contents of the records of a group.
 #[derive(Debug)]
 pub(super) enum Records {
-    /// Frames of a bus, in so many bytes.
+    /// Frames of a bus, with the record length.
     Frames(usize, Box<Frames>),
-    /// Data that other records name by their places.
+    /// Data to which other records refer by offset.
     Variable,
-    /// Something else, in so many bytes.
+    /// Something else, with the record length.
     Other(u64),
 }
 
-/// The data groups of a file that have frames.
+/// Reads the data groups of a file that have frames.
 pub(super) fn all<R: Read + Seek>(
     source: &mut Source<R>,
     first: u64,
@@ -62,7 +62,7 @@ pub(super) fn all<R: Read + Seek>(
             bounded(source, next_group, groups.len() + count, GROUPS_MAX)?;
             next_group = group.link(0);
         }
-        // A group of data without groups of channels counts, too.
+        // A data group without channel groups also counts.
         count += groups.len() + 1;
         bounded(source, next, count, 2 * GROUPS_MAX)?;
         let number_bytes = usize::from(block.u8(0));
@@ -123,7 +123,7 @@ fn group_of<R: Read + Seek>(
     Ok(Group { address, number, records })
 }
 
-/// The channels of a group that matter.
+/// The relevant channels of a group.
 #[derive(Default)]
 struct Found {
     clock: Option<Clock>,
@@ -137,7 +137,7 @@ const NAMES: [&str; 9] =
     ["BusChannel", "ID", "IDE", "DLC", "DataLength", "Dir", "EDL", "BRS", "ESI"];
 
 impl Found {
-    /// Takes the channels from that one on, and those that they are made of.
+    /// Takes the channels from that one on, and their components.
     fn take<R: Read + Seek>(
         &mut self,
         source: &mut Source<R>,
@@ -152,7 +152,7 @@ impl Found {
             let channel = source.block(next, "##CN")?;
             let name = source.text(channel.link(2))?;
             self.channel(source, &channel, &name)?;
-            // An array (`CA`) has no names of its own.
+            // The components of an array (`CA`) have no names.
             let parts = channel.link(1);
             if parts != 0 && depth > 0 && source.any_block(parts)?.mark() == b"##CN" {
                 self.take(source, parts, depth - 1, channels)?;
@@ -217,7 +217,7 @@ impl Found {
     }
 }
 
-/// Offset and factor of a conversion (`CC` block): none, or a linear one.
+/// Offset and factor of a conversion (`CC` block), which must be absent or linear.
 fn linear<R: Read + Seek>(source: &mut Source<R>, address: u64) -> Result<(f64, f64), LogError> {
     if address == 0 {
         return Ok((0.0, 1.0));

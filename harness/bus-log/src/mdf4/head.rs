@@ -1,4 +1,4 @@
-//! The blocks at the begin of an MDF file that is written: what its groups and channels are.
+//! Writes the blocks at the start of an MDF file, which describe its groups and channels.
 
 use super::laid::{BEGIN_BYTES, Blocks, begin};
 use super::{CG_BUS_EVENT, CG_PLAIN, CN_FIXED, CN_MASTER, Kind};
@@ -7,12 +7,12 @@ use super::{CG_BUS_EVENT, CG_PLAIN, CN_FIXED, CN_MASTER, Kind};
 const UNSIGNED: u8 = 0;
 const SIGNED: u8 = 2;
 const BYTES: u8 = 10;
-/// A channel of a bus event.
+/// Flag of a channel of bus events.
 const CN_BUS_EVENT: u32 = 1 << 10;
 /// Bytes of a time, the first value of every record.
 const TIME_BYTES: u32 = 8;
 
-/// The values behind the time of a record, and how many bytes they have.
+/// The values after the time of a record, with their lengths.
 const VALUES: [(&str, u32); 10] = [
     ("BusChannel", 1),
     ("ID", 4),
@@ -26,7 +26,7 @@ const VALUES: [(&str, u32); 10] = [
     ("DataBytes", 64),
 ];
 
-/// Those that records of that kind have, the first so many.
+/// The values in records of that kind: the first ones of [`VALUES`].
 const fn values(kind: Kind) -> &'static [(&'static str, u32)] {
     let count = match kind {
         Kind::Data => VALUES.len(),
@@ -36,21 +36,21 @@ const fn values(kind: Kind) -> &'static [(&'static str, u32)] {
     VALUES.split_at(count).0
 }
 
-/// Bytes of a record of that kind.
+/// Length of a record of that kind.
 pub(super) fn record_bytes(kind: Kind) -> usize {
     let values: u32 = values(kind).iter().map(|(_, bytes)| bytes).sum();
     (TIME_BYTES + values) as usize
 }
 
-/// What is known of a group when its last record is written.
+/// Final values of a group.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Written {
     pub(super) records: u64,
-    /// Where the data are; zero where there are none.
+    /// Address of the data; zero if there are none.
     pub(super) data: u64,
 }
 
-/// The begin of a file, always of one length. `began` is in nanoseconds since 1970.
+/// The start of a file, of constant length. `began` is in nanoseconds since 1970.
 pub(super) fn head(is_finished: bool, began: u64, groups: [Written; Kind::ALL.len()]) -> Vec<u8> {
     let mut blocks = Blocks::behind_begin();
     let mut next = 0;
@@ -71,7 +71,7 @@ fn data_group(blocks: &mut Blocks, kind: Kind, written: Written, next: u64) -> u
 fn channel_group(blocks: &mut Blocks, kind: Kind, records: u64) -> u64 {
     let bytes = record_bytes(kind) as u32;
     let name = blocks.text(kind.name());
-    // A bus; CAN.
+    // Type bus; bus type CAN.
     let source_name = blocks.text("CAN");
     let source = blocks.push(b"##SI", &[source_name, source_name, 0], &[2, 2, 0, 0, 0, 0, 0, 0]);
     let (mut first, mut at) = (0, bytes);
@@ -85,7 +85,7 @@ fn channel_group(blocks: &mut Blocks, kind: Kind, records: u64) -> u64 {
     let frame = [0, first, 0, 0];
     let frame = channel(blocks, kind.name(), frame, source, CN_FIXED, BYTES, TIME_BYTES, all);
     let unit = blocks.text("s");
-    // Linear: seconds are no offset and a billionth of the number.
+    // Linear: seconds are the number times 1e-9, without an offset.
     let mut linear = vec![1, 0, 0, 0, 0, 0, 2, 0];
     linear.extend([0; 16]);
     linear.extend(0f64.to_le_bytes());
@@ -94,7 +94,7 @@ fn channel_group(blocks: &mut Blocks, kind: Kind, records: u64) -> u64 {
     let links = [frame, 0, seconds, unit];
     let time = channel(blocks, "Timestamp", links, 0, CN_MASTER, SIGNED, 0, TIME_BYTES);
     let mut data = Vec::new();
-    // Its records have no number before them.
+    // Its records have no record number.
     data.extend(0u64.to_le_bytes());
     data.extend(records.to_le_bytes());
     data.extend((CG_BUS_EVENT | CG_PLAIN).to_le_bytes());
@@ -104,7 +104,7 @@ fn channel_group(blocks: &mut Blocks, kind: Kind, records: u64) -> u64 {
     blocks.push(b"##CG", &[0, time, name, source, 0, 0], &data)
 }
 
-/// `links` are the next channel, those that it is made of, its conversion and its unit.
+/// `links` are the next channel, the components, the conversion and the unit.
 #[expect(clippy::too_many_arguments, reason = "a channel has as many properties")]
 fn channel(
     blocks: &mut Blocks,

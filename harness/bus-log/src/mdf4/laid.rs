@@ -1,27 +1,27 @@
-//! Blocks of a file that is written, and what every such file begins with.
+//! Lays out the blocks of a file, and the common start of all files.
 
 use super::{BLOCK_HEAD_BYTES, FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
 
 /// Bytes of the header, the first block.
 const HEADER_BYTES: usize = 104;
 
-/// What stands before all other blocks: the identification and the header, always as long.
+/// Length of identification and header, which precede all other blocks.
 pub(super) const BEGIN_BYTES: usize = IDENTIFICATION_BYTES + HEADER_BYTES;
 
-/// Blocks that come into the file one after another, those first that others lead to.
+/// Blocks in file order, with the targets of links first.
 pub(super) struct Blocks {
-    /// Where in the file the first byte is.
+    /// Address of the first byte.
     place: u64,
     bytes: Vec<u8>,
 }
 
 impl Blocks {
-    /// At the begin of a file, whose first bytes are kept free for [`begin`].
+    /// At the start of a file, with room for [`begin`].
     pub(super) fn behind_begin() -> Self {
         Self { place: 0, bytes: vec![0; BEGIN_BYTES] }
     }
 
-    /// From that place of a file on.
+    /// From that address of a file on.
     pub(super) const fn at(place: u64) -> Self {
         Self { place, bytes: Vec::new() }
     }
@@ -30,24 +30,24 @@ impl Blocks {
         self.bytes
     }
 
-    /// Where the block is.
+    /// Appends a block; returns its address.
     pub(super) fn push(&mut self, mark: &[u8; 4], links: &[u64], data: &[u8]) -> u64 {
         let address = self.place + self.bytes.len() as u64;
         push_block(&mut self.bytes, *mark, links, data);
         address
     }
 
-    /// Where the text is; zero, which leads to nothing, of an empty one.
+    /// Appends a text; returns its address, or zero, a null link, for an empty one.
     pub(super) fn text(&mut self, text: &str) -> u64 {
-        // A byte of zero ends a text.
+        // A zero byte ends a text.
         match text.split('\0').next().unwrap_or_default() {
             "" => 0,
             text => self.push(b"##TX", &[], format!("{text}\0").as_bytes()),
         }
     }
 
-    /// Who wrote the file. `began` is in nanoseconds since 1970: nobody looks at a clock here, the file is as old as
-    /// what is in it.
+    /// Appends the file history. `began` is in nanoseconds since 1970: no clock is read here, so the file is as old as
+    /// its contents.
     pub(super) fn history(&mut self, began: u64) -> u64 {
         let version = env!("CARGO_PKG_VERSION");
         let comment = self.push(
@@ -63,8 +63,8 @@ impl Blocks {
     }
 }
 
-/// Identification and header, [`BEGIN_BYTES`]. `groups` is where the first data group is, `history` and `comment` where
-/// these are; zero leads to nothing.
+/// Identification and header, [`BEGIN_BYTES`] long. `groups`, `history` and `comment` are the addresses of those
+/// blocks; zero is a null link.
 pub(super) fn begin(
     is_finished: bool,
     began: u64,
@@ -77,7 +77,7 @@ pub(super) fn begin(
     bytes[..8].copy_from_slice(mark);
     bytes[8..24].copy_from_slice(b"4.10    hil     ");
     bytes[28..30].copy_from_slice(&410u16.to_le_bytes());
-    // Counts of records, while it is not finished.
+    // While unfinished: the counts of records are invalid.
     bytes[60] = u8::from(!is_finished);
     // Offsets of the time zone are valid, and zero.
     let data = [&began.to_le_bytes()[..], &[0; 4], &[2], &[0; 19]].concat();
@@ -85,7 +85,7 @@ pub(super) fn begin(
     bytes
 }
 
-/// Appends a block to `out`, and bytes up to a multiple of eight.
+/// Appends a block to `out`, padded to a multiple of eight bytes.
 pub(super) fn push_block(out: &mut Vec<u8>, mark: [u8; 4], links: &[u64], data: &[u8]) {
     let length = BLOCK_HEAD_BYTES + 8 * links.len() + data.len();
     out.extend(mark);

@@ -1,22 +1,22 @@
-//! How a file begins: whether it is one, and what stands in its header.
+//! Reads the start of a file: identification and header.
 
 use super::super::error::{Defect, LogError};
 use super::blocks::{Block, Source};
 use super::{FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
 use std::io::{Read, Seek};
 
-/// What may be unfinished in a file and does not matter here: counts of records, the length of the last data block, and
-/// the bytes of a group of variable length.
+/// Unfinished parts that do not matter here: counts of records, the length of the last data block, and the bytes of a
+/// variable-length group.
 const UNFINISHED: u16 = 0x2f;
 
-/// A file that was begun to be read.
+/// An opened file.
 pub(super) struct Opened {
-    /// Its writer did not come to its end.
+    /// Whether its writer did not finish it.
     pub(super) is_unfinished: bool,
     pub(super) header: Block,
 }
 
-/// Reads the begin of a file.
+/// Reads the start of a file.
 pub(super) fn open<R: Read + Seek>(source: &mut Source<R>) -> Result<Opened, LogError> {
     let mut head = [0; IDENTIFICATION_BYTES];
     source.at(0, &mut head)?;

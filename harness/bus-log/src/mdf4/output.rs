@@ -1,4 +1,4 @@
-//! Data that go into a file while they come: compressed blocks, and lists of these.
+//! Writes data into a file as they come: compressed blocks, and lists of these.
 
 use super::BLOCK_HEAD_BYTES;
 use super::laid::push_block;
@@ -6,12 +6,12 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// Data blocks that a list has.
+/// Data blocks per list.
 const LIST_BLOCKS: usize = 64;
-/// A list whose blocks but the last are as long as one another.
+/// Flag of a list whose blocks, except the last, have equal length.
 const EQUAL: u8 = 1;
 
-/// A file that grows.
+/// A growing file.
 #[derive(Debug)]
 pub(super) struct Output<W> {
     out: W,
@@ -26,7 +26,7 @@ impl<W: Write + Seek> Output<W> {
         Ok(Self { out, place: begin.len() as u64 })
     }
 
-    /// Where the next byte goes.
+    /// Address of the next byte.
     pub(super) const fn place(&self) -> u64 {
         self.place
     }
@@ -38,7 +38,7 @@ impl<W: Write + Seek> Output<W> {
         Ok(())
     }
 
-    /// Appends a block; where it is.
+    /// Appends a block; returns its address.
     pub(super) fn block(&mut self, mark: [u8; 4], links: &[u64], data: &[u8]) -> io::Result<u64> {
         let mut bytes = Vec::new();
         push_block(&mut bytes, mark, links, data);
@@ -47,40 +47,41 @@ impl<W: Write + Seek> Output<W> {
         Ok(place)
     }
 
-    /// Writes over what is at `place`, and goes on at the end.
+    /// Overwrites the bytes at `place`, and returns to the end.
     fn replace(&mut self, place: u64, bytes: &[u8]) -> io::Result<()> {
         self.out.seek(SeekFrom::Start(place))?;
         self.out.write_all(bytes)?;
         self.out.seek(SeekFrom::Start(self.place)).map(|_| ())
     }
 
-    /// Writes the begin anew, and gives everything to the file.
+    /// Overwrites the start, and flushes the file.
     pub(super) fn finish(mut self, begin: &[u8]) -> io::Result<()> {
         self.replace(0, begin)?;
         self.out.flush()
     }
 }
 
-/// Records, or signal data, on their way into a file.
+/// Records, or signal data, being written.
 #[derive(Debug)]
 pub(super) struct Data {
-    /// The kind of block that they would be in without compression.
+    /// Kind of their block without compression.
     kind: [u8; 2],
-    /// So many make a block.
+    /// Bytes of a block.
     block_bytes: usize,
-    /// Blocks are as long as one another, not just at least as long: what is in them is of one length.
+    /// Whether all blocks have exactly that length, because the records have equal length; otherwise at least that
+    /// length.
     is_equal: bool,
     waiting: Vec<u8>,
     /// Bytes in blocks so far.
     written: u64,
-    /// The blocks that are to go into the next list, and where in the data each begins.
+    /// Blocks for the next list: address, and offset in the data.
     blocks: Vec<(u64, u64)>,
-    /// Where the first list is and the last; none before the first.
+    /// Addresses of the first and last list; `None` before the first.
     lists: Option<(u64, u64)>,
 }
 
 impl Data {
-    /// Records of one length, of which `block_bytes` hold a whole number.
+    /// Records of one length, a whole number of them in `block_bytes`.
     pub(super) const fn records(block_bytes: usize) -> Self {
         Self::of(*b"DT", block_bytes, true)
     }
@@ -102,12 +103,12 @@ impl Data {
         }
     }
 
-    /// Bytes so far: where the next will be.
+    /// Length so far, which is the offset of the next item.
     pub(super) const fn length(&self) -> u64 {
         self.written + self.waiting.len() as u64
     }
 
-    /// Appends a record or a value, by what `push` appends. A block that is full goes to the file.
+    /// Appends a record or a value, as appended by `push`. Writes a full block to the file.
     pub(super) fn push<W: Write + Seek>(
         &mut self,
         out: &mut Output<W>,
@@ -117,12 +118,12 @@ impl Data {
         if self.waiting.len() >= self.block_bytes { self.flush(out) } else { Ok(()) }
     }
 
-    /// Writes what waits; where the data are, zero where there are none.
+    /// Writes pending data; returns the address of the data, or zero if there are none.
     pub(super) fn finish<W: Write + Seek>(&mut self, out: &mut Output<W>) -> io::Result<u64> {
         self.flush(out)?;
         self.list(out)?;
         let Some((first, _)) = self.lists else { return Ok(0) };
-        // Deflate.
+        // Method deflate.
         out.block(*b"##HL", &[first], &[u8::from(self.is_equal), 0, 0, 0, 0, 0, 0, 0])
     }
 
@@ -145,7 +146,7 @@ impl Data {
         if self.blocks.len() == LIST_BLOCKS { self.list(out) } else { Ok(()) }
     }
 
-    /// Writes a list of data blocks, and its place into the list before it.
+    /// Writes a list of data blocks, and links it from the previous list.
     fn list<W: Write + Seek>(&mut self, out: &mut Output<W>) -> io::Result<()> {
         let blocks = std::mem::take(&mut self.blocks);
         if blocks.is_empty() {

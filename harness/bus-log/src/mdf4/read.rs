@@ -9,22 +9,22 @@ use super::stream::Stream;
 use std::io::{Read, Seek};
 use std::path::Path;
 
-/// The entries of an MDF file. It has as many buffers as there are data groups with frames.
+/// The entries of an MDF file. It has one buffer per data group with frames.
 #[derive(Debug)]
 pub(crate) struct Reader<R: Read + Seek> {
     source: Source<R>,
     streams: Vec<Stream>,
-    /// The next entry of each; none of one that has no more.
+    /// Next entry of each stream; `None` at its end.
     heads: Vec<Option<Entry>>,
-    /// The streams whose next entry is not known.
+    /// Streams whose next entry is not read yet.
     unknown: Vec<usize>,
 }
 
 impl<R: Read + Seek> Reader<R> {
-    /// Reads from `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
-    /// When it does not begin as such a file does.
+    /// When the file does not begin like an MDF file.
     pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let mut source = Source::new(path, input)?;
         let Opened { is_unfinished, header } = open(&mut source)?;
@@ -40,12 +40,12 @@ impl<R: Read + Seek> Reader<R> {
         Ok(Self { source, streams, heads, unknown })
     }
 
-    /// Records so far that are no frames, in groups that have frames, too.
+    /// Number of records so far that are not frames, including those in groups of frames.
     pub(crate) fn passed_over(&self) -> u64 {
         self.streams.iter().map(Stream::passed_over).sum()
     }
 
-    /// The next entry; none at the end.
+    /// Returns the next entry; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         for index in self.unknown.drain(..) {
             self.heads[index] = self.streams[index].next(&mut self.source)?;

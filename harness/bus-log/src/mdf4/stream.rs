@@ -19,11 +19,11 @@ pub(super) struct Stream {
     window: Window,
     number_bytes: usize,
     groups: Vec<Group>,
-    /// Signal data by the address where they begin.
+    /// Signal data by start address.
     signal_data: HashMap<u64, SignalData>,
-    /// Groups of variable length by their address.
+    /// Variable-length groups by address.
     among: HashMap<u64, Among>,
-    /// Frames whose data come behind them, each with its group and the place of its data.
+    /// Frames whose data follow later, each with its group and record.
     waiting: VecDeque<(usize, Vec<u8>)>,
     began: i64,
     passed_over: u64,
@@ -59,12 +59,12 @@ impl Stream {
         }
     }
 
-    /// Records so far that are no frames.
+    /// Number of records so far that are not frames.
     pub(super) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    /// The next entry; `None` at the end.
+    /// Returns the next entry; `None` at the end.
     pub(super) fn next<R: Read + Seek>(
         &mut self,
         source: &mut Source<R>,
@@ -111,7 +111,7 @@ impl Stream {
         }
     }
 
-    /// The entry that waits the longest, where its data are there.
+    /// Returns the entry that has waited longest, if its data are there.
     fn first<R: Read + Seek>(&mut self, source: &mut Source<R>) -> Result<Option<Entry>, LogError> {
         let Some((index, record)) = self.waiting.front() else { return Ok(None) };
         let Records::Frames(_, frames) = &self.groups[*index].records else { return Ok(None) };
@@ -150,7 +150,7 @@ impl Stream {
         entry.map_err(|defect| source.malformed(self.chain.began(), defect))
     }
 
-    /// A record of a group of variable length: its length, and the bytes.
+    /// Takes a record of a variable-length group: its length, and the bytes.
     fn variable<R: Read + Seek>(
         &mut self,
         index: usize,

@@ -1,4 +1,4 @@
-//! Data bytes that are beside the records which they belong to.
+//! Data bytes outside of their records.
 
 use super::super::error::{Defect, LogError};
 use super::super::window::Window;
@@ -7,38 +7,38 @@ use super::chain::Chain;
 use std::collections::VecDeque;
 use std::io::{Read, Seek};
 
-/// How far apart a record and its data may be.
+/// Largest distance of a record and its data.
 pub(super) const WAITING_MAX: usize = 1_024;
 
 /// Data bytes of a frame, or of a text.
 pub(super) type Bytes = Vec<u8>;
 
-/// Signal data (`SD`): lengths and bytes one after another, to which records lead in ascending order.
+/// Signal data (`SD`): a sequence of lengths and bytes, to which records refer in ascending order.
 #[derive(Debug)]
 pub(super) struct SignalData {
     chain: Chain,
     window: Window,
-    /// The most bytes of a value that are looked at.
+    /// Most bytes of a value that are kept.
     most: usize,
-    /// Where the window begins.
+    /// Offset of the window.
     at: u64,
-    /// The last that was asked for, and where it was.
+    /// The last value returned, with its offset.
     last: Option<(u64, Bytes)>,
 }
 
 impl SignalData {
-    /// The data at that address. Of a value no more than `most` bytes are looked at, which a window has room for.
+    /// The data at that address. Keeps at most `most` bytes of a value, for which a window has room.
     pub(super) fn new(address: u64, unfinished: bool, most: usize) -> Self {
         let (chain, window) = (Chain::new(address, unfinished), Window::new());
         Self { chain, window, most, at: 0, last: None }
     }
 
-    /// Where the block begins that is read now.
+    /// Start of the current block.
     pub(super) const fn began(&self) -> u64 {
         self.chain.began()
     }
 
-    /// The bytes at that place.
+    /// The bytes at that offset.
     pub(super) fn get<R: Read + Seek>(
         &mut self,
         place: u64,
@@ -81,17 +81,17 @@ impl SignalData {
     }
 }
 
-/// Records of a group of variable length, which are among those that lead to them.
+/// Records of a variable-length group among the records that refer to them.
 #[derive(Debug, Default)]
 pub(super) struct Among {
-    /// The last of them by their places.
+    /// The last records by offset.
     waiting: VecDeque<(u64, Bytes)>,
-    /// Where the next is.
+    /// Offset of the next record.
     next: u64,
 }
 
 impl Among {
-    /// Takes the next, of that length.
+    /// Takes the next record, of that length.
     pub(super) fn push(&mut self, length: u32, bytes: &[u8]) {
         if self.waiting.len() == WAITING_MAX {
             self.waiting.pop_front();
@@ -100,7 +100,7 @@ impl Among {
         self.next = self.next.saturating_add(4 + u64::from(length));
     }
 
-    /// The bytes at that place; `None` where they did not come yet.
+    /// The bytes at that offset; `None` if they have not come yet.
     pub(super) fn get(&self, place: u64) -> Option<&Bytes> {
         let found = self.waiting.iter().rev().find(|(at, _)| *at == place);
         found.map(|(_, bytes)| bytes)

@@ -12,20 +12,20 @@ use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, Id};
 
-/// Records of a data block: 344 KB of data frames.
+/// Records per data block: 344 KB of data frames.
 const BLOCK_RECORDS: usize = 4_096;
 /// Writes an MDF file of version 4.10.
 ///
-/// The measurement begins with the first entry. `canN` is the bus N + 1 where that is free, any other name the lowest
-/// that is free; beyond 32 channels entries are left out. An entry whose direction is not known counts as received: the
-/// format has no word for it. Frames, remote requests and error frames are groups of their own, each with a buffer of
-/// 4,096 records.
+/// The measurement begins with the first entry. `canN` gets bus N + 1 if that is free, any other name the lowest free
+/// one; entries beyond 32 channels are left out. An entry with unknown direction counts as received, because the format
+/// cannot express it. Frames, remote requests and error frames have separate groups, each with a buffer of 4,096
+/// records.
 #[derive(Debug)]
 pub struct Writer<W: Write + Seek> {
     path: PathBuf,
     out: Output<W>,
     numbers: Numbers,
-    /// Nanoseconds since 1970; none before the first entry.
+    /// Start, nanoseconds since 1970; `None` before the first entry.
     began: Option<i64>,
     groups: Box<[Group; Kind::ALL.len()]>,
 }
@@ -44,10 +44,10 @@ impl Group {
 }
 
 impl<W: Write + Seek> Writer<W> {
-    /// Makes room for the head of the file in `out`; `path` is named in errors.
+    /// Reserves room for the head of the file in `out`; errors name `path`.
     ///
     /// # Errors
-    /// When that cannot be written.
+    /// When the file cannot be written.
     pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
         let head = head::head(false, 0, Default::default());
         let out = Output::new(out, &head).map_err(|source| LogError::unwritable(path, source))?;
@@ -56,11 +56,10 @@ impl<W: Write + Seek> Writer<W> {
         Ok(Self { path: path.to_owned(), out, numbers, began: None, groups })
     }
 
-    /// Appends an entry. Bytes of serial lines are left out, and of an error frame everything but that it
-    /// was.
+    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
     ///
     /// # Errors
-    /// When the file cannot be written; when the entry is from before 1970.
+    /// When the file cannot be written, or when the entry is from before 1970.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         let at = entry.at.as_nanos();
         if at < 0 {
@@ -74,7 +73,7 @@ impl<W: Write + Seek> Writer<W> {
         };
         let number = self.numbers.of(entry.channel).and_then(|number| u8::try_from(number).ok());
         let Some(number) = number else { return Ok(Kept::LeftOut) };
-        // Both are since 1970.
+        // Both count from 1970.
         let since = at - *self.began.get_or_insert(at);
         let group = &mut self.groups[kind as usize];
         group.count += 1;
@@ -85,7 +84,7 @@ impl<W: Write + Seek> Writer<W> {
             if let Some(frame) = frame {
                 push_frame(records, frame, entry.direction);
             }
-            // A frame has less than 64 bytes, a remote request no flags.
+            // Pads a frame with less than 64 bytes, and a remote request without flags.
             records.resize(end, 0);
         };
         let pushed = group.data.push(&mut self.out, push);
@@ -93,10 +92,10 @@ impl<W: Write + Seek> Writer<W> {
         Ok(Kept::Written)
     }
 
-    /// Writes what waits and the head, and gives everything to the file.
+    /// Writes pending data and the head, and flushes the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(self) -> Result<(), LogError> {
         let path = self.path.clone();
         self.end().map_err(|source| LogError::unwritable(&path, source))
@@ -112,7 +111,7 @@ impl<W: Write + Seek> Writer<W> {
     }
 }
 
-/// A frame from behind its channel.
+/// A frame, from after its channel on.
 fn push_frame(record: &mut Vec<u8>, frame: &CanFrame, direction: Option<Direction>) {
     let (id, is_extended) = match frame.id() {
         Id::Standard(id) => (u32::from(id.as_raw()), false),

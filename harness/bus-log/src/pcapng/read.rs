@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex};
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
-/// The longest block; one of a CAN frame takes less than 200 bytes.
+/// Longest block; one of a CAN frame takes less than 200 bytes.
 const BLOCK_BYTES_MAX: usize = 4 * BUFFER_BYTES;
 
 const NANOS_A_SECOND: i128 = 1_000_000_000;
@@ -32,7 +32,7 @@ pub(crate) struct Reader<R: Read> {
     passed_over: u64,
 }
 
-/// Keeps the error of its input: the parser only says that there was one.
+/// Keeps the error of its input, because the parser only reports that there was one.
 #[derive(Debug)]
 struct Told<R> {
     input: R,
@@ -74,7 +74,7 @@ struct Interface {
     offset_s: i64,
 }
 
-/// Units of a time in a second.
+/// Resolution of times, in units per second.
 #[derive(Debug, Clone, Copy)]
 enum Resolution {
     /// Ten to this power.
@@ -84,7 +84,7 @@ enum Resolution {
 }
 
 impl Resolution {
-    /// `if_tsresol`: the top bit says two, else ten. 10^19 is the largest that fits 64 bits.
+    /// `if_tsresol`: the top bit selects base two, else ten. 10^19 is the largest power that fits into 64 bits.
     fn of_option(value: u8) -> Option<Self> {
         match (value & 0x80, u32::from(value & 0x7f)) {
             (0, power @ 0..=19) => Some(Self::Ten(power)),
@@ -103,10 +103,10 @@ impl Resolution {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads from `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
-    /// When it does not begin with the head of a section.
+    /// When the input does not begin with a section header.
     pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let error = Error::default();
         let input = Told { input, error: Arc::clone(&error) };
@@ -118,13 +118,13 @@ impl<R: Read> Reader<R> {
         Ok(Self { path: path.to_owned(), blocks, error, section, passed_over: 0 })
     }
 
-    /// Blocks so far that are neither packets of a CAN bus nor of a serial line of ours, heads of sections
-    /// and interfaces apart.
+    /// Number of blocks so far that are neither packets of a CAN bus or a serial line, nor section headers and
+    /// interfaces.
     pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    /// The next entry; none at the end.
+    /// Returns the next entry; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         loop {
             let begins_at = self.blocks.consumed() as u64;
@@ -174,7 +174,7 @@ fn malformed(path: &Path, byte: u64, defect: Defect) -> LogError {
 
 enum Found {
     Entry(Entry),
-    /// The head of a section or an interface.
+    /// A section header or an interface.
     Described,
     PassedOver,
 }
@@ -203,7 +203,7 @@ impl Section {
         let value = described.if_tsresol;
         let resolution = Resolution::of_option(value)
             .ok_or_else(|| Defect::new("a time resolution", format!("{value:#04x}").as_bytes()))?;
-        // An interface without a name, or with one that Linux would not have, is called by its number.
+        // An interface without a valid Linux name is named by its number.
         let name = described.if_name().and_then(Result::ok).and_then(Channel::new);
         let number = self.interfaces.len() as u32;
         Ok(Interface {

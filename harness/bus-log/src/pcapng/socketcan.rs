@@ -1,6 +1,6 @@
 //! A packet of `LINKTYPE_CAN_SOCKETCAN` (tcpdump.org/linktypes/LINKTYPE_CAN_SOCKETCAN.html).
 //!
-//! | bytes | what |
+//! | bytes | contents |
 //! |---|---|
 //! | 4 | identifier, **big-endian**, with `CAN_EFF_FLAG`, `CAN_RTR_FLAG`, `CAN_ERR_FLAG` of linux/can.h |
 //! | 1 | length of the data |
@@ -18,7 +18,7 @@ use wire::can_error::ERROR_FLAG;
 /// Bytes before the data.
 pub const HEADER_BYTES: usize = 8;
 
-/// Appends the packet of a frame; false for what is none.
+/// Appends the packet of a frame; `false` if the payload is not a frame.
 pub(super) fn push(packet: &mut Vec<u8>, payload: &Payload) -> bool {
     let (id, length, flags, data) = match payload {
         Payload::Frame(frame) => {
@@ -31,14 +31,13 @@ pub(super) fn push(packet: &mut Vec<u8>, payload: &Payload) -> bool {
         Payload::Serial(_) => return false,
     };
     packet.extend(id.to_be_bytes());
-    // No frame is longer than 64 bytes.
+    // A frame has at most 64 bytes.
     packet.extend([length as u8, flags, 0, 0]);
     packet.extend_from_slice(data);
     true
 }
 
-/// The frame in a packet. Bytes behind its data, as in a buffer of a whole `struct can_frame`, are not
-/// read.
+/// Parses the frame in a packet. Ignores bytes after its data, as in a buffer of a whole `struct can_frame`.
 pub(super) fn parse(packet: &[u8]) -> Result<Payload, Defect> {
     let Some((header, data)) = packet.split_first_chunk::<HEADER_BYTES>() else {
         return Err(Defect::new("a packet of at least 8 bytes", packet));
@@ -77,7 +76,7 @@ mod tests {
 
     #[test]
     fn a_frame_as_wireshark_has_it() {
-        // From the description of the link type: 0x12345678 extended, three bytes.
+        // Example from the description of the link type: 0x12345678 extended, three bytes.
         let packet = [0x92, 0x34, 0x56, 0x78, 3, 0, 0, 0, 0xaa, 0xbb, 0xcc];
         let payload = parse(&packet).unwrap();
         let Payload::Frame(frame) = payload else { panic!("{payload:?}") };

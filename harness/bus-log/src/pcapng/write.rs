@@ -1,4 +1,4 @@
-//! Writes a pcapng file, in the byte order of the little end.
+//! Writes a little-endian pcapng file.
 
 use super::super::entry::{Channel, Direction, Entry, Payload};
 use super::super::error::LogError;
@@ -17,15 +17,15 @@ use std::path::{Path, PathBuf};
 /// `if_tsresol`: ten to the minus nine seconds.
 const NANOSECONDS: u8 = 9;
 
-/// The longest packet: header and data of a CAN FD frame.
+/// Longest packet: header and data of a CAN FD frame.
 const SNAP_BYTES: u32 = (socketcan::HEADER_BYTES + wire::can::FD_BYTES_MAX) as u32;
 
-/// Says in the file what the packets of a serial line are.
+/// Describes the packets of a serial line in the file.
 const SERIAL_NOTE: &str =
     "serial line: each packet holds the bytes that came together, as they are";
 
-/// Writes a pcapng file. Each channel is described before its first entry; a channel beyond
-/// [`INTERFACES_MAX`] is left out.
+/// Writes a pcapng file. Each channel is described before its first entry; channels beyond [`INTERFACES_MAX`] are left
+/// out.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     path: PathBuf,
@@ -35,10 +35,10 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes the head of the section to `out`; `path` is named in errors.
+    /// Writes the section header to `out`; errors name `path`.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
         let mut writer =
             Self { path: path.to_owned(), out, interfaces: Vec::new(), packet: Vec::new() };
@@ -50,7 +50,7 @@ impl<W: Write> Writer<W> {
             bom: 0,
             major_version: 1,
             minor_version: 0,
-            // Not known in advance.
+            // Unknown in advance.
             section_len: -1,
             options: vec![option(OptionCode::ShbUserAppl, program.as_bytes())],
             block_len2: 0,
@@ -61,7 +61,7 @@ impl<W: Write> Writer<W> {
     /// Appends an entry.
     ///
     /// # Errors
-    /// When the file cannot be written; when the entry is from before 1970.
+    /// When the file cannot be written, or when the entry is from before 1970.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         let Ok(nanos) = u64::try_from(entry.at.as_nanos()) else {
             return Err(LogError::before_1970(&self.path, Format::Pcapng));
@@ -108,15 +108,15 @@ impl<W: Write> Writer<W> {
         written.map(|()| Kept::Written)
     }
 
-    /// Gives everything to the file.
+    /// Flushes the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), LogError> {
         self.out.flush().map_err(|source| LogError::unwritable(&self.path, source))
     }
 
-    /// The number of an interface, which is described first where it is new.
+    /// The number of an interface, which is described first if it is new.
     fn interface(&mut self, channel: Channel, link: Linktype) -> Result<Option<u32>, LogError> {
         let known = self.interfaces.iter().position(|known| *known == (channel, link));
         if let Some(index) = known {

@@ -1,4 +1,4 @@
-//! Objects that other programs write into BLF files, and files that are damaged.
+//! Objects that other programs write into BLF files, and damaged files.
 
 use super::samples::{read, written};
 use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
@@ -9,7 +9,7 @@ use wire::time::Timestamp;
 const BEGAN: [u8; 16] = [0xe1, 7, 9, 0, 6, 0, 30, 0, 15, 0, 6, 0, 13, 0, 191, 0];
 const BEGAN_NS: i64 = 1_506_783_973_191_000_000;
 
-/// An object with a time, its head as long as its version says.
+/// An object with a time, with a head of the length for its version.
 fn object(kind: u32, head: usize, flags: u32, time: u64, body: &[u8]) -> Vec<u8> {
     let mut bytes = b"LOBJ".to_vec();
     bytes.extend((head as u16).to_le_bytes());
@@ -24,7 +24,7 @@ fn object(kind: u32, head: usize, flags: u32, time: u64, body: &[u8]) -> Vec<u8>
     bytes
 }
 
-/// A file whose containers are stored, and hold so many bytes each.
+/// A file with uncompressed containers of this length.
 fn file(objects: &[Vec<u8>], container: usize) -> Vec<u8> {
     let mut bytes = b"LOGG".to_vec();
     bytes.extend(144u32.to_le_bytes());
@@ -45,7 +45,7 @@ fn file(objects: &[Vec<u8>], container: usize) -> Vec<u8> {
     bytes
 }
 
-/// `CAN_FD_MESSAGE_64` with so many bytes of data, and what may come behind them.
+/// `CAN_FD_MESSAGE_64` with these data bytes, optionally followed by further data.
 fn fd_64(code: u8, length: u8, flags: u32, way: u8, behind: u8, data: &[u8]) -> Vec<u8> {
     let mut body = vec![2, code, length, 0, 0x34, 0x12, 0, 0x80, 0, 0, 0, 0];
     body.extend(flags.to_le_bytes());
@@ -76,11 +76,11 @@ fn objects() -> Vec<Vec<u8>> {
         object(1, 32, 2, 1_500_001, &remote),
         object(86, 40, 2, 1_500_002, &longer),
         object(65, 32, 2, 1_500_002, b"an event of the program"),
-        // Two bytes behind an object of 55 bytes.
+        // Two bytes after an object of 55 bytes.
         vec![0; 2],
         object(101, 40, 2, 1_500_003, &fd_64(9, 12, 0x7000, 1, 0, &twelve)),
         object(101, 32, 2, 1_500_004, &fd_64(9, 12, 0x1000, 0, 32 + 52, &with_more)),
-        // Bytes that the length has and the object has not.
+        // Fewer data bytes than the length says.
         object(101, 32, 2, 1_500_005, &fd_64(9, 12, 0x1000, 0, 0, &twelve[..8])),
         object(101, 32, 2, 1_500_006, &fd_64(3, 3, 0, 0, 0, &twelve[..3])),
         object(101, 32, 2, 1_500_007, &fd_64(8, 0, 0x10, 0, 0, &[])),
@@ -130,13 +130,13 @@ fn objects_of_vectors_tools_are_read_whichever_containers_they_cross() {
 #[test]
 fn what_other_objects_there_are_is_counted() {
     let mut bytes = file(&objects(), 100);
-    // Beside the containers, too.
+    // An object outside the containers.
     bytes.extend(object(65, 32, 2, 0, &[0; 8]));
     let path = std::path::Path::new("bus.blf");
     let input = std::io::Cursor::new(bytes);
     let mut reader = crate::LogReader::new(path, input, Format::Blf).unwrap();
     assert!(reader.by_ref().all(|entry| entry.is_ok()));
-    // An event, a frame that is still to be sent, and that.
+    // An event, a frame that is still to be sent, and the object outside.
     assert_eq!(reader.passed_over(), 3);
 }
 

@@ -1,4 +1,4 @@
-//! Measured channels: what is written is read, and what others lay out in other ways.
+//! Measured channels: written ones can be read, and so can those with other layouts.
 
 use super::mdf4::Blocks;
 use crate::LogError;
@@ -15,7 +15,7 @@ fn form(name: &str, kind: Kind, unit: &str) -> Form {
     Form { name, kind, unit, doc, names: Vec::new() }
 }
 
-/// A file of two groups, the second with so many records of each kind of channel.
+/// A file of two groups, the second with this number of records for each kind of channel.
 fn written(records: u32) -> Vec<u8> {
     let mut file = Cursor::new(Vec::new());
     let mut writer = Writer::new(path(), &mut file).unwrap();
@@ -60,7 +60,7 @@ fn record<'a>(at: Value<'a>, n: u32, note: &'a str) -> [Value<'a>; 6] {
     ]
 }
 
-/// The cells of a group, with texts of those channels.
+/// The cells of a group, with those channels as texts.
 fn read(bytes: &[u8], group: &str, texts: &[usize]) -> Result<Vec<Vec<Cell>>, LogError> {
     let mut reader = Reader::new(path(), Cursor::new(bytes))?;
     let place = reader.groups().iter().position(|one| one.name == group).unwrap();
@@ -78,7 +78,7 @@ fn read(bytes: &[u8], group: &str, texts: &[usize]) -> Result<Vec<Vec<Cell>>, Lo
 
 #[test]
 fn what_is_written_is_read() {
-    // Some hundred blocks: more than one list of them.
+    // Several hundred blocks: more than one list of them.
     let records = 200_000;
     let bytes = written(records);
     let reader = Reader::new(path(), Cursor::new(&bytes)).unwrap();
@@ -111,13 +111,13 @@ fn what_is_written_is_read() {
 #[test]
 fn a_file_that_was_cut_or_changed_is_an_error_by_its_place() {
     let bytes = written(300);
-    // What the groups are stands behind the data, the first group last; only comments come behind that.
+    // The descriptions follow the data, with the first group last; only comments follow that.
     let last = bytes.windows(4).rposition(|mark| mark == b"##DG").unwrap();
     for length in (0..last).step_by(61) {
         let error = Reader::new(path(), Cursor::new(&bytes[..length])).err();
         assert!(error.is_some(), "{length} of {} bytes", bytes.len());
     }
-    // A data block is damaged: what stands in it no longer unpacks.
+    // A damaged data block no longer decompresses.
     let place = bytes.windows(4).position(|mark| mark == b"##DZ").unwrap();
     let mut damaged = bytes.clone();
     damaged[place + 60] ^= 0xff;
@@ -145,8 +145,8 @@ fn conversion(blocks: &mut Blocks, kind: u8, values: &[f64]) -> u64 {
     blocks.put(b"##CC", &[0, 0, 0, 0], &data)
 }
 
-/// Records of 15 bytes: time in ms 4, a big-endian number of 12 bits from bit 4 of two bytes, a signed big-endian one of
-/// 24 bits, a single, and a text of two bytes; among those of another group, each with its number before it.
+/// Records of 15 bytes: time in ms 4, a big-endian 12-bit number from bit 4 of two bytes, a signed big-endian 24-bit
+/// number, a single, and a text of two bytes; among those of another group, each after its record number.
 fn foreign(count: u32) -> Vec<u8> {
     let mut data = Vec::new();
     for n in 0..count {
@@ -176,14 +176,14 @@ fn file_of(mut blocks: Blocks, count: u32, at: u64) -> Vec<u8> {
     let group = blocks.group(other, time, 1, 0, 15);
     let first = blocks.data_group(group, at, 1);
     let mut bytes = blocks.file(first);
-    // Counts of records: of a finished file they hold.
+    // Counts of records, which are valid in a finished file.
     bytes[group as usize + 24 + 48 + 8..][..8].copy_from_slice(&u64::from(count).to_le_bytes());
     let others = u64::from(count.div_ceil(3));
     bytes[other as usize + 24 + 48 + 8..][..8].copy_from_slice(&others.to_le_bytes());
     bytes
 }
 
-/// What the first group of [`foreign`] holds in record `n`.
+/// Contents of record `n` in the first group of [`foreign`].
 fn expected(n: u32) -> [Cell; 5] {
     let n = f64::from(n);
     [
@@ -204,7 +204,7 @@ fn numbers_of_any_size_and_order_are_read_among_other_records() {
     let (mut blocks, data) = (Blocks::new(), foreign(50));
     let at = blocks.put(b"##DT", &[], &data);
     let bytes = file_of(blocks, 50, at);
-    // Both groups have no name; the first is meant.
+    // Neither group has a name, so this is the first.
     let cells = read(&bytes, "", &[4]).unwrap();
     assert!(cells.len() == 50 && is_expected(&cells), "{cells:?}");
     let error = read(&bytes, "", &[]).unwrap_err().to_string();
@@ -214,7 +214,7 @@ fn numbers_of_any_size_and_order_are_read_among_other_records() {
 #[test]
 fn of_an_unfinished_file_comes_what_is_there() {
     let data = foreign(50);
-    // All that matters stands before the data, as a logger writes it.
+    // All relevant blocks precede the data, as a logger writes them.
     let at = file_of(Blocks::new(), 0, 0).len() as u64;
     let mut bytes = file_of(Blocks::new(), 0, at);
     assert_eq!(bytes.len() as u64, at);

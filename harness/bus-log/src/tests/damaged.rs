@@ -1,4 +1,4 @@
-//! Files that are cut at every byte, or of which every byte is another: what comes before is good, and nothing panics.
+//! Files truncated or altered at every byte: everything before the damage is good, and nothing panics.
 
 use super::samples::{read, written};
 use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
@@ -34,7 +34,7 @@ fn a_file_that_is_cut_is_good_up_to_there() {
         let mut told = 0;
         for length in 0..whole.len() {
             let (found, error) = read(format, &whole[..length]);
-            // Of a line that is cut something else may be left.
+            // A truncated line may be read as another one.
             let good = found.len().saturating_sub(usize::from(format == Format::Trc));
             assert_eq!(found[..good], entries[..good], "{format:?} of {length} bytes");
             told += usize::from(error.is_some());

@@ -1,4 +1,4 @@
-//! Files as other loggers lay them out: unsorted, with data of variable length, in lists, transposed, unfinished.
+//! Files with the layouts of other loggers: unsorted, with variable-length data, in lists, transposed, unfinished.
 
 use super::samples::{read, written};
 use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
@@ -8,7 +8,7 @@ use wire::time::Timestamp;
 
 const BEGAN_NS: u64 = 1_506_783_973_191_000_000;
 
-/// The blocks of a file, those first that others lead to.
+/// The blocks of a file, with the targets of links first.
 pub(super) struct Blocks(Vec<u8>);
 
 impl Blocks {
@@ -27,7 +27,7 @@ impl Blocks {
         address
     }
 
-    /// Name, kind of channel, data type, first byte and bit, bits, what it leads to.
+    /// Name, kind of channel, data type, first byte and bit, bits, link.
     fn channel(&mut self, next: u64, of: (&str, u8, u8, u32, u8, u32), at: u64) -> u64 {
         let (name, kind, number, byte, bit, bits) = of;
         let name = self.put(b"##TX", &[], format!("{name}\0").as_bytes());
@@ -55,7 +55,7 @@ impl Blocks {
         self.put(b"##CG", &[next, channels, 0, 0, 0, 0], &data)
     }
 
-    /// A frame's channels: time 8, bus and flags 1, identifier 4, data or their place 8.
+    /// A frame's channels: time 8, bus and flags 1, identifier 4, data or their offset 8.
     fn frames(&mut self, variable: Option<u64>) -> u64 {
         let (kind, number, at) = variable.map_or((0, 10, 0), |at| (1, 10, at));
         let data = self.channel(0, ("CAN_DataFrame.DataBytes", kind, number, 13, 0, 64), at);
@@ -94,7 +94,7 @@ fn block(mark: &[u8; 4], links: &[u64], data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Bus 2, sent, no extended identifier.
+/// Bus 2, sent, standard identifier.
 fn record(quarters: u32, id: u32, length: u8, data: [u8; 8]) -> Vec<u8> {
     let mut bytes = (f64::from(quarters) / 4.0).to_le_bytes().to_vec();
     bytes.push(0b1010 | length << 4);
@@ -164,7 +164,7 @@ fn data_are_in_blocks_lists_and_compressed() {
     transposed.extend(&all[50..]);
     let transposed = compressed(&transposed, 25);
     assert_read(&sorted(|blocks| blocks.put(b"##DZ", &[], &transposed)), &entries());
-    // Blocks that end within a record, and one that is not there.
+    // Blocks that end within a record, and a missing one.
     let lists = sorted(|blocks| {
         let one = blocks.put(b"##DT", &[], &all[..30]);
         let two = blocks.put(b"##DZ", &[], &compressed(&all[30..33], 0));
@@ -189,7 +189,7 @@ fn data_bytes_are_among_signal_data() {
         record(1, 0x123, 3, place(0)),
         record(2, 0x7ff, 0, place(7)),
         record(3, 0x124, 8, place(11)),
-        // The same once more.
+        // The same value again.
         record(4, 0x124, 8, place(11)),
     ];
     let data = blocks.put(b"##DT", &[], &records.concat());
@@ -199,7 +199,7 @@ fn data_bytes_are_among_signal_data() {
     assert_read(&blocks.file(first), &expected);
 }
 
-/// A group of frames, one of variable length that has their data, and one of something else.
+/// A group of frames, a variable-length group with their data, and another group.
 fn unsorted(order: impl Fn(&[Vec<u8>], &[Vec<u8>]) -> Vec<u8>) -> Vec<u8> {
     let mut blocks = Blocks::new();
     let variable = blocks.group(0, 0, 2, 1, 0);
@@ -250,7 +250,7 @@ fn a_file_that_was_not_finished_goes_to_its_end() {
         blocks.0.extend(&all);
         place
     });
-    // The data are the last block of such a file.
+    // The data must be the last block of such a file.
     let (place, end) = (bytes.windows(4).position(|four| four == b"##DT").unwrap(), bytes.len());
     let group = bytes.split_off(place + 24 + all.len());
     let mut moved = Blocks(bytes.split_off(place));
@@ -258,7 +258,7 @@ fn a_file_that_was_not_finished_goes_to_its_end() {
     let moved_to = bytes.len() as u64;
     bytes.append(&mut moved.0);
     assert_eq!(bytes.len(), end);
-    // The data group, which leads to them, is now before them.
+    // The data group, which links to the data, is now before them.
     let data_group = bytes.windows(4).position(|four| four == b"##DG").unwrap();
     bytes[data_group + 24 + 16..][..8].copy_from_slice(&moved_to.to_le_bytes());
     bytes[64 + 24..][..8].copy_from_slice(&(data_group as u64).to_le_bytes());
@@ -326,10 +326,10 @@ fn our_groups_have_lists_of_blocks() {
         direction: (!matches!(payload, Payload::Error(_))).then_some(Direction::Rx),
         payload,
     };
-    // More than a list of 64 blocks of 4,096 error frames, which are the shortest.
+    // More than one list of 64 blocks of 4,096 error frames, which are the shortest.
     let error = Payload::Error(ErrorFrame::BUS_ERROR);
     let mut entries: Vec<_> = (0..270_000).map(|number| entry(number, error)).collect();
-    // At one instant frames come first.
+    // At the same time frames come first.
     entries.insert(5_000, entry(5_000, Payload::Frame(fd)));
     entries.push(entry(2_000_000, Payload::Frame(fd)));
     let bytes = written(Format::Mdf4, &entries);

@@ -1,4 +1,4 @@
-//! What is understood of files of other tools, and what is said of those that are not.
+//! Reading files of other tools, and messages about files that cannot be read.
 
 use super::samples::{read, written};
 use crate::{Entry, Format, Payload};
@@ -6,7 +6,7 @@ use miette::Diagnostic;
 use std::fmt::Write;
 use wire::can::{CanFrame, FdFlags, StandardId};
 
-/// One entry a line, as candump would log it, to the nanosecond.
+/// One entry per line as in candump, to the nanosecond.
 fn table(entries: &[Entry]) -> String {
     let mut text = String::new();
     for entry in entries {
@@ -24,7 +24,7 @@ fn message(format: Format, text: &str) -> String {
     format!("{error}{help}\n")
 }
 
-/// Every kind of line that a version has, after the description of the format.
+/// Every kind of line that a version has, from the description of the format.
 const TRC_1_0: &str = ";   Start time: 11.09.2002 16:00:20.682\r\n\
     ;----+- ---+--- ----+--- + -+ -- -- ...\r\n\
     1)    1841     0001 8 00 00 00 00 00 00 00 00\r\n\

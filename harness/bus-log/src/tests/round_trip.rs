@@ -1,4 +1,4 @@
-//! What is written is read, as far as the format has a place for it; and no bytes make a reader panic.
+//! Written entries can be read, as far as the format can hold them; and no bytes make a reader panic.
 
 use super::samples::{any_entry, any_frame, read, written};
 use crate::{Channel, Direction, Entry, ErrorFrame, Format, Payload};
@@ -15,7 +15,7 @@ fn is_serial(entry: &Entry) -> bool {
     matches!(entry.payload, Payload::Serial(_))
 }
 
-/// Frames on numbered channels, each so many microseconds after the one before.
+/// Frames on numbered channels, each this number of microseconds after the previous one.
 fn numbered(mut micros: i64, frames: Vec<(Payload, i64, u32, bool)>) -> Vec<Entry> {
     let entry = |(payload, later, channel, sent)| {
         let at = Timestamp::from_nanos(micros * 1_000);
@@ -26,7 +26,7 @@ fn numbered(mut micros: i64, frames: Vec<(Payload, i64, u32, bool)>) -> Vec<Entr
     frames.into_iter().map(entry).collect()
 }
 
-/// As it comes back where the format knows of an error frame only that it was.
+/// An error frame without its details, as read from formats that do not keep them.
 fn bare_error(entry: Entry) -> Entry {
     let payload = Payload::Error(ErrorFrame::BUS_ERROR);
     match entry.payload {
@@ -95,7 +95,7 @@ proptest! {
         prop_assert_eq!(&again, &expected);
         let (again, error) = read(Format::Mdf4, &written(Format::Mdf4, &entries));
         prop_assert!(error.is_none(), "{:?}", error);
-        // Groups of one kind each: at one instant frames come before remote requests, and those before errors.
+        // One group per kind: at the same time frames come before remote requests, and those before errors.
         expected.sort_by_key(|entry| (entry.at, match entry.payload {
             Payload::Frame(frame) => u8::from(frame.is_remote()),
             _ => 2,
@@ -175,6 +175,6 @@ fn channels_of_an_asc_file_have_numbers() {
         .filter(|line| line.ends_with("ErrorFrame"))
         .filter_map(|line| line.split_whitespace().nth(1))
         .collect();
-    // can1 is 2; can0 finds 1 taken by vcan0, and gets the lowest that is free.
+    // can1 is 2; can0 finds 1 taken by vcan0, and gets the lowest free number.
     assert_eq!(numbers, ["1", "2", "3", "1", "8"]);
 }

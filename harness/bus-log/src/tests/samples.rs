@@ -11,7 +11,7 @@ use wire::can::{CanFrame, ExtendedId, FdFlags, Id, StandardId};
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
-/// What a file with these bytes holds, as far as it can be read, and how it ends.
+/// The entries of a file with these bytes, as far as it can be read, and the error that ends it.
 pub(super) fn read(format: Format, bytes: &[u8]) -> (Vec<Entry>, Option<LogError>) {
     let mut entries = Vec::new();
     let reader = match LogReader::new(Path::new("bus.log"), Cursor::new(bytes), format) {
@@ -27,7 +27,7 @@ pub(super) fn read(format: Format, bytes: &[u8]) -> (Vec<Entry>, Option<LogError
     (entries, None)
 }
 
-/// A whole file.
+/// A complete file.
 pub(super) fn written(format: Format, entries: &[Entry]) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let mut writer = LogWriter::new(Path::new("bus.log"), &mut bytes, format).unwrap();
@@ -49,7 +49,7 @@ fn any_data(max: usize) -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(any::<u8>(), 0..=max)
 }
 
-/// Anything that was on a bus.
+/// Any frame or error of a bus.
 pub(super) fn any_frame() -> impl Strategy<Value = Payload> {
     let fd = (any_id(), any::<(bool, bool)>(), any_data(64)).prop_map(|(id, flags, mut data)| {
         let flags = FdFlags { bit_rate_switch: flags.0, error_state: flags.1 };
@@ -69,7 +69,7 @@ pub(super) fn any_frame() -> impl Strategy<Value = Payload> {
     ]
 }
 
-/// Anything that was on a bus or a line, at any instant since 1970.
+/// Any entry of a bus or a line, at any time since 1970.
 pub(super) fn any_entry() -> impl Strategy<Value = Entry> {
     let serial = any_data(64).prop_map(|data| Packet::from_slice(&data).unwrap());
     let payload = prop_oneof![4 => any_frame(), 1 => serial.prop_map(Payload::Serial)];

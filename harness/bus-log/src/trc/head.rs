@@ -1,21 +1,21 @@
-//! What the comments at the begin of a TRC file say of the rest.
+//! The comments at the start of a TRC file, which describe the rest.
 
 use super::super::error::Defect;
 use super::super::hex;
 use super::{DAYS_TO_1970, NANOS_A_DAY};
 use chrono::NaiveDateTime;
 
-/// The most columns: PEAK's files have nine.
+/// Most columns: PEAK's files have nine.
 const COLUMNS_MAX: usize = 16;
 
-/// What stands in a column.
+/// Contents of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Column {
-    /// `N`, and `R`, and whatever else takes one word.
+    /// `N`, `R`, and any other column of one word.
     Other,
     /// `O`: the time.
     Time,
-    /// `T`: what kind of message it is; in versions 1.1 to 1.3 its direction, too.
+    /// `T`: the type of message; in versions 1.1 to 1.3 also its direction.
     Type,
     /// `B`.
     Bus,
@@ -33,19 +33,19 @@ pub(super) enum Column {
 
 use Column::{Bus, Code, Data, Identifier, Length, Other, Time, Type};
 
-/// What is known before the first message.
+/// Properties known before the first message.
 #[derive(Debug)]
 pub(super) struct Head {
-    /// None where a version that needs them has not said them yet.
+    /// `None` if the version requires them and the file has not given them yet.
     pub(super) columns: Option<Vec<Column>>,
-    /// When the trace began, ns since 1970.
+    /// Start of the trace, ns since 1970.
     pub(super) began: i64,
-    /// A number said it, and no comment does.
+    /// Whether a number gave the start, which takes precedence over a comment.
     exact: bool,
 }
 
 impl Default for Head {
-    /// Of version 1.0, which says nothing.
+    /// Version 1.0, which has no head.
     fn default() -> Self {
         let columns = vec![Other, Time, Identifier, Code, Data];
         Self { columns: Some(columns), began: 0, exact: false }
@@ -136,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_start_is_in_days() {
-        // PEAK's own example says 2021-12-18 14:28:07.062 beside it.
+        // PEAK's own example shows 2021-12-18 14:28:07.062 beside it.
         assert_eq!(start(b"44548.6028595139"), Some(1_639_837_687_062_001_000));
         assert_eq!(start(b"25569"), Some(0));
         assert_eq!(start(b"25570.5"), Some(129_600_000_000_000));

@@ -9,7 +9,7 @@ use wire::can::{
     CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id, StandardId,
 };
 
-/// What a line says: milliseconds since the start as nanoseconds, and the rest of an entry.
+/// Contents of a line: milliseconds since the start as nanoseconds, and the rest of an entry.
 pub(super) struct Message {
     pub(super) since_start: i64,
     pub(super) channel: Channel,
@@ -17,30 +17,30 @@ pub(super) struct Message {
     pub(super) payload: Payload,
 }
 
-/// What the type of a line says it is.
+/// Type of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// A classic frame; in versions before 2.0 the data say whether it is a remote request.
+    /// A classic frame; in versions before 2.0 the data show whether it is a remote request.
     Classic,
     Remote,
     Fd(FdFlags),
     Error,
-    /// It is no frame.
+    /// Not a frame.
     Other,
 }
 
-/// The words of a line that count.
+/// The relevant words of a line.
 struct Words<'a> {
     channel: Channel,
     kind: Kind,
     direction: Option<Direction>,
     identifier: &'a [u8],
-    /// The number, and whether it is a code.
+    /// The number, and whether it is a data length code.
     length: (&'a [u8], bool),
     data: &'a [u8],
 }
 
-/// The message of a line; `None` where it is no frame of a CAN bus.
+/// Parses the message of a line; `None` if it is not a frame of a CAN bus.
 pub(super) fn parse(line: &[u8], columns: &[Column]) -> Result<Option<Message>, Defect> {
     let mut words = Words {
         channel: Channel::CAN0,
@@ -73,7 +73,7 @@ pub(super) fn parse(line: &[u8], columns: &[Column]) -> Result<Option<Message>, 
                     .and_then(numbers::channel)
                     .ok_or_else(|| Defect::new("a bus from 1", word))?;
             }
-            // What is no frame has other words from here on.
+            // Lines that are not frames have other words from here on.
             Column::Identifier if words.kind == Kind::Other => return Ok(None),
             Column::Identifier if words.kind == Kind::Error => break,
             Column::Identifier => words.identifier = word,
@@ -88,7 +88,7 @@ pub(super) fn parse(line: &[u8], columns: &[Column]) -> Result<Option<Message>, 
     Ok(Some(Message { since_start, channel: words.channel, direction, payload }))
 }
 
-/// Versions before 2.0 have the direction in the type.
+/// In versions before 2.0 the type includes the direction.
 fn kind(word: &[u8]) -> Result<(Kind, Option<Direction>), Defect> {
     let fd = |bit_rate_switch, error_state| Kind::Fd(FdFlags { bit_rate_switch, error_state });
     Ok(match word {
@@ -116,7 +116,7 @@ fn direction(word: &[u8]) -> Result<Direction, Defect> {
 
 impl Words<'_> {
     fn payload(&self) -> Result<Option<Payload>, Defect> {
-        // Version 1.0 has no types: a warning has an identifier of its own, an error frame a word before its data.
+        // Version 1.0 has no types: a warning has a special identifier, an error frame a word before its data.
         let is_error = self.kind == Kind::Error || self.data.starts_with(b"ERROR");
         if is_error {
             return Ok(Some(Payload::Error(ErrorFrame::BUS_ERROR)));
@@ -133,7 +133,7 @@ impl Words<'_> {
             Kind::Fd(flags) => Some(self.fd(id, flags, length)?),
             Kind::Remote => CanFrame::new_remote(id, classic),
             _ if self.data == b"RTR" => CanFrame::new_remote(id, classic),
-            // What J1939 put together from several frames.
+            // A J1939 message assembled from several frames.
             _ if classic > DATA_BYTES_MAX => return Ok(None),
             _ => {
                 let mut bytes = [0; DATA_BYTES_MAX];
@@ -174,7 +174,7 @@ fn identifier(digits: &[u8]) -> Result<Id, Defect> {
     id.ok_or_else(|| Defect::new(expected, digits))
 }
 
-/// Bytes of two digits with blanks between them; how many there are.
+/// Reads bytes of two digits with blanks between them; returns their number.
 fn bytes_of(text: &[u8], bytes: &mut [u8]) -> Option<usize> {
     let mut rest = text;
     let mut length = 0;

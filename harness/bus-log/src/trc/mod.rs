@@ -16,18 +16,18 @@
 //! | 1.1 | number, time, type, identifier, length, data |
 //! | 1.2 | number, time, bus, type, identifier, length, data |
 //! | 1.3 | number, time, bus, type, identifier, reserved, length, data |
-//! | 2.0, 2.1 | those that `$COLUMNS` names |
+//! | 2.0, 2.1 | those in `$COLUMNS` |
 //!
-//! * Times are milliseconds since the start of the trace. The start is days since 1899-12-30, a floating point number
-//!   in most programs: it is taken to the microsecond, and as UTC since the file names no zone. Version 1.0 has a
-//!   comment with a date; one that is not understood counts as 1970.
-//! * Buses are numbers from 1. Number 1 is `can0` here, as channel 1 of an ASC file.
+//! * Times are milliseconds since the start of the trace. The start is in days since 1899-12-30, a floating point
+//!   number in most programs: it is taken to the microsecond, and as UTC since the file names no zone. Version 1.0 has
+//!   a comment with a date; one that is not understood counts as 1970.
+//! * Buses are numbers from 1. Number 1 is `can0` here, like channel 1 of an ASC file.
 //! * An identifier of more than four digits is an extended one.
-//! * Column `L` is a data length code, `l` a length. Some programs write a length into `L`: of a CAN FD frame, whose
-//!   code is another number, what agrees with the data counts.
-//! * Of an error frame nothing is known but that it was: it becomes [`ErrorFrame::BUS_ERROR`].
-//! * Warnings, states of the hardware, counters of errors, events and messages of J1939 of more than eight bytes are
-//!   passed over and counted.
+//! * Column `L` is a data length code, `l` a length. Some programs write a length into `L`: for a CAN FD frame, whose
+//!   code differs from its length, the value that matches the data counts.
+//! * An error frame has no details: it becomes [`ErrorFrame::BUS_ERROR`].
+//! * Warnings, hardware states, error counters, events and J1939 messages of more than eight bytes are skipped and
+//!   counted.
 //!
 //! Source: PEAK CAN TRC File Format (PEAK-System, 2020-07-27).
 //!

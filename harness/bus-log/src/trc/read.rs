@@ -19,18 +19,18 @@ pub(crate) struct Reader<R: Read> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads from `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     pub(crate) fn new(path: &Path, input: R) -> Self {
         let lines = Lines::new(path, input, Format::Trc);
         Self { lines, head: Head::default(), passed_over: 0 }
     }
 
-    /// Messages so far that are no frames of a CAN bus.
+    /// Number of messages so far that are not frames of a CAN bus.
     pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over
     }
 
-    /// The next entry; none at the end.
+    /// Returns the next entry; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             match self.line() {

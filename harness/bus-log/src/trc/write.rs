@@ -9,22 +9,22 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, Id};
 
-/// The most buses that the format names.
+/// Most buses that the format can name.
 const BUSES_MAX: usize = 16;
 
-/// Digits of the fraction of a day: the last stands for less than a nanosecond.
+/// Digits of the fraction of a day: the last one is less than a nanosecond.
 const DAY_DIGITS: u32 = 15;
 
 /// Writes a TRC file of version 2.1.
 ///
-/// The start is the first entry's time, to the microsecond; entries before the first are put at zero. `canN` is the
-/// bus N + 1 where that is free, any other name the lowest that is free; beyond 16 buses entries are left out. An
-/// entry whose direction is not known counts as received: the format has no word for it.
+/// The start is the first entry's time, to the microsecond; earlier entries are put at zero. `canN` gets bus N + 1 if
+/// that is free, any other name the lowest free one; entries beyond 16 buses are left out. An entry with unknown
+/// direction counts as received, because the format cannot express it.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     path: PathBuf,
     out: W,
-    /// The start, us since 1970; none before the first entry.
+    /// Start, us since 1970; `None` before the first entry.
     began: Option<u64>,
     numbers: Numbers,
     messages: u64,
@@ -32,17 +32,16 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes to `out`; `path` is named in errors.
+    /// Writes to `out`; errors name `path`.
     pub fn new(path: &Path, out: W) -> Self {
         let numbers = Numbers::up_to(BUSES_MAX);
         Self { path: path.to_owned(), out, began: None, numbers, messages: 0, line: Vec::new() }
     }
 
-    /// Appends an entry. Bytes of serial lines are left out, and of an error frame everything but that it
-    /// was.
+    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
     ///
     /// # Errors
-    /// When the file cannot be written; when the entry is from before 1970.
+    /// When the file cannot be written, or when the entry is from before 1970.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
         let Ok(nanos) = u64::try_from(entry.at.as_nanos()) else {
             return Err(LogError::before_1970(&self.path, Format::Trc));
@@ -65,7 +64,7 @@ impl<W: Write> Writer<W> {
         };
         let (kind, id, length) = match &entry.payload {
             Payload::Frame(frame) => (kind(frame), Some(frame.id()), frame.length()),
-            // Kind of error, direction, place in the frame, counters: nothing of it is known.
+            // Kind of error, direction, position in the frame and counters are unknown.
             _ => ("ER", None, 5),
         };
         self.line.clear();
@@ -83,7 +82,7 @@ impl<W: Write> Writer<W> {
             .map_err(|source| LogError::unwritable(&self.path, source))?;
         match &entry.payload {
             Payload::Frame(frame) => push_spaced(&mut self.line, frame.data()),
-            // "Other" errors, in PEAK's list.
+            // "Other" errors in PEAK's list.
             _ => push_spaced(&mut self.line, &[8, 0, 0, 0, 0]),
         }
         self.line.extend(b"\r\n");
@@ -93,10 +92,10 @@ impl<W: Write> Writer<W> {
         Ok(Kept::Written)
     }
 
-    /// Gives everything to the file.
+    /// Flushes the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), LogError> {
         if self.began.is_none() {
             self.head(0)?;
@@ -108,7 +107,7 @@ impl<W: Write> Writer<W> {
         self.began = Some(micros);
         let micros_a_day = NANOS_A_DAY / 1_000;
         let (days, of_day) = (micros / micros_a_day + DAYS_TO_1970, micros % micros_a_day);
-        // Less than a day in units of ten to the minus fifteen days.
+        // Less than a day, in units of 10^-15 days.
         let digits = u128::from(of_day) * 10u128.pow(DAY_DIGITS) / u128::from(micros_a_day);
         write!(
             self.out,

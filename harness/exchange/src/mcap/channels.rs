@@ -1,4 +1,4 @@
-//! The file: channels that come into being with their first message.
+//! The file: channels are created with their first message.
 
 use super::schema::Schema;
 use mcap::records::{MessageHeader, Metadata};
@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use wire::time::Timestamp;
 
-/// Bytes of a chunk before compression. Larger than usual: rows of one kind compress well, and 16 hours have few enough
+/// Bytes of a chunk before compression. Larger than usual: rows of one kind compress well, and 16 hours give few enough
 /// chunks for an index that a reader holds in memory.
 const CHUNK_BYTES: u64 = 4 * 1024 * 1024;
 
-/// A file that is being written.
+/// An MCAP file being written.
 pub(super) struct Channels<W: Write + Seek> {
     writer: Writer<W>,
     open: BTreeMap<String, Channel>,
@@ -25,7 +25,7 @@ struct Channel {
     messages: u64,
 }
 
-/// The instant as the file has it: nanoseconds since the run began. None is before.
+/// Time in the file: nanoseconds since the start of the run, never negative.
 fn nanos(at: Timestamp) -> u64 {
     u64::try_from(at.as_nanos()).unwrap_or(0)
 }
@@ -35,13 +35,13 @@ impl<W: Write + Seek> Channels<W> {
         let options = WriteOptions::new()
             .library(concat!("hil ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
-            // In this thread: what comes out does not depend on how many cores there are.
+            // Compressed in this thread, so that the result does not depend on the number of cores.
             .compression_threads(0)
             .chunk_size(Some(CHUNK_BYTES));
         Ok(Self { writer: options.create(out)?, open: BTreeMap::new() })
     }
 
-    /// Writes a message of a topic; `schema` is asked for once.
+    /// Writes a message of a topic; calls `schema` only for the first one.
     pub(super) fn send(
         &mut self,
         topic: &str,
@@ -86,7 +86,7 @@ impl<W: Write + Seek> Channels<W> {
         self.writer.write_metadata(&Metadata { name: name.to_owned(), metadata: facts })
     }
 
-    /// Ends the file. The topics, and how many messages each has.
+    /// Ends the file. Returns the topics with their numbers of messages.
     pub(super) fn finish(mut self) -> McapResult<(W, Vec<(String, u64)>)> {
         self.writer.finish()?;
         let topics = self.open.into_iter().map(|(topic, channel)| (topic, channel.messages));

@@ -1,7 +1,7 @@
-//! The messages that Foxglove knows by name, with the fields that it publishes as required
+//! Messages that Foxglove knows by name, with the fields that it publishes as required
 //! (<https://docs.foxglove.dev/docs/sdk/schemas>, JSON; sources: `foxglove/foxglove-sdk`, `schemas/jsonschema`).
 //!
-//! The two optional fields of 2026, `message_id` and `lineage`, are left out: there is nothing to say in them.
+//! The two optional fields of 2026, `message_id` and `lineage`, are left out: there is no content for them.
 
 use super::schema::Schema;
 use serde::Serialize;
@@ -9,18 +9,18 @@ use serde_json::{Value, json};
 use wire::time::Timestamp;
 use wire::units::{Angle, Pose};
 
-/// Where the plan's coordinates are from.
+/// Frame of the plan's coordinates.
 pub const BENCH: &str = "bench";
-/// The base, where the controller believes it to be.
+/// Frame of the base as estimated by the controller.
 pub const BASE: &str = "base";
-/// The base, where an emulator knows it to be.
+/// True frame of the base, from an emulator.
 pub const TRUE_BASE: &str = "base_true";
-/// Where the controller believed the base to be when the lap began.
+/// Frame of the base as estimated at the start of the lap.
 pub const LAP_START: &str = "lap_start";
 
 const NANOS: i64 = 1_000_000_000;
 
-/// `time`: seconds and nanoseconds since the epoch, which is the begin of the run.
+/// `time`: seconds and nanoseconds since the epoch, which is the start of the run.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Time {
     sec: i64,
@@ -49,7 +49,7 @@ struct Quaternion {
     w: f64,
 }
 
-/// `foxglove.Pose`: m, and a rotation about z, which is up.
+/// `foxglove.Pose`: position in m, and a rotation about z, which points up.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Pose3 {
     position: Vector3,
@@ -69,22 +69,22 @@ impl From<Pose> for Pose3 {
 /// `foxglove.PoseInFrame`.
 #[derive(Debug, Clone, Serialize)]
 pub struct PoseInFrame {
-    /// When.
+    /// Time.
     pub timestamp: Time,
-    /// In which frame.
+    /// Frame of the pose.
     pub frame_id: &'static str,
-    /// Where.
+    /// The pose.
     pub pose: Pose3,
 }
 
 /// `foxglove.PosesInFrame`.
 #[derive(Debug, Clone, Serialize)]
 pub struct PosesInFrame {
-    /// When.
+    /// Time of the last pose.
     pub timestamp: Time,
-    /// In which frame.
+    /// Frame of the poses.
     pub frame_id: &'static str,
-    /// Where, one after another.
+    /// The poses, in order.
     pub poses: Vec<Pose3>,
 }
 
@@ -99,7 +99,7 @@ pub struct FrameTransform {
 }
 
 impl FrameTransform {
-    /// The frame `child` is there, in the bench's frame.
+    /// A transform from the bench's frame to the frame `child`, which is at `pose`.
     pub fn of(child: &'static str, at: Timestamp, pose: Pose) -> Self {
         let Pose3 { position, orientation } = pose.into();
         Self {
@@ -115,29 +115,29 @@ impl FrameTransform {
 /// `foxglove.Log`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Log<'a> {
-    /// When.
+    /// Time.
     pub timestamp: Time,
-    /// How loud.
+    /// Severity.
     pub level: LogLevel,
-    /// What a person reads.
+    /// Text for a person.
     pub message: &'a str,
-    /// Whose it is.
+    /// Source of the message.
     pub name: &'a str,
-    /// Not of a file: empty.
+    /// Source file: always empty.
     pub file: &'a str,
-    /// Not of a file: zero.
+    /// Source line: always zero.
     pub line: u32,
 }
 
-/// `foxglove.LogLevel`, as far as it is used; written as its number.
+/// The used part of `foxglove.LogLevel`, written as its number.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(into = "u8")]
 pub enum LogLevel {
     /// All is well.
     Info,
-    /// Worth a look.
+    /// Needs attention.
     Warning,
-    /// It failed.
+    /// A failure.
     Error,
 }
 
@@ -201,7 +201,7 @@ fn text(description: &str) -> Value {
 }
 
 fn schema(name: &str, description: &str, properties: &Value) -> Schema {
-    // The published order of the fields is lost in a map; every one of them is required.
+    // A map loses the published order of the fields; all of them are required.
     let required: Vec<&String> =
         properties.as_object().into_iter().flatten().map(|(key, _)| key).collect();
     let text = json!({
@@ -214,7 +214,7 @@ fn schema(name: &str, description: &str, properties: &Value) -> Schema {
     Schema { name: name.to_owned(), text }
 }
 
-/// Of [`PoseInFrame`].
+/// Schema of [`PoseInFrame`].
 pub fn pose_in_frame() -> Schema {
     let properties = json!({
         "timestamp": time("bench time of the pose"),
@@ -224,7 +224,7 @@ pub fn pose_in_frame() -> Schema {
     schema("foxglove.PoseInFrame", "A pose at a time", &properties)
 }
 
-/// Of [`PosesInFrame`].
+/// Schema of [`PosesInFrame`].
 pub fn poses_in_frame() -> Schema {
     let properties = json!({
         "timestamp": time("bench time of the last pose"),
@@ -234,7 +234,7 @@ pub fn poses_in_frame() -> Schema {
     schema("foxglove.PosesInFrame", "A path", &properties)
 }
 
-/// Of [`FrameTransform`].
+/// Schema of [`FrameTransform`].
 pub fn frame_transform() -> Schema {
     let properties = json!({
         "timestamp": time("bench time of the transform"),
@@ -246,7 +246,7 @@ pub fn frame_transform() -> Schema {
     schema("foxglove.FrameTransform", "Where a frame is", &properties)
 }
 
-/// Of [`Log`].
+/// Schema of [`Log`].
 pub fn log() -> Schema {
     let levels = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
     let level = |(number, title): (usize, &&str)| json!({ "title": title, "const": number });

@@ -1,4 +1,4 @@
-//! Poses that the absolute measurement gives, one coordinate an observation.
+//! Poses from the absolute measurement, which come as one observation per coordinate.
 
 use super::foxglove::{BENCH, LAP_START};
 use plan::observation::Observation;
@@ -8,7 +8,7 @@ use plan::quantities::{
 use wire::time::Timestamp;
 use wire::units::{Angle, Length, Pose};
 
-/// A pose that is measured: which quantities it is of, and where it is shown.
+/// A kind of measured pose: its quantities, topic and frame.
 #[derive(Debug)]
 pub(super) struct Kind {
     pub(super) topic: &'static str,
@@ -26,7 +26,7 @@ static KINDS: [Kind; 2] = [
     },
 ];
 
-/// Coordinates that were observed at one instant.
+/// Coordinates observed at one instant.
 #[derive(Debug, Default)]
 pub(super) struct Measured {
     at: Option<Timestamp>,
@@ -34,7 +34,7 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// The pose that an observation completes.
+    /// Takes an observation; returns the pose that it completes.
     pub(super) fn take(
         &mut self,
         at: Timestamp,

@@ -1,4 +1,4 @@
-//! Records as messages, each on its topic.
+//! Turns records into messages, each on its topic.
 
 use super::channels::Channels;
 use super::foxglove::{
@@ -27,20 +27,20 @@ use std::io::{Seek, Write};
 use wire::time::Timestamp;
 use wire::units::Pose;
 
-/// Makes messages of the records of one run, which are given in their order.
+/// Makes messages from the records of one run, taken in order.
 pub(super) struct Messages<W: Write + Seek> {
     channels: Channels<W>,
     survey: Survey,
     ears: Ears,
-    /// The fields of the observations of each quantity, made when the first comes.
+    /// Columns of the observations of each quantity, made at the first one.
     observed: BTreeMap<String, Observed>,
-    /// How each message of the layout is written, made when the first comes.
+    /// Format of each message of the layout, made at the first one.
     spoken: BTreeMap<usize, Spoken>,
     topics: Topics,
     believed: Trail,
     truth: Trail,
     measured: Measured,
-    /// No step began since the last one did.
+    /// Whether the last step that began holds no others so far.
     innermost: bool,
 }
 
@@ -122,7 +122,7 @@ impl<W: Write + Seek> Messages<W> {
         self.hear(record)
     }
 
-    /// What the run came to.
+    /// Writes the results of the run.
     pub(super) fn finish(&mut self, summary: &Summary) -> McapResult<()> {
         let end = self.survey.end;
         for measurement in &summary.measurements {
@@ -176,7 +176,7 @@ impl<W: Write + Seek> Messages<W> {
     fn observe(&mut self, at: Timestamp, observation: &Observation) -> McapResult<()> {
         let quantity = &observation.quantity;
         if !self.observed.contains_key(quantity) {
-            // Of the quantities beyond the survey's bound there are no messages, and it has counted them.
+            // Quantities beyond the survey's limit have no messages; the survey has counted them.
             let Some(observed) = Observed::new(&self.survey, quantity) else { return Ok(()) };
             self.observed.insert(quantity.clone(), observed);
         }
@@ -214,7 +214,7 @@ impl<W: Write + Seek> Messages<W> {
             EventKind::Verdict | EventKind::Property | EventKind::Outcome => "/plan/verdicts",
         };
         self.row(topic, Table::Events, &event.row(), event.at)?;
-        // What follows from what was said already is no news for a person.
+        // A person does not need lines that follow from earlier ones.
         if matches!(event.kind, EventKind::StepEnded | EventKind::Command | EventKind::Done) {
             return Ok(());
         }
@@ -240,7 +240,7 @@ impl<W: Write + Seek> Messages<W> {
     }
 }
 
-/// How a message of a layout is written: its topic, and a field a signal.
+/// Format of a layout's message: its topic, and a field per signal.
 struct Spoken {
     topic: String,
     columns: Vec<Column>,

@@ -1,26 +1,26 @@
 //! A run as one MCAP file, which Foxglove opens: `hil export RUN --mcap FILE.mcap`.
 //!
-//! | topics | schema | what |
+//! | topics | schema | contents |
 //! |---|---|---|
 //! | `/base/pose`, `/base/true_pose`, `/absolute/pose`, `/absolute/lap_return` | `foxglove.PoseInFrame` | believed, true, measured |
-//! | `/base/path`, `/base/true_path` | `foxglove.PosesInFrame` | one message a step in which the base moved, at its end: a lap, a side |
+//! | `/base/path`, `/base/true_path` | `foxglove.PosesInFrame` | one message per step in which the base moved, at its end: a lap, a side |
 //! | `/tf` | `foxglove.FrameTransform` | `bench` to `base`, `base_true` and `lap_start` |
-//! | `/log` | `foxglove.Log` | what a person reads |
+//! | `/log` | `foxglove.Log` | text for a person |
 //! | `/controller/state`, `/controller/health`, `/base/truth`, `/can/frames`, `/serial/packets`, `/plan/measurements` | `hil.State`, ... | rows of the tables ([`crate::tables`]) |
 //! | `/plan/steps`, `/plan/faults`, `/plan/notes`, `/plan/verdicts`, `/controller/missions` | `hil.Event` | rows of the events |
-//! | `/observations/...` | `hil.observation....` | one topic a quantity |
-//! | `/messages/...` | `hil.message....` | one topic a message of the base's or the device's layout |
+//! | `/observations/...` | `hil.observation....` | one topic per quantity |
+//! | `/messages/...` | `hil.message....` | one topic per message of the base's or the device's layout |
 //!
-//! Messages are JSON with JSON Schemas. Foxglove documents both JSON and Protobuf for its own schemas and for those of
-//! others; JSON needs no generated code and no second definition of each row, anybody can read it without a schema, and
-//! under zstd most of its redundancy is gone (figures in `docs/exports.md`). Schemas hold no references and no unions but
-//! the one that Foxglove publishes: what is not known is left out instead of null.
+//! Messages are JSON with JSON Schemas. Foxglove documents both JSON and Protobuf for its own schemas and for others;
+//! JSON needs no generated code and no second definition of each row, can be read without a schema, and loses most of
+//! its redundancy under zstd (figures in `docs/exports.md`). Schemas hold no references, and no unions except the one
+//! that Foxglove publishes: an unknown value is left out instead of null.
 //!
-//! Log time is bench time: nanoseconds since the run began, so that Foxglove shows a run from 1970-01-01. A record holds no
-//! date, and with one two runs of a seed would differ; as it is they give the same file, byte for byte.
+//! Log time is bench time: nanoseconds since the start of the run, so that Foxglove shows a run from 1970-01-01. A
+//! record holds no date, so two runs with one seed give the same file, byte for byte.
 //!
-//! Attached are the summary, without the time that the run took on this machine, and what the plan made; the metadata `hil`
-//! says plan, seed, outcome, versions, and whether the record is whole.
+//! Attachments are the summary, without the time that the run took on this machine, and the results of the plan; the
+//! metadata `hil` hold plan, seed, outcome, versions, and whether the record is complete.
 
 mod channels;
 pub mod foxglove;
@@ -43,13 +43,13 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// The largest file that is attached. What plans make is some kilobytes.
+/// Largest file that is attached. Results of plans have a few kilobytes.
 const ATTACHMENT_BYTES_MAX: u64 = 16 * 1024 * 1024;
 
-/// What the times of messages count from.
+/// Epoch of the message times.
 const EPOCH: &str = "log time is bench time: nanoseconds since the run began";
 
-/// Why a run is not exported, or not to its end.
+/// Why a run is not exported, or not completely.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum McapExportError {
     /// The run cannot be read.
@@ -61,13 +61,13 @@ pub enum McapExportError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause of the failure.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
 impl McapExportError {
-    /// What the disk said is told without the words of the library around it.
+    /// Reports an error of the disk without the words of the library around it.
     fn write(path: &Path, source: McapError) -> Self {
         let source = match source {
             McapError::Io(source) => source.into(),
@@ -77,17 +77,17 @@ impl McapExportError {
     }
 }
 
-/// What was written.
+/// Result of an export.
 #[derive(Debug)]
 pub struct Exported {
-    /// The topics, and how many messages each has.
+    /// The topics with their numbers of messages.
     pub topics: Vec<(String, u64)>,
-    /// What the record holds, and whether it could be read to its end.
+    /// Contents of the record, and whether it could be read to its end.
     pub survey: Survey,
 }
 
-/// Writes a run, of which there is a survey, as an MCAP file. A record that is cut short gives the messages before the cut; the survey and the file's
-/// metadata say so.
+/// Writes a surveyed run as an MCAP file. A truncated record gives the messages before the cut; the survey and the
+/// file's metadata report the cut.
 ///
 /// # Errors
 /// When the run cannot be opened, or the file cannot be written.
@@ -117,7 +117,7 @@ pub fn export(
     Ok(Exported { topics, survey })
 }
 
-/// The summary and what the plan made.
+/// Attaches the summary and the results of the plan.
 fn attach(
     channels: &mut Channels<BufWriter<File>>,
     folder: &RunFolder,
@@ -130,10 +130,10 @@ fn attach(
     }
     channels.attach(SUMMARY, "application/json", format!("{value:#}\n").as_bytes())?;
     for name in &summary.artifacts {
-        // Names come from a file: none leads out of the folder.
+        // Names come from a file: none may lead out of the folder.
         let plain = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
         let path = folder.file(name);
-        // Nor does a link: what it leads to is no file of the run.
+        // Nor may a link: its target is not a file of the run.
         let small = fs::symlink_metadata(&path)
             .is_ok_and(|about| about.is_file() && about.len() <= ATTACHMENT_BYTES_MAX);
         if plain && small {

@@ -1,4 +1,4 @@
-//! Names of topics and fields that a message path of Foxglove can hold: letters, digits, `_` and, in topics, `/`.
+//! Names of topics and fields that Foxglove's message paths accept: letters, digits, `_` and, in topics, `/`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,17 +11,17 @@ pub(super) fn of_topic(name: &str) -> String {
     name.chars().map(plain).collect()
 }
 
-/// Whatever is no letter, digit or `_` becomes `_`.
+/// Replaces any other character than a letter, digit or `_` with `_`.
 fn plain(character: char) -> char {
     if character.is_ascii_alphanumeric() { character } else { '_' }
 }
 
-/// Names that are given once.
+/// A set of unique names.
 #[derive(Debug, Default)]
 pub(crate) struct Names(BTreeSet<String>);
 
 impl Names {
-    /// A field of that name; where it is taken, with `_` behind it as often as it takes.
+    /// A field of that name, with `_` appended until it is unique.
     pub(crate) fn field(&mut self, name: &str) -> String {
         self.once(name.chars().map(plain).collect())
     }
@@ -34,7 +34,7 @@ impl Names {
     }
 }
 
-/// Topics below a folder, one a name.
+/// Topics in folders, one per name.
 #[derive(Debug, Default)]
 pub(super) struct Topics {
     taken: Names,
@@ -42,7 +42,7 @@ pub(super) struct Topics {
 }
 
 impl Topics {
-    /// The topic of that name in the folder, always the same.
+    /// The topic of that name in the folder; always the same for the same name.
     pub(super) fn of(&mut self, folder: &str, name: &str) -> &str {
         let key = format!("{folder}/{name}");
         let taken = &mut self.taken;

@@ -1,20 +1,20 @@
-//! Messages that are rows of tables: their JSON Schemas and their JSON.
+//! Messages from table rows: JSON Schemas and JSON.
 
 use crate::tables::cell::{Cell, Column};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Map, Value, json};
 
-/// A schema as MCAP wants it.
+/// A schema for MCAP.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schema {
     /// Its name: `foxglove.Log`, `hil.State`.
     pub name: String,
-    /// JSON Schema, without references: Foxglove follows none.
+    /// JSON Schema without references, which Foxglove does not follow.
     pub text: Value,
 }
 
 impl Schema {
-    /// The schema of messages with these fields. None but the time is always there: what is not known is left out.
+    /// The schema of messages with these fields. Only the time is required: unknown values are left out.
     pub fn of_columns(name: impl Into<String>, doc: &str, columns: &[Column]) -> Self {
         let name = name.into();
         let field = |column: &Column| {

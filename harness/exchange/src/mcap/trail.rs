@@ -1,23 +1,23 @@
-//! The path that was driven in a step.
+//! The path of the base in a step.
 
 use super::foxglove::Pose3;
 use wire::units::Pose;
 
-/// The most poses of one path. When there are more, every other is left out and the spacing doubles.
+/// Most poses of one path. Beyond that, every other pose is dropped and the spacing doubles.
 const POSES_MAX: usize = 4_096;
 
-/// Poses nearer to the one before than this are left out: a square of 4 m keeps its corners to what a panel shows.
+/// Shortest distance between two poses: keeps the corners of a 4 m square at the resolution of a panel.
 const SPACING_M: f64 = 0.02;
 
-/// A path that stays within this is none: a base that stood, or only turned.
+/// Smallest extent of a path: below it the base stood or only turned.
 const EXTENT_MIN_M: f64 = 0.05;
 
-/// Where something was since the innermost step began.
+/// Positions since the innermost step began.
 #[derive(Debug)]
 pub(super) struct Trail {
     poses: Vec<Pose>,
     spacing_m: f64,
-    /// The last pose, kept or not: a path ends where it ended.
+    /// The last pose, kept or not: the path ends there.
     last: Option<Pose>,
 }
 
@@ -28,12 +28,12 @@ impl Default for Trail {
 }
 
 impl Trail {
-    /// Another step begins.
+    /// Begins a step.
     pub(super) fn begin(&mut self) {
         *self = Self::default();
     }
 
-    /// It was there. The caller has made sure that the pose is finite.
+    /// Adds a pose, which the caller has checked to be finite.
     pub(super) fn add(&mut self, pose: Pose) {
         let far = |from: &Pose| distance_m(from, &pose) >= self.spacing_m;
         if self.poses.last().is_none_or(far) {
@@ -50,12 +50,12 @@ impl Trail {
         }
     }
 
-    /// Where the step began.
+    /// Pose at the start of the step.
     pub(super) fn first(&self) -> Option<Pose> {
         self.poses.first().copied()
     }
 
-    /// The path so far; none where nothing moved.
+    /// The path so far; `None` if nothing moved.
     pub(super) fn path(&self) -> Option<Vec<Pose3>> {
         let first = self.poses.first()?;
         let moved = self.poses.iter().any(|pose| distance_m(first, pose) >= EXTENT_MIN_M);

@@ -1,4 +1,4 @@
-//! Records as those of groups of channels.
+//! Turns records into those of channel groups.
 
 use crate::tables::cell::{self, Cell, Column};
 use crate::tables::events;
@@ -17,18 +17,18 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use wire::time::Timestamp;
 
-/// Columns of text that say one of a few things.
+/// Text columns with a small set of values.
 const CHOICES: [&str; 8] =
     ["activity", "health", "level", "causes", "device", "event", "unit", "verdict"];
 
-/// Writes the records of one run, which are given in their order.
+/// Writes the records of one run, taken in order.
 pub(super) struct Groups<W: Write + Seek> {
     writer: Writer<W>,
     survey: Survey,
     ears: Ears,
     tables: BTreeMap<Table, GroupId>,
     observed: BTreeMap<String, (GroupId, Observed)>,
-    /// By who sent a message, and its place among all.
+    /// By sender and index of the message.
     messages: BTreeMap<(String, usize), GroupId>,
 }
 
@@ -71,7 +71,7 @@ impl<W: Write + Seek> Groups<W> {
         done
     }
 
-    /// What the run came to.
+    /// Writes the results of the run.
     pub(super) fn finish(&mut self, summary: &Summary) -> Result<(), LogError> {
         let end = self.survey.end;
         for measurement in &summary.measurements {
@@ -105,7 +105,7 @@ impl<W: Write + Seek> Groups<W> {
     }
 }
 
-/// A record of a message's group, which comes into being with the first.
+/// Writes a record of a message's group, which is created with the first one.
 fn say<W: Write + Seek>(
     writer: &mut Writer<W>,
     messages: &mut BTreeMap<(String, usize), GroupId>,

@@ -1,14 +1,14 @@
-//! A run as one MDF 4 file with measured channels, for asammdf and tools of measuring: `hil export RUN --mf4 FILE.mf4`.
+//! A run as one MDF 4 file with measured channels, for asammdf and measurement tools: `hil export RUN --mf4 FILE.mf4`.
 //!
 //! | group | channels beside `time_s` |
 //! |---|---|
 //! | `states`, `truth`, `health`, `events`, `measurements` | columns of these tables ([`crate::tables`]) |
-//! | `observations/QUANTITY` | `value`, `uncertainty`, and one a tag |
-//! | `messages/SENDER.MESSAGE` | one a signal; names of its values where the layout has them |
+//! | `observations/QUANTITY` | `value`, `uncertainty`, and one per tag |
+//! | `messages/SENDER.MESSAGE` | one per signal; names of its values if the layout has them |
 //!
-//! The master channel of each group is `time_s`, bench time in seconds since the run began. A record holds no date, so the
-//! measurement begins at 1970-01-01, and two runs of a seed give the same file, byte for byte. Raw frames are not measured
-//! values: `hil export RUN --bus FILE.mf4` has them.
+//! The master channel of each group is `time_s`, bench time in seconds since the start of the run. A record holds no
+//! date, so the measurement begins at 1970-01-01, and two runs with one seed give the same file, byte for byte. Raw
+//! frames are not measured values: `hil export RUN --bus FILE.mf4` has them.
 
 mod groups;
 
@@ -23,7 +23,7 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Why a run is not exported, or not to its end.
+/// Why a run is not exported, or not completely.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum Mf4ExportError {
     /// The run cannot be read.
@@ -35,17 +35,17 @@ pub enum Mf4ExportError {
     Write(#[from] LogError),
 }
 
-/// What was written.
+/// Result of an export.
 #[derive(Debug)]
 pub struct Exported {
-    /// The groups, and how many records each has.
+    /// The groups with their numbers of records.
     pub groups: Vec<(String, u64)>,
-    /// What the record holds, and whether it could be read to its end.
+    /// Contents of the record, and whether it could be read to its end.
     pub survey: Survey,
 }
 
-/// Writes a run, of which there is a survey, as an MDF 4 file. A record that is cut short gives the records before the cut;
-/// the survey and the comment of the file say so.
+/// Writes a surveyed run as an MDF 4 file. A truncated record gives the records before the cut; the survey and the
+/// comment of the file report the cut.
 ///
 /// # Errors
 /// When the run cannot be opened, or the file cannot be written.

@@ -1,4 +1,4 @@
-//! What was said between the controller and the robot's base, by the codecs that they use themselves.
+//! Messages between the controller and the robot's base, decoded by their own codecs.
 
 use super::heard::{MessageForm, SignalForm};
 use record::{Device, Record, RecordKind};
@@ -59,17 +59,17 @@ pub(super) fn forms() -> Vec<MessageForm> {
     Message::ALL.map(form).into()
 }
 
-/// Both ends of the base's line, heard by somebody between them.
+/// A listener between both ends of the base's line.
 #[derive(Debug, Default)]
 pub(super) struct Overheard {
-    /// Understands what the controller sends.
+    /// Decodes what the controller sends.
     requests: serial_link::Device,
-    /// Understands what the base answers to it.
+    /// Decodes what the base answers.
     replies: serial_link::Host,
 }
 
 impl Overheard {
-    /// Hands over each message that a record completes: its place in [`Message::ALL`], and its values.
+    /// Passes on each message that a record completes: its index in [`Message::ALL`], and its values.
     pub(super) fn take(&mut self, record: &Record, told: &mut dyn FnMut(usize, Values)) {
         let mut told = |message: Option<(Message, Values)>| {
             let Some((message, values)) = message else { return };
@@ -93,7 +93,7 @@ impl Overheard {
                         },
                         DeviceEvent::Refused(_) => return,
                     };
-                    // The one before was given up, or the controller would not ask again.
+                    // The previous request was given up; otherwise the controller would not ask again.
                     replies.abandon();
                     replies.start(&request);
                     told(of_request(request));
@@ -109,7 +109,7 @@ impl Overheard {
     }
 }
 
-/// None of a read: it carries nothing.
+/// `None` for a read, which carries no values.
 fn of_request(request: Request) -> Option<(Message, Values)> {
     Some(match request {
         Request::SetVelocity { drive, steer } => {
@@ -163,7 +163,7 @@ fn numbers<const N: usize>(values: [f64; N]) -> Values {
 mod tests {
     use super::forms;
 
-    /// The layout has a file of its own.
+    /// The layout is defined in a separate file.
     #[test]
     fn names_and_units_are_those_of_the_dbc() {
         let dbc = include_str!("../../../../wire/dbc/k2a.dbc");

@@ -1,8 +1,8 @@
-//! Cells and columns: what a table is made of, whatever file it goes into.
+//! Cells and columns of tables, independent of the file format.
 
 use std::borrow::Cow;
 
-/// What a column holds.
+/// Type of the values of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Real numbers in the column's unit.
@@ -30,31 +30,31 @@ impl Kind {
 /// One value, of the kind of its column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell<'a> {
-    /// Not known: empty in CSV, null in Parquet, absent in JSON.
+    /// Unknown: empty in CSV, null in Parquet, absent in JSON.
     Missing,
-    /// Of a [`Kind::Float`] column. What is not finite counts as missing: no tool treats it alike.
+    /// In a [`Kind::Float`] column. A non-finite value counts as missing, because tools treat it differently.
     Float(f64),
-    /// Of a [`Kind::Integer`] column.
+    /// In a [`Kind::Integer`] column.
     Integer(i64),
-    /// Of a [`Kind::Bool`] column.
+    /// In a [`Kind::Bool`] column.
     Bool(bool),
-    /// Of a [`Kind::Text`] column.
+    /// In a [`Kind::Text`] column.
     Text(Cow<'a, str>),
 }
 
 impl<'a> Cell<'a> {
-    /// Text, borrowed or owned. Empty text is missing: CSV does not tell the two apart.
+    /// Text, borrowed or owned. Empty text is missing: CSV cannot tell the two apart.
     pub fn text(text: impl Into<Cow<'a, str>>) -> Self {
         let text = text.into();
         if text.is_empty() { Self::Missing } else { Self::Text(text) }
     }
 
-    /// A count; more than an `i64` holds is not known.
+    /// A count; missing if it does not fit into an `i64`.
     pub fn count(count: u64) -> Self {
         i64::try_from(count).map_or(Self::Missing, Self::Integer)
     }
 
-    /// A number, where there is one.
+    /// A number, or missing.
     pub fn maybe(number: Option<f64>) -> Self {
         number.map_or(Self::Missing, Self::from)
     }
@@ -72,16 +72,16 @@ impl From<bool> for Cell<'_> {
     }
 }
 
-/// A column: its name, what it holds, and what that means.
+/// A column: name, type and meaning.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Name, unique in its table. It ends in its unit where it has one: `x_m`, `heading_deg`.
+    /// Name, unique in its table. It ends in the unit, if there is one: `x_m`, `heading_deg`.
     pub name: Cow<'static, str>,
-    /// What it holds.
+    /// Type of its values.
     pub kind: Kind,
-    /// Unit of its values, as in plans (`deg/s`); empty where it has none.
+    /// Unit of its values, as in plans (`deg/s`); empty if it has none.
     pub unit: Cow<'static, str>,
-    /// What it is.
+    /// Meaning of its values.
     pub doc: Cow<'static, str>,
 }
 
@@ -97,8 +97,8 @@ impl Column {
         Self { name, kind, unit, doc }
     }
 
-    /// A column of numbers whose name comes from a plan or a record. Whatever is no letter or digit becomes `_`, and the
-    /// unit is put behind it: `during.lap` is `during_lap`, `temperature` in degC `temperature_celsius`.
+    /// A column of numbers whose name comes from a plan or a record. Any character other than a letter or digit becomes
+    /// `_`, and the unit is appended: `during.lap` is `during_lap`, `temperature` in degC `temperature_celsius`.
     pub fn measured(name: &str, unit: &str, doc: String) -> Self {
         let unit = if unit == "1" { "" } else { unit };
         let plain =
@@ -112,7 +112,7 @@ impl Column {
         }
     }
 
-    /// What it is, with its unit.
+    /// Its meaning, with its unit.
     pub fn described(&self) -> String {
         match &*self.unit {
             "" => self.doc.to_string(),
@@ -130,7 +130,7 @@ pub fn with_unit(name: &str, unit: &str) -> String {
     format!("{name}_{words}")
 }
 
-/// A unit as it stands in a name: letters, digits and `_` alone.
+/// A unit as part of a name: only letters, digits and `_`.
 fn unit_in_words(unit: &str) -> String {
     match unit {
         "" | "1" => return String::new(),

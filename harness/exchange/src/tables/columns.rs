@@ -9,23 +9,23 @@ use std::collections::BTreeSet;
 /// A table of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Table {
-    /// One row a state that the controller told.
+    /// One row per state reported by the controller.
     States,
-    /// One row a time when an emulator told what is really so.
+    /// One row per truth reported by an emulator.
     Truth,
-    /// One row a change of the controller's health.
+    /// One row per change of the controller's health.
     Health,
-    /// One row an observation; its tags are columns.
+    /// One row per observation; its tags are columns.
     Observations,
-    /// One row an event: steps, missions and their ends, faults, notes, replies.
+    /// One row per event: steps, missions and their ends, faults, notes, replies.
     Events,
-    /// One row a measurement that the plan declares, with its verdict.
+    /// One row per measurement declared in the plan, with its verdict.
     Measurements,
-    /// One row a CAN frame. Only of a run with `--record full`.
+    /// One row per CAN frame. Only for a run with `--record full`.
     Frames,
-    /// One row a packet of a serial line. Only of a run with `--record full`.
+    /// One row per packet of a serial line. Only for a run with `--record full`.
     Packets,
-    /// One row a signal of a message that was understood. Only of a run with `--record full`.
+    /// One row per signal of a decoded message. Only for a run with `--record full`.
     Signals,
 }
 
@@ -154,7 +154,7 @@ impl Table {
         Self::Signals,
     ];
 
-    /// Its name, and that of its file.
+    /// Its name, which is also that of its file.
     pub const fn name(self) -> &'static str {
         match self {
             Self::States => "states",
@@ -169,7 +169,7 @@ impl Table {
         }
     }
 
-    /// What one row is.
+    /// Meaning of one row.
     pub const fn doc(self) -> &'static str {
         match self {
             Self::States => "one row a state that the controller told",
@@ -186,7 +186,7 @@ impl Table {
         }
     }
 
-    /// The columns that do not depend on the run. Observations have those of their tags behind them.
+    /// Columns that do not depend on the run. Observations have the columns of their tags after these.
     pub fn fixed_columns(self) -> &'static [Column] {
         match self {
             Self::States => &STATES,
@@ -211,9 +211,9 @@ impl Table {
     }
 }
 
-/// `columns`, and one a tag. A tag whose name is taken gets `tag_` before it, as often as it takes.
+/// `columns`, followed by one per tag. A tag whose name is taken gets the prefix `tag_`, repeated until it is unique.
 pub fn tagged(mut columns: Vec<Column>, tags: &[&str]) -> Vec<Column> {
-    // Readers of CSV and SQL engines do not tell names apart by case.
+    // Readers of CSV and SQL engines ignore case in names.
     let mut taken: BTreeSet<String> =
         columns.iter().map(|column| column.name.to_lowercase()).collect();
     for tag in tags {

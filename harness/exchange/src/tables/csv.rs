@@ -1,4 +1,4 @@
-//! A table as CSV (RFC 4180): UTF-8, a head of names, line feeds.
+//! A table as CSV (RFC 4180): UTF-8, a header row, line feeds.
 
 use super::cell::{Cell, Column};
 use super::row::Row;
@@ -22,11 +22,11 @@ impl<W: Write> CsvTable<W> {
         Ok(Self { writer, line: csv::StringRecord::new() })
     }
 
-    /// Writes a row. Numbers are the shortest text that gives the same number again; real ones have a point or an
-    /// exponent, by which readers that guess know them.
+    /// Writes a row. A number is the shortest text that parses to the same number; a real number has a point or an
+    /// exponent, so that readers can infer the type.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the row cannot be written.
     pub fn row(&mut self, row: &Row<'_>) -> csv::Result<()> {
         self.line.clear();
         for cell in row {
@@ -41,7 +41,7 @@ impl<W: Write> CsvTable<W> {
         self.writer.write_record(&self.line)
     }
 
-    /// Everything is out.
+    /// Flushes the file.
     ///
     /// # Errors
     /// When the rest cannot be written.

@@ -1,16 +1,16 @@
-//! What can go wrong with an export.
+//! Errors of an export.
 
 use record::run_folder::RunFolderError;
 use std::path::PathBuf;
 
-/// Why a run is not exported, or not to its end.
+/// Why a run is not exported, or not completely.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum TablesError {
     /// The run cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// The folder holds a package that we did not write, or a table without a package.
+    /// The folder holds a foreign package, or a table without a package.
     #[error("refused to replace {}: it is of no package of tables", path.display())]
     #[diagnostic(help("choose another folder: hil export RUN --tables DIR"))]
     Foreign {
@@ -22,13 +22,13 @@ pub enum TablesError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause of the failure.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
 impl TablesError {
-    /// Who calls it can mend it: it is not the machine that is at fault.
+    /// Whether the caller can fix it, because the machine is not at fault.
     pub const fn is_bad_input(&self) -> bool {
         !matches!(self, Self::Write { .. })
     }

@@ -1,4 +1,4 @@
-//! What happened, in words: one row an event.
+//! Events in words: one row per event.
 
 use super::cell::Cell;
 use super::row::{Row, time};
@@ -15,38 +15,38 @@ use wire::time::Timestamp;
 /// One event.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event<'a> {
-    /// When, in bench time.
+    /// Bench time.
     pub at: Timestamp,
-    /// Whose.
+    /// Device to which it belongs.
     pub device: Device,
-    /// What kind it is of.
+    /// Kind of event.
     pub kind: EventKind,
-    /// What it is about.
+    /// Subject.
     pub subject: Cow<'a, str>,
-    /// Which mission, or which fault of the schedule.
+    /// Number of the mission, or of the fault in the schedule.
     pub id: Option<i64>,
-    /// In words.
+    /// Description.
     pub text: Cow<'a, str>,
-    /// What else is known.
+    /// Further details.
     pub details: Option<Value>,
 }
 
-/// What an event is.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
-    /// A step of the plan began; the subject is its place.
+    /// A step of the plan began; the subject is its place in the plan.
     StepBegan,
     /// A step of the plan ended.
     StepEnded,
-    /// The plan told the controller something.
+    /// The plan sent a command to the controller.
     Command,
-    /// A mission was done.
+    /// A mission was completed.
     Done,
     /// A mission was refused; the subject is the reason.
     Refused,
-    /// A mission was broken off; the subject is the reason.
+    /// A mission was aborted; the subject is the reason.
     Aborted,
-    /// Something went wrong, was dropped or was mended.
+    /// A problem, a loss or a recovery.
     Note,
     /// A person answered or did something.
     Reply,
@@ -56,24 +56,24 @@ pub enum EventKind {
     FaultEnded,
     /// A fault never happened.
     FaultNeverHappened,
-    /// The fault confinement of a node of the bus changed its state.
+    /// The error state of a bus node changed.
     Confinement,
-    /// What a measurement came to.
+    /// Verdict of a measurement.
     Verdict,
-    /// What a property came to.
+    /// Verdict of a property.
     Property,
     /// How the run ended.
     Outcome,
 }
 
-/// How loud an event is.
+/// Severity of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// As it should be.
+    /// Normal.
     Info,
-    /// Worth a look.
+    /// Needs attention.
     Warning,
-    /// It failed.
+    /// A failure.
     Error,
 }
 
@@ -101,7 +101,7 @@ impl EventKind {
 }
 
 impl Event<'_> {
-    /// As a row of the events.
+    /// The event as a row.
     pub fn row(&self) -> Row<'_> {
         vec![
             time(self.at),
@@ -114,7 +114,7 @@ impl Event<'_> {
         ]
     }
 
-    /// How loud it is.
+    /// Severity of the event.
     pub fn severity(&self) -> Severity {
         match self.kind {
             EventKind::Refused | EventKind::Aborted => Severity::Error,
@@ -133,14 +133,14 @@ impl Event<'_> {
         }
     }
 
-    /// What a verdict, a property or the run came to.
+    /// Result of a verdict, a property or the run.
     fn came_to(&self) -> Cow<'_, str> {
         let word = self.details.as_ref().and_then(|details| details["came_to"].as_str());
         word.map_or(Cow::Borrowed(""), Cow::Borrowed)
     }
 }
 
-/// The event in a record; none where it is a state, an observation, or bytes.
+/// The event in a record; `None` for a state, an observation, or bytes.
 pub fn of(record: &Record) -> Option<Event<'_>> {
     let event = |kind, subject: &dyn ToString, text: String| Event {
         at: record.at,
@@ -200,7 +200,7 @@ pub fn of(record: &Record) -> Option<Event<'_>> {
     })
 }
 
-/// What the run came to, at its end.
+/// Events of a run's results, at its end.
 pub fn of_summary(at: Timestamp, summary: &Summary) -> impl Iterator<Item = Event<'_>> {
     let event = move |kind, subject: &'_ str, text: String, came_to: &str| Event {
         at,
@@ -242,12 +242,12 @@ fn of_property(property: &PropertySummary) -> (&'static str, &str) {
     }
 }
 
-/// What JSON cannot say is null.
+/// A value as JSON; null if JSON cannot express it.
 fn json(value: &impl Serialize) -> Value {
     serde_json::to_value(value).unwrap_or(Value::Null)
 }
 
-/// The name of a variant: the only key of an object, or the text.
+/// Name of a variant: the only key of an object, or the text.
 fn name_in(value: &Value) -> String {
     match value {
         Value::String(name) => name.clone(),
@@ -256,7 +256,7 @@ fn name_in(value: &Value) -> String {
     }
 }
 
-/// What is in a variant; none where it is but a name.
+/// Contents of a variant; `None` for a plain name.
 fn content(value: Value) -> Option<Value> {
     match value {
         Value::Object(one) => one.into_iter().next().map(|(_, content)| content),

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 type Boxed = Box<dyn std::error::Error + Send + Sync>;
 
-/// Writes a file a table. One without rows has no file.
+/// Writes one file per table. A table without rows has no file.
 #[derive(Debug)]
 pub(super) struct Folder {
     path: PathBuf,
@@ -34,7 +34,7 @@ enum OpenTable {
 }
 
 impl Folder {
-    /// Makes the folder, and removes the tables of an earlier export.
+    /// Creates the folder, and removes the tables of an earlier export.
     pub(super) fn create(
         path: &Path,
         format: Format,
@@ -63,7 +63,7 @@ impl Folder {
                 fs::remove_file(&file).map_err(|source| failed(&file, source))?;
             }
         }
-        // From the beginning on: what an export that is killed leaves is known as ours.
+        // Written first, so that the rest of a killed export is recognized as ours.
         let begun = format!("{:#}\n", package(survey, format, &[]));
         fs::write(&index, begun).map_err(|source| failed(&index, source))?;
         let header = &survey.header;
@@ -80,7 +80,7 @@ impl Folder {
         })
     }
 
-    /// Ends all files, and writes what they are beside them. How many rows each has.
+    /// Ends all files, and writes the package beside them. Returns the number of rows of each table.
     pub(super) fn finish(self, survey: &Survey) -> Result<Vec<(Table, u64)>, TablesError> {
         let mut written = Vec::new();
         for (table, (open, rows)) in self.open {

@@ -1,8 +1,8 @@
-//! What was said on the lines of a run, understood: messages and their signals.
+//! Decodes the traffic of a run's lines into messages and signals.
 //!
-//! The base's six messages are read by the codecs that the controller itself uses, on CAN and on its serial line; those of a
-//! device of the user's own by its layout. Packets of gyros and tables are not read: what was in them stands in the
-//! states and the observations.
+//! The codecs of the controller decode the base's six messages, on CAN and on its serial line; its layout decodes those
+//! of the user's own device. Packets of gyros and tables are not decoded: their contents are in the states and the
+//! observations.
 
 use super::base::{self, Overheard};
 use described::{Decoder, Description, Layout, Sender};
@@ -15,11 +15,11 @@ use std::sync::Arc;
 pub struct SignalForm {
     /// Its name in the layout.
     pub name: String,
-    /// Unit of its values; empty where it has none.
+    /// Unit of its values; empty if it has none.
     pub unit: String,
-    /// What it is.
+    /// Meaning.
     pub doc: String,
-    /// Names of values, as far as the layout has any, by the values in its unit.
+    /// Names of values, if the layout has any, by the values in its unit.
     pub names: Vec<(f64, String)>,
 }
 
@@ -28,24 +28,24 @@ pub struct SignalForm {
 pub struct MessageForm {
     /// Its name in the layout.
     pub name: String,
-    /// What it is.
+    /// Meaning.
     pub doc: String,
     /// Its signals.
     pub signals: Vec<SignalForm>,
 }
 
-/// A message that was sent.
+/// A decoded message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heard<'a> {
-    /// Who sent it.
+    /// The sender.
     pub device: Device,
-    /// The same, by name.
+    /// Name of the sender.
     pub who: &'a str,
-    /// Its place among [`Ears::forms`].
+    /// Index in [`Ears::forms`].
     pub index: usize,
-    /// Which message it is.
+    /// The form of the message.
     pub form: &'a MessageForm,
-    /// A value a signal, in its unit; none where this one does not carry it.
+    /// One value per signal, in its unit; `None` for a signal that this message does not carry.
     pub values: Vec<Option<f64>>,
 }
 
@@ -65,47 +65,47 @@ fn forms(layout: &Layout) -> Vec<MessageForm> {
     layout.messages().iter().map(form).collect()
 }
 
-/// Understands what crosses the lines of a run.
+/// Decodes the traffic of a run's lines.
 #[derive(Debug)]
 pub struct Ears {
     forms: Vec<MessageForm>,
     hearing: Hearing,
 }
 
-/// A node of a rig that says something.
+/// A node of a rig that sends messages.
 #[derive(Debug)]
 struct Voice {
     device: Device,
     name: String,
-    /// Where its messages begin among the forms.
+    /// Index of its first message among the forms.
     first: usize,
     decoder: Decoder,
 }
 
 #[derive(Debug)]
 enum Hearing {
-    /// Nobody says what the messages are.
+    /// The messages are unknown.
     None,
     /// The robot's base.
     Base(Box<Overheard>),
-    /// A device of the user's own: what it sends, and what is sent to it.
+    /// The user's own device: what it sends, and what is sent to it.
     Device { device: Box<Decoder>, host: Box<Decoder> },
     /// Nodes of a rig.
     Rig(Vec<Voice>),
 }
 
 impl Ears {
-    /// Understands nothing.
+    /// Decodes nothing.
     pub const fn deaf() -> Self {
         Self { forms: Vec::new(), hearing: Hearing::None }
     }
 
-    /// Understands the robot's base.
+    /// Decodes the robot's base.
     pub fn of_base() -> Self {
         Self { forms: base::forms(), hearing: Hearing::Base(Box::default()) }
     }
 
-    /// Understands a device by its layout.
+    /// Decodes a device by its layout.
     pub fn of_device(description: &Arc<Description>) -> Self {
         let layout = description.layout();
         let decoder = |sender| Box::new(layout.decoder_for(sender));
@@ -118,7 +118,7 @@ impl Ears {
         }
     }
 
-    /// Understands the nodes of a rig.
+    /// Decodes the nodes of a rig.
     pub fn of_rig(rig: &Rig) -> Self {
         let mut all = Vec::new();
         let mut decoders = Vec::new();
@@ -132,12 +132,12 @@ impl Ears {
         Self { forms: all, hearing: Hearing::Rig(decoders) }
     }
 
-    /// All messages that may be heard.
+    /// All messages that may occur.
     pub fn forms(&self) -> &[MessageForm] {
         &self.forms
     }
 
-    /// Hands over each message that a record completes.
+    /// Passes on each message that a record completes.
     pub fn take(&mut self, record: &Record, each: &mut dyn FnMut(&Heard<'_>)) {
         let forms = &self.forms;
         let device = record.device;

@@ -1,11 +1,11 @@
 //! A run as tidy tables, for notebooks: `hil export RUN --tables DIR`.
 //!
-//! One file a table, Parquet or CSV with the same names, kinds and values; `datapackage.json` beside them says what each column
-//! is. Time is that of the bench since the run began. Names end in units.
+//! One file per table, Parquet or CSV with the same names, types and values; `datapackage.json` beside them describes
+//! the columns. Time is bench time since the start of the run. Names end in units.
 //!
-//! * [`Table`]: which tables there are. [`Rows`]: records as their rows. [`cell`]: what these are made of.
+//! * [`Table`]: the tables. [`Rows`]: records as their rows. [`cell`]: cells and columns.
 //! * [`mod@survey`]: a first pass over the record, for the columns that depend on it.
-//! * [`Ears`]: messages and signals of what crossed the lines.
+//! * [`Ears`]: messages and signals of the lines' traffic.
 //! * [`csv`], [`parquet`]: the files. A record is read twice and never held: memory does not grow with the run.
 
 mod base;
@@ -37,7 +37,7 @@ use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::Path;
 use survey::Survey;
 
-/// The files that tables are written to.
+/// File format of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Apache Parquet, zstd-compressed.
@@ -47,10 +47,10 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 2] = [Self::Parquet, Self::Csv];
 
-    /// Its name, and the end of its files' names.
+    /// Its name, which is also the extension of its files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Parquet => "parquet",
@@ -59,26 +59,26 @@ impl Format {
     }
 }
 
-/// What was written.
+/// Result of an export.
 #[derive(Debug)]
 pub struct Exported {
-    /// The tables and how many rows each has; one without rows has no file.
+    /// The tables with their numbers of rows; one without rows has no file.
     pub tables: Vec<(Table, u64)>,
-    /// What the record holds, and whether it could be read to its end.
+    /// Contents of the record, and whether it could be read to its end.
     pub survey: Survey,
 }
 
-/// Reads a record once, to see what is in it.
+/// Reads a record once to survey its contents.
 ///
 /// # Errors
-/// When it cannot be opened.
+/// When the record cannot be opened.
 pub fn survey(folder: &RunFolder) -> Result<Survey, RunFolderError> {
     let records = folder.records()?;
     let header = records.header().clone();
     Ok(Survey::of(&header, records))
 }
 
-/// Hands over the records again that a survey saw, in their order; `is_cut` where it could not read them to their end.
+/// Reads the surveyed records again, in order; `is_cut` if the survey could not read them to their end.
 pub(crate) fn each_record<E: From<RunFolderError>>(
     folder: &RunFolder,
     is_cut: bool,
@@ -88,7 +88,7 @@ pub(crate) fn each_record<E: From<RunFolderError>>(
         match record {
             Ok(record) => take(&record)?,
             Err(_) if is_cut => break,
-            // Where the survey saw no damage there is one now: the file changed in between.
+            // The survey saw no damage here: the file has changed since.
             Err(source) => {
                 return Err(RunFolderError::Record { path: folder.file(RECORD), source }.into());
             }
@@ -97,8 +97,8 @@ pub(crate) fn each_record<E: From<RunFolderError>>(
     Ok(())
 }
 
-/// Writes the tables of a run, of which there is a survey, into a folder. A record that is cut short gives the rows before
-/// the cut; the survey says so.
+/// Writes the tables of a surveyed run into a folder. A truncated record gives the rows before the cut; the survey
+/// reports the cut.
 ///
 /// # Errors
 /// When the run cannot be opened, or a table cannot be written.

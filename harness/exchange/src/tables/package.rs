@@ -1,5 +1,5 @@
-//! `datapackage.json`: which tables there are, and what their columns mean. A Frictionless Data Package, as data sets
-//! are, with `profile` = [`PROFILE`].
+//! `datapackage.json`: the tables and the meaning of their columns. A Frictionless Data Package like that of data sets,
+//! with `profile` = [`PROFILE`].
 
 use super::Format;
 use super::cell::Column;
@@ -9,13 +9,13 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-/// Name of the file.
+/// File name of the package.
 pub const PACKAGE: &str = "datapackage.json";
 
-/// What tells a package of tables from a data set.
+/// Distinguishes a package of tables from a data set.
 pub const PROFILE: &str = "hil-tables";
 
-/// The package of these tables, which hold so many rows.
+/// The package of these tables with their numbers of rows.
 pub(super) fn package(survey: &Survey, format: Format, tables: &[(Table, u64)]) -> Value {
     let resource = |(table, rows): &(Table, u64)| {
         let columns = table.columns(survey);
@@ -41,12 +41,12 @@ pub(super) fn package(survey: &Survey, format: Format, tables: &[(Table, u64)]) 
     })
 }
 
-/// The file of a table.
+/// File name of a table.
 pub(super) fn file_name(table: Table, format: Format) -> String {
     format!("{}.{}", table.name(), format.name())
 }
 
-/// Is that a package that was written here? A file that is none belongs to somebody else.
+/// Whether the file is a package that was written here, and not a foreign file.
 pub(super) fn is_ours(path: &Path) -> bool {
     let read = fs::read(path).ok().and_then(|json| serde_json::from_slice::<Value>(&json).ok());
     read.is_some_and(|package| package["profile"] == PROFILE)

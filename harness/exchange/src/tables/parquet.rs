@@ -1,7 +1,7 @@
 //! A table as Apache Parquet, zstd-compressed.
 //!
-//! Every column is optional. Units and meanings of the columns are in the key `hil.columns` of the file's metadata, as JSON:
-//! `{"x_m": {"unit": "m", "description": "..."}}`.
+//! Every column is optional. Units and meanings of the columns are in the file's metadata under the key `hil.columns`,
+//! as JSON: `{"x_m": {"unit": "m", "description": "..."}}`.
 
 use super::cell::{Cell, Column, Kind};
 use super::row::Row;
@@ -17,14 +17,14 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::sync::Arc;
 
-/// Rows that are kept before they are written as one row group. A row of states then takes some 10 MB of memory, and
-/// readers that skip groups have something to skip.
+/// Rows buffered for one row group. For states this takes about 10 MB of memory, and readers that skip groups have
+/// something to skip.
 const GROUP_ROWS_MAX: usize = 65_536;
 
-/// Text that is kept before it is written, whatever the number of rows.
+/// Bytes of text buffered for one row group, whatever the number of rows.
 const GROUP_TEXT_BYTES_MAX: usize = 16 * 1024 * 1024;
 
-/// The key of the file's metadata that says what the columns are.
+/// Metadata key for the descriptions of the columns.
 pub const COLUMNS_KEY: &str = "hil.columns";
 
 /// Writes the rows of one table.
@@ -35,7 +35,7 @@ pub struct ParquetTable<W: Write + Send> {
     text_bytes: usize,
 }
 
-/// The values of a column that wait for their row group, and which rows have one.
+/// Buffered values of a column, and which rows have one.
 #[derive(Debug)]
 struct Kept {
     present: Vec<i16>,
@@ -57,10 +57,10 @@ impl<W: Write + Send> std::fmt::Debug for ParquetTable<W> {
 }
 
 impl<W: Write + Send> ParquetTable<W> {
-    /// Writes the begin of the file. `facts` go into its metadata.
+    /// Writes the start of the file. `facts` go into its metadata.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn new(out: W, columns: &[Column], facts: &[(&str, String)]) -> Result<Self> {
         let fields = columns.iter().map(field).collect::<Result<Vec<_>>>()?;
         let schema = Type::group_type_builder("hil").with_fields(fields).build()?;
@@ -79,10 +79,10 @@ impl<W: Write + Send> ParquetTable<W> {
         })
     }
 
-    /// Takes a row.
+    /// Adds a row.
     ///
     /// # Errors
-    /// When a row group cannot be written, or a cell is not of its column's kind.
+    /// When a row group cannot be written, or when a cell is not of its column's type.
     pub fn row(&mut self, row: &Row<'_>) -> Result<()> {
         if row.len() != self.columns.len() {
             return Err(ParquetError::General(format!(
@@ -104,7 +104,7 @@ impl<W: Write + Send> ParquetTable<W> {
     /// Writes the end of the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<()> {
         if self.rows > 0 {
             self.write_group()?;
@@ -137,7 +137,7 @@ impl Kept {
         Self { present: Vec::new(), values }
     }
 
-    /// How many bytes of text were kept.
+    /// Adds a cell; returns its bytes of text.
     fn push(&mut self, cell: &Cell<'_>) -> Result<usize> {
         let mut text_bytes = 0;
         match (&mut self.values, cell) {

@@ -1,4 +1,4 @@
-//! Records as rows of tables.
+//! Turns records into rows of tables.
 
 use super::cell::Cell;
 use super::columns::Table;
@@ -17,19 +17,19 @@ use wire::can::{CanFrame, Id};
 use wire::time::Timestamp;
 use wire::units::{AngularRate, Pose};
 
-/// Where rows go.
+/// Destination of rows.
 pub trait RowSink {
-    /// Why a row cannot be taken.
+    /// Error of the destination.
     type Error;
 
-    /// Takes a row of `table`, a cell a column of it.
+    /// Takes a row of `table`, with a cell per column.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the row cannot be written.
     fn row(&mut self, table: Table, row: &Row<'_>) -> Result<(), Self::Error>;
 }
 
-/// Makes rows of the records of one run, which are given in their order.
+/// Makes rows from the records of one run, taken in order.
 #[derive(Debug)]
 pub struct Rows {
     tags: Vec<String>,
@@ -38,26 +38,26 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// For the records that `survey` saw; `ears` understands what crossed its lines.
+    /// For the records that `survey` saw; `ears` decode their traffic.
     pub fn new(survey: Survey, ears: Ears) -> Self {
         let tags = survey.tags().into_iter().map(str::to_owned).collect();
         Self { tags, survey, ears }
     }
 
-    /// What the records hold.
+    /// The survey of the records.
     pub const fn survey(&self) -> &Survey {
         &self.survey
     }
 
-    /// What the records hold, once there are no more.
+    /// The survey of the records, after the last one.
     pub fn into_survey(self) -> Survey {
         self.survey
     }
 
-    /// The rows of a record.
+    /// Makes the rows of a record.
     ///
     /// # Errors
-    /// Those of `sink`.
+    /// Errors of `sink`.
     pub fn take<S: RowSink>(&mut self, record: &Record, sink: &mut S) -> Result<(), S::Error> {
         let at = record.at;
         match &record.kind {
@@ -97,10 +97,10 @@ impl Rows {
         done
     }
 
-    /// The rows of what the run came to.
+    /// Makes the rows of the run's results.
     ///
     /// # Errors
-    /// Those of `sink`.
+    /// Errors of `sink`.
     pub fn finish<S: RowSink>(&self, summary: &Summary, sink: &mut S) -> Result<(), S::Error> {
         for measurement in &summary.measurements {
             sink.row(Table::Measurements, &of_measurement(self.survey.end, measurement))?;
@@ -211,7 +211,7 @@ pub(crate) fn of_measurement(at: Timestamp, measurement: &Measurement) -> Row<'_
     ]
 }
 
-/// A row a signal that the message carries.
+/// One row per signal that the message carries.
 fn of_signals<'a>(at: Timestamp, heard: &'a Heard<'_>) -> impl Iterator<Item = Row<'a>> {
     heard.form.signals.iter().zip(&heard.values).filter(|(_, value)| value.is_some()).map(
         move |(signal, value)| {

@@ -1,4 +1,4 @@
-//! A first pass over a record: what there is in it, so that columns are known before the first row.
+//! A first pass over a record, so that the columns are known before the first row.
 
 use record::header::Header;
 use record::reader::RecordError;
@@ -6,33 +6,33 @@ use record::{Device, Record, RecordKind};
 use std::collections::{BTreeMap, BTreeSet};
 use wire::time::Timestamp;
 
-/// The most quantities that are told apart; a plan has some dozens.
+/// Most quantities that are distinguished; a plan has a few dozen.
 pub const QUANTITIES_MAX: usize = 1_024;
 
-/// The most tags of one quantity: each is a column.
+/// Most tags of one quantity: each is a column.
 pub const TAGS_MAX: usize = 256;
 
-/// What a record holds.
+/// Contents of a record.
 #[derive(Debug, Default)]
 pub struct Survey {
-    /// What the record says about itself.
+    /// Header of the record.
     pub header: Header,
     /// The tags with which each quantity was observed.
     pub quantities: BTreeMap<String, BTreeSet<String>>,
-    /// Observations and tags beyond [`QUANTITIES_MAX`] and [`TAGS_MAX`]: they are in no column.
+    /// Number of observations and tags beyond [`QUANTITIES_MAX`] and [`TAGS_MAX`], which have no column.
     pub left_out: u64,
-    /// Records that were read.
+    /// Number of records read.
     pub records: u64,
-    /// When the last of them was made.
+    /// Time of the last record.
     pub end: Timestamp,
-    /// Something of a device of the user's own was recorded.
+    /// Whether it holds records of the user's own device.
     pub of_device: bool,
     /// Why the record could not be read to its end.
     pub cut: Option<RecordError>,
 }
 
 impl Survey {
-    /// Reads records as far as they go.
+    /// Reads records until the end or the first error.
     pub fn of(
         header: &Header,
         records: impl IntoIterator<Item = Result<Record, RecordError>>,
@@ -86,7 +86,7 @@ impl Survey {
         all.into_iter().take(TAGS_MAX).collect()
     }
 
-    /// Unit of a quantity: as the record's plan declared it, else as it always is; empty where nobody knows.
+    /// Unit of a quantity: as declared by the record's plan, else the standard one; empty if unknown.
     pub fn unit(&self, quantity: &str) -> &str {
         let declared = self.header.quantities.iter().find(|declared| declared.name == quantity);
         let known = || plan::quantities::find(quantity).map(|known| known.unit);
@@ -98,7 +98,7 @@ impl Survey {
             .unwrap_or("")
     }
 
-    /// What a quantity is; empty where nobody said so.
+    /// Meaning of a quantity; empty if unknown.
     pub fn title(&self, quantity: &str) -> &str {
         let declared = self.header.quantities.iter().find(|declared| declared.name == quantity);
         match plan::quantities::find(quantity) {

@@ -1,4 +1,4 @@
-//! What goes into a table comes out of it.
+//! What is written into a table can be read back.
 
 use super::cell::{Cell, Column, Kind};
 use super::csv::CsvTable;
@@ -199,7 +199,7 @@ fn an_export_replaces_its_own_files_and_no_others() {
         assert_eq!(resource["rows"], *rows);
         assert!(out.join(resource["path"].as_str().unwrap()).is_file());
     }
-    // A data set is no package of tables.
+    // A data set is not a package of tables.
     std::fs::write(out.join(super::PACKAGE), r#"{"profile": "data-package"}"#).unwrap();
     let error =
         export(&run, survey(&run).unwrap(), &out, Format::Parquet, Ears::of_base()).unwrap_err();

@@ -1,4 +1,4 @@
-//! The connection itself: it is made, lines go out and come in, and it ends.
+//! The connection itself: connects, sends and receives lines, and ends.
 
 use super::splitter::LineSplitter;
 use super::{AttachedEvent, RETRY, TRY_MAX, told};
@@ -11,11 +11,11 @@ use tokio::net::{TcpStream, UnixStream};
 use tokio::sync::mpsc::{Receiver, Sender};
 use tokio::time::{sleep, timeout};
 
-/// Read at once.
+/// Bytes per read.
 const READ_BYTES: usize = 4_096;
-/// Handed to a serial line at once: less than the smallest buffer of a driver.
+/// Bytes per write to a serial line: less than the smallest buffer of a driver.
 const PART_BYTES: usize = 256;
-/// How long a serial line that has no room is left alone: about what 115,200 baud take for a part.
+/// Pause for a serial line without room: about the time of one write at 115,200 baud.
 const ROOM_WAIT: Duration = Duration::from_millis(20);
 
 type Missions = Receiver<Vec<u8>>;
@@ -29,13 +29,13 @@ pub(super) async fn unix(path: PathBuf, missions: Missions, events: Events) {
 
 pub(super) async fn tcp(address: String, missions: Missions, events: Events) {
     if let Some(stream) = connected(|| TcpStream::connect(&address), &events).await {
-        // Where that is refused, missions go out a moment later.
+        // If the system refuses this, missions go out a moment later.
         let _ = stream.set_nodelay(true);
         over_stream(stream, missions, &events).await;
     }
 }
 
-/// Tries until somebody is there; `None` when nobody waits for it any more.
+/// Retries until the peer accepts; `None` when the receiver of events is gone.
 async fn connected<S, F: Future<Output = io::Result<S>>>(
     mut open: impl FnMut() -> F,
     events: &Events,
@@ -64,12 +64,12 @@ async fn over_stream(stream: impl AsyncRead + AsyncWrite, mut missions: Missions
         lost = write_all(&mut writer, &mut missions) => lost,
     };
     if let Some(why) = lost {
-        // Where nobody listens any more the run is over.
+        // Without a receiver the run is over.
         let _ = events.send(AttachedEvent::Lost(why)).await;
     }
 }
 
-/// Why nothing comes any more; `None` where nobody listens.
+/// Returns why no more lines come; `None` when the receiver is gone.
 async fn read_all(reader: &mut (impl AsyncRead + Unpin), events: &Events) -> Option<String> {
     let (mut splitter, mut number) = (LineSplitter::default(), 0);
     let mut buffer = [0; READ_BYTES];
@@ -87,7 +87,7 @@ async fn read_all(reader: &mut (impl AsyncRead + Unpin), events: &Events) -> Opt
     }
 }
 
-/// Why nothing goes out any more; `None` once there is nothing left to say.
+/// Returns why no more missions go out; `None` once all are sent.
 async fn write_all(
     writer: &mut (impl AsyncWrite + Unpin),
     missions: &mut Missions,
@@ -111,7 +111,7 @@ pub(super) async fn line(mut port: BytePort, mut missions: Missions, events: Eve
         tokio::select! {
             heard = port.receive() => match heard {
                 Ok(ByteEvent::Bytes(packet)) => {
-                    // Told to nobody at the end, when missions may still have to leave.
+                    // The result is ignored: at the end missions may still have to leave.
                     tell(&mut splitter, &mut number, packet.as_slice(), &events).await;
                 }
                 Ok(ByteEvent::Break) => {}
@@ -137,7 +137,7 @@ pub(super) async fn line(mut port: BytePort, mut missions: Missions, events: Eve
     }
 }
 
-/// Tells what the bytes hold; `false` when nobody listens any more.
+/// Sends the events in the bytes; `false` when the receiver is gone.
 async fn tell(
     splitter: &mut LineSplitter,
     number: &mut u64,

@@ -1,11 +1,11 @@
-//! A device under test that runs already: under a debugger, on another board, started by somebody else.
+//! A device under test that runs already: under a debugger, on another board, or started by the user.
 //!
-//! It takes missions and gives reports as one that the harness starts does, one JSON line each
-//! ([`controller::mission`]), but over a socket that it listens on, or over a serial line. Nothing here
-//! waits for it: missions that it does not take are refused, reports that are not fetched hold it up.
+//! It takes missions and reports like a device started by the harness, one JSON line each ([`controller::mission`]),
+//! but over a socket on which it listens, or over a serial line. Nothing here blocks on it: missions that it does not
+//! take are refused, and unfetched reports hold it up.
 //!
-//! There is one connection a run. A controller that was lost and comes back has lost its heading with
-//! the connection or may have; what is measured after that is not what the plan began.
+//! There is one connection per run. A controller that was lost and returns has, or may have, lost its heading, so what
+//! is measured after that no longer belongs to what the plan began.
 
 mod link;
 mod splitter;
@@ -23,54 +23,53 @@ use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use wire::serial::SerialSettings;
 
-/// What a serial line of missions is set to where its port does not say: what boards with a USB serial port
-/// usually have.
+/// Default settings of a serial line of missions, which boards with a USB serial port usually have.
 pub const LINE_SETTINGS: SerialSettings = SerialSettings::new_8n1(115_200);
-/// Between two tries to connect. Assumption: nobody who starts a program by hand notices.
+/// Time between two attempts to connect. Assumption: too short for a user who starts a program by hand to notice.
 pub const RETRY: Duration = Duration::from_millis(200);
-/// A try to connect is given up after this; a host that is switched off does not refuse.
+/// Time limit of an attempt to connect; a host that is switched off does not refuse.
 pub const TRY_MAX: Duration = Duration::from_secs(2);
-/// Missions that wait to be taken.
+/// Most missions that wait to be taken.
 const MISSIONS_MAX: usize = 64;
-/// Events that wait to be fetched; then the link fills, and then the controller waits.
+/// Most events that wait to be fetched; beyond that the link fills, and then the controller waits.
 const EVENTS_MAX: usize = 1_024;
-/// How long missions that were accepted may take to leave, when all is over.
+/// Time for accepted missions to leave at the end.
 const CLOSE_WAIT: Duration = Duration::from_secs(1);
 
-/// Why there is nothing to wait at.
+/// Why a connection cannot begin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AttachError {
     /// The port cannot be opened.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// The port cannot be made sense of.
+    /// The port specification is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Spec(#[from] SpecError),
 }
 
-/// What came of an attached device.
+/// Events of an attached device.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AttachedEvent {
-    /// It is not there, and why; it is tried again.
+    /// It is not there, with the reason; the connection is retried.
     NotThere(String),
     /// It is connected.
     Connected,
-    /// A report. Its time is by its own clock.
+    /// A report, with the time by its own clock.
     Report(Box<ReportLine>),
-    /// A line that is no report.
+    /// A line that is not a report.
     BadLine {
-        /// Its number, from one.
+        /// Line number, from one.
         number: u64,
-        /// What is wrong with it.
+        /// The mistake.
         cause: String,
     },
-    /// The connection is lost, and why.
+    /// The connection is lost, with the reason.
     Lost(String),
 }
 
-/// A device under test that somebody else has started.
+/// A device under test that was not started by the harness.
 #[derive(Debug)]
 pub struct AttachedDevice {
     missions: mpsc::Sender<Vec<u8>>,
@@ -80,12 +79,11 @@ pub struct AttachedDevice {
 }
 
 impl AttachedDevice {
-    /// Begins to connect to `place`; a line is opened at once. Called within a tokio runtime that has IO and
-    /// time enabled.
+    /// Begins to connect to `place`; opens a line at once. Needs a tokio runtime with IO and time enabled.
     ///
     /// # Errors
     ///
-    /// When the line's port cannot be opened. A socket that nobody listens on is none.
+    /// When the line's port cannot be opened. A socket without a listener is no error.
     pub fn begin(place: &AttachPlace) -> Result<Self, AttachError> {
         let (missions, taken) = mpsc::channel(MISSIONS_MAX);
         let (sender, events) = mpsc::channel(EVENTS_MAX);
@@ -102,18 +100,17 @@ impl AttachedDevice {
         Ok(Self { missions, events, task, far_path })
     }
 
-    /// What the controller opens, where the line is a pty.
+    /// Path that the controller opens, if the line is a pty.
     pub fn far_path(&self) -> Option<&str> {
         self.far_path.as_deref()
     }
 
-    /// Gives it a mission; `false` when it does not take any.
+    /// Sends a mission; `false` if the device does not take it.
     pub fn send(&self, mission: &Mission) -> bool {
         line_of(mission).is_some_and(|line| self.missions.try_send(line).is_ok())
     }
 
-    /// Waits for what comes next. May be called off without losing anything. After
-    /// [`AttachedEvent::Lost`] nothing else comes.
+    /// Waits for the next event. Cancel-safe. After [`AttachedEvent::Lost`] no more events come.
     pub async fn next_event(&mut self) -> AttachedEvent {
         match self.events.recv().await {
             Some(event) => event,
@@ -121,7 +118,7 @@ impl AttachedDevice {
         }
     }
 
-    /// Lets missions that were accepted leave, and closes the connection. The controller goes on.
+    /// Lets accepted missions leave and closes the connection. The controller goes on.
     pub async fn end(mut self) {
         // The task ends once the last mission is written.
         self.missions = mpsc::channel(1).0;
@@ -136,7 +133,7 @@ impl Drop for AttachedDevice {
     }
 }
 
-/// What a line from the controller tells; `None` for a blank one.
+/// The event of a line from the controller; `None` for a blank line.
 fn told(number: u64, cut: &Cut) -> Option<AttachedEvent> {
     let report = match cut {
         Cut::Overlong => report_of(None),

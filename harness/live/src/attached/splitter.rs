@@ -1,17 +1,17 @@
-//! Bytes of a line or socket, cut into lines.
+//! Splits the bytes of a line or socket into lines.
 
 use crate::process::LINE_BYTES_MAX;
 
-/// A line, or one that was too long to be kept.
+/// A line, or a marker for one that was too long.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Cut {
-    /// Without its end.
+    /// Without its line ending.
     Line(Vec<u8>),
-    /// Longer than [`LINE_BYTES_MAX`]; passed over to its end.
+    /// Longer than [`LINE_BYTES_MAX`]; skipped to its end.
     Overlong,
 }
 
-/// Cuts bytes into lines; keeps no more than one that is not yet whole.
+/// Splits bytes into lines; buffers at most one incomplete line.
 #[derive(Debug, Default)]
 pub(super) struct LineSplitter {
     line: Vec<u8>,
@@ -19,7 +19,7 @@ pub(super) struct LineSplitter {
 }
 
 impl LineSplitter {
-    /// Takes bytes as they come, and gives the lines that end in them.
+    /// Takes bytes as they come, and returns the lines that end in them.
     pub(super) fn feed(&mut self, bytes: &[u8]) -> Vec<Cut> {
         let mut cuts = Vec::new();
         let mut parts = bytes.split(|byte| *byte == b'\n').peekable();

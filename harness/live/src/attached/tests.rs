@@ -1,4 +1,4 @@
-//! Sockets and a pty stand for controllers that run already.
+//! Sockets and a pty stand in for running controllers.
 
 use super::{AttachedDevice, AttachedEvent, LINE_SETTINGS};
 use controller::mission::{Command, Mission};
@@ -9,7 +9,7 @@ use tokio::io::{AsyncBufReadExt as _, AsyncReadExt as _, AsyncWriteExt as _, Buf
 use tokio::net::{TcpListener, UnixListener};
 
 const LIMIT: Duration = Duration::from_secs(20);
-/// More than a pty has room for, and no more than may wait.
+/// More than fit into a pty, but no more than may wait.
 const MISSIONS: u32 = 60;
 const REPORT: &[u8] = br#"{"at_ns":5,"report":{"refused":{"id":1,"reason":"busy"}}}"#;
 
@@ -59,7 +59,7 @@ fn what_was_accepted_leaves_before_the_end() {
         let mut device = AttachedDevice::begin(&place(&format!("tcp:{address}"))).unwrap();
         let (mut there, _) = listener.accept().await.unwrap();
         assert_eq!(device.next_event().await, AttachedEvent::Connected);
-        // It talks on, and nobody fetches that any more.
+        // It keeps sending, and its reports are no longer fetched.
         there.write_all(&[REPORT, b"\n"].concat()).await.unwrap();
         assert!((0..10).all(|id| device.send(&stop(id))));
         device.end().await;

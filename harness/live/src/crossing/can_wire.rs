@@ -10,8 +10,8 @@ use std::io;
 use std::sync::Arc;
 use wire::can::CanFrame;
 
-/// Two sockets on one interface. Neither hears what it sent itself, so that a frame that is read at one comes
-/// from the other, or from another program.
+/// Two sockets on one interface. Neither receives its own frames, so a frame read at one comes from the other or from
+/// another program.
 #[derive(Debug)]
 pub(super) struct CanWire {
     line: Arc<str>,
@@ -22,17 +22,17 @@ pub(super) struct CanWire {
 
 impl CanWire {
     /// # Errors
-    /// When the kernel has no CAN, or there is no such interface, or it is down.
+    /// When the kernel has no CAN, or the interface is missing or down.
     pub(super) fn open(line: Arc<str>, interface: &str) -> Result<Self, PortError> {
         let interface = Interface::new(interface);
         let (host, device) = (connect(&interface)?, connect(&interface)?);
         Ok(Self { line, interface, host, device })
     }
 
-    /// Carries a frame; what was read at the other socket takes its place.
+    /// Carries a frame, and replaces it with the one read at the other socket.
     ///
     /// # Errors
-    /// When it does not come out, or another does.
+    /// When it does not come out, or when another frame does.
     pub(super) fn carry(
         &self,
         toward: Toward,

@@ -1,4 +1,4 @@
-//! The lines of a rig as ptys and CAN buses of the kernel, with both ends here.
+//! The lines of a rig as ptys and CAN buses of the kernel, with both ends in this process.
 
 use super::can_wire::CanWire;
 use super::pty_wire::PtyWire;
@@ -10,19 +10,19 @@ use std::sync::Arc;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// The interface that the frames of the first CAN bus cross.
+/// Interface for the frames of the first CAN bus.
 pub const VCAN_INTERFACE: &str = "vcan0";
-/// What the names of all begin with.
+/// Common prefix of the interface names.
 const VCAN_INTERFACES: &str = "vcan";
 
-/// Why the lines cannot cross the kernel.
+/// Why the lines cannot go through the kernel.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum KernelError {
-    /// There is no pty.
+    /// No pty is available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Pty(#[from] PtyError),
-    /// There is no CAN interface.
+    /// No CAN interface is available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
@@ -35,12 +35,12 @@ pub enum KernelError {
         /// The line.
         line: Arc<str>,
     },
-    /// What carries frames does not work.
+    /// The carrier of frames does not work.
     #[error(transparent)]
     Crossing(#[from] CrossingFailure),
 }
 
-/// What carries one line.
+/// Carrier of one line.
 #[derive(Debug)]
 enum Wire {
     Pty(PtyWire),
@@ -59,13 +59,13 @@ impl Wire {
             (Self::Pty(wire), Transmit::Bytes(packet)) => wire.carry(toward, packet),
             (Self::Can(wire), Transmit::Frame(frame)) => wire.carry(toward, frame),
             (Self::Slcan(wire), Transmit::Frame(frame)) => wire.carry(now, toward, frame),
-            // A line takes nothing of the other medium.
+            // A line ignores the other medium.
             _ => Ok(()),
         }
     }
 }
 
-/// Every line of a rig, by its place there. Those that failed are `None`.
+/// All lines of a rig, by index. A failed line is `None`.
 #[derive(Debug)]
 pub struct Kernel {
     wires: Vec<(CrossedLine, Option<Wire>)>,
@@ -74,10 +74,10 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// Opens what these lines cross. The first CAN bus crosses `vcan0`, the second `vcan1`.
+    /// Opens the carriers of these lines. The first CAN bus uses `vcan0`, the second `vcan1`.
     ///
     /// # Errors
-    /// When the system does not have it.
+    /// When the system does not have one of them.
     pub fn open(bus: KernelBus, lines: &[CrossedLine]) -> Result<Self, KernelError> {
         let mut kernel = Self { wires: Vec::new(), name: "pty", failure: None };
         let mut buses = 0;
@@ -101,7 +101,7 @@ impl Kernel {
         Ok(kernel)
     }
 
-    /// With another pty for a serial line.
+    /// Replaces the pty of a serial line.
     #[cfg(test)]
     pub(super) fn with_wire(mut self, line: &str, wire: PtyWire) -> Self {
         let found = self.wires.iter_mut().find(|(known, _)| &*known.name == line);
@@ -114,7 +114,7 @@ impl Crossing for Kernel {
     fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool {
         let Some((line, slot)) = self.wires.get_mut(line) else { return false };
         let Some(wire) = slot else { return false };
-        // A stranger that a fault put on a bus is heard as the devices are.
+        // Frames that a fault put on a bus are carried like those of the devices.
         let is_device = from == line.device_end || from == usize::from(u8::MAX);
         let toward = if is_device { Toward::Host } else { Toward::Device };
         let Err(failure) = wire.carry(now, toward, what) else { return true };

@@ -1,4 +1,4 @@
-//! A serial line as a pty with both ends here.
+//! A serial line as a pty with both ends in this process.
 
 use super::shown::shown_bytes;
 use super::wait::{LIMIT, READS_MAX, readable};
@@ -10,10 +10,10 @@ use std::sync::Arc;
 use std::time::Duration;
 use wire::packet::{BYTES_MAX, Packet};
 
-/// Bytes read at once: more than any packet, so that what is too much is seen.
+/// Bytes per read: more than any packet, to detect surplus bytes.
 const HEARD_BYTES_MAX: usize = 2 * BYTES_MAX;
 
-/// A pty; the device is on its master, who opens the port on its slave.
+/// A pty: the device is on its master, its host on its slave.
 #[derive(Debug)]
 pub(super) struct PtyWire {
     line: Arc<str>,
@@ -28,13 +28,13 @@ impl PtyWire {
         Ok(Self { line, ends: Ends::open()?, limit: LIMIT })
     }
 
-    /// What waits no longer than `limit`, on these ends.
+    /// A wire on these ends with the time limit `limit`.
     #[cfg(test)]
     pub(super) fn of(line: Arc<str>, ends: Ends, limit: Duration) -> Self {
         Self { line, ends, limit }
     }
 
-    /// Carries a packet; what was read at the other end takes its place.
+    /// Carries a packet, and replaces it with what was read at the other end.
     ///
     /// # Errors
     /// When it does not come out, or comes out changed.
@@ -49,14 +49,14 @@ impl PtyWire {
         Ok(())
     }
 
-    /// The failure of what the bytes on this line mean, such as a frame.
+    /// A failure of what the bytes on this line carry, such as a frame.
     pub(super) fn failure(&self, goods: &str, toward: Toward, how: How) -> CrossingFailure {
         CrossingFailure::new(goods, &self.line, toward, &self.ends.path, how)
     }
 
     fn pass(&self, near: &OwnedFd, far: &OwnedFd, sent: &[u8]) -> Result<Packet, How> {
         let length = sent.len();
-        // Nothing else is under way, so that a pty has room for a packet.
+        // Nothing else is under way, so the pty has room for a packet.
         let taken = rustix::io::retry_on_intr(|| rustix::io::write(near, sent))
             .map_err(|cause| How::Write(cause.into()))?;
         if taken < length {

@@ -1,9 +1,9 @@
-//! What crossed, as messages show it.
+//! Formats traffic for messages.
 
 use record::text::ShownFrame;
 use wire::can::CanFrame;
 
-/// Bytes as a message shows them.
+/// Bytes as shown in messages.
 pub(super) fn shown_bytes(bytes: &[u8]) -> String {
     if bytes.is_empty() {
         return "nothing".to_owned();
@@ -11,7 +11,7 @@ pub(super) fn shown_bytes(bytes: &[u8]) -> String {
     format!("\"{}\"", bytes.escape_ascii())
 }
 
-/// A frame as a record shows it.
+/// A frame as shown in records.
 pub(super) fn shown_frame(frame: &CanFrame) -> String {
     ShownFrame(*frame).to_string()
 }

@@ -9,10 +9,10 @@ use wire::can::CanFrame;
 use wire::slcan::{Adapter, Answer, AnswerDecoder, BitRate, Command};
 use wire::time::Timestamp;
 
-// The line in between costs no bench time; the bus behind it does, and runs at this rate.
+// The line costs no bench time; the bus behind it does, and runs at this rate.
 const _: () = assert!(BitRate::Kbit500.bits_per_second() == wire::can::BIT_RATE);
 
-/// The device is on the adapter's bus, all others are its host.
+/// The device is on the adapter's bus; all other nodes are its host.
 #[derive(Debug)]
 pub(super) struct SlcanWire {
     pty: PtyWire,
@@ -21,10 +21,10 @@ pub(super) struct SlcanWire {
 }
 
 impl SlcanWire {
-    /// A new pty, and an adapter on it whose bus is open.
+    /// Opens a pty and an adapter with an open bus on it.
     ///
     /// # Errors
-    /// When the system has no pty to give, or the adapter's answers do not come.
+    /// When no pty is available, or when the adapter does not answer.
     pub(super) fn open(line: Arc<str>) -> Result<Self, KernelError> {
         let mut wire = Self {
             pty: PtyWire::open(line)?,
@@ -38,7 +38,7 @@ impl SlcanWire {
         Ok(wire)
     }
 
-    /// Carries a frame as a line; what the other end understood takes its place.
+    /// Carries a frame as a line, and replaces it with what the other end understood.
     ///
     /// # Errors
     /// When the line does not come out, or means something else.
@@ -81,7 +81,7 @@ impl SlcanWire {
         }
     }
 
-    /// The host tells the adapter; a frame that this puts on the bus is handed back.
+    /// Sends a command of the host to the adapter; returns the frame that this puts on the bus.
     fn command(&mut self, command: &Command) -> Result<Option<CanFrame>, CrossingFailure> {
         let mut line = command.encode();
         self.pty.carry(Toward::Device, &mut line)?;
@@ -93,7 +93,7 @@ impl SlcanWire {
         Ok(sent)
     }
 
-    /// The adapter's answer to a command, which is to be one of these.
+    /// Reads the adapter's answer to a command, which must be an expected one.
     fn answered(
         &mut self,
         command: &Command,
@@ -110,7 +110,7 @@ impl SlcanWire {
         Err(self.pty.failure("the answer", Toward::Host, how))
     }
 
-    /// Carries what the adapter has to say, and hands on what the host understands of it.
+    /// Carries the adapter's output, and passes on what the host understands of it.
     fn answers(&mut self, mut deliver: impl FnMut(Answer)) -> Result<(), CrossingFailure> {
         while let Some(mut line) = self.adapter.transmit() {
             self.pty.carry(Toward::Host, &mut line)?;

@@ -1,4 +1,4 @@
-//! Lines across the kernel: what comes out, and what is said when it does not.
+//! Lines through the kernel: their output, and their failures.
 
 use super::pty_wire::PtyWire;
 use super::{Kernel, KernelError};
@@ -12,7 +12,7 @@ use wire::device::Transmit;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
-/// What never comes is not waited for longer than this in a test.
+/// Time limit in tests for something that never comes.
 const SOON: Duration = Duration::from_millis(50);
 const NOW: Timestamp = Timestamp::ZERO;
 
@@ -30,13 +30,13 @@ fn robot(is_can: bool) -> [CrossedLine; 2] {
     [line("gyro", false), line("base", is_can)]
 }
 
-/// A gyro on a table; which end is the device's is as in a run.
+/// A gyro on a table, with the device ends as in a run.
 fn on_table() -> [CrossedLine; 2] {
     [line("gyro", false), CrossedLine { device_end: 1, ..line("table", false) }]
 }
 
-/// A line whose two ends are not joined, and the ends that they are joined to: with those closed it would
-/// hang up.
+/// A line whose two ends are not connected, and the ends that they are connected to; if those were closed, the line
+/// would hang up.
 fn stuck(line: &str) -> (PtyWire, [OwnedFd; 2]) {
     let (one, other) = (Ends::open().unwrap(), Ends::open().unwrap());
     let ends = Ends { master: one.master, slave: other.slave, path: one.path };
@@ -114,7 +114,7 @@ fn what_is_lost_or_changed_is_named_and_the_line_is_dead() {
 fn a_port_that_hangs_up_is_named() {
     let Ends { master, path, .. } = Ends::open().unwrap();
     let other = Ends::open().unwrap();
-    // The slave of this master is closed; the other stands in its place.
+    // The slave of this master is closed; another takes its place.
     let wire = PtyWire::of("table".into(), Ends { master, slave: other.slave, path }, SOON);
     let failure = wire.carry(Toward::Device, &mut packet(b"x")).unwrap_err();
     assert!(matches!(failure.how(), How::Read(_)), "{failure}");

@@ -1,4 +1,4 @@
-//! Waiting for what the kernel has not handed over yet.
+//! Waits for what the kernel has not delivered yet.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
@@ -6,14 +6,14 @@ use std::io;
 use std::os::fd::AsFd;
 use std::time::Duration;
 
-/// What was written comes out within this much wall-clock time. Assumption: it takes microseconds, and a
-/// machine that is busy with others some milliseconds; what takes longer is stuck.
+/// What was written comes out within this wall-clock time. Assumption: it takes microseconds, and a few milliseconds on
+/// a busy machine; beyond this it is stuck.
 pub(super) const LIMIT: Duration = Duration::from_secs(10);
 
-/// Reads for one packet or frame at most: each byte may come alone, and a signal may end a wait early.
+/// Most reads for one packet or frame: each byte may come alone, and a signal may end a wait early.
 pub(super) const READS_MAX: usize = 1_000;
 
-/// Waits until there is something to read, or an error to be read; `false` when there is not within `limit`.
+/// Waits until there is something to read, or an error; `false` if there is neither within `limit`.
 ///
 /// # Errors
 /// What the system reports.
@@ -21,7 +21,7 @@ pub(super) fn readable(port: &impl AsFd, limit: Duration) -> io::Result<bool> {
     let limit = Timespec::try_from(limit).map_err(io::Error::other)?;
     match poll(&mut [PollFd::new(port, PollFlags::IN)], Some(&limit)) {
         Ok(count) => Ok(count > 0),
-        // A signal: the caller looks again.
+        // A signal arrived: the caller tries again.
         Err(Errno::INTR) => Ok(true),
         Err(cause) => Err(cause.into()),
     }

@@ -1,4 +1,4 @@
-//! The rig that is emulated, and its ports.
+//! Builds the emulated rig and its ports.
 
 use super::run::Setup;
 use crate::at_ports::{self, port};
@@ -21,29 +21,26 @@ use wire::can::BitRates;
 use wire::device::PortId;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 
-/// The paper's devices, any of them.
+/// Any of the paper's devices.
 #[derive(Debug, Clone, Default)]
 pub struct Parts {
-    /// The gyro.
     pub gyro: Option<(GyroStream, GyroParameters)>,
-    /// The base.
     pub base: Option<(Transport, BaseParameters)>,
-    /// The table.
     pub table: Option<TableParameters>,
-    /// What carries the gyro; a rate turns it where this, or what it names, is absent.
+    /// Carrier of the gyro; if this, or the carrier that it names, is absent, a rate turns the gyro.
     pub mount: Option<Mount>,
 }
 
-/// What is emulated.
+/// Devices to emulate.
 #[derive(Debug, Clone)]
 pub enum What {
     /// The paper's devices. Their lines are `gyro`, `base` and `table`.
     Parts(Box<Parts>),
-    /// The devices of a rig that files describe; everybody else is at the ports.
+    /// The described devices of a rig; all other nodes are at the ports.
     Rig(Box<Declared>),
 }
 
-/// What `setup` says: the rig, its ports, and what there is for faults to strike.
+/// Builds the rig of `setup`, its ports, and the lines that faults can strike.
 pub(super) fn build(setup: &Setup) -> (Rig, PortPlans, Lines) {
     match &setup.what {
         What::Parts(parts) => paper(parts, setup),
@@ -93,7 +90,7 @@ fn paper(parts: &Parts, setup: &Setup) -> (Rig, PortPlans, Lines) {
     (rig, plans, lines)
 }
 
-/// The gyro and what carries it, then what carries nothing.
+/// The gyro with its carrier, then carriers without a gyro.
 fn robots(parts: &Parts, seed: u64) -> Vec<Robot> {
     let ideal =
         GyroStream { format: GyroFormat::Navigator, mode: OutputMode::default(), reversed: false };

@@ -1,4 +1,4 @@
-//! Requests from outside: lines on the standard input, and on a socket for those who want another way.
+//! Requests from outside: lines on the standard input and on an optional socket.
 
 use super::request::LINE_BYTES_MAX;
 use ports::unix_socket;
@@ -12,26 +12,25 @@ use tokio::io::{
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::{mpsc, oneshot};
 
-/// Requests that wait to be carried out; then who asks waits.
+/// Most requests that wait to be carried out; beyond that the client waits.
 pub const REQUESTS_MAX: usize = 64;
-/// Read from the standard input at once.
+/// Bytes per read of the standard input.
 const READ_BYTES: usize = 4_096;
-/// Clients of the socket at a time; further ones wait for one to leave.
+/// Most clients of the socket at a time; further ones wait for one to leave.
 pub const CLIENTS_MAX: usize = 16;
 
 /// Why there is no control channel.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ControlError {
-    /// No socket.
+    /// The socket is not available.
     #[error("failed to listen on the socket {}", path.display())]
     #[diagnostic(help(
         "does its folder exist, and is nobody else listening there (`ss -xl`)? If what is there is \
          left over: `rm {}`", path.display()
     ))]
     Listen {
-        /// Where.
+        /// Path of the socket.
         path: PathBuf,
-        /// Why.
         source: io::Error,
     },
     /// The standard input cannot be watched.
@@ -39,16 +38,16 @@ pub enum ControlError {
     Stdin(#[source] io::Error),
 }
 
-/// A line from somebody, and where its answer goes.
+/// A request line, and the destination of its answer.
 #[derive(Debug)]
 pub struct Asked {
-    /// The line; cut after [`LINE_BYTES_MAX`] and one byte.
+    /// The line, cut one byte after [`LINE_BYTES_MAX`].
     pub line: Vec<u8>,
-    /// Who asked; the standard output answers the standard input.
+    /// The client; `None` for the standard input, which the standard output answers.
     pub client: Option<oneshot::Sender<String>>,
 }
 
-/// What gathers requests; the socket is removed when it is dropped.
+/// Collects requests. Dropping it removes the socket.
 #[derive(Debug)]
 pub struct Control {
     requests: mpsc::Receiver<Asked>,
@@ -56,8 +55,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// Listens to the standard input and, where `socket` is given, there. Called within a tokio runtime
-    /// that has IO enabled.
+    /// Listens on the standard input and on `socket`, if given. Needs a tokio runtime with IO enabled.
     ///
     /// # Errors
     /// When the socket cannot be made, or the standard input cannot be watched.
@@ -78,13 +76,13 @@ impl Control {
                     return;
                 }
             }
-            // The end of the input ends nothing: who has none is still served by the ports.
+            // The end of the input ends nothing: a program without one still has its ports.
             sender.closed().await;
         });
         Ok(control)
     }
 
-    /// Waits for the next request. May be called off without losing any.
+    /// Waits for the next request. Cancel-safe.
     pub async fn next(&mut self) -> Asked {
         match self.requests.recv().await {
             Some(asked) => asked,
@@ -102,7 +100,7 @@ impl Drop for Control {
 async fn accept(listener: UnixListener, requests: mpsc::Sender<Asked>) {
     let room = std::sync::Arc::new(tokio::sync::Semaphore::new(CLIENTS_MAX));
     while let Ok(place) = std::sync::Arc::clone(&room).acquire_owned().await {
-        // A client that is gone before it was let in, or a process out of descriptors, is no end.
+        // A client that left before it was accepted, or a lack of descriptors, does not end the loop.
         let Ok((client, _)) = listener.accept().await else { continue };
         let requests = requests.clone();
         tokio::spawn(async move {
@@ -128,7 +126,7 @@ async fn serve(client: UnixStream, requests: &mpsc::Sender<Asked>) {
     }
 }
 
-/// The next line that is not blank; of one that is too long its beginning, one byte too long.
+/// Returns the next line that is not blank; an overlong line is cut one byte after the limit.
 async fn next_line(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<Vec<u8>> {
     loop {
         let mut line = Vec::new();
@@ -146,7 +144,7 @@ async fn next_line(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<Vec<u8>> 
     }
 }
 
-/// Reads to the end of the line, and keeps nothing.
+/// Skips to the end of the line.
 async fn pass_over(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<()> {
     loop {
         let bytes = reader.fill_buf().await.ok()?;
@@ -161,15 +159,14 @@ async fn pass_over(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<()> {
     }
 }
 
-/// The standard input as something that can be waited for: a thread blocks in its place, and ends with
-/// the process.
+/// The standard input as a socket that can be awaited: a thread blocks on it, and ends with the process.
 fn stdin() -> io::Result<UnixStream> {
     let (mut here, there) = StdUnixStream::pair()?;
     thread::Builder::new().name("requests".to_owned()).spawn(move || {
-        // Not `io::copy`: it would splice, and whoever writes into the pipe would wait while this end does.
+        // Not `io::copy`: it would splice, and the writer of the pipe would wait while this end waits.
         let mut buffer = [0; READ_BYTES];
         let mut stdin = io::stdin().lock();
-        // Whatever ends it, who asks sees the end of the input.
+        // Whatever ends the input, the reader sees its end.
         while let Ok(count @ 1..) = stdin.read(&mut buffer) {
             if here.write_all(buffer.get(..count).unwrap_or_default()).is_err() {
                 return;

@@ -1,7 +1,7 @@
 //! Emulated devices on their lines, without IO and without a clock.
 //!
-//! Whatever is late, everything happens at its own instant: [`Emulated::wake`] goes from event to event, and at equal times
-//! the gyro measures first, then what has crossed a line arrives, then the devices go on.
+//! Even if calls are late, everything happens at its own instant: [`Emulated::wake`] goes from event to event, and at
+//! equal times the gyro measures first, then data arrives from the lines, then the devices act.
 
 use super::build::build;
 use super::request::{Fault, Get, Request, RequestError};
@@ -21,17 +21,17 @@ use wire::device::Transmit;
 use wire::time::Timestamp;
 use wire::units::AngularRate;
 
-/// What waits to be handed to the ports; more is dropped and counted.
+/// Most items that wait for the ports; more are dropped and counted.
 pub const OUTGOING_MAX: usize = 1_024;
 
-/// A rig whose devices serve whoever is at its ports.
+/// A rig whose devices serve the programs at its ports.
 #[derive(Debug)]
 pub struct Emulated {
     pub(super) rig: Rig,
     pub(super) lines: Lines,
-    /// Those that go on, by number.
+    /// Active faults, by number.
     faults: BTreeMap<usize, (Target, FaultKind, Timestamp)>,
-    /// So many began.
+    /// Number of faults begun.
     begun: usize,
     /// How often faults that are over have acted.
     pub(super) acted: u64,
@@ -59,16 +59,16 @@ impl Emulated {
         (emulated, ports)
     }
 
-    /// Something arrived at the port at that end of a line.
+    /// Takes what arrived at the port at that end of a line.
     pub fn receive(&mut self, now: Timestamp, at: (usize, EndId), what: Transmit) {
         self.wake(now);
         self.rig.lines[at.0].send(now, at.1, what);
     }
 
-    /// Goes on to `now`.
+    /// Advances to `now`.
     pub fn wake(&mut self, now: Timestamp) {
         while self.next_wakeup() <= now {
-            // What was due before is late, and happens now: time does not go backward.
+            // An overdue event happens now: time does not go backward.
             self.now = self.next_wakeup().max(self.now);
             self.step(self.now);
         }
@@ -82,13 +82,13 @@ impl Emulated {
         rig.min(faults.unwrap_or(Timestamp::MAX))
     }
 
-    /// The next thing to hand to the ports of a line, and the end that it came from; call until there is none after each
-    /// of the above.
+    /// Returns the next item for the ports of a line, with the end that sent it; call after each of the above until it
+    /// returns `None`.
     pub fn transmit(&mut self) -> Option<(usize, EndId, Transmit)> {
         self.outgoing.pop_front()
     }
 
-    /// What found no room.
+    /// Number of items dropped for lack of room.
     pub(super) fn dropped(&self) -> u64 {
         self.overflowed + self.rig.dropped()
     }
@@ -112,21 +112,21 @@ impl Emulated {
                     self.overflowed += 1;
                 }
             }
-            // Only the record of a run takes note of error states.
+            // Only the record of a run uses error states.
             while self.rig.lines[line].state_change().is_some() {}
         }
         self.rig.wake_emulated(at, |_| {}, || {});
         self.say(at);
     }
 
-    /// What the devices have to say goes onto their lines.
+    /// Sends the outputs of the devices on their lines.
     fn say(&mut self, now: Timestamp) {
         for place in 0..self.rig.nodes.len() {
             self.rig.empty(now, place);
         }
     }
 
-    /// Carries out a request and says what is to be answered.
+    /// Carries out a request and returns its answer.
     ///
     /// # Errors
     ///
@@ -189,7 +189,7 @@ impl Emulated {
         Ok(told)
     }
 
-    /// Names of the devices that are emulated here.
+    /// Names of the devices emulated here.
     pub(super) fn names(&self) -> Vec<&str> {
         let mut names = Vec::new();
         for node in &self.rig.nodes {
@@ -207,7 +207,7 @@ impl Emulated {
         names
     }
 
-    /// The gyro and what carries it, or what carries nothing, with this device.
+    /// The gyro with its carrier, or the lone carrier, that includes this device.
     pub(super) fn robot(&self, name: &str) -> Option<&Robot> {
         let target = Target::named(name)?;
         self.rig.robots().find(|robot| robot.has(target))
@@ -221,7 +221,7 @@ impl Emulated {
         }
     }
 
-    /// A described device, to be looked at.
+    /// A described device, for inspection.
     pub(super) fn shown(&self, name: &str) -> Option<&described::Device> {
         match &self.rig.nodes[self.rig.find(name)?].part {
             Part::Described(described) => Some(&described.device),
@@ -229,7 +229,7 @@ impl Emulated {
         }
     }
 
-    /// The device that a request means.
+    /// The device that a request refers to.
     fn choose(&self, device: Option<&str>) -> Result<String, RequestError> {
         let names = self.names();
         let there = names.join(", ");

@@ -1,4 +1,4 @@
-//! Lines for whoever reads them: a thread waits for readers, and the devices do not.
+//! Output of lines: a thread waits for readers, so that the devices need not.
 
 use std::io::{self, Write};
 use std::thread;
@@ -7,12 +7,12 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::timeout;
 
-/// Lines that wait to be read, beyond what a pipe holds; further ones are dropped.
+/// Most lines that wait to be read, beyond the capacity of a pipe; further ones are dropped.
 pub const LINES_MAX: usize = 1_024;
-/// How long the last lines may take to leave.
+/// Time limit for the last lines.
 const FLUSH_MAX: Duration = Duration::from_millis(500);
 
-/// Where lines go.
+/// Destination of lines.
 #[derive(Debug)]
 pub(super) struct Outlet {
     lines: mpsc::Sender<String>,
@@ -21,35 +21,35 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    /// Starts the thread that writes.
+    /// Starts the writing thread.
     pub(super) fn spawn(out: impl Write + Send + 'static) -> io::Result<Self> {
         let (lines, waiting) = mpsc::channel(LINES_MAX);
         let (sender, ended) = oneshot::channel();
         thread::Builder::new().name("answers".to_owned()).spawn(move || {
-            // Nobody waits for it where the devices ended for another reason.
+            // There is no receiver if the devices ended for another reason.
             let _ = sender.send(write_lines(out, waiting));
         })?;
         Ok(Self { lines, ended, dropped: 0 })
     }
 
-    /// Queues a line; `false` for the first for which there is no room.
+    /// Queues a line; returns `false` for the first one that finds no room.
     pub(super) fn say(&mut self, line: String) -> bool {
         match self.lines.try_send(line) {
             Err(TrySendError::Full(_)) => {
                 self.dropped += 1;
                 self.dropped > 1
             }
-            // `broken` says why nobody reads any more.
+            // `broken` says why there is no reader any more.
             Ok(()) | Err(TrySendError::Closed(_)) => true,
         }
     }
 
-    /// Lines that nobody made room for.
+    /// Number of lines dropped for lack of room.
     pub(super) const fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Waits until nothing can be written any more. May be called off.
+    /// Waits until writing fails. Cancel-safe.
     pub(super) async fn broken(&mut self) -> io::Error {
         match (&mut self.ended).await {
             Ok(Err(error)) => error,
@@ -57,7 +57,7 @@ impl Outlet {
         }
     }
 
-    /// Waits until all is written, or nobody reads it.
+    /// Waits until all lines are written or the time limit has passed.
     pub(super) async fn finish(self) -> io::Result<()> {
         drop(self.lines);
         match timeout(FLUSH_MAX, self.ended).await {

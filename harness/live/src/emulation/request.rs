@@ -1,5 +1,4 @@
-//! What can be asked of emulated devices while they run, a JSON line each. `docs/emulators.md` has
-//! every key.
+//! Requests to emulated devices, a JSON line each. `docs/emulators.md` has every key.
 
 use plan::faults::{FaultKind, Toward};
 use serde::Deserialize;
@@ -9,74 +8,74 @@ use std::collections::BTreeMap;
 use std::fmt;
 use wire::time::Span;
 
-/// The longest line that is read as a request: dozens of parameters.
+/// Longest request line: room for dozens of parameters.
 pub const LINE_BYTES_MAX: usize = 16 * 1_024;
-/// Fastest that a gyro alone can be turned, deg/s. Assumption: beyond what any of the gyros measures.
+/// Largest turn rate of a lone gyro, deg/s. Assumption: beyond the range of all gyros.
 pub const RATE_MAX_DEG_PER_S: f64 = 1_000.0;
 
 /// A request.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Request {
-    /// Set parameters of a device by name: all of them, or none.
+    /// Set parameters of a device by name: all or none of them.
     Set {
-        /// Which device; needed where there are several.
+        /// The device; required if there are several.
         device: Option<String>,
-        /// Values by the parameters' names.
+        /// Values by parameter name.
         values: BTreeMap<String, f64>,
     },
-    /// Tell something, of this device where it is about one.
+    /// Query something, of this device if it concerns one.
     Get(Option<String>, Get),
-    /// Turn a gyro that nothing carries, counter-clockwise positive, in deg/s.
+    /// Turn a gyro without a carrier, counter-clockwise positive, in deg/s.
     Turn(f64),
     /// Switch a device off or on.
     Power {
-        /// Which device; needed where there are several.
+        /// The device; required if there are several.
         device: Option<String>,
-        /// On.
+        /// On or off.
         on: bool,
     },
-    /// Let something go wrong.
+    /// Begin a fault.
     Fault {
-        /// Which device or line; needed where there are several devices.
+        /// The device or line; required if there are several devices.
         device: Option<String>,
-        /// What.
+        /// The fault.
         fault: Fault,
     },
-    /// Nothing goes wrong any more.
+    /// End all faults.
     NoFault,
-    /// Tell devices, parameters and faults.
+    /// List devices, parameters and faults.
     List,
 }
 
-/// What can be told.
+/// Subject of a query.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Get {
-    /// What is true of all devices now.
+    /// Truth of all devices now.
     Truth,
-    /// What has been counted.
+    /// All counters.
     Counters,
-    /// States, signals and parameters of a device that a file describes; all parameters where none is named.
+    /// States, signals and parameters of a described device; all parameters if the list is empty.
     Values(Vec<String>),
 }
 
-/// What goes wrong, as in a plan.
+/// A fault, as in a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fault {
-    /// What.
+    /// The kind.
     pub kind: FaultKind,
-    /// Which way, on a line.
+    /// Direction on a line.
     pub toward: Toward,
-    /// For how long; until told otherwise where it is absent.
+    /// Duration; until ended by a request if absent.
     pub duration: Option<Span>,
 }
 
 /// Why a request was not carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RequestError {
-    /// No JSON object, an unknown key, a value of the wrong kind.
+    /// Not a JSON object, or an unknown key, or a value of the wrong type.
     #[error("failed to read the request: {0}")]
     Malformed(String),
-    /// None or several of the keys that say what to do.
+    /// None or several of the keys that select the request.
     #[error(
         "failed to tell what to do: give exactly one of set, get, rate_deg_per_s, power, fault, no_fault, list"
     )]
@@ -86,31 +85,31 @@ pub enum RequestError {
     Stray {
         /// The key.
         key: &'static str,
-        /// Where it would have a meaning.
+        /// The request to which it belongs.
         with: &'static str,
     },
-    /// A number that cannot be meant.
+    /// A number out of its domain.
     #[error("failed to read the request: \"{key}\" is {value}, expected {expected}")]
     Number {
         /// The key.
         key: &'static str,
         /// Its value.
         value: f64,
-        /// What it may be.
+        /// Expected values.
         expected: &'static str,
     },
-    /// Several devices, and none named.
+    /// Several devices, and the request names none.
     #[error("failed to choose a device: add \"device\", one of {there}")]
     WhichDevice {
-        /// Those there are.
+        /// The existing devices.
         there: String,
     },
-    /// It is not emulated here.
+    /// The device is not emulated here.
     #[error("failed to find the {device}: emulated here: {there}")]
     NoDevice {
-        /// The device asked for.
+        /// The requested device.
         device: String,
-        /// Those there are.
+        /// The existing devices.
         there: String,
     },
     /// The device cannot do that.
@@ -135,8 +134,7 @@ struct Keys {
     list: Option<bool>,
 }
 
-/// Reads a line: the `id` that its answer carries, `null` where there is none to be read, and the
-/// request.
+/// Reads a line: the `id` for its answer, `null` if it cannot be read, and the request.
 pub fn read(line: &[u8]) -> (Value, Result<Request, RequestError>) {
     let (id, keys) = keys(line);
     let request = keys.and_then(|keys| {
@@ -154,13 +152,13 @@ fn keys(line: &[u8]) -> (Value, Result<Map<String, Value>, RequestError>) {
     }
     match serde_json::from_slice(line) {
         Ok(Value::Object(keys)) => (keys.get("id").cloned().unwrap_or_default(), Ok(keys)),
-        // A list would be taken for the values of all keys in their order.
+        // A list would be taken for the values of all keys in order.
         Ok(_) => malformed("expected an object, such as {\"get\":\"truth\"}".to_owned()),
         Err(error) => malformed(error.to_string()),
     }
 }
 
-/// The answer to a request as a line, without its end.
+/// The answer to a request as a line, without line ending.
 pub fn answer(id: Value, result: Result<Value, impl fmt::Display>) -> String {
     match result {
         Ok(told) => json!({ "id": id, "ok": told }),
@@ -313,7 +311,7 @@ mod tests {
             let Ok(Request::Set { device: None, values }) = request else {
                 return Err(TestCaseError::fail(format!("{request:?}")));
             };
-            // To a unit in the last place: that is how exactly the JSON reader reads.
+            // To a unit in the last place, which is the precision of the JSON reader.
             let found = values.get("bias_deg_per_h").copied().unwrap_or(f64::NAN);
             prop_assert_eq!(values.len(), 1);
             prop_assert!((found - value).abs() <= f64::EPSILON * value.abs(), "{} {}", found, value);

@@ -19,12 +19,12 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
-/// What is emulated, and where.
+/// Devices to emulate, and their ports.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The devices.
     pub what: What,
-    /// Ports of lines by name; a line without one is there, and nobody from outside is on it.
+    /// Ports of lines by name; a line without one has no program from outside on it.
     pub ports: Vec<(String, PortSpec)>,
     /// A socket for requests, besides the standard input.
     pub control: Option<PathBuf>,
@@ -32,28 +32,28 @@ pub struct Setup {
     pub seed: u64,
 }
 
-/// Why devices are not, or no longer, emulated.
+/// Why devices cannot be emulated, or not any longer.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum EmulationError {
     /// A port cannot be opened, or was lost for good.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// Nobody could ask for anything.
+    /// The control channel is not available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Control(#[from] ControlError),
-    /// No event loop, or no signals.
+    /// The event loop or the signal handlers could not be started.
     #[error("failed to start the event loop")]
     Runtime(#[source] io::Error),
-    /// Nobody would hear what is ready and what is answered.
+    /// The standard output is closed.
     #[error("failed to write to the standard output")]
     Output(#[source] io::Error),
 }
 
-/// Emulates devices until SIGINT or SIGTERM. Each line of JSON goes to `out`: one for each port when all
-/// are open, the answers to requests on the standard input, and the counters at the end. Who does not read them stops nothing:
-/// beyond [`LINES_MAX`] lines answers are dropped. `warn` gets a line for that, and for ports that are lost or come back.
+/// Emulates devices until SIGINT or SIGTERM. Writes JSON lines to `out`: one for each port when all are open, the
+/// answers to requests on the standard input, and the counters at the end. A slow reader blocks nothing: beyond
+/// [`LINES_MAX`] lines answers are dropped. `warn` gets a line for that, and for ports that are lost or come back.
 ///
 /// # Errors
 /// When a port cannot be opened or is lost for good, or `out` is closed.
@@ -141,7 +141,7 @@ async fn run_in_runtime(
     out.finish().await.map_err(EmulationError::Output)
 }
 
-/// What another program needs to know to use a port: `ready`, `port`, and `link` where there is one.
+/// What another program needs to use a port: `ready`, `port`, and `link` if there is one.
 fn ready(open: &OpenPort) -> Value {
     let spec = &open.plan.spec;
     let link = match spec {
@@ -160,10 +160,10 @@ fn ready(open: &OpenPort) -> Value {
     Value::Object(told)
 }
 
-/// Gives an answer to who asked; `false` for the first that nobody on the standard output made room for.
+/// Sends an answer to the client; returns `false` for the first one that finds no room on the standard output.
 fn reply(asked: Asked, answered: String, out: &mut Outlet) -> bool {
     match asked.client {
-        // A client that has left misses its answer, and nobody else does.
+        // A client that has left misses its answer; others are not affected.
         Some(client) => {
             let _ = client.send(answered);
             true

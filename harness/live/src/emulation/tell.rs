@@ -1,4 +1,4 @@
-//! What is answered to those who ask: the truth, the counters, the list of what can be set.
+//! Answers to queries: the truth, the counters, the list of settings.
 
 use super::emulated::Emulated;
 use emulators::parameters::Parameters;
@@ -8,19 +8,19 @@ use rig::robot::Robot;
 use serde_json::{Map, Value, json};
 use wire::time::{Span, Timestamp};
 
-/// The true rate is the mean over this long from now on, as things are going now.
+/// The true rate is the mean over this time from now on, if the current motion continues.
 const RATE_SPAN: Span = Span::from_millis(1);
 /// A short name of a gyro's [`AMBIENT`].
 const TEMPERATURE: &str = "temperature_degC";
-/// Temperature of the room; the coil follows by its time constant and self-heating.
+/// Room temperature; the coil follows by its time constant and self-heating.
 const AMBIENT: &str = "ambient_celsius";
 
-/// The parameter that a request means by `name`.
+/// The parameter to which `name` refers.
 pub(super) fn parameter_name(name: &str) -> &str {
     if name == TEMPERATURE { AMBIENT } else { name }
 }
 
-/// What is true at `now`: what turns the gyro, and each device.
+/// Truth at `now`: that of the carrier, and that of each device.
 pub(super) fn truth(emulated: &mut Emulated, now: Timestamp) -> Value {
     let mut told = Map::new();
     let mut tell = |name: &str, value: Value| _ = told.insert(name.to_owned(), value);
@@ -74,7 +74,7 @@ pub(super) fn truth(emulated: &mut Emulated, now: Timestamp) -> Value {
     Value::Object(told)
 }
 
-/// States, signals and parameters of a device that a file describes.
+/// States, signals and parameters of a described device.
 pub(super) fn values(
     emulated: &mut Emulated,
     name: &str,
@@ -92,7 +92,7 @@ pub(super) fn values(
     Ok(Value::Object(names.iter().map(value).collect::<Result<_, _>>()?))
 }
 
-/// What devices and lines have counted.
+/// Counters of devices and lines.
 pub(super) fn counters(emulated: &Emulated) -> Value {
     let mut told = Map::new();
     for name in emulated.names() {
@@ -142,7 +142,7 @@ fn of_robot(robot: &Robot, name: &str) -> Value {
     }
 }
 
-/// Devices, their parameters with the values in force, and the faults that can strike them.
+/// Devices, their parameters with current values, and the faults that can strike them.
 pub(super) fn list(emulated: &mut Emulated) -> Value {
     let mut told = Map::new();
     let names: Vec<String> = emulated.names().into_iter().map(str::to_owned).collect();
@@ -172,7 +172,7 @@ fn described(emulated: &Emulated) -> Vec<String> {
     names.filter(|name| emulated.robot(name).is_none()).map(str::to_owned).collect()
 }
 
-/// Values by name. JSON has no infinity: a limit that is none is `null`.
+/// Values by name. JSON has no infinity: an infinite limit is `null`.
 fn parameters<P: Parameters + Clone>(parameters: &P) -> Value {
     let mut copy = parameters.clone();
     let values = P::TABLE.iter().filter_map(|info| {

@@ -1,10 +1,9 @@
-//! A device under test that is a process of its own: missions go to its stdin and reports come from its
-//! stdout, one JSON line each ([`controller::mission`]); its stderr is kept in a file.
+//! A device under test in its own process: missions go to its stdin and reports come from its stdout, one JSON line
+//! each ([`controller::mission`]); its stderr is kept in a file.
 //!
-//! Nothing here waits for the process: missions that it does not take are counted, reports that are not
-//! fetched wait in the pipe. It is the leader of a process group, so that a wrapper such as `sh` or
-//! `cargo run` ends together with what it started, and so that a Ctrl-C in the harness's terminal
-//! reaches the harness alone, which then ends it in order.
+//! Nothing here blocks on the process: missions that it does not take are counted, and unfetched reports wait in the
+//! pipe. It is the leader of a process group, so that a wrapper such as `sh` or `cargo run` ends together with its
+//! children, and so that Ctrl-C in the terminal reaches only the harness, which then ends the process in order.
 
 mod pipes;
 #[cfg(test)]
@@ -27,43 +26,43 @@ use tokio::process::{Child, Command};
 use tokio::sync::mpsc;
 use tokio::time::timeout;
 
-/// How long it may take to end after its stdin is closed. Assumption: the two seconds in which our
-/// controller brings the base to rest, one to write what is left, and as much again.
+/// Time limit to end after its stdin is closed. Assumption: two seconds in which our controller brings the base to
+/// rest, one to write what is left, and as much again.
 pub const CLOSE_WAIT: Duration = Duration::from_secs(6);
-/// How long it may take to end after SIGTERM. Assumption: as above, without the reserve.
+/// Time limit to end after SIGTERM. Assumption: as above, without the reserve.
 pub const TERMINATE_WAIT: Duration = Duration::from_secs(3);
-/// How long the system may take to end it after SIGKILL.
+/// Time limit of the system after SIGKILL.
 pub const KILL_WAIT: Duration = Duration::from_secs(5);
-/// How long what it wrote before it ended may take to arrive.
+/// Time limit for its output to arrive after its end.
 const REST_WAIT: Duration = Duration::from_millis(500);
 
-/// What came from the process.
+/// Events of the process.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ProcessEvent {
-    /// A report. Its time is by the process's own clock.
+    /// A report, with the time by the process's own clock.
     Report(Box<ReportLine>),
-    /// A line on stdout that is no report.
+    /// A line on stdout that is not a report.
     BadLine {
-        /// Its number, from one.
+        /// Line number, from one.
         number: u64,
-        /// What is wrong with it.
+        /// The mistake.
         cause: String,
     },
-    /// It has ended, and all that it wrote has been told.
+    /// It has ended, and all of its output has been passed on.
     Exited(Exit),
 }
 
 /// How the process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exit {
-    /// With this status or by this signal.
+    /// With this status or signal.
     Status(ExitStatus),
-    /// The system does not tell.
+    /// The system does not say.
     Unknown,
 }
 
 impl Exit {
-    /// It ended by itself and says that all is well.
+    /// Whether it ended by itself with success.
     pub fn is_success(self) -> bool {
         matches!(self, Self::Status(status) if status.success())
     }
@@ -78,10 +77,10 @@ impl fmt::Display for Exit {
     }
 }
 
-/// What it took to end the process.
+/// The measure that ended the process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EndedBy {
-    /// Nothing: it had ended already.
+    /// None: it had ended already.
     Itself,
     /// Its stdin was closed.
     StdinClosed,
@@ -94,32 +93,30 @@ pub enum EndedBy {
 /// How a process was ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProcessEnd {
-    /// What it took.
+    /// The measure.
     pub by: EndedBy,
-    /// How it ended.
+    /// Status of the process.
     pub exit: Exit,
 }
 
 /// Why a process was not started.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum SpawnError {
-    /// The file for its stderr cannot be made.
+    /// The file for its stderr cannot be created.
     #[error("failed to write {}", path.display())]
     Log {
         /// The file.
         path: PathBuf,
-        /// Why.
         source: io::Error,
     },
-    /// The system does not start it.
+    /// The system cannot start it.
     #[error("failed to start the device under test {program:?}")]
     #[diagnostic(help("{advice}"))]
     Program {
         /// The first word of the command line.
         program: String,
-        /// What to look at.
+        /// What to check.
         advice: &'static str,
-        /// Why.
         source: io::Error,
     },
 }
@@ -150,21 +147,21 @@ pub struct DeviceProcess {
 }
 
 impl DeviceProcess {
-    /// Starts the program that is the first of `words` with the others as arguments, and tells it where `lines` are. It takes
-    /// missions on its stdin and reports on its stdout; its stderr goes into `log_file`, which is replaced. Called within a
-    /// tokio runtime that has IO enabled.
+    /// Starts the first of `words` as a program with the other words as arguments, and passes it the ports of `lines`.
+    /// It takes missions on its stdin and reports on its stdout; its stderr goes into `log_file`, which is replaced.
+    /// Needs a tokio runtime with IO enabled.
     ///
     /// # Errors
-    /// When the file cannot be made or the program not be started.
+    /// When the file cannot be created, or when the program cannot be started.
     pub fn spawn(words: &[String], lines: &Places, log_file: &Path) -> Result<Self, SpawnError> {
         Self::start(words, lines, log_file, true)
     }
 
-    /// The same, for a program that takes no missions: its stdin is empty, and what it writes to stdout is kept in the file
-    /// too.
+    /// Like [`spawn`](Self::spawn), for a program that takes no missions: its stdin is empty, and its stdout is also
+    /// kept in the file.
     ///
     /// # Errors
-    /// When the file cannot be made or the program not be started.
+    /// When the file cannot be created, or when the program cannot be started.
     pub fn spawn_plain(
         words: &[String],
         lines: &Places,
@@ -204,7 +201,7 @@ impl DeviceProcess {
         let error = |source| SpawnError::program(program, source);
         let (child, pipes, messages) = start().map_err(error)?;
         let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
-        // From here on dropping it ends the process.
+        // From here on dropping the value ends the process.
         let (sender, events) = mpsc::channel(pipes::EVENTS_MAX);
         let log = Log::spawn(messages, file).map_err(error)?;
         let mut process = Self {
@@ -224,37 +221,36 @@ impl DeviceProcess {
         Ok(process)
     }
 
-    /// Gives it a mission. `false`, and counted, when it does not take any.
+    /// Sends a mission; returns `false`, and counts it, if the process does not take it.
     pub fn send(&mut self, mission: &Mission) -> bool {
         let taken = self.missions.as_ref().is_some_and(|missions| missions.send(mission));
         self.missions_lost = self.missions_lost.saturating_add(u64::from(!taken));
         taken
     }
 
-    /// As the kernel numbers it; none once it has ended.
+    /// Process id; `None` once it has ended.
     pub fn id(&self) -> Option<u32> {
         self.child.id()
     }
 
-    /// Missions that it did not take.
+    /// Number of missions that it did not take.
     pub const fn missions_lost(&self) -> u64 {
         self.missions_lost
     }
 
-    /// The end of what it wrote to stderr: a few lines, without control characters.
+    /// The last few lines of its stderr, without control characters.
     pub fn last_words(&self) -> String {
         self.log.last_words()
     }
 
-    /// Waits for what comes next. May be called off without losing anything. After
-    /// [`ProcessEvent::Exited`] nothing else comes.
+    /// Waits for the next event. Cancel-safe. After [`ProcessEvent::Exited`] no more events come.
     pub async fn next_event(&mut self) -> ProcessEvent {
         loop {
             if let Some(exit) = self.exit {
                 return match timeout(REST_WAIT, self.events.recv()).await {
                     Ok(Some(event)) => event,
                     _ => {
-                        // Its last words are told with its end.
+                        // The last words are complete before its end is reported.
                         self.log.finish(REST_WAIT).await;
                         ProcessEvent::Exited(exit)
                     }
@@ -268,7 +264,7 @@ impl DeviceProcess {
                 },
                 status = self.child.wait() => {
                     self.exit = Some(status.map_or(Exit::Unknown, Exit::Status));
-                    // What it leaves behind would hold on to the ports.
+                    // Processes that it leaves behind would keep the ports open.
                     self.signal_group(Signal::KILL);
                     self.group = None;
                 }
@@ -276,8 +272,8 @@ impl DeviceProcess {
         }
     }
 
-    /// Ends it in order: closes the stdin of one that takes missions, waits, sends SIGTERM, waits, sends SIGKILL. What it
-    /// still tells goes to `take`.
+    /// Ends it in order: closes the stdin of one that takes missions, waits, sends SIGTERM, waits, sends SIGKILL.
+    /// Passes its remaining events to `take`.
     pub async fn end(mut self, mut take: impl FnMut(ProcessEvent)) -> ProcessEnd {
         let close = self.missions.take().map(|_| (EndedBy::StdinClosed, None, CLOSE_WAIT));
         let steps = [
@@ -310,7 +306,7 @@ impl DeviceProcess {
 
     fn signal_group(&self, signal: Signal) {
         if let Some(group) = self.group {
-            // It may have ended in between, which is what is wanted.
+            // It may have ended in the meantime, which is fine.
             let _ = kill_process_group(group, signal);
         }
     }

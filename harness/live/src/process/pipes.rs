@@ -1,4 +1,4 @@
-//! The three pipes of a process, each with a thread that may block where the harness must not.
+//! The three pipes of a process, each with a thread that may block so that the harness does not.
 
 use super::ProcessEvent;
 use controller::mission::{Mission, ReportLine};
@@ -10,28 +10,27 @@ use std::thread;
 use std::time::Duration;
 use tokio::sync::{mpsc, oneshot};
 
-/// The longest line on stdout: dozens of times our controller's longest, which is a state of some 700
-/// bytes.
+/// Longest line on stdout: dozens of times the longest of our controller, which is a state of about 700 bytes.
 pub const LINE_BYTES_MAX: usize = 64 * 1_024;
-/// What is kept of stderr; the rest is read and thrown away.
+/// Most bytes of stderr that are kept; the rest is discarded.
 pub const LOG_BYTES_MAX: usize = 16 * 1_024 * 1_024;
-/// Events that wait to be fetched; then the pipe fills, and then the process waits.
+/// Most events that wait to be fetched; beyond that the pipe fills, and then the process waits.
 pub(super) const EVENTS_MAX: usize = 1_024;
-/// Missions that wait for the process.
+/// Most missions that wait for the process.
 pub(super) const MISSIONS_MAX: usize = 64;
-/// What is kept of stderr to be quoted.
+/// Bytes of stderr kept for quotation.
 const TAIL_BYTES_MAX: usize = 1_024;
-/// Lines of it that are quoted.
+/// Most quoted lines.
 const TAIL_LINES_MAX: usize = 6;
-/// Read from stderr at once.
+/// Bytes per read of stderr.
 const READ_BYTES: usize = 4_096;
 
-/// The way to a process's stdin. Dropping it closes the pipe once all is written.
+/// The sender to a process's stdin. Dropping it closes the pipe once all is written.
 #[derive(Debug)]
 pub(super) struct MissionSender(SyncSender<Vec<u8>>);
 
 impl MissionSender {
-    /// Starts the thread that writes.
+    /// Starts the writing thread.
     pub(super) fn spawn(pipe: PipeWriter) -> io::Result<Self> {
         let (sender, lines) = sync_channel(MISSIONS_MAX);
         thread::Builder::new()
@@ -40,13 +39,13 @@ impl MissionSender {
         Ok(Self(sender))
     }
 
-    /// Queues a mission; `false` when there is no room or nobody to read it.
+    /// Queues a mission; `false` if there is no room or no reader.
     pub(super) fn send(&self, mission: &Mission) -> bool {
         line_of(mission).is_some_and(|line| self.0.try_send(line).is_ok())
     }
 }
 
-/// A mission as the line that a device under test is given.
+/// A mission as a line for a device under test.
 pub fn line_of(mission: &Mission) -> Option<Vec<u8>> {
     let mut line = serde_json::to_vec(mission).ok()?;
     line.push(b'\n');
@@ -56,7 +55,7 @@ pub fn line_of(mission: &Mission) -> Option<Vec<u8>> {
 fn write_lines(mut pipe: PipeWriter, lines: &Receiver<Vec<u8>>) {
     for line in lines {
         if pipe.write_all(&line).is_err() {
-            // The process has closed its stdin; dropping the receiver lets the sender know.
+            // The process has closed its stdin; dropping the receiver notifies the sender.
             return;
         }
     }
@@ -89,8 +88,7 @@ fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
     }
 }
 
-/// The report of a line, or what is wrong with it, `None` standing for one that is too long; nothing for a
-/// blank one.
+/// The report in a line, or the mistake in it; `line` is `None` for an overlong line. Returns `None` for a blank line.
 pub fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, String>> {
     let Some(line) = line else {
         return Some(Err(format!("longer than {LINE_BYTES_MAX} bytes")));
@@ -102,7 +100,7 @@ pub fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, String>>
     Some(read.map(Box::new).map_err(|cause| format!("{cause}: {}", shortened(line))))
 }
 
-/// The beginning of a line, fit to be printed.
+/// The beginning of a line, escaped for output.
 fn shortened(line: &[u8]) -> String {
     const QUOTED_BYTES: usize = 80;
     let start = line.get(..QUOTED_BYTES).unwrap_or(line).trim_ascii();
@@ -112,11 +110,11 @@ fn shortened(line: &[u8]) -> String {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum LineEnd {
     Whole,
-    /// Longer than [`LINE_BYTES_MAX`]; what is beyond has been passed over.
+    /// Longer than [`LINE_BYTES_MAX`]; the rest has been skipped.
     Overlong,
 }
 
-/// Reads the next line, of which the end of the pipe is an end too; `None` where there is none.
+/// Reads the next line, which the end of the pipe also ends; `None` if there are no more.
 fn next_line(pipe: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
     line.clear();
     let limit = LINE_BYTES_MAX as u64 + 1;
@@ -130,23 +128,23 @@ fn next_line(pipe: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<L
     Ok(Some(LineEnd::Overlong))
 }
 
-/// A process's stderr, on its way into a file.
+/// Copies a process's stderr into a file.
 #[derive(Debug)]
 pub(super) struct Log {
     tail: Arc<Mutex<Vec<u8>>>,
-    /// Until the end has been seen.
+    /// Signals the end of stderr, until it has been seen.
     ended: Option<oneshot::Receiver<()>>,
 }
 
 impl Log {
-    /// Starts the thread that copies.
+    /// Starts the copying thread.
     pub(super) fn spawn(pipe: PipeReader, file: File) -> io::Result<Self> {
         let tail = Arc::<Mutex<Vec<u8>>>::default();
         let (ended_sender, ended) = oneshot::channel();
         let kept = Arc::clone(&tail);
         thread::Builder::new().name("stderr".to_owned()).spawn(move || {
             copy(pipe, file, &kept);
-            // Nobody waits where the process is dropped instead of ended.
+            // There is no receiver if the process is dropped instead of ended.
             let _ = ended_sender.send(());
         })?;
         Ok(Self { tail, ended: Some(ended) })
@@ -187,7 +185,7 @@ fn copy(mut pipe: PipeReader, mut file: File, tail: &Mutex<Vec<u8>>) {
             let excess = tail.len().saturating_sub(TAIL_BYTES_MAX);
             tail.drain(..excess);
         }
-        // A full disk shows where the record is written; the process must be read all the same.
+        // A full disk shows up where the record is written; the process must be drained all the same.
         let _ = file.write_all(bytes.get(..room).unwrap_or(bytes));
         if room > 0 && room < bytes.len() {
             let _ = file.write_all(b"\n[the rest was not kept]\n");

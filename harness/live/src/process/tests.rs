@@ -1,4 +1,4 @@
-//! Shell scripts stand for devices under test, well-behaved and otherwise.
+//! Shell scripts stand in for devices under test, well-behaved and otherwise.
 
 use super::super::lines::Places;
 use super::{DeviceProcess, EndedBy, LOG_BYTES_MAX, ProcessEvent, SpawnError};
@@ -42,7 +42,7 @@ fn stop(id: u32) -> Mission {
     Mission { id, command: Command::Stop }
 }
 
-/// All that comes until it has ended by itself; the exit last.
+/// All events until the process has ended by itself, the exit last.
 async fn all_events(process: &mut DeviceProcess) -> Vec<ProcessEvent> {
     let mut events = Vec::new();
     loop {
@@ -118,14 +118,14 @@ fn one_that_ignores_its_stdin_is_terminated_and_one_that_ignores_that_is_killed(
 fn what_it_started_ends_with_it() {
     run(async {
         let bench = Bench::new();
-        // The sleeper holds on to stdout and stderr.
+        // The sleeper holds stdout and stderr open.
         let mut process = bench.start("sleep 600 & echo $! >&2; exit 0");
         let events = all_events(&mut process).await;
         assert!(matches!(events[..], [ProcessEvent::Exited(_)]), "{events:?}");
         let sleeper = process.last_words();
         process.end(|_| ()).await;
         let status = format!("/proc/{sleeper}/status");
-        // Until it is gone, or waits for its new parent to take notice; the test has a time limit.
+        // Waits until it is gone or is a zombie; the test has a time limit.
         while std::fs::read_to_string(&status).is_ok_and(|text| !text.contains("State:\tZ")) {
             tokio::time::sleep(Duration::from_millis(5)).await;
         }

@@ -1,4 +1,4 @@
-//! The program of a controller in step with the world: missions go to its standard input, reports come from its standard
+//! A controller program in step with the world: missions go to its standard input, reports come from its standard
 //! output, as in real time.
 
 use super::in_step::{STOPPING, in_words};
@@ -17,14 +17,14 @@ use wire::device::{Device as _, PortId, Transmit};
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Timestamp;
 
-/// What the program opens for the gyro.
+/// Path that the program opens for the gyro.
 const GYRO_PORT: &str = "/dev/ttyHIL0";
-/// What it opens for a base on a serial line.
+/// Path that the program opens for a base on a serial line.
 const BASE_PORT: &str = "/dev/ttyHIL1";
-/// The interface of a base on CAN.
+/// Interface of a base on CAN.
 const BASE_INTERFACE: &str = "base";
 
-/// Starts it; what it prints beside its reports goes to `log`.
+/// Starts the program; its output other than reports goes to `log`.
 pub fn start(
     log: Option<&Path>,
     program: &ControllerProgram,
@@ -63,18 +63,18 @@ pub fn start(
     Ok(Box::new(ControllerInStep::new(running)))
 }
 
-/// A controller's program in step with the world.
+/// A controller program in step with the world.
 #[derive(Debug)]
 struct ControllerInStep {
     running: Lockstep,
     now: Timestamp,
-    /// Lines that it has said.
+    /// Number of lines that it has written.
     lines: u64,
-    /// What was said between reports.
+    /// A line that is not a report.
     note: Option<String>,
-    /// It does not take its missions.
+    /// It no longer takes missions.
     is_deaf: bool,
-    /// Its end was told.
+    /// Its end was reported.
     is_told: bool,
 }
 
@@ -166,7 +166,7 @@ impl HostedController for ControllerInStep {
     }
 }
 
-/// As on a bench: it may put its things in order, and is killed where it does not.
+/// As on a bench, the program may shut down in order, and is killed if it does not.
 impl Drop for ControllerInStep {
     fn drop(&mut self) {
         self.running.stop(self.now, STOPPING);

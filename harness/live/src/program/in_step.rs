@@ -1,4 +1,4 @@
-//! A program of somebody's own in step with the world.
+//! A user's program in step with the world.
 
 use crate::command::fill;
 use crate::lines::{self, Place, Places};
@@ -14,13 +14,13 @@ use wire::can::BitRates;
 use wire::device::{Device, PortId, Transmit};
 use wire::time::{Span, Timestamp};
 
-/// What a program has to end after SIGTERM, as on a bench.
+/// Time for a program to end after SIGTERM, as on a bench.
 pub(super) const STOPPING: Span = Span::from_secs(3);
 
-/// The longest name of an interface (`IFNAMSIZ`).
+/// Longest interface name (`IFNAMSIZ`).
 const INTERFACE_BYTES_MAX: usize = 15;
 
-/// Starts the program of a node by its place; none where nothing is to be started. What it prints goes to `log`.
+/// Starts the program of a node by its place; `None` if there is none to start. Its output goes to `log`.
 pub fn start(
     log: Option<&Path>,
     rig: &Rig,
@@ -83,23 +83,23 @@ fn limited(mut program: Program, said: &VirtualTime) -> Program {
     }
 }
 
-/// The program of these words.
+/// The program with this command line.
 pub(super) fn in_words(words: Vec<String>) -> Program {
     let program = Program::new(words);
-    // What it draws from the system would differ from run to run.
+    // Random numbers from the system would differ from run to run.
     match std::env::var_os("PYTHONHASHSEED") {
         None => program.env("PYTHONHASHSEED", "0"),
         Some(_) => program,
     }
 }
 
-/// Why the program of `name` does not start.
+/// A message why the program of `name` does not start.
 pub(super) fn why(name: &str, error: &StartError) -> String {
     let cause = std::error::Error::source(error).map(|cause| format!(": {cause}"));
     format!("failed to start `{name}`: {error}{}", cause.unwrap_or_default())
 }
 
-/// How a program ended, and what it said last.
+/// How a program ended, with its last line of output.
 pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
     let words = running.last_words();
     let last = words.lines().rfind(|line| !line.trim().is_empty());
@@ -107,7 +107,7 @@ pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
     format!("{ended}{last}")
 }
 
-/// What programs open for a line. No such file or interface need exist.
+/// Port that programs open for a line. Such a file or interface need not exist.
 fn port(rig: &Rig, line: usize) -> String {
     match rig.line_name(line) {
         _ if is_serial(rig, line) => format!("/dev/ttyHIL{line}"),
@@ -116,7 +116,7 @@ fn port(rig: &Rig, line: usize) -> String {
     }
 }
 
-/// What a program learns about a line.
+/// The description of a line for a program.
 fn place(rig: &Rig, line: usize, name: &str) -> Place {
     let declared = declared(rig, line);
     match declared.map(|line| line.medium) {
@@ -130,7 +130,7 @@ fn place(rig: &Rig, line: usize, name: &str) -> Place {
     }
 }
 
-/// The line as the rig file has it; none of the paper's robot, on whose bus alone nodes can be.
+/// The line in the rig file; `None` for a line of the paper's robot, of which nodes can share only the bus.
 fn declared(rig: &Rig, line: usize) -> Option<&RigLine> {
     line.checked_sub(rig.robot_lines()).and_then(|line| rig.lines.get(line))
 }
@@ -144,7 +144,7 @@ fn is_serial(rig: &Rig, line: usize) -> bool {
 struct InStep {
     running: Lockstep,
     now: Timestamp,
-    /// Its end was asked for.
+    /// Its end was reported.
     is_told: bool,
 }
 
@@ -160,7 +160,7 @@ impl Device for InStep {
     }
 
     fn next_wakeup(&self) -> Timestamp {
-        // At once: its end is news.
+        // Immediately: its end is to be reported.
         let has_news = !self.is_told && self.running.ended().is_some();
         if has_news { Timestamp::ZERO } else { self.running.next_wakeup() }
     }
@@ -178,7 +178,7 @@ impl NodeDevice for InStep {
     }
 }
 
-/// As on a bench: it may put its things in order, and is killed where it does not.
+/// As on a bench, the program may shut down in order, and is killed if it does not.
 impl Drop for InStep {
     fn drop(&mut self) {
         self.running.stop(self.now, STOPPING);

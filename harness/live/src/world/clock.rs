@@ -12,20 +12,20 @@ use tokio::io::unix::AsyncFd;
 use tokio::time::Instant;
 use wire::time::{Span, Timestamp};
 
-/// The most that a thread turns on the spot to be on time: what the system may take to wake it. Assumption: a
-/// machine that is not overloaded does within this; at 1,000 waits a second it costs a tenth of a processor.
+/// Longest busy wait of a thread for precise timing: the time that the system may take to wake it. Assumption: a
+/// machine that is not overloaded wakes it within this; at 1,000 waits per second it costs a tenth of a processor.
 pub const SPIN_MAX: Span = Span::from_micros(100);
-/// The longest single sleep of a thread; a longer one is several.
+/// Longest single sleep of a thread; a longer one is split.
 const SLEEP_NS_MAX: i64 = 999_999_999;
 
-/// Bench time: zero when the run began.
+/// Bench time: zero at the start of the run.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     began: Instant,
 }
 
 impl Clock {
-    /// From now on.
+    /// Starts at zero now.
     #[expect(clippy::disallowed_methods, reason = "the live world is where the real clock is read")]
     pub fn start() -> Self {
         Self { began: Instant::now() }
@@ -37,21 +37,22 @@ impl Clock {
         Timestamp::from_nanos(i64::try_from(nanos).unwrap_or(i64::MAX))
     }
 
-    /// Waits until then, or up to a millisecond longer: the runtime's timers go by whole ones. An [`Alarm`] does not.
+    /// Waits until `at`, or up to a millisecond longer, as the runtime's timers have that resolution; an [`Alarm`] is
+    /// more precise.
     pub async fn sleep_until(&self, at: Timestamp) {
         let nanos = u64::try_from(at.as_nanos()).unwrap_or(0);
         tokio::time::sleep_until(self.began + Duration::from_nanos(nanos)).await;
     }
 
-    /// Holds the thread until `at`, to about a microsecond where the system wakes it within [`SPIN_MAX`].
-    /// For the last bit of a wait: nothing else runs on this thread meanwhile.
+    /// Blocks the thread until `at`, to about a microsecond if the system wakes it within [`SPIN_MAX`]. For the last
+    /// part of a wait: nothing else runs on this thread meanwhile.
     pub fn hold_until(&self, at: Timestamp) {
         loop {
             let sleep = (at - self.now() - SPIN_MAX).as_nanos();
             if sleep <= 0 {
                 break;
             }
-            // Woken by a signal it sleeps on.
+            // If a signal wakes it, the loop sleeps again.
             let _ = nanosleep(&Timespec { tv_sec: 0, tv_nsec: sleep.min(SLEEP_NS_MAX) });
         }
         while self.now() < at {
@@ -60,33 +61,33 @@ impl Clock {
     }
 }
 
-/// Wakes a task at a moment, to what the kernel needs for it.
+/// Wakes a task at an instant, with the precision of the kernel.
 #[derive(Debug)]
 pub struct Alarm {
     clock: Clock,
     timer: AsyncFd<OwnedFd>,
 }
 
-/// The longest that an alarm is set for; a later moment is several. The kernel takes any, a hundred years are none.
+/// Longest single setting of an alarm; a later instant takes several.
 const ALARM_MAX: Span = Span::from_secs(3_600);
 
 impl Alarm {
-    /// By this clock.
+    /// Creates an alarm by this clock.
     ///
     /// # Errors
     ///
-    /// When the kernel gives no timer, such as to a process with too many open files.
+    /// When the kernel has no timer, for example for a process with too many open files.
     pub fn new(clock: Clock) -> io::Result<Self> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
         let timer = timerfd_create(TimerfdClockId::Monotonic, flags)?;
         Ok(Self { clock, timer: ports::watch(timer, Interest::READABLE)? })
     }
 
-    /// Waits until then, and not at all where that is over. Who stops waiting loses nothing.
+    /// Waits until `at`; returns at once if that has passed. Cancel-safe.
     ///
     /// # Errors
     ///
-    /// When the kernel takes the timer away.
+    /// When the timer fails.
     pub async fn at(&self, at: Timestamp) -> io::Result<()> {
         loop {
             let left = (at - self.clock.now()).min(ALARM_MAX).as_nanos();
@@ -97,7 +98,7 @@ impl Alarm {
             let once =
                 Itimerspec { it_interval: Timespec { tv_sec: 0, tv_nsec: 0 }, it_value: value };
             timerfd_settime(&self.timer, TimerfdTimerFlags::empty(), &once)?;
-            // Setting it takes away what it had to say of an earlier moment.
+            // Setting the timer clears its earlier expiry.
             let mut rung = self.timer.readable().await?;
             let _ = rung.try_io(|timer| Ok(rustix::io::read(timer, &mut [0_u8; 8])?));
         }
@@ -109,7 +110,7 @@ mod tests {
     use super::{Alarm, Clock};
     use wire::time::Span;
 
-    /// Never before, after another one that was given up, and not by whole milliseconds.
+    /// Never early, also after a cancelled wait, and not rounded to milliseconds.
     #[tokio::test]
     async fn an_alarm_rings_when_it_is_due() {
         let clock = Clock::start();
@@ -130,7 +131,7 @@ mod tests {
         }
         alarm.at(clock.now() - Span::from_secs(1)).await.unwrap();
         late.sort();
-        // By whole milliseconds half of them would be late by half a millisecond, on the idlest machine.
+        // With millisecond resolution half of them would be late by half a millisecond, even on an idle machine.
         assert!(late[5] < Span::from_micros(400), "{late:?}");
     }
 }

@@ -1,5 +1,5 @@
-//! The device under test of a live run: our controller in this process, a process of its own, or one that
-//! runs already.
+//! The device under test of a live run: our controller in this process, one in its own process, or one that runs
+//! already.
 
 use super::clock::Clock;
 use super::in_process::{Crossing, InProcess, InProcessEvent};
@@ -19,24 +19,24 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use wire::time::{Span, Timestamp};
 
-/// Which device is tested.
+/// The device under test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DeviceUnderTest {
     /// Our controller, in this process, on the same ports that a process would open.
     InProcess,
-    /// Our controller, as a process of its own.
+    /// Our controller, in its own process.
     OurProcess,
-    /// Anybody's program: its command line, with `{gyro}` and `{base}` for the ports.
+    /// Any program: its command line, with `{gyro}` and `{base}` for the ports.
     Command(Vec<String>),
-    /// One that somebody else starts, and that takes its missions there.
+    /// A device started by the user, which takes its missions at this place.
     Attached(AttachPlace),
-    /// A device, by its name: it is there, or emulated, and the plan itself speaks to it.
+    /// A device, by name, real or emulated, to which the plan itself talks.
     Device(String),
-    /// No more than the [programs](super::Program) of nodes.
+    /// Only the [programs](super::Program) of nodes.
     Nodes,
 }
 
-/// As a summary names it.
+/// Name for a summary.
 impl fmt::Display for DeviceUnderTest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -50,10 +50,10 @@ impl fmt::Display for DeviceUnderTest {
     }
 }
 
-/// Why the device under test does not start.
+/// Why the device under test cannot start.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StartError {
-    /// Its command line is not right.
+    /// Its command line is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Command(#[from] CommandError),
@@ -65,11 +65,11 @@ pub enum StartError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// There is nothing to wait at.
+    /// The attachment cannot begin.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Attach(#[from] AttachError),
-    /// The emulated device is on a port whose other end is out of sight.
+    /// The emulated device is on a port whose other end is unknown.
     #[error("failed to find the other end of the {role}'s port, which the controller should open")]
     #[diagnostic(help(
         "give the command line of a controller that knows its port: [controller] command = \
@@ -81,17 +81,17 @@ pub enum StartError {
     },
 }
 
-/// What came from the device under test.
+/// Event of the device under test.
 pub(super) enum Heard {
     /// A report.
     Report(Report),
-    /// Bytes or frames were taken in; a report may follow.
+    /// Bytes or frames were received; a report may follow.
     Nothing,
-    /// Something that is to be noted.
+    /// A note for the record.
     Note(String),
-    /// A line that is no report: there may be any number.
+    /// A line that is not a report; there may be any number of them.
     BadLine(String),
-    /// A port of the controller in the process tells of itself.
+    /// An event of a port of the in-process controller.
     Port(&'static str, PortEvent),
     /// It has ended.
     Ended(String),
@@ -99,19 +99,19 @@ pub(super) enum Heard {
     NodeEnded(String, String),
 }
 
-/// A device under test that runs.
+/// A running device under test.
 #[derive(Debug)]
 pub(super) enum Running {
     InProcess(Box<InProcess>),
     Process {
         process: Box<DeviceProcess>,
-        /// It has told that it ended, and is not asked again.
+        /// Its end was reported; it is not polled again.
         ended: bool,
     },
     Attached {
         device: Box<AttachedDevice>,
         place: AttachPlace,
-        /// Why it is not connected; `None` where it is.
+        /// Why it is not connected; `None` while connected.
         missing: Option<String>,
     },
     /// A device at a port of the harness, or programs of nodes: no controller is started.
@@ -150,7 +150,7 @@ impl Running {
         Ok(Self::Process { process: Box::new(process), ended: false })
     }
 
-    /// Begins to connect, and says where everything is: somebody may have to start the controller.
+    /// Begins to connect, and logs the ports: the user may have to start the controller.
     fn attach(place: &AttachPlace, wiring: &Wiring) -> Result<Self, AttachError> {
         let device = AttachedDevice::begin(place)?;
         let ports = wiring.words.iter().map(|(role, port)| format!("{role} at {port}, "));
@@ -164,7 +164,7 @@ impl Running {
         Ok(Self::Attached { device: Box::new(device), place: place.clone(), missing })
     }
 
-    /// Why no state was heard of it in all this time.
+    /// A message why it has not reported a state in all this time.
     pub(super) fn why_silent(&self, waited: Span, talk: &Talk) -> String {
         let (seconds, said) = (waited.as_secs_f64(), talk.instead_of_a_state());
         match self {
@@ -198,14 +198,14 @@ impl Running {
         }
     }
 
-    /// Its machine was struck, where it is in this process.
+    /// Notifies an in-process controller that a fault struck its machine.
     pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp) {
         if let Self::InProcess(controller) = self {
             controller.struck(clock, now);
         }
     }
 
-    /// What faults of its machine strike, where it is in this process.
+    /// The machine of an in-process controller, for faults.
     pub(super) const fn machine(&mut self) -> Option<&mut Machine> {
         match self {
             Self::InProcess(controller) => Some(controller.machine()),
@@ -220,7 +220,7 @@ impl Running {
         }
     }
 
-    /// The process, where it has one of its own that was started here.
+    /// Process id, if the harness started a process.
     pub(super) fn process(&self) -> Option<u32> {
         match self {
             Self::Process { process, .. } => process.id(),
@@ -228,7 +228,7 @@ impl Running {
         }
     }
 
-    /// The controller, where it is in this process.
+    /// The in-process controller.
     pub(super) const fn in_process(&self) -> Option<&InProcess> {
         match self {
             Self::InProcess(controller) => Some(controller),
@@ -236,7 +236,7 @@ impl Running {
         }
     }
 
-    /// What has crossed the ports of a controller in this process, oldest first.
+    /// Returns what has crossed the ports of an in-process controller, oldest first.
     pub(super) fn crossing(&mut self) -> Option<Crossing> {
         match self {
             Self::InProcess(controller) => controller.crossing(),
@@ -244,7 +244,7 @@ impl Running {
         }
     }
 
-    /// The end of what the process wrote to stderr, as an ending of a sentence.
+    /// The end of the process's stderr, as the end of a sentence.
     fn last_words(&self) -> String {
         match self {
             Self::InProcess(_) | Self::Attached { .. } | Self::Device => String::new(),
@@ -255,7 +255,7 @@ impl Running {
         }
     }
 
-    /// Waits for what comes next. May be called off without losing anything.
+    /// Waits for the next event. Cancel-safe.
     pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
         match self {
             Self::Device => std::future::pending().await,
@@ -306,7 +306,7 @@ impl Running {
     }
 }
 
-/// The command line of our controller for this bench.
+/// Command line of our controller for this bench.
 fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
     let base = match wiring.port(BASE) {
         None => "none".to_owned(),
@@ -320,7 +320,7 @@ fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
     controller_words(config, &gyro, &base)
 }
 
-/// The command line of our controller, with its gyro and its base there.
+/// Command line of our controller, with the ports of its gyro and its base.
 pub fn controller_words(config: &Config, gyro: &str, base: &str) -> Vec<String> {
     let stream = config.gyro.stream;
     let mut words: Vec<String> = vec![
@@ -340,7 +340,7 @@ pub fn controller_words(config: &Config, gyro: &str, base: &str) -> Vec<String> 
     words
 }
 
-/// The rate of a port that says one, as our controller takes it.
+/// The rate of a port, if given, in our controller's syntax.
 fn rate(spec: &PortSpec) -> String {
     match spec {
         PortSpec::Serial(SerialSpec { options, .. }) => {
@@ -350,14 +350,14 @@ fn rate(spec: &PortSpec) -> String {
     }
 }
 
-/// Beside this program, where a build puts it; else wherever PATH has it.
+/// Path of our controller: beside this program, where a build puts it; else its name, to be found in PATH.
 pub fn our_program() -> PathBuf {
     let name = "k2a-controller";
     std::env::current_exe()
         .ok()
         .and_then(|path| {
             let folder = path.parent()?;
-            // A test's program lies one folder deeper.
+            // The program of a test is one folder deeper.
             [folder, folder.parent()?]
                 .map(|folder| folder.join(name))
                 .into_iter()
@@ -366,7 +366,7 @@ pub fn our_program() -> PathBuf {
         .unwrap_or_else(|| PathBuf::from(name))
 }
 
-/// An enumerator as it is written in files and on command lines.
+/// An enumerator as written in files and on command lines.
 fn word(value: &impl serde::Serialize) -> String {
     serde_json::to_value(value)
         .ok()

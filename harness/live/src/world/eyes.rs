@@ -1,6 +1,6 @@
-//! What the monitor of a live run is shown. A controller in the process is heard from within: what it received and
-//! sent, as it did. Of any other the harness sees the lines: what left a port of an emulated device counts as heard,
-//! what came in there as sent.
+//! What the monitor of a live run sees. Of an in-process controller it sees what that received and sent, at those
+//! times. Of any other it sees the lines: what left a port of an emulated device counts as received, what came in there
+//! as sent.
 
 use super::in_process::Crossing;
 use super::ports::{BASE, GYRO};
@@ -16,28 +16,28 @@ use rig::watch::Watch;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// From where the lines are heard.
+/// Place at which the lines are observed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ear {
-    /// Within the controller.
+    /// In the controller.
     Controller,
     /// At the ports of the harness.
     Lines,
 }
 
-/// A monitor, and what it gets to see.
+/// A monitor, and what it may see.
 #[derive(Debug)]
 pub(super) struct Eyes {
     watch: Option<Watch>,
     unjudged: Vec<Unjudged>,
     truth: bool,
     ear: Ear,
-    /// Times never go back for a monitor; those of a controller in the process run ahead of the loop's.
+    /// Keeps time monotonic for the monitor; times of an in-process controller run ahead of the loop's.
     latest: Timestamp,
 }
 
 impl Eyes {
-    /// Eyes for `properties`, as far as `sight` goes.
+    /// A monitor of `properties`, as far as `sight` allows.
     pub(super) fn new(
         properties: &[Property],
         limits: Option<&Limits>,
@@ -51,14 +51,14 @@ impl Eyes {
         Self { watch, unjudged, truth, ear, latest: Timestamp::ZERO }
     }
 
-    /// What became of the properties, and those that could not be judged.
+    /// Verdicts of the properties, and the properties that could not be judged.
     pub(super) fn close(self, end: Timestamp) -> (Vec<PropertyVerdict>, Vec<Unjudged>) {
         let end = end.max(self.latest);
         let verdicts = self.watch.map(|watch| watch.into_monitor().verdicts(end));
         (verdicts.unwrap_or_default(), self.unjudged)
     }
 
-    /// Tells `sink` of the properties that do not hold.
+    /// Reports violated properties to `sink`.
     pub(super) fn tell(&self, sink: &mut impl RecordSink) {
         if let Some(watch) = &self.watch {
             watch.tell(sink);
@@ -72,7 +72,7 @@ impl Eyes {
         }
     }
 
-    /// What the engine asks for; before it is carried out.
+    /// Shows an action of the engine before it is carried out.
     pub(super) fn see_action(&mut self, now: Timestamp, carrier: &Carrier, action: &Action) {
         self.look(now, carrier);
         let latest = self.latest;
@@ -86,7 +86,7 @@ impl Eyes {
         self.see(now, &Seen::Report(report));
     }
 
-    /// Shows the truth of `now`, unless it was shown.
+    /// Shows the truth of `now`, unless already shown.
     fn look(&mut self, now: Timestamp, carrier: &Carrier) {
         self.latest = self.latest.max(now);
         if let Some(watch) = self.watch.as_mut().filter(|_| self.truth) {
@@ -102,14 +102,14 @@ impl Eyes {
         }
     }
 
-    /// Something crossed a port of the harness.
+    /// Shows what crossed a port of the harness.
     pub(super) fn line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Transmit) {
         if self.ear == Ear::Lines {
             self.crossed(now, role, by, crossed);
         }
     }
 
-    /// Something crossed a port of the controller in the process.
+    /// Shows what crossed a port of the in-process controller.
     pub(super) fn within(&mut self, now: Timestamp, carrier: &Carrier, crossing: &Crossing) {
         if crossing.by == Device::Controller {
             self.look(now, carrier);

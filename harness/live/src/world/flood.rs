@@ -1,24 +1,24 @@
-//! Is the bus of the base flooded by nodes that have nothing to do with the run?
+//! Detects whether nodes unrelated to the run flood the bus of the base.
 
 use wire::can::BIT_RATE;
 use wire::can::CanFrame;
 use wire::time::{Span, Timestamp};
 
-/// Load is taken over this.
+/// Window for the load.
 const WINDOW: Span = Span::from_secs(1);
-/// Others may use this share of the bus; beyond it the bus is flooded. Assumption: a bus is planned for half of
-/// what it carries at most, its own nodes included. A virtual bus has no pace and takes far more than all.
+/// Share of the bus for other nodes; beyond it the bus is flooded. Assumption: a bus is planned for at most half its
+/// capacity, its own nodes included. A virtual bus has no pacing and takes far more than full load.
 pub(super) const LOAD_MAX: f64 = 0.5;
-/// A run that breaks off within this after a flood breaks off because of it. Assumption: a controller gives up
-/// within a few seconds of silence, and is told to stop in two.
+/// A run that breaks off within this time after a flood breaks off because of it. Assumption: a controller gives up
+/// within a few seconds of silence, and stopping takes two.
 const AFTERMATH: Span = Span::from_secs(10);
 
-/// Watches the frames of other nodes.
+/// Counts the frames of other nodes.
 #[derive(Debug, Default)]
 pub(super) struct FloodWatch {
     frames: u64,
     window: Option<Window>,
-    /// The largest share of the bus in any window, and when the last flooded one was.
+    /// Largest share of the bus in any window, and time of the last flooded window.
     load_max: f64,
     flooded: Option<Timestamp>,
 }
@@ -30,7 +30,7 @@ struct Window {
 }
 
 impl FloodWatch {
-    /// A frame of another node.
+    /// Counts a frame of another node.
     pub(super) fn take(&mut self, now: Timestamp, frame: &CanFrame) {
         self.frames += 1;
         let window = self.window.get_or_insert(Window { began: now, bits: 0 });
@@ -42,7 +42,7 @@ impl FloodWatch {
         }
     }
 
-    /// A window that is cut short by a busy machine counts as a whole one: its frames have crossed.
+    /// A window cut short by a busy machine counts as a whole one: its frames have crossed.
     fn look(&mut self, now: Timestamp, window: Window) {
         let lasted = (now - window.began).max(WINDOW);
         let load = window.bits as f64 / BIT_RATE as f64 / lasted.as_secs_f64();
@@ -52,12 +52,12 @@ impl FloodWatch {
         }
     }
 
-    /// Frames of other nodes in all.
+    /// Number of frames of other nodes.
     pub(super) const fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// What a flood of `port` has to do with a run that broke off at `end`; `None` where there was none.
+    /// A message that blames a flood of `port` for a run that broke off at `end`; `None` if there was no flood.
     pub(super) fn verdict(&self, end: Timestamp, port: &str) -> Option<String> {
         let recent = self.flooded.is_some_and(|at| end - at <= AFTERMATH);
         recent.then(|| {

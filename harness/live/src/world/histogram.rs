@@ -1,18 +1,18 @@
-//! How times are distributed, in bins that grow with them.
+//! Distribution of times, in logarithmic bins.
 
 use record::outcome::{Bin, Spread};
 use wire::time::Span;
 
-/// Bins a decade: each is 1.6 times as wide as the one before.
+/// Bins per decade: each is 1.6 times as wide as the previous one.
 const PER_DECADE: usize = 5;
-/// Decades from [`SHORTEST_NS`] on, up to 10 s; what is longer is in one more bin.
+/// Decades from [`SHORTEST_NS`] on, up to 10 s; one more bin holds longer times.
 const DECADES: usize = 7;
 const BINS: usize = PER_DECADE * DECADES + 1;
 /// Upper end of the first bin.
 const SHORTEST_NS: f64 = 1_000.0;
 const NS_PER_MS: f64 = 1e6;
 
-/// Times, counted by their length.
+/// Times, counted by length.
 #[derive(Debug, Clone)]
 pub(super) struct Histogram {
     counts: [u64; BINS],
@@ -28,7 +28,7 @@ impl Default for Histogram {
 impl Histogram {
     pub(super) fn add(&mut self, time: Span) {
         let decades = (time.as_nanos().max(1) as f64 / SHORTEST_NS).log10();
-        // The cast saturates: what is shorter is in the first bin.
+        // The cast saturates: shorter times are in the first bin.
         let bin = (decades * PER_DECADE as f64).ceil() as usize;
         self.counts[bin.min(BINS - 1)] += 1;
         self.max = self.max.max(time);
@@ -53,7 +53,7 @@ impl Histogram {
         self.max.as_nanos() as f64 / NS_PER_MS
     }
 
-    /// The bin's upper end; none is above the longest time.
+    /// Upper end of the bin, at most the longest time.
     fn end_ms(&self, bin: usize) -> f64 {
         let end = SHORTEST_NS * 10f64.powf(bin as f64 / PER_DECADE as f64) / NS_PER_MS;
         if bin == BINS - 1 { self.max_ms() } else { end.min(self.max_ms()) }

@@ -1,4 +1,4 @@
-//! Our controller in the process of the harness, on the ports that a process of its own would open.
+//! Our controller in the process of the harness, on the ports that a separate process would open.
 
 use super::clock::Clock;
 use super::device_under_test::StartError;
@@ -14,15 +14,15 @@ use std::collections::VecDeque;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// Crossings that wait to be told; far more than one turn of the loop can bring. More are counted as dropped.
+/// Most crossings that wait to be fetched: far more than one turn of the loop can bring. More are counted as dropped.
 const CROSSINGS_MAX: usize = 256;
 
 /// Something crossed a port of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
-    /// The role that the port leads to.
+    /// Role of the port.
     pub(super) role: &'static str,
-    /// Who sent it.
+    /// The sender.
     pub(super) by: Device,
     pub(super) crossed: Transmit,
 }
@@ -35,17 +35,17 @@ pub(super) struct InProcess {
     base: Option<RolePort>,
     crossings: VecDeque<Crossing>,
     dropped: u64,
-    /// The last thing heard, until a command follows it.
+    /// Time of the last input, until a command follows it.
     heard_at: Option<Timestamp>,
     bus_to_command: Histogram,
 }
 
-/// What came of listening.
+/// Event of the in-process controller.
 pub(super) enum InProcessEvent {
     Report(Report),
-    /// Something was taken in.
+    /// Input was received.
     Taken,
-    /// A port tells of itself.
+    /// An event of a port.
     Port(&'static str, PortEvent),
 }
 
@@ -54,7 +54,7 @@ impl InProcess {
     ///
     /// # Errors
     ///
-    /// When a port cannot be opened, or nobody knows where it is.
+    /// When a port cannot be opened, or when its place is unknown.
     pub(super) async fn start(
         config: Config,
         with_faults: bool,
@@ -98,22 +98,22 @@ impl InProcess {
         }
     }
 
-    /// Its machine was struck, or goes on: it may have something to say.
+    /// Sends outputs after a fault struck the machine or ended.
     pub(super) fn struck(&mut self, clock: &Clock, now: Timestamp) {
         self.send(clock, now);
     }
 
-    /// What faults strike.
+    /// The machine, for faults.
     pub(super) const fn machine(&mut self) -> &mut Machine {
         &mut self.machine
     }
 
-    /// On the clock of the bench.
+    /// Next wake-up, in bench time.
     pub(super) fn next_wakeup(&self) -> Timestamp {
         self.machine.next_wakeup()
     }
 
-    /// Waits for what comes next. May be called off without losing anything.
+    /// Waits for the next event. Cancel-safe.
     pub(super) async fn heard(&mut self, clock: &Clock) -> InProcessEvent {
         if !self.machine.host.is_stalled()
             && let Some(report) = self.machine.host.guest.report()
@@ -137,7 +137,7 @@ impl InProcess {
         InProcessEvent::Taken
     }
 
-    /// Puts what the controller has to say on its lines.
+    /// Sends the controller's outputs on its lines.
     fn send(&mut self, clock: &Clock, now: Timestamp) {
         if self.machine.host.is_stalled() {
             return;
@@ -168,12 +168,12 @@ impl InProcess {
         }
     }
 
-    /// What has crossed its ports, oldest first.
+    /// Returns what has crossed its ports, oldest first.
     pub(super) fn crossing(&mut self) -> Option<Crossing> {
         self.crossings.pop_front()
     }
 
-    /// What found no room: in its machine, or to be told.
+    /// Number of items dropped by its machine or from the list of crossings.
     pub(super) fn dropped(&self) -> u64 {
         self.dropped + self.machine.host.dropped()
     }

@@ -1,4 +1,4 @@
-//! What went wrong at the ports of a run, in words for the record and for the reason of its end.
+//! Problems at the ports of a run, in words for the record and for the reason of its end.
 
 use super::role_port::{PortEvent, RolePort};
 use super::verdict::blame_bench;
@@ -8,17 +8,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
-/// Notes of ports that a record holds at most: a bus that breaks down tells of it a thousand times a
-/// second. The others are counted.
+/// Most notes about ports in a record: a failing bus causes a thousand per second. Further ones are counted.
 pub const NOTES_MAX: u64 = 500;
-/// A run that ends badly within this after a port was away ends so because of it. Assumption: a controller
-/// gives up within a few seconds of silence, and the longest step that it breaks off is stopped in two.
+/// A run that ends badly within this time after the absence of a port ends so because of it. Assumption: a controller
+/// gives up within a few seconds of silence, and stopping its longest step takes two.
 const AFTERMATH: Span = Span::from_secs(10);
 
-/// A port as the journal knows it.
+/// Key of a port.
 type Whose = (Arc<str>, PortSide);
 
-/// A port that is gone, or was.
+/// A port that is gone, or was gone.
 #[derive(Debug, Clone)]
 struct Absence {
     what: String,
@@ -26,7 +25,7 @@ struct Absence {
     until: Option<Timestamp>,
 }
 
-/// Keeps what the ports tell.
+/// Keeps the events of ports.
 #[derive(Debug, Default)]
 pub(super) struct Journal {
     notes: u64,
@@ -36,7 +35,7 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// A note on what a port tells; `None` for bytes and frames, and when there are too many.
+    /// A note about an event of a port; `None` for bytes and frames, and beyond the limit.
     pub(super) fn take(
         &mut self,
         now: Timestamp,
@@ -76,7 +75,7 @@ impl Journal {
         self.note(note)
     }
 
-    /// The note, as long as there are not too many.
+    /// Returns the note, up to the limit.
     pub(super) fn note(&mut self, note: String) -> Option<String> {
         if self.notes >= NOTES_MAX {
             self.unnoted += 1;
@@ -86,12 +85,12 @@ impl Journal {
         Some(note)
     }
 
-    /// Notes that there were too many of.
+    /// Number of notes beyond the limit.
     pub(super) const fn unnoted(&self) -> u64 {
         self.unnoted
     }
 
-    /// The ending, as the ports see it: what failed for want of a port did not fail by itself.
+    /// Adjusts the ending for absent ports: a run that failed for lack of a port did not fail by itself.
     pub(super) fn explain(&self, ending: Ending, now: Timestamp) -> Ending {
         let gone = self.absences.values().find(|absence| absence.until.is_none());
         let was_gone = || {
@@ -108,7 +107,7 @@ impl Journal {
         blame_bench(ending, &format!("{}{since}", absence.what))
     }
 
-    /// What is to be said of a port when all is over.
+    /// Summary of a port.
     pub(super) fn summary(&self, (role, side): Whose, port: &RolePort) -> PortSummary {
         let rows = port.counters().rows().into_iter().filter(|(_, count)| *count > 0);
         PortSummary {

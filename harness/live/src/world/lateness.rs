@@ -1,61 +1,61 @@
-//! How late the harness was with what was due, and whether that spoils what was measured.
+//! How late the harness was, and whether that spoils the measurements.
 
 use super::histogram::Histogram;
 use record::outcome::{Spread, Timing};
 use wire::time::{Span, Timestamp};
 
-/// How late the harness may be where the bench does not say. Assumption: one sample period of the paper's
-/// gyro (10 Hz); a controller that hears nothing for longer rightly breaks off.
+/// Default limit for the lateness of the harness. Assumption: one sample period of the paper's gyro (10 Hz); a
+/// controller without input for longer rightly breaks off.
 pub const LATE_MAX_DEFAULT: Span = Span::from_millis(100);
 
-/// A property that breaks within this after the machine was late may break because of it. Assumption: the longest time
-/// that a property gives a controller to recover is 5 s, and it is told within one more.
+/// A property that breaks within this time after the machine was late may break because of it. Assumption: the longest
+/// time that a property gives a controller to recover is 5 s, and it is notified within one more.
 const AFTERMATH: Span = Span::from_secs(6);
-/// The machine may be late with what it does for others by half of that: a controller whose time-out is as long has broken
-/// off before what is on its way is a whole one late.
+/// The limit for the machine's lateness for other programs is the harness's limit divided by this: a controller whose
+/// time-out equals the limit has broken off before data is late by the whole limit.
 const MACHINE_SHARE: i64 = 2;
-/// Misses are remembered once within this.
+/// Misses within this time are kept as one.
 const MISS_GRAIN: Span = Span::from_secs(1);
-/// Misses that are remembered: hours of a machine that is always late.
+/// Most misses kept: hours of a machine that is always late.
 const MISSES_KEPT_MAX: usize = 10_000;
 
-/// What a reason begins with that blames the machine.
+/// Start of a reason that blames the machine.
 const NOT_IN_TIME: &str = "this machine did not keep real time";
 
-/// How far a plan has come.
+/// Progress of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Course {
-    /// Steps done.
+    /// Completed steps.
     pub(super) steps: u64,
-    /// Observations made.
+    /// Number of observations.
     pub(super) observations: usize,
 }
 
-/// Times that something was later than it may be.
+/// Counts of events that were later than allowed.
 #[derive(Debug, Default)]
 struct Misses {
     all: u64,
-    /// In steps that something was measured in.
+    /// In steps with measurements.
     judged: u64,
-    /// In the step that is under way.
+    /// In the current step.
     in_step: u64,
-    /// In the step that the run ended in, once it has.
+    /// In the step in which the run ended, once it has ended.
     at_end: Option<u64>,
     worst: Span,
 }
 
-/// Counts how late things were done.
+/// Records the lateness of events.
 #[derive(Debug)]
 pub(super) struct Lateness {
     late_max: Span,
     histogram: Histogram,
-    /// Of the harness's own loop.
+    /// Misses of the harness's own loop.
     own: Misses,
-    /// Of the machine with what it does for others; see [`super::machine_watch`].
+    /// Misses of the machine for other programs; see [`super::machine_watch`].
     machine: Misses,
-    /// When either was, one a [`MISS_GRAIN`]; what finds no room is as the last one.
+    /// Times of both, one per [`MISS_GRAIN`]; once full, the last entry stands for all later ones.
     missed: Vec<Timestamp>,
-    /// The plan's course when the step began.
+    /// Progress of the plan at the start of the step.
     step_began: Course,
 }
 
@@ -71,18 +71,18 @@ impl Lateness {
         }
     }
 
-    /// How late the harness may be.
+    /// Limit for the lateness of the harness.
     pub(super) const fn late_max(&self) -> Span {
         self.late_max
     }
 
-    /// The loop did something this late, at `now`.
+    /// Adds the lateness of something that the loop did at `now`.
     pub(super) fn add(&mut self, now: Timestamp, late: Span) {
         self.histogram.add(late);
         self.count(now, (late, self.late_max), |lateness| &mut lateness.own);
     }
 
-    /// The machine was this late with what it does for others.
+    /// Adds the lateness of the machine for other programs.
     pub(super) fn add_machine(&mut self, now: Timestamp, late: Span) {
         let late_max = self.late_max / MACHINE_SHARE;
         self.count(now, (late, late_max), |lateness| &mut lateness.machine);
@@ -108,7 +108,7 @@ impl Lateness {
         }
     }
 
-    /// Why a property that broke at `at` is not to be held against the device under test; `None` where it is.
+    /// Why the device under test is not to blame for a property that broke at `at`; `None` if it is.
     pub(super) fn verdict_on_violation(&self, property: &str, at: Timestamp) -> Option<String> {
         let before = |miss: &&Timestamp| **miss <= at + MISS_GRAIN && at - **miss <= AFTERMATH;
         self.missed.iter().find(before)?;
@@ -116,7 +116,7 @@ impl Lateness {
         self.too_late(|misses| misses.all, &when)
     }
 
-    /// The plan has come this far. What was late in a step counts against what was observed in it.
+    /// Updates the progress of the plan. Lateness in a step counts against the observations of that step.
     pub(super) fn reach(&mut self, course: Course) {
         if course.steps != self.step_began.steps {
             self.end_step(course);
@@ -127,15 +127,14 @@ impl Lateness {
         self.own.at_end.is_some()
     }
 
-    /// The run ends here, and is only torn down after this. What was late in the step until now may be why it
-    /// was broken off.
+    /// The run ends here, and only the tear-down follows. Lateness in the step so far may be why it was broken off.
     pub(super) fn break_off(&mut self) {
         for misses in [&mut self.own, &mut self.machine] {
             misses.at_end.get_or_insert(misses.in_step);
         }
     }
 
-    /// The plan is over.
+    /// Ends the current step.
     pub(super) fn end_step(&mut self, course: Course) {
         let measured = course.observations > self.step_began.observations;
         for misses in [&mut self.own, &mut self.machine] {
@@ -145,7 +144,7 @@ impl Lateness {
         self.step_began = course;
     }
 
-    /// How well time was kept, for the summary.
+    /// Timing of the run, for the summary.
     pub(super) fn timing(&self, bus_to_command: Option<Spread>, scheduling: String) -> Timing {
         Timing {
             late: self.histogram.spread(),
@@ -158,15 +157,14 @@ impl Lateness {
         }
     }
 
-    /// Why nothing that was measured can be believed, though the plan passed; `None` where it can. What the machine held up
-    /// for others made it harder to pass.
+    /// Why the measurements of a passed plan cannot be trusted; `None` if they can. Lateness of the machine for other
+    /// programs only made it harder to pass.
     pub(super) fn verdict_on_pass(&self) -> Option<String> {
         let judged = self.own.judged;
         (judged > 0).then(|| self.say(judged, self.own.worst, "while something was measured"))
     }
 
-    /// Why a plan that failed, or a step that was broken off, is not to be held against the device under test; `None` where
-    /// it is.
+    /// Why the device under test is not to blame for a failed plan or an aborted step; `None` if it is.
     pub(super) fn verdict_on_failure(&self) -> Option<String> {
         self.too_late(|misses| misses.judged, "while something was measured").or_else(|| {
             let at_end = |misses: &Misses| misses.at_end.unwrap_or_default();

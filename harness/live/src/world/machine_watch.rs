@@ -1,8 +1,8 @@
-//! How late the machine is with what it does for others.
+//! How late the machine is with its work for other programs.
 //!
-//! The harness's loop may be in time while the program under test is not: the kernel carries the bytes of a pty across in a
-//! thread of its own, and a program waits for a processor. So a byte crosses a pty of the harness's own all the time, and
-//! the kernel tells how long each thread of a program has waited (`/proc/PID/task/TID/schedstat`).
+//! The harness's loop may be in time while the program under test is not: a kernel thread carries the bytes of a pty,
+//! and a program waits for a processor. Therefore a byte constantly crosses a pty of the harness's own, and the kernel
+//! reports how long each thread of a program has waited (`/proc/PID/task/TID/schedstat`).
 
 use ports::pty::{Pty, PtyError};
 use rustix::fs::OFlags;
@@ -12,27 +12,28 @@ use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
 use wire::time::{Span, Timestamp};
 
-/// A byte is sent so often within what the harness may be late.
+/// Number of probe bytes within the lateness limit of the harness.
 const PROBES: i64 = 10;
-/// And no more often, and no less: assumptions, a tenth of a percent of a processor, and a sample period of the gyro.
+/// Shortest and longest period of the probe: assumptions, a tenth of a percent of a processor, and a sample period of
+/// the gyro.
 const PERIODS: (Span, Span) = (Span::from_millis(1), Span::from_millis(10));
 
-/// Watches a machine throughout a run.
+/// Watches the machine during a run.
 #[derive(Debug)]
 pub(super) struct MachineWatch {
     near: Pty,
     far: File,
     period: Span,
     is_under_way: bool,
-    /// When the last one arrived: until then nothing was held up.
+    /// When the last byte arrived: until then nothing was delayed.
     arrived: Timestamp,
     due: Timestamp,
-    /// What each thread of each program has waited for a processor until now.
+    /// Time that each thread of each program has waited for a processor so far.
     waited: BTreeMap<(u32, String), Span>,
 }
 
 impl MachineWatch {
-    /// Called within a tokio runtime that has IO enabled.
+    /// Needs a tokio runtime with IO enabled.
     pub(super) fn new(now: Timestamp, late_max: Span) -> Result<Self, PtyError> {
         let near = Pty::open()?;
         let flags = OFlags::NOCTTY | OFlags::NONBLOCK;
@@ -46,7 +47,7 @@ impl MachineWatch {
         Ok(Self { near, far, period, is_under_way: false, arrived: now, due: now, waited })
     }
 
-    /// Sends what is due.
+    /// Sends the byte if it is due.
     pub(super) fn wake(&mut self, now: Timestamp) {
         if now >= self.due && self.far.write(&[0]).is_ok() {
             self.is_under_way = true;
@@ -58,7 +59,7 @@ impl MachineWatch {
         self.due
     }
 
-    /// Waits until what was sent arrives. May be called off without losing anything.
+    /// Waits until the byte arrives. Cancel-safe.
     pub(super) async fn arrives(&self) {
         let mut buffer = [0; 16];
         if self.near.read(&mut buffer).await.is_err() {
@@ -66,7 +67,7 @@ impl MachineWatch {
         }
     }
 
-    /// It has arrived: how long something may have been under way.
+    /// Takes the arrival; returns how long something may have been under way.
     pub(super) fn arrived(&mut self, now: Timestamp) -> Span {
         let late = self.late(now);
         self.is_under_way = false;
@@ -75,16 +76,16 @@ impl MachineWatch {
         late
     }
 
-    /// How long something may be under way that has not arrived; nothing if nothing is.
+    /// How long a byte may have been under way; zero if there is none.
     pub(super) fn late(&self, now: Timestamp) -> Span {
         if self.is_under_way { now - self.arrived } else { Span::ZERO }
     }
 
-    /// The longest that a thread of one of these processes has waited for a processor since the last look.
+    /// The longest wait of a thread of these processes for a processor since the last call.
     pub(super) fn look(&mut self, processes: impl IntoIterator<Item = u32>) -> Span {
         let mut longest = Span::ZERO;
         for process in processes {
-            // One that is gone waits for nothing.
+            // A process that is gone has no threads.
             let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten();
             for thread in threads.flatten() {
                 let waited = fs::read_to_string(thread.path().join("schedstat"));

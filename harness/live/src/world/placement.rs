@@ -1,4 +1,4 @@
-//! Which port plays which role in a run, from a bench file and what the plan's devices need.
+//! Assigns ports to the roles of a run, from a bench file and the needs of the plan's devices.
 
 use controller::config::Transport;
 use described::Medium;
@@ -8,12 +8,12 @@ use ports::spec::{SerialDevice, SerialOptions, SerialSpec};
 use rig::operator::RealRoles;
 use std::path::{Path, PathBuf};
 
-/// What plays a role, and where.
+/// Player of a role, with its port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Player {
-    /// An emulated device that this port leads to.
+    /// An emulated device, reached through this port.
     Emulated(PortSpec),
-    /// A device that is there.
+    /// A real device.
     Real(PortSpec),
 }
 
@@ -21,16 +21,16 @@ pub enum Player {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Placement {
     pub gyro: Player,
-    /// None on a table.
+    /// `None` on a table.
     pub base: Option<Player>,
-    /// A table on a port; an emulated one without hears the plan within the harness.
+    /// A table on a port; an emulated table without one is commanded within the harness.
     pub table: Option<Player>,
 }
 
 /// Why a bench does not fit the plan.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PlacementError {
-    /// A port that nobody could make sense of.
+    /// An invalid port of a role.
     #[error("failed to read the port \"{port}\" of the {role}")]
     #[diagnostic(help("`hil doctor` lists what there is; [{role}] port = \"/dev/ttyUSB0\""))]
     Port {
@@ -38,10 +38,9 @@ pub enum PlacementError {
         role: &'static str,
         /// Its port.
         port: String,
-        /// Why.
         source: Box<ports::spec::SpecError>,
     },
-    /// The same, of a line.
+    /// An invalid port of a line.
     #[error("failed to read the port \"{port}\" of the line `{line}`")]
     #[diagnostic(help("`hil doctor` lists what there is; [line.{line}] port = \"can:can0\""))]
     LinePort {
@@ -49,7 +48,6 @@ pub enum PlacementError {
         line: String,
         /// Its port.
         port: String,
-        /// Why.
         source: Box<ports::spec::SpecError>,
     },
     /// The base of the plan is on the other kind of line.
@@ -63,14 +61,14 @@ pub enum PlacementError {
     BaseTransport {
         /// The port.
         port: String,
-        /// What the device file says.
+        /// Transport in the device file.
         transport: &'static str,
-        /// What crosses the port.
+        /// Traffic of the port.
         carried: &'static str,
-        /// What the device file would have to say.
+        /// Transport that the device file would need.
         other: &'static str,
     },
-    /// A device of the user's own is on the other kind of line.
+    /// The user's own device is on the other kind of line.
     #[error("failed to put the device on {port}: its layout needs a port for {wanted}")]
     #[diagnostic(help(
         "give [device] another port: `can:INTERFACE`, or a serial line such as /dev/ttyUSB0"
@@ -78,10 +76,10 @@ pub enum PlacementError {
     DeviceMedium {
         /// The port.
         port: String,
-        /// What the layout is of.
+        /// Traffic of the layout.
         wanted: &'static str,
     },
-    /// Other nodes beside a base that is real, or a table at a port.
+    /// Other nodes beside a real base, or beside a table at a port.
     #[error(
         "failed to place the rig: the {role} at {port} has its line for itself, and other nodes are in the rig"
     )]
@@ -100,9 +98,9 @@ pub enum PlacementError {
     SharedPort {
         /// The port.
         port: String,
-        /// A role.
+        /// The first role.
         first: &'static str,
-        /// Another.
+        /// The second role.
         second: &'static str,
     },
     /// An emulated table on a port whose other end the plan cannot open.
@@ -121,8 +119,8 @@ pub enum PlacementError {
 }
 
 impl Placement {
-    /// Where the roles of `bench` are for a plan whose base is on `base`. An emulated role without a port
-    /// goes to a pty, and on CAN to `can`.
+    /// Places the roles of `bench` for a plan whose base is on `base`. An emulated role without a port goes to a pty,
+    /// and on CAN to `can`.
     ///
     /// # Errors
     ///
@@ -154,10 +152,10 @@ impl Placement {
         })
     }
 
-    /// Can other nodes be on its lines?
+    /// Whether other nodes can be on its lines.
     ///
     /// # Errors
-    /// When the base is real or the table is at a port: what else crosses that is not the harness's to carry.
+    /// When the base is real or the table is at a port: the harness does not carry the traffic there.
     pub fn beside_nodes(&self) -> Result<(), PlacementError> {
         let alone =
             |role, port: &PortSpec| PlacementError::RobotAndNodes { role, port: port.to_string() };
@@ -179,7 +177,7 @@ impl Placement {
         }
     }
 
-    /// Who plays a role; none where nobody does.
+    /// Player of a role; `None` if no device plays it.
     pub(super) fn player(&self, role: &str) -> Option<&Player> {
         match role {
             "gyro" => Some(&self.gyro),
@@ -189,7 +187,7 @@ impl Placement {
         }
     }
 
-    /// What crosses the ports, in a word for the summary: the kinds of port.
+    /// Kinds of the ports, in a word for the summary.
     pub fn bus(&self) -> String {
         let base = self.base.as_ref().map(Player::spec);
         let mut kinds: Vec<&str> = Vec::new();
@@ -205,7 +203,6 @@ impl Placement {
 }
 
 impl Player {
-    /// Its port.
     pub const fn spec(&self) -> &PortSpec {
         match self {
             Self::Emulated(spec) | Self::Real(spec) => spec,
@@ -217,7 +214,7 @@ impl Player {
     }
 }
 
-/// The other side of a port that is made or used here, as the device under test would open it.
+/// The far side of a port that is created or used here, as the device under test would open it.
 pub(crate) fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
     let options = SerialOptions::default();
     let serial = SerialSpec { device: SerialDevice::Path(path.to_owned()), options };
@@ -229,7 +226,7 @@ pub(crate) fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
     }
 }
 
-/// The port of a line of a rig.
+/// Reads the port of a line of a rig.
 pub fn line_port(line: &str, port: &PortText) -> Result<PortSpec, PlacementError> {
     let text = port.as_str();
     text.parse().map_err(|source| PlacementError::LinePort {
@@ -287,7 +284,7 @@ fn place_base(
     }
 }
 
-/// No two roles that the plan needs on one line. A bus has room for all.
+/// Checks that no two roles of the plan share a serial line. A bus may be shared.
 fn shared(bench: &BenchFile, with_base: bool) -> Result<(), PlacementError> {
     let mut seen: Vec<(&'static str, PathBuf)> = Vec::new();
     for role in ROLES {
@@ -315,7 +312,7 @@ fn shared(bench: &BenchFile, with_base: bool) -> Result<(), PlacementError> {
     Ok(())
 }
 
-/// Where a port of this medium is that nobody has named.
+/// Default port for this medium.
 pub fn usual_port(medium: Medium, can: &PortSpec) -> PortSpec {
     match medium {
         Medium::Can => can.clone(),
@@ -376,7 +373,7 @@ mod tests {
         failed to put the emulated table on /dev/ttyS2: the plan commands it, and the other end of that port is out of sight
         failed to tell the gyro from the base: both are on serial:/dev/ttyS1?baud=300
         "#);
-        // A base that the plan does not have cannot be in the way.
+        // A base that the plan does not have cannot conflict.
         let bench = "[gyro]\nport = \"/dev/ttyS1\"\n[base]\nport = \"/dev/ttyS1\"";
         assert!(place(bench, None).is_ok());
     }

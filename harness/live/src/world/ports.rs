@@ -1,4 +1,4 @@
-//! The ports that the harness has open in a run: those of emulated devices, and those that it listens at.
+//! The ports that the harness opens in a run: those of emulated devices, and those at which it only listens.
 
 use super::journal::Journal;
 use super::placement::far_spec;
@@ -20,8 +20,8 @@ use wire::device::Transmit;
 use wire::gyro::GyroFormat;
 use wire::time::{Span, Timestamp};
 
-/// A rate that is still wrong after this is not one that is being set. Assumption: a program opens its port
-/// and sets it within a second.
+/// A wrong rate that lasts longer than this is not just about to be set. Assumption: a program opens its port and sets
+/// the rate within a second.
 const RATE_GRACE: Span = Span::from_secs(1);
 
 /// Name of a role.
@@ -31,7 +31,7 @@ pub const BASE: &str = "base";
 /// See [`GYRO`].
 pub const TABLE: &str = "table";
 
-/// Whose device a role is, in the record.
+/// Device of a role in the record.
 pub(super) fn device(role: &str) -> Device {
     match role {
         GYRO => Device::Gyro,
@@ -40,7 +40,7 @@ pub(super) fn device(role: &str) -> Device {
     }
 }
 
-/// What crosses the line of a base.
+/// Traffic on the line of a base.
 pub const fn base_traffic(transport: Transport) -> Traffic {
     match transport {
         Transport::Can => Traffic::Frames(BitRates::USUAL),
@@ -51,32 +51,33 @@ pub const fn base_traffic(transport: Transport) -> Traffic {
 /// A port that a run needs.
 #[derive(Debug, Clone)]
 pub struct PortPlan {
-    /// The role that it plays, or its line: as bench files and messages name it.
+    /// Its role or line, as named in bench files and messages.
     pub role: Arc<str>,
     pub side: PortSide,
     pub spec: PortSpec,
     pub traffic: Traffic,
-    /// Which end of which line it is: what comes from it is sent from there, and what is sent there leaves by it.
+    /// Line and end that the port serves: data from the port is sent from that end, and data for that end goes to the
+    /// port.
     pub line: usize,
     /// See `line`.
     pub end: EndId,
-    /// As whose notes on it are.
+    /// Device to which notes on it are attributed.
     pub who: Device,
-    /// It is the other side of this earlier port.
+    /// Index of the earlier port of which this is the far side.
     pub(crate) far_of: Option<usize>,
-    /// Nothing is sent: it is heard what others say on a bus.
+    /// Whether it only listens to a bus and sends nothing.
     pub listens: bool,
 }
 
-/// What a run needs of the system: its ports, and where real devices are that the device under test has for itself.
+/// Ports of a run: those of the harness, and those of real devices that only the device under test opens.
 #[derive(Debug, Clone, Default)]
 pub struct PortPlans {
     pub ports: Vec<PortPlan>,
-    /// Role and port.
+    /// Role and port of each real device.
     pub real: Vec<(Arc<str>, PortSpec)>,
 }
 
-/// A port that is open.
+/// An open port.
 #[derive(Debug)]
 pub struct OpenPort {
     pub plan: PortPlan,
@@ -84,23 +85,23 @@ pub struct OpenPort {
     rate: RateWatch,
 }
 
-/// The ports of the harness.
+/// The open ports of the harness.
 #[derive(Debug)]
 pub struct Ports {
     pub open: Vec<OpenPort>,
     real: Vec<(Arc<str>, PortSpec)>,
-    /// Which is asked first, in turn: one that never falls silent keeps no other waiting.
+    /// The port polled first, in turn, so that a busy port does not starve the others.
     first: usize,
 }
 
-/// Where the device under test finds its devices.
+/// Ports of the devices for the device under test.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Wiring {
-    /// What stands for `{gyro}` and `{base}`, or for a line, in a command line.
+    /// Values for `{gyro}` and `{base}`, or for a line, in a command line.
     pub(super) words: BTreeMap<String, String>,
     /// The ports that it opens.
     pub(super) ports: BTreeMap<String, PortSpec>,
-    /// The same, for programs that look for their lines by name.
+    /// Ports of lines, for programs that look them up by name.
     pub places: Places,
 }
 
@@ -112,7 +113,7 @@ impl Wiring {
 }
 
 impl OpenPort {
-    /// Hands something to it at once; what finds no room is counted.
+    /// Sends at once; counts what finds no room.
     pub fn send(&mut self, now: Timestamp, what: &Transmit) {
         match what {
             Transmit::Bytes(packet) => self.port.send_bytes(packet.as_slice()),
@@ -120,14 +121,14 @@ impl OpenPort {
         }
     }
 
-    /// What has crossed it, what is zero left out.
+    /// Counters of the port that are not zero.
     pub fn counted(&self) -> BTreeMap<&'static str, u64> {
         self.port.counters().rows().into_iter().filter(|(_, n)| *n > 0).collect()
     }
 }
 
 impl Ports {
-    /// Opens what the harness needs.
+    /// Opens the ports of the harness.
     ///
     /// # Errors
     ///
@@ -141,7 +142,7 @@ impl Ports {
             {
                 plan.spec = far_spec(&plan.spec, path);
             }
-            // An adapter that is played here answers whoever opens it.
+            // An emulated adapter must answer when it is opened.
             let port = {
                 let mut opening = std::pin::pin!(RolePort::open(&plan.spec, plan.traffic));
                 loop {
@@ -160,7 +161,7 @@ impl Ports {
         Ok(ports)
     }
 
-    /// Where the other side of each of these ports is, and where real devices are.
+    /// Far sides of these ports, and the ports of real devices.
     ///
     /// # Errors
     ///
@@ -190,14 +191,14 @@ impl Ports {
         Ok(wiring)
     }
 
-    /// The harness itself has the other side.
+    /// Whether the harness itself opens the far side.
     fn has_far(&self, near: &OpenPort) -> bool {
         self.open.iter().any(|open| {
             open.plan.far_of.is_some_and(|place| std::ptr::eq(&raw const self.open[place], near))
         })
     }
 
-    /// Waits for what any of them tells, and says which. May be called off without losing anything.
+    /// Waits for an event of any port; returns the port's index too. Cancel-safe.
     pub async fn next(&mut self) -> (usize, PortEvent) {
         let count = self.open.len();
         if count == 0 {
@@ -219,18 +220,18 @@ impl Ports {
         .await
     }
 
-    /// The name of the port of a role.
+    /// Name of the port of a role.
     pub(super) fn name(&self, role: &str) -> &str {
         let found = self.open.iter().find(|open| &*open.plan.role == role);
         found.map_or("", |open| open.port.name())
     }
 
-    /// The places of the ports that lead to that line.
+    /// The ports of that line.
     pub(crate) fn of_line(&mut self, line: usize) -> impl Iterator<Item = &mut OpenPort> {
         self.open.iter_mut().filter(move |open| open.plan.line == line)
     }
 
-    /// What is wrong with the rate that the other side of a pty has set; `None` where nothing is.
+    /// A message about a wrong rate set at the far side of a pty; `None` if there is none.
     pub(super) fn wrong_rate(&mut self, now: Timestamp) -> Option<String> {
         self.open.iter_mut().find_map(|OpenPort { plan, port, rate }| {
             let role = &plan.role;
@@ -243,9 +244,9 @@ impl Ports {
         })
     }
 
-    /// What speaks for lines that are crossed or lead nowhere, where a run has not passed.
+    /// A hint at crossed or unconnected lines, for a run that has not passed.
     pub(super) fn miswired(&self, gyro: Option<GyroFormat>) -> Option<String> {
-        // One that puts out angles, too, may be told which.
+        // A gyro that also outputs angles accepts commands, to select the output.
         let takes_none = gyro?.facts().angle_step.is_none();
         let port = self.open.iter().find(|open| &*open.plan.role == GYRO)?;
         match port.port.counters().bytes_in {
@@ -270,7 +271,7 @@ impl Ports {
     }
 }
 
-/// A path or an interface, as command lines take them.
+/// A path or an interface, for command lines.
 fn word(spec: &PortSpec) -> Result<String, PortError> {
     Ok(match spec {
         PortSpec::Can { interface } => interface.clone(),
@@ -283,10 +284,10 @@ fn word(spec: &PortSpec) -> Result<String, PortError> {
     })
 }
 
-/// Watches the rate that the other side of a pty sets.
+/// Watches the rate that the far side of a pty sets.
 #[derive(Debug)]
 struct RateWatch {
-    /// None where there are no bytes.
+    /// `None` for a port of frames.
     right: Option<u32>,
     wrong_since: Option<Timestamp>,
 }
@@ -296,7 +297,7 @@ impl RateWatch {
         Self { right, wrong_since: None }
     }
 
-    /// The rate that is set and the one that would be right, once it is wrong for good.
+    /// The rate that is set and the right one, once it has been wrong for too long.
     fn wrong(&mut self, now: Timestamp, set: Option<u32>) -> Option<(u32, u32)> {
         let (Some(set), Some(right)) = (set, self.right) else { return None };
         if set == right {

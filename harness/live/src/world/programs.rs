@@ -1,4 +1,4 @@
-//! The programs of nodes under test, in real time: each started with the ports of its lines.
+//! The programs of nodes under test in real time, each started with the ports of its lines.
 
 use super::device_under_test::{Heard, StartError};
 use super::ports::Wiring;
@@ -14,7 +14,7 @@ use std::task::Poll;
 pub struct Program {
     /// The node.
     pub node: String,
-    /// Its words, with `{line}` for the ports of lines; none where it is there already.
+    /// Its command line, with `{line}` for the ports of lines; empty if it runs already.
     pub words: Vec<String>,
 }
 
@@ -26,12 +26,13 @@ impl fmt::Display for Program {
     }
 }
 
-/// Programs that run; what has ended is not asked again.
+/// Running programs; one that has ended is not polled again.
 #[derive(Debug, Default)]
 pub(super) struct Programs(Vec<(String, DeviceProcess, bool)>);
 
 impl Programs {
-    /// Each program writes into a log of its own: the one of `log` that bears its node's name, where it is not alone.
+    /// Starts the programs. Each writes into its own log: `log`, with the node's name in the extension unless it is
+    /// alone.
     pub(super) fn start(
         programs: &[Program],
         is_alone: bool,
@@ -54,7 +55,7 @@ impl Programs {
         Ok(Self(running))
     }
 
-    /// Waits until one of them ends. May be called off without losing anything.
+    /// Waits until one of them ends. Cancel-safe.
     pub(super) async fn heard(&mut self) -> Heard {
         let running = self.0.iter_mut().filter(|(_, _, ended)| !*ended);
         let mut waiting: Vec<_> = running
@@ -85,7 +86,7 @@ impl Programs {
         .await
     }
 
-    /// Those that run.
+    /// Process ids of the running programs.
     pub(super) fn processes(&self) -> impl Iterator<Item = u32> {
         self.0.iter().filter_map(|(_, process, _)| process.id())
     }

@@ -1,4 +1,4 @@
-//! Priority over everything else on the machine, where it is allowed.
+//! Real-time priority, if permitted.
 
 use rustix::mm::{MlockAllFlags, mlockall};
 use thread_priority::unix::{
@@ -7,21 +7,21 @@ use thread_priority::unix::{
 };
 use thread_priority::{ThreadPriority, ThreadPriorityValue};
 
-/// Priority among the real-time threads, 1 to 99. Assumption: above what is usual for user programs, below
-/// the interrupt threads of a kernel with PREEMPT_RT (50).
+/// Priority among the real-time threads, 1 to 99. Assumption: above the usual for user programs, below the interrupt
+/// threads of a kernel with PREEMPT_RT (50).
 const PRIORITY: u8 = 40;
 
-/// What the scheduler is asked for.
+/// Requested scheduling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduling {
-    /// Nothing.
+    /// Normal scheduling.
     #[default]
     Normal,
-    /// `SCHED_FIFO` and memory that stays where it is.
+    /// `SCHED_FIFO` and locked memory.
     RealTime,
 }
 
-/// Asks for it, and says what came of it. Where it is not permitted the run goes on without.
+/// Requests the scheduling, and returns the result in words. Without permission the run goes on normally.
 pub(super) fn ask(scheduling: Scheduling) -> String {
     if scheduling == Scheduling::Normal {
         return "normal".to_owned();

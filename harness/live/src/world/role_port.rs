@@ -1,4 +1,4 @@
-//! A port that plays a role in a run: it may be lost and come back, and tells of both.
+//! A port that plays a role in a run: it may be lost and come back, and reports both.
 
 use ports::pty::PtyPort;
 use ports::{
@@ -10,7 +10,7 @@ use wire::packet::Packet;
 use wire::serial::SerialSettings;
 use wire::time::Timestamp;
 
-/// What a port of a run tells.
+/// Event of a port.
 #[derive(Debug)]
 pub enum PortEvent {
     /// Bytes of a serial line.
@@ -19,39 +19,39 @@ pub enum PortEvent {
     Break,
     /// A frame of a bus.
     Frame(CanFrame),
-    /// What a controller says of the bus.
+    /// An error event of the CAN controller.
     Bus(CanErrorEvent),
-    /// The interface was taken down.
+    /// The interface went down.
     Down,
-    /// It is up again.
+    /// The interface is up again.
     Up,
-    /// The other side has opened the bus of the adapter that is played here.
+    /// The far side has opened the bus of the emulated adapter.
     Opened,
-    /// It has closed it.
+    /// The far side has closed it.
     Closed,
-    /// The port is gone; it is waited for.
+    /// The port is gone; its return is awaited.
     Lost(PortLost),
-    /// It is back.
+    /// The port is back.
     Back,
-    /// It stayed away; it is waited for again.
+    /// The port stayed away; its return is awaited again.
     Away(PortError),
 }
 
-/// What crosses a role's port.
+/// Traffic of a role's port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Traffic {
     /// Bytes, usually at these settings.
     Bytes(SerialSettings),
-    /// Frames, on a bus that is meant to have these rates.
+    /// Frames, on a bus that should have these rates.
     Frames(BitRates),
 }
 
-/// A port and its name.
+/// A named port.
 #[derive(Debug)]
 pub struct RolePort {
     name: String,
     medium: AnyPort,
-    /// It is gone, and was told to be.
+    /// The port is gone, and that was reported.
     lost: bool,
 }
 
@@ -60,14 +60,14 @@ impl RolePort {
     ///
     /// # Errors
     ///
-    /// When it cannot be opened, or carries something else.
+    /// When it cannot be opened, or carries another kind of traffic.
     pub(super) async fn open(spec: &PortSpec, traffic: Traffic) -> Result<Self, PortError> {
         let medium = match traffic {
             Traffic::Bytes(usual) => {
                 let mut port = BytePort::open(spec, usual)?;
                 if let BytePort::Pty(pty) = &mut port {
-                    // Who opens the far side and sets no rate has the right one, as the rate of a pty is
-                    // looked at.
+                    // A program that opens the far side and sets no rate counts as right: the rate of a pty is only
+                    // checked.
                     pty.pty().set_baud(usual.baud)?;
                 }
                 AnyPort::Bytes(Box::new(port))
@@ -77,12 +77,12 @@ impl RolePort {
         Ok(Self { name: spec.to_string(), medium, lost: false })
     }
 
-    /// As a bench file names it.
+    /// Name in a bench file.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What the other side opens; `None` where it is a device.
+    /// Path that the other side opens; `None` if that is a device.
     pub fn far_path(&self) -> Option<&str> {
         self.medium.far_path()
     }
@@ -91,7 +91,7 @@ impl RolePort {
         self.medium.counters()
     }
 
-    /// The rate that the other side of a pty has set; `None` where that is not known.
+    /// Rate that the far side of a pty has set; `None` if unknown.
     pub(super) fn far_baud(&mut self) -> Option<u32> {
         match &mut self.medium {
             AnyPort::Bytes(port) => match &mut **port {
@@ -102,8 +102,7 @@ impl RolePort {
         }
     }
 
-    /// Waits for what comes next; while the port is gone, for it to come back. May be called off without
-    /// losing anything.
+    /// Waits for the next event; while the port is gone, for its return. Cancel-safe.
     pub(super) async fn next(&mut self) -> PortEvent {
         if self.lost {
             return match self.medium.reopen().await {
@@ -134,14 +133,14 @@ impl RolePort {
         })
     }
 
-    /// Puts bytes on the line at once; what finds no room is counted.
+    /// Sends bytes at once; counts what finds no room.
     pub(super) fn send_bytes(&mut self, bytes: &[u8]) {
         if let AnyPort::Bytes(port) = &mut self.medium {
             port.send(bytes);
         }
     }
 
-    /// Puts a frame on the bus at once; what finds no room is counted.
+    /// Sends a frame at once; counts it if it finds no room.
     pub(super) fn send_frame(&mut self, now: Timestamp, frame: &CanFrame) {
         if let AnyPort::Frames(port) = &mut self.medium {
             port.send(now, frame);
@@ -158,7 +157,7 @@ impl From<ByteEvent> for PortEvent {
     }
 }
 
-/// The next event of a port; without one, never.
+/// Waits for the next event of a port; without a port, forever.
 pub(super) async fn next(port: Option<&mut RolePort>) -> PortEvent {
     match port {
         Some(port) => port.next().await,

@@ -1,4 +1,4 @@
-//! Where and how a plan is run in real time, and what that bench shows and lets be struck.
+//! Where and how a plan runs in real time, what that bench shows, and which faults it allows.
 
 use super::device_under_test::{DeviceUnderTest, StartError};
 use super::placement::{Placement, Player};
@@ -22,66 +22,64 @@ pub enum LiveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Start(#[from] StartError),
-    /// No runtime for the select loop.
+    /// The event loop could not be started.
     #[error("failed to start the event loop")]
     #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
     Runtime(#[from] std::io::Error),
 }
 
-/// A fault that this bench cannot suffer: bad input, as it is known before the run.
+/// A fault that this bench does not allow, detected before the run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
 #[error("failed to inject fault {index}, {name}: {why}")]
 #[diagnostic(help("{help}"))]
 pub struct OutOfReach {
-    /// Its place in the schedule.
+    /// Index in the schedule.
     pub index: usize,
-    /// Its kind and target: `burst_loss of gyro`.
+    /// Kind and target: `burst_loss of gyro`.
     pub name: String,
     /// Why it cannot be injected here.
     pub why: String,
-    /// What to do.
+    /// How to fix it.
     pub help: String,
 }
 
-/// Where and how a plan is run in real time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
-    /// What is tested.
+    /// The device under test.
     pub device_under_test: DeviceUnderTest,
-    /// Nodes that are tested, with or without it.
+    /// Nodes under test, with or without it.
     pub programs: Vec<Program>,
-    /// Where its devices are.
     pub site: Site,
-    /// How long an attached device under test may take until it is heard.
+    /// Time limit for the first report of an attached device under test.
     pub attach_max: Span,
-    /// How late the harness may be with anything.
+    /// Limit for the lateness of the harness.
     pub late_max: Span,
-    /// What the scheduler is asked for.
+    /// Requested scheduling.
     pub scheduling: Scheduling,
 }
 
-/// Where the devices of a run are.
+/// Places of the devices of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Site {
     /// Gyro, base and table, and lines of other nodes.
     Robot(Placement, Vec<LineSite>),
     /// The only device.
     Device(Player),
-    /// Lines of a rig that somebody is at who is not in this process.
+    /// Lines of a rig with nodes outside this process.
     Lines(Vec<LineSite>),
 }
 
-/// Where a line of a rig is.
+/// Port of a line of a rig.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineSite {
-    /// Which line, by its place in the rig.
+    /// Index of the line in the rig.
     pub line: usize,
-    /// The port of the nodes that are emulated here.
+    /// Port of the nodes that are emulated here.
     pub spec: PortSpec,
 }
 
 impl Site {
-    /// What crosses the ports, in a word for the summary: the kinds of port.
+    /// Kinds of the ports, in a word for the summary.
     pub fn bus(&self) -> String {
         match self {
             Self::Robot(placement, lines) => {
@@ -97,7 +95,7 @@ impl Site {
         }
     }
 
-    /// Who plays a role; none where nobody does.
+    /// Player of a role; `None` if no device plays it.
     pub fn player(&self, role: &str) -> Option<&Player> {
         match self {
             Self::Robot(placement, _) => placement.player(role),
@@ -108,29 +106,29 @@ impl Site {
 }
 
 impl Setting {
-    /// What is tested, as a summary names it.
+    /// Name of what is under test, for a summary.
     pub fn under_test(&self) -> String {
         let controller = Some(self.device_under_test.to_string()).filter(|name| !name.is_empty());
         let programs = self.programs.iter().map(Program::to_string);
         controller.into_iter().chain(programs).collect::<Vec<_>>().join(", ")
     }
 
-    /// A real device that the controller alone talks to. A bus of the kernel is heard by the harness, too.
+    /// Whether only the controller talks to this real device. The harness also listens on a bus of the kernel.
     pub(super) fn is_unheard(&self, role: &str) -> bool {
         let player = self.site.player(role);
         matches!(player, Some(Player::Real(spec)) if !matches!(spec, PortSpec::Can { .. }))
     }
 
-    /// Where the base is.
+    /// Port of the base.
     pub(super) fn base_port(&self) -> Option<&PortSpec> {
         self.site.player("base").map(Player::spec)
     }
 
-    /// Can every fault of `schedule` be injected here?
+    /// Checks that every fault of `schedule` can be injected here.
     ///
     /// # Errors
     ///
-    /// The first that cannot.
+    /// The first fault that cannot.
     pub fn reaches(&self, schedule: &Schedule) -> Result<(), OutOfReach> {
         for (index, fault) in schedule.faults.iter().enumerate() {
             if let Some((why, help)) = self.shelter(fault.target) {
@@ -140,13 +138,13 @@ impl Setting {
         Ok(())
     }
 
-    /// Can a fault of this kind be injected here?
+    /// Whether a fault of this kind can be injected here.
     pub fn can_suffer(&self, target: Target, what: FaultKind) -> bool {
         self.reaches(&Schedule { faults: vec![Fault::new(target, what)] }).is_ok()
     }
 
-    /// Why nothing can be done to this target, and what would change that; `None` where it can. Lines are
-    /// carried by the harness up to the port of an emulated device, whose switches are its, too.
+    /// Why this target cannot be struck, and how to change that; `None` if it can. The harness carries lines up to the
+    /// port of an emulated device, and controls that device.
     fn shelter(&self, target: Target) -> Option<(String, String)> {
         let player = match target {
             Target::Gyro | Target::Base | Target::Table | Target::Device => {
@@ -160,7 +158,7 @@ impl Setting {
                             fault out";
                 return Some((why.to_owned(), help.to_owned()));
             }
-            // A person's answers go through the harness on every bench, and so do the lines of a rig.
+            // On every bench the harness handles a person's answers and the lines of a rig.
             Target::Operator | Target::Node(_) => None,
         };
         let Some(Player::Real(spec)) = player else { return None };
@@ -182,7 +180,7 @@ impl Setting {
         for role in ["gyro", "base"] {
             let Some(Player::Real(spec)) = self.site.player(role) else { continue };
             sight = sight.without(View::Truth, format!("the {role} is real ({spec})"));
-            // A bus of the kernel is heard by the harness, too.
+            // The harness also listens on a bus of the kernel.
             if within || matches!(spec, PortSpec::Can { .. }) {
                 continue;
             }
@@ -206,7 +204,7 @@ impl Setting {
     }
 }
 
-/// Which player is at which port, and what is tested: `gyro emulated at pty, base real at can:can0, controller process`.
+/// Players, ports and device under test: `gyro emulated at pty, base real at can:can0, controller process`.
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for role in ["gyro", "base", "table", DEVICE] {

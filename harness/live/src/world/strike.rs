@@ -1,5 +1,4 @@
-//! What goes wrong on purpose in real time: the same schedule, lines and switches as in virtual time, struck when
-//! the real clock says so.
+//! Injects faults in real time: the same schedule, lines and switches as in virtual time, timed by the real clock.
 
 use super::LiveWorld;
 use super::clock::Clock;
@@ -11,14 +10,14 @@ use record::{Device, FaultSummary};
 use wire::time::Timestamp;
 
 impl LiveWorld {
-    /// Shows it to whoever watches.
+    /// Shows an event to the monitor.
     pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
         if let Some(eyes) = &mut self.eyes {
             eyes.see(now, seen);
         }
     }
 
-    /// Faults that are due begin and end.
+    /// Begins and ends the faults that are due.
     pub(super) fn strike(
         &mut self,
         now: Timestamp,
@@ -29,7 +28,7 @@ impl LiveWorld {
         let Some(faults) = self.faults.as_mut().filter(|faults| faults.next_due() <= now) else {
             return;
         };
-        // What was due before has happened before.
+        // Earlier events happen first.
         self.rig.wake_emulated(now, |_| {}, || self.director.engine.answered(now));
         let machine = device.machine();
         if faults.strike(now, &mut self.rig, &mut self.director, machine, sink) {
@@ -39,7 +38,7 @@ impl LiveWorld {
         }
     }
 
-    /// What became of the nodes of the bus.
+    /// Records changed error states of the bus nodes.
     pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
         let Some(faults) = &self.faults else { return };
         if faults.record_confinement(now, &mut self.rig, sink) {
@@ -47,7 +46,7 @@ impl LiveWorld {
         }
     }
 
-    /// The run is over: what was counted, what became of the faults, and what found no room anywhere.
+    /// Ends the run: records the faults and counts that are left, and returns the totals.
     pub(super) fn end_faults(
         &mut self,
         now: Timestamp,

@@ -1,25 +1,25 @@
-//! Does the device under test say more than anybody can keep?
+//! Detects whether the device under test sends more reports than can be kept.
 
 use wire::time::{Span, Timestamp};
 
-/// Reports are counted over this.
+/// Window for the count of reports.
 const WINDOW: Span = Span::from_secs(1);
-/// The most reports within it. Assumption: a controller reports its state at 1 kHz at most, and what has gathered in the pipes while
-/// this machine was busy comes at once.
+/// Most reports within the window. Assumption: a controller reports its state at 1 kHz at most, and reports that
+/// gathered in the pipes while this machine was busy come at once.
 const REPORTS_MAX: u64 = 20_000;
 
-/// Counts the reports of the device under test: each is recorded, and the disk has an end.
+/// Counts the reports of the device under test: each is recorded, and the disk is finite.
 #[derive(Debug, Default)]
 pub(super) struct Talk {
-    /// All of them.
+    /// All reports.
     reports: u64,
-    /// Lines that are none.
+    /// Lines that are not reports.
     unread: u64,
     window: Option<(Timestamp, u64)>,
 }
 
 impl Talk {
-    /// Counts a report; whether it is one too many.
+    /// Counts a report; returns whether it is one too many.
     pub(super) fn floods(&mut self, now: Timestamp) -> bool {
         self.reports += 1;
         let (began, count) = self.window.get_or_insert((now, 0));
@@ -30,12 +30,12 @@ impl Talk {
         *count > REPORTS_MAX
     }
 
-    /// A line that is no report.
+    /// Counts a line that is not a report.
     pub(super) const fn misspoke(&mut self) {
         self.unread += 1;
     }
 
-    /// What it has said where it has not reported a state.
+    /// What it has sent instead of a state.
     pub(super) fn instead_of_a_state(&self) -> String {
         match (self.reports, self.unread) {
             (0, 0) => "said nothing".to_owned(),
@@ -45,7 +45,7 @@ impl Talk {
         }
     }
 
-    /// What is said of too many.
+    /// Message about too many reports.
     pub(super) fn why() -> String {
         format!(
             "the device under test sent more than {REPORTS_MAX} reports within {} s",

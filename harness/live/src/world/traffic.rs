@@ -1,4 +1,4 @@
-//! What crosses between the ports of the harness and the lines of the rig, and the record.
+//! Traffic between the ports of the harness, the lines of the rig, and the record.
 
 use super::LiveWorld;
 use super::clock::Clock;
@@ -19,7 +19,7 @@ use wire::time::Timestamp;
 /// The controller and the base.
 const ROBOT_ENDS: usize = 2;
 
-/// Keeps what crossed a line in a full record.
+/// Records traffic of a line, in a full record.
 fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, what: &Transmit) {
     match what {
         Transmit::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
@@ -27,14 +27,14 @@ fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, what: &Transmi
     }
 }
 
-/// Records what went wrong without ending the run.
+/// Records a problem that does not end the run.
 pub(super) fn note(sink: &mut impl RecordSink, at: Timestamp, device: Device, what: String) {
     sink.record(Record { at, device, kind: RecordKind::Note(what) });
 }
 
 impl LiveWorld {
-    /// What crossed the ports of a controller in this process: for the record, where nobody else hears it, and for
-    /// whoever watches.
+    /// Takes what crossed the ports of an in-process controller: for the record, if the harness does not see it
+    /// elsewhere, and for the monitor.
     pub(super) fn overhear(
         &mut self,
         now: Timestamp,
@@ -54,7 +54,7 @@ impl LiveWorld {
         }
     }
 
-    /// Takes what a port of the harness tells.
+    /// Takes an event of a port of the harness.
     pub(super) fn hear(
         &mut self,
         now: Timestamp,
@@ -91,13 +91,13 @@ impl LiveWorld {
         }
     }
 
-    /// What came from a port goes onto its line, sent by the end of whoever says such things.
+    /// Puts what came from a port on its line, sent by the end whose message it is.
     fn heard(&mut self, now: Timestamp, plan: &PortPlan, what: Transmit) {
         let end = self.rig.speaker_of(plan.line, plan.end, &what);
         self.rig.lines[plan.line].send(now, end, what);
     }
 
-    /// A frame from the bus of the base. Frames that the harness itself sends are not heard.
+    /// Takes a frame from the bus of the base. The harness does not receive its own frames.
     fn hear_base(
         &mut self,
         now: Timestamp,
@@ -110,20 +110,20 @@ impl LiveWorld {
         let message = Message::from_can_id(frame.id());
         let of_base = message.is_some_and(Message::is_reply);
         let what = Transmit::Frame(frame);
-        // Other nodes of the rig are on the bus, too.
+        // Other nodes of the rig may be on the bus.
         if message.is_none() && self.rig.lines[line].ends().len() > ROBOT_ENDS {
             return self.heard(now, plan, what);
         }
         if message.is_none() && matches!(self.setting.base_port(), Some(PortSpec::Can { .. })) {
-            // It has had its time on the bus of the kernel, and concerns nobody here: among the frames that are
-            // paced here it would only take their room.
+            // It has had its time on the bus of the kernel and concerns no device here; among the frames paced here it
+            // would only take up room.
             self.foreign.take(now, &frame);
             record(sink, now, Device::Controller, &what);
             return;
         }
         let is_emulated = self.rig.robot().is_some_and(|robot| !robot.carrier_is_real);
         let by = if of_base { Device::Base } else { Device::Controller };
-        // Frames of a base that is emulated are heard when it sends them, not from somebody else.
+        // Frames of an emulated base are shown when it sends them, not when another node does.
         if let Some(eyes) = self.eyes.as_mut().filter(|_| !(is_emulated && of_base)) {
             eyes.line(now, BASE, by, what);
         }
@@ -137,7 +137,7 @@ impl LiveWorld {
         }
     }
 
-    /// Two nodes send frames of one identifier: on a real bus an error, here a base that is two.
+    /// Two nodes send frames with one identifier: an error on a real bus, and here two bases.
     fn clash(&mut self, now: Timestamp, sink: &mut impl RecordSink, port: &str, frame: &CanFrame) {
         self.clashes += 1;
         let id = match frame.id() {
@@ -155,14 +155,14 @@ impl LiveWorld {
         }
     }
 
-    /// Hands over what has passed its line by now.
+    /// Delivers what has passed its line by now.
     pub(super) fn deliver(
         &mut self,
         now: Timestamp,
         sink: &mut impl RecordSink,
         ports: &mut Ports,
     ) {
-        // The gyro's outputs first, each at its own instant: they must not see what the base does later.
+        // The gyro's outputs first, each at its own instant: later actions of the base must not affect them.
         for place in 0..self.rig.nodes.len() {
             self.rig.wake_gyro(now, place);
         }
@@ -194,7 +194,7 @@ impl LiveWorld {
         let is_away = |end: EndId| rig.is_away(line, end);
         for open in ports.of_line(line) {
             let plan = &open.plan;
-            // One port may stand for several nodes of a bus: it does not get back what came from it.
+            // One port may stand for several nodes of a bus: it does not get its own data back.
             let came_from_it = from == plan.end || (is_away(from) && is_away(plan.end));
             if plan.listens || came_from_it {
                 continue;

@@ -1,5 +1,5 @@
-//! What is said of a run in real time when it is over: whose fault its end is, how well time was kept, and what
-//! crossed the ports.
+//! Final judgement of a run in real time: who is to blame for its end, how well time was kept, and the traffic of the
+//! ports.
 
 use super::LiveWorld;
 use super::device_under_test::Running;
@@ -11,36 +11,36 @@ use record::outcome::{Outcome, PortSide, PortSummary, Timing};
 use rig::engine::Ending;
 use wire::time::Timestamp;
 
-/// What a live run ended with.
+/// Result of a live run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiveEnd {
     /// How the plan ended.
     pub ending: Ending,
     /// Bench time at the end.
     pub end: Timestamp,
-    /// Times that the loop went round.
+    /// Number of turns of the loop.
     pub events: u64,
     /// How well real time was kept.
     pub timing: Timing,
-    /// What crossed the ports.
+    /// Summaries of the ports.
     pub ports: Vec<PortSummary>,
-    /// Packets and frames that a line within the harness had no room for.
+    /// Packets and frames dropped by lines within the harness.
     pub dropped: u64,
-    /// What became of the plan's faults.
+    /// Summaries of the plan's faults.
     pub faults: Vec<FaultSummary>,
-    /// What became of the properties that were watched.
+    /// Verdicts of the properties.
     pub properties: Vec<PropertyVerdict>,
-    /// Those that this bench cannot judge.
+    /// Properties that this bench cannot judge.
     pub unjudged: Vec<Unjudged>,
 }
 
-/// The bench broke: why comes first, and what the run itself says behind it.
+/// The bench broke: its reason comes first, then that of the run.
 pub(super) fn blame_bench(ending: Ending, why: &str) -> Ending {
     let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
     Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
 }
 
-/// A property that broke because this machine was late did not break: the bench did.
+/// A property that broke because this machine was late is a failure of the bench.
 pub(super) fn excuse(
     ending: Ending,
     properties: &[PropertyVerdict],
@@ -59,7 +59,7 @@ pub(super) fn excuse(
 }
 
 impl LiveWorld {
-    /// The ending, with what the ports and the machine have to do with it.
+    /// The ending, adjusted for problems of the ports and the machine.
     pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
         let ending = self.journal.explain(ending, end);
         let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);

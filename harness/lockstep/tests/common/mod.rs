@@ -1,4 +1,4 @@
-//! A small rig: streams that come by the clock of the bench, and everything that a program sends.
+//! A small rig: streams timed by the bench clock, and everything that a program sends.
 
 #![allow(dead_code, reason = "no test uses all of it")]
 
@@ -20,14 +20,14 @@ use wire::time::{Span, Timestamp};
 
 pub const SECOND: i64 = 1_000_000_000;
 
-/// Something that arrives again and again.
+/// A periodic input.
 pub struct Stream {
     pub port: PortId,
     pub period: Span,
     pub what: fn(i64) -> Transmit,
 }
 
-/// A gyro at 100 Hz: one line a sample.
+/// A gyro at 100 Hz: one line per sample.
 pub fn gyro(port: u8) -> Stream {
     let what = |k: i64| bytes(&format!("{:.4}\n", (k * 7_919 % 1_000) as f64 / 1_000.0));
     Stream { port: PortId(port), period: Span::from_millis(10), what }
@@ -47,7 +47,7 @@ pub fn frame(id: u16, data: &[u8]) -> Transmit {
     Transmit::Frame(CanFrame::new(StandardId::new(id).unwrap(), data).unwrap())
 }
 
-/// Lets time go on until `end`, or until the program has ended.
+/// Advances time until `end`, or until the program has ended.
 pub fn drive(running: &mut Lockstep, end: Timestamp, streams: &[Stream]) -> Vec<Event> {
     let mut events = Vec::new();
     let mut counts = vec![1; streams.len()];
@@ -79,8 +79,8 @@ pub fn secs(seconds: i64) -> Timestamp {
     Timestamp::ZERO + Span::from_secs(seconds)
 }
 
-/// Runs a program several times, the last times with two busy threads beside it, and gives what it sent, which is the same
-/// each time.
+/// Runs a program several times, the last times with two busy threads beside it, and returns what it sent, which must
+/// be the same each time.
 pub fn same_each_time(
     runs: usize,
     seconds: i64,
@@ -106,7 +106,7 @@ pub fn same_each_time(
     first.unwrap_or_default()
 }
 
-/// Two threads that take all the time that they are given.
+/// Two threads that use all the processor time they get.
 pub struct Busy(Arc<AtomicBool>, Vec<thread::JoinHandle<()>>);
 
 impl Busy {
@@ -127,18 +127,18 @@ impl Drop for Busy {
     }
 }
 
-/// Panics when one of the processes runs.
+/// Panics if one of the processes still runs.
 pub fn none_left(pids: &[i32]) {
     for pid in pids {
         let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-        // A zombie that nobody has asked for is no process any more.
+        // A zombie counts as gone.
         let runs =
             text.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'));
         assert!(!runs, "process {pid} is left: {text}");
     }
 }
 
-/// The numbers of all processes whose executable is the one at `path`.
+/// Process ids of all processes whose executable is the one at `path`.
 pub fn processes_of(path: &str) -> Vec<i32> {
     let numbers = std::fs::read_dir("/proc").unwrap().filter_map(|entry| {
         let entry = entry.unwrap();
@@ -149,9 +149,9 @@ pub fn processes_of(path: &str) -> Vec<i32> {
     numbers.collect()
 }
 
-/// Panics when a process of that program is left.
+/// Panics if a process of that program is left.
 pub fn none_left_of(path: &str) {
-    // The kernel takes its time.
+    // The kernel needs some time.
     for _ in 0..100 {
         if processes_of(path).is_empty() {
             return;
@@ -161,7 +161,7 @@ pub fn none_left_of(path: &str) {
     panic!("{:?} of {path} are left", processes_of(path));
 }
 
-/// A program that waits long, and runs with somebody else's rights; `None`, and said aloud, where only root could make one.
+/// A program that waits long, with the rights of another user; `None`, with a message, if only root could make one.
 pub fn with_others_rights(arguments: &[&str]) -> Option<String> {
     let path = compiled("gcc", "idle.c", arguments);
     if std::os::unix::fs::chown(&path, Some(1), None).is_err() {
@@ -176,7 +176,7 @@ pub fn source(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/programs").join(name)
 }
 
-/// Compiles one of the programs, and says where it is.
+/// Compiles one of the programs; returns its path.
 pub fn compiled(compiler: &str, name: &str, arguments: &[&str]) -> String {
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -198,7 +198,7 @@ pub fn c(name: &str) -> String {
     compiled("gcc", name, &[])
 }
 
-/// One of the programs in Go, without the C library; `None`, and said aloud, where there is no compiler.
+/// One of the programs in Go, without the C library; `None`, with a message, if there is no compiler.
 pub fn go(name: &str) -> Option<String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let path = folder.join(format!("{name}-{}", std::process::id()));
@@ -225,7 +225,7 @@ pub fn python() -> OsString {
     std::env::var_os("HIL_TESTS_PYTHON").unwrap_or_else(|| "python3".into())
 }
 
-/// Python with these packages; `None`, and said aloud, where there is none.
+/// Python with these packages; `None`, with a message, if it is missing.
 pub fn python_with(packages: &str) -> Option<String> {
     let loaded = Command::new(python()).args(["-c", &format!("import {packages}")]).output();
     if loaded.is_ok_and(|loaded| loaded.status.success()) {
@@ -237,7 +237,7 @@ pub fn python_with(packages: &str) -> Option<String> {
     None
 }
 
-/// Whether a tool is installed; said aloud where it is not.
+/// Whether a tool is installed; prints a message if not.
 pub fn has_tool(name: &str) -> bool {
     let found = Command::new("which").arg(name).output().is_ok_and(|out| out.status.success());
     if !found {
@@ -246,7 +246,7 @@ pub fn has_tool(name: &str) -> bool {
     found
 }
 
-/// What was sent at a port as text.
+/// Data sent at a port, as text.
 pub fn text(events: &[Event], port: u8) -> String {
     let mut all = Vec::new();
     for event in events.iter().filter(|event| event.port == PortId(port)) {
@@ -257,7 +257,7 @@ pub fn text(events: &[Event], port: u8) -> String {
     String::from_utf8(all).unwrap()
 }
 
-/// One of the crate's examples. Cargo builds them with all tests of a crate, and not with one alone.
+/// One of the crate's examples. Cargo builds them with all tests of a crate, but not with a single test.
 pub fn example(name: &str) -> String {
     static BUILT: Mutex<()> = Mutex::new(());
     let _one_at_a_time = BUILT.lock();

@@ -1,4 +1,4 @@
-// Says on a serial line what it hears there.
+// Echoes a serial line.
 #include <fcntl.h>
 #include <termios.h>
 #include <unistd.h>

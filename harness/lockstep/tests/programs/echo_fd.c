@@ -1,4 +1,4 @@
-// Answers each frame of CAN FD with its bytes the other way round, under the next identifier.
+// Answers each CAN FD frame with its bytes reversed, under the next identifier.
 #include <linux/can.h>
 #include <linux/can/raw.h>
 #include <net/if.h>

@@ -1,4 +1,4 @@
-// Does nothing for long.
+// Does nothing for a long time.
 #include <unistd.h>
 
 int main(void) {

@@ -1,4 +1,4 @@
-// What programs do that are no model of a program; the first word says which.
+// Bad behaviour of programs; the first argument selects it.
 #define _GNU_SOURCE
 #ifndef IS_STATIC
 #include <dlfcn.h>
@@ -40,7 +40,7 @@ static void ends(int signal) {
     _exit(0);
 }
 
-// Goes on after the first thread, and becomes another program.
+// Outlives the first thread, and becomes another program.
 static void *alone(void *name) {
     sleep(1);
     tell("alone\n");
@@ -51,7 +51,7 @@ static void *alone(void *name) {
 int main(int count, char **words) {
     const char *how = count > 1 ? words[1] : "";
     if (!strcmp(how, "close")) {
-        // As daemons did, and as they do.
+        // As old daemons did, and as new ones do.
         for (int fd = 3; fd < 65536; fd++) close(fd);
         closefrom(3);
         close_range(3, ~0U, 0);
@@ -73,7 +73,7 @@ int main(int count, char **words) {
     }
 #ifndef IS_STATIC
     if (!strcmp(how, "cut") || !strcmp(how, "cut off")) {
-        // Past the shim.
+        // Bypasses the shim.
         int (*really_close)(int) = (int (*)(int))dlsym(dlopen("libc.so.6", RTLD_LAZY), "close");
         for (int fd = 3; fd < 65536; fd++) really_close(fd);
         if (!strcmp(how, "cut off"))
@@ -100,7 +100,7 @@ int main(int count, char **words) {
     if (!strcmp(how, "fork"))
         for (;;) fork();
     if (!strcmp(how, "family")) {
-        // A child in a session of its own, and a grandchild that outlives it.
+        // A child in its own session, and a grandchild that outlives it.
         if (fork() == 0) {
             setsid();
             if (fork() == 0) sleep(1000);
@@ -136,9 +136,9 @@ int main(int count, char **words) {
         pause();
         tell(now() - before == 2000000000 ? "paused\n" : "wrong\n");
     }
-    // Killed by what runs it, where that is its parent.
+    // Kills the tracer, which is its parent.
     if (!strcmp(how, "parent")) kill(getppid(), SIGKILL);
-    // A debugger that did not start it may hold it.
+    // Lets a debugger that did not start it attach.
     if (!strcmp(how, "debug")) prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY);
     if (!strcmp(how, "start") && fork() == 0) {
         execl(words[2], words[2], NULL);

@@ -1,4 +1,4 @@
-// A controller in C: a gyro on a serial line, and a base on another that is told something every 20 ms.
+// A controller in C: a gyro on a serial line, and a base on another, which gets a message every 20 ms.
 #include <fcntl.h>
 #include <poll.h>
 #include <stdint.h>

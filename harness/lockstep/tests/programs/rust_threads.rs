@@ -1,5 +1,5 @@
-//! A controller in Rust with threads of the standard library: one reads, the main thread waits for what it tells or for
-//! 15 ms; a mutex and a condition variable are between it and a third.
+//! A controller in Rust with threads of the standard library: one reads, the main thread waits for its messages or for
+//! 15 ms; a mutex and a condition variable connect it to a third.
 
 use std::fs::OpenOptions;
 use std::io::{BufRead as _, BufReader, Write as _};

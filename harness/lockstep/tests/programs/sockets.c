@@ -1,4 +1,4 @@
-// What CAN sockets do, told on a serial line.
+// Exercises CAN sockets, and reports on a serial line.
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -24,7 +24,7 @@ static int bound(int type, int protocol, const char *name) {
     return fd;
 }
 
-// All that lies in a socket: identifiers, and flags of local and own ones.
+// Everything in a socket: identifiers, and flags of local and own frames.
 static void heard(const char *who, int fd) {
     fprintf(out, "%s:", who);
     struct can_frame frame;
@@ -93,14 +93,14 @@ int main(void) {
     fprintf(out, "fd: %zd %d\n", count, errno == EINVAL);
     heard("all", all), heard("one", one), heard("other", other), heard("but 100", but_100), heard("nothing", nothing);
 
-    // Three frames 10 ms apart, then one each 25 ms.
+    // Three frames 10 ms apart, then one every 25 ms.
     int manager = bound(SOCK_DGRAM, CAN_BCM, "can0");
     fprintf(out, "bcm: %d", ask(manager, TX_SETUP, SETTIMER | STARTTIMER, 0x200, 3, 10000, 25000));
     fprintf(out, " %d", ask(manager, TX_READ, 0, 0x201, 0, 0, 0) == EINVAL);
     usleep(100000);
     fprintf(out, " %d\n", ask(manager, TX_DELETE, 0, 0x200, 0, 0, 0));
     heard("cyclic", all);
-    // Told of changes, and of 50 ms without any frame.
+    // Notices of changes, and of 50 ms without a frame.
     ask(manager, RX_SETUP, SETTIMER | STARTTIMER, 0x300, 0, 50000, 0);
     fprintf(out, "rx:");
     for (int i = 0; i < 3; i++) {

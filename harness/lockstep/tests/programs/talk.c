@@ -1,4 +1,4 @@
-// Echoes every line that it reads, behind the time in milliseconds.
+// Echoes every line that it reads, after the time in milliseconds.
 #include <stdio.h>
 #include <time.h>
 

@@ -1,4 +1,4 @@
-// Every way to wait, one after the other, and what each took in nanoseconds of its own clock.
+// Every way to wait, one after the other, with its duration in nanoseconds by the program's own clock.
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -133,7 +133,7 @@ int main(void) {
     setitimer(ITIMER_REAL, &(struct itimerval){0}, NULL);
     took("alarms", alarms);
 
-    // The line: half a second of silence ends a reading, and then three bytes at once; at last whole lines.
+    // The line: half a second of silence ends a read, then three bytes at once, and finally whole lines.
     struct termios raw;
     char text[64];
     tcgetattr(port, &raw);

@@ -1,9 +1,9 @@
-//! What can go wrong on the way.
+//! Failures of a crossing.
 
 use super::Toward;
 use std::io;
 
-/// Something did not get across as it was sent.
+/// Something did not come out as it was sent.
 #[derive(Debug, thiserror::Error)]
 #[error("failed to carry {what} across {medium}: {how}")]
 pub struct CrossingFailure {
@@ -17,10 +17,10 @@ pub struct CrossingFailure {
 /// How it failed.
 #[derive(Debug, thiserror::Error)]
 pub enum How {
-    /// It could not be written.
+    /// Writing failed.
     #[error("it cannot be written to: {0}")]
     Write(io::Error),
-    /// The kernel took less than the whole.
+    /// The kernel accepted only a part.
     #[error("it took {taken} of {length} bytes")]
     Full {
         /// Bytes taken.
@@ -28,13 +28,13 @@ pub enum How {
         /// Bytes sent.
         length: usize,
     },
-    /// It could not be read.
+    /// Reading failed.
     #[error("it cannot be read: {0}")]
     Read(io::Error),
     /// Not all of it came out in time.
     #[error("{heard} of {sent} came out within {limit_s} s")]
     Late {
-        /// What had come out by then: `nothing` or so many bytes.
+        /// What had come out by then: `nothing` or a number of bytes.
         heard: String,
         /// What went in.
         sent: String,
@@ -52,7 +52,7 @@ pub enum How {
 }
 
 impl CrossingFailure {
-    /// Of bytes or frames (`goods`) on `line`.
+    /// A failure of bytes or frames (`goods`) on `line`.
     pub fn new(goods: &str, line: &str, toward: Toward, medium: &str, how: How) -> Self {
         let way = match toward {
             Toward::Device => "to",

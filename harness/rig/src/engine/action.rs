@@ -1,4 +1,4 @@
-//! What the engine asks of the world.
+//! Requests of the engine to its owner.
 
 use controller::calibration::Calibration;
 use controller::mission::Mission;
@@ -8,7 +8,7 @@ use plan::{Order, PhaseEvent};
 use record::{Device, RecordKind};
 use wire::table;
 
-/// One thing to be done by the world, at once.
+/// A request that is carried out at once.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     /// Give the controller a mission.
@@ -17,43 +17,32 @@ pub enum Action {
     Table(table::Command),
     /// Measure the pose by the absolute measurement; answer with `Engine::absolute`.
     MeasureAbsolute,
-    /// Look where the base is, and where it believes to be; answer with `Engine::looked`.
+    /// Look at the true pose of the base and at its odometry; answer with `Engine::looked`.
     Look,
-    /// Have it done; answer with `Engine::answered` or `Engine::broke`, where a number is asked for with
-    /// `Engine::answered_with`. What is sent is not answered.
+    /// Carry out an order; answer with `Engine::answered` or `Engine::broke`, or with `Engine::answered_with` if the
+    /// order asks for a number. A sent message is not answered.
     Order(Order),
-    /// Have a node take errors off a signal before it sends it, or no longer; answer with `Engine::answered` or
+    /// Make a node correct a signal before it sends it, or stop doing so; answer with `Engine::answered` or
     /// `Engine::broke`.
     Correct {
-        /// The node.
         node: String,
         /// Its signal.
         signal: String,
-        /// By which steps.
+        /// Steps of the correction; `None` to stop.
         compensation: Option<Box<Compensation>>,
     },
     /// Keep a calibration in the run folder and for later plans.
-    SaveCalibration {
-        /// Its name.
-        name: String,
-        /// What it holds.
-        calibration: Box<Calibration>,
-    },
-    /// Keep a model that was identified in the run folder and for later plans.
-    KeepFound {
-        /// Its name.
-        name: String,
-        /// The finding and the model.
-        found: Box<Found>,
-    },
-    /// A phase of the plan began or ended; only where the plan has faults that may wait for it.
+    SaveCalibration { name: String, calibration: Box<Calibration> },
+    /// Keep an identified model in the run folder and for later plans.
+    KeepFound { name: String, found: Box<Found> },
+    /// A phase of the plan began or ended; sent only if the plan has faults that may wait for it.
     Phase(PhaseEvent),
     /// Write this into the record.
     Record(Device, RecordKind),
 }
 
 impl Action {
-    /// Puts what is to be kept into `made`.
+    /// Puts the result into `made`, if the action keeps one.
     pub fn keep_in(&self, made: &mut Made) {
         match self {
             Self::SaveCalibration { name, calibration } => {

@@ -13,11 +13,11 @@ use wire::table;
 use wire::time::{Span, Timestamp};
 use wire::units::Temperature;
 
-/// Between two questions to a table that turns.
+/// Time between two queries to a turning table.
 const TABLE_POLL: Span = Span::from_millis(100);
 
 impl Engine {
-    /// Begins operations until one has to be waited for.
+    /// Begins operations until one has to wait.
     pub(super) fn advance(&mut self, now: Timestamp) {
         while self.waiting == Waiting::Nothing && self.ending.is_none() {
             match self.ops.pop_front() {
@@ -27,7 +27,7 @@ impl Engine {
         }
     }
 
-    /// What time alone brings.
+    /// Handles what is due by time alone.
     pub(super) fn pass_time(&mut self, now: Timestamp) {
         match self.waiting {
             Waiting::Until(at) if now >= at => self.waiting = Waiting::Nothing,
@@ -85,7 +85,7 @@ impl Engine {
                 self.ops.extend(set.map(Op::Order));
             }
             Next::Step(step) => {
-                // A round that holds nothing but another repeat is none of its own.
+                // A round that begins with another repeat is not counted on its own.
                 self.rounds += u64::from(std::mem::take(&mut self.round_begun));
                 let label = step.label.as_ref().map(|label| label.as_str());
                 self.tags = self.program.tags(&step.action, label, self.rounds);
@@ -285,7 +285,7 @@ impl Engine {
     }
 }
 
-/// Does this hold by what was heard last: in messages of nodes, or from the controller?
+/// Whether the condition holds at the last value, of a node's signal or of the controller's state.
 pub(super) fn holds(signals: &Signals, robot: Option<&Robot>, condition: &Condition) -> bool {
     match condition.quantity().of_message() {
         Some(_) => signals.holds(condition),

@@ -1,4 +1,4 @@
-//! Fits of what was observed, and the calibration that they become.
+//! Fits models to observations and builds calibrations from them.
 
 use controller::calibration::{BIAS_POINTS_MAX, BiasPoint, Calibration, FACTORS_MAX, Factor};
 use judge::checks::line::Line;
@@ -6,7 +6,7 @@ use plan::observation::Observed;
 use plan::{CalibrationPart, Fit, Model};
 use std::fmt;
 
-/// A fitted model and what it becomes in a calibration.
+/// A fitted model, and the part of a calibration that it becomes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Fitted {
     model: Shape,
@@ -42,7 +42,7 @@ impl fmt::Display for Fitted {
     }
 }
 
-/// Fits the step's model to those of `observed` that it means.
+/// Fits the step's model to the observations that the step selects.
 pub(super) fn fit<'a>(
     step: &Fit,
     observed: impl Iterator<Item = Observed<'a>>,
@@ -75,7 +75,7 @@ pub(super) fn fit<'a>(
     Ok(Fitted { model, becomes: step.becomes(), observations: used.len() })
 }
 
-/// The calibration that the fits make together, their factors in that order (Eq. 4).
+/// Combines the fits into a calibration, with the factors in their order (Eq. 4).
 pub(super) fn calibration<'a>(
     fits: impl Iterator<Item = &'a Fitted>,
 ) -> Result<Calibration, String> {

@@ -1,5 +1,4 @@
-//! What was observed in this run so far, as a data set: the same rows as those that are exported from a
-//! run that is over.
+//! The observations of this run so far, as a data set with the same rows as the export of a completed run.
 
 use controller::mission::HeadingSource;
 use dataset::export::columns::{Columns, Field};
@@ -11,15 +10,15 @@ use plan::quantities::{self as q, during_tag};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Which observations are meant.
+/// Selects observations.
 pub(super) struct Selection<'a> {
     pub(super) source: Source,
     /// During this step or label.
     pub(super) over: Option<&'a str>,
-    /// Observed after then, s: what ended as a calibration came into force was read under the one
-    /// before.
+    /// Observed after this time, s. Something that ended just as a calibration came into force was measured under the
+    /// previous one.
     pub(super) since_s: f64,
-    /// By which the loops were closed: dead reckoning by the gyro is no odometry.
+    /// Heading source of the loops: dead reckoning by the gyro is not odometry.
     pub(super) heading_source: HeadingSource,
 }
 
@@ -29,7 +28,7 @@ pub(super) fn is_of(source: Source, quantity: &str) -> bool {
         Source::Turns => quantity == turns::QUANTITY.name,
         Source::Laps => laps::is_of_lap(quantity),
         Source::Series => quantity == q::GYRO_RATE.name,
-        // What a step names itself.
+        // The step itself names the quantities of a sensor.
         Source::Sensor => false,
     }
 }
@@ -41,12 +40,12 @@ const REST_FIELDS: [Field; 4] = [
     ("temperature", Role::Temperature, Unit::Celsius),
 ];
 
-/// The data set called `name`. Parameters in `swept` are fields of it: candidates for a cause, as
-/// whoever sets them knows them.
+/// Returns the data set called `name`. Parameters in `swept` become fields, as candidates for a cause: the plan knows
+/// them, because it sets them.
 ///
 /// # Errors
 ///
-/// When nothing of the kind was observed, or what was makes no data set.
+/// When there is no such observation, or when the observations do not make a data set.
 pub(super) fn dataset(
     observations: &Observations,
     selection: &Selection<'_>,
@@ -68,7 +67,7 @@ pub(super) fn dataset(
         let source = selection.source.name();
         return Err(format!("no {source} were observed under the calibration in force"));
     }
-    // What is observed of one row has one time.
+    // Observations of one row have the same time.
     let rows = observed.chunk_by(|one, other| one.tags.get("time") == other.tags.get("time"));
     let firsts: Vec<&Observation> = rows.filter_map(<[_]>::first).collect();
     for parameter in swept {
@@ -79,7 +78,7 @@ pub(super) fn dataset(
     columns.dataset(kind, name, Path::new(name)).map_err(|error| error.to_string())
 }
 
-/// The observations that are meant, in their order in time.
+/// The selected observations, in order of time.
 fn select(observations: &Observations, selection: &Selection<'_>) -> Vec<Observation> {
     let during = selection.over.map(during_tag);
     let is_meant = |observed: &Observed<'_>| {
@@ -98,7 +97,7 @@ fn select(observations: &Observations, selection: &Selection<'_>) -> Vec<Observa
     selected
 }
 
-/// A row an interval of a log: at rest the true rate is zero.
+/// One row per interval of a log: at rest the true rate is zero.
 fn at_rest(observed: &[Observation]) -> Columns {
     let mut columns = Columns::new(&REST_FIELDS);
     for mean in observed {
@@ -109,7 +108,7 @@ fn at_rest(observed: &[Observation]) -> Columns {
     columns
 }
 
-/// A parameter's unit is the last part of its name; where the contract has none of it, a plain number.
+/// Unit of a parameter, from the last part of its name; a plain number if the contract has no such unit.
 fn unit_of(parameter: &str) -> Unit {
     const ENDINGS: [(&str, Unit); 8] = [
         ("_deg_per_s", Unit::DegreePerSecond),
@@ -122,7 +121,7 @@ fn unit_of(parameter: &str) -> Unit {
         ("_s", Unit::Second),
     ];
     let ending = ENDINGS.iter().find(|(ending, _)| parameter.ends_with(ending));
-    // What is per something else is none of these.
+    // A quantity per something else has none of these units.
     ending.filter(|_| parameter.matches("_per_").count() < 2).map_or(Unit::One, |(_, unit)| *unit)
 }
 

@@ -1,5 +1,5 @@
-//! Identifies what a gyro does beyond its calibration or a sensor of a node beside what is true, and has the controller or
-//! the node correct by it.
+//! Identifies the errors of a gyro beyond its calibration, or of a node's sensor against a reference, and has the
+//! controller or the node correct them.
 
 use super::gathered::{self, Selection};
 use super::{Action, Engine, StepAction, Waiting, of_nodes};
@@ -20,14 +20,14 @@ use wire::time::Timestamp;
 use wire::units::Angle;
 
 impl Engine {
-    /// With models that can be used by name.
+    /// Adds models that the plan can use by name.
     #[must_use]
     pub fn with_models(mut self, models: BTreeMap<String, Model>) -> Self {
         self.models = models;
         self
     }
 
-    /// The finding and the model become known, and what they are good for is observed.
+    /// Identifies, keeps the finding and the model, and observes how well the model performs.
     pub(super) fn identify(&mut self, now: Timestamp, step: &Identify) {
         match self.found(step) {
             Ok(found) => {
@@ -109,7 +109,7 @@ impl Engine {
         });
     }
 
-    /// Has the controller or a node correct by the model of that name, or all of them by none any more.
+    /// Has the controller or a node correct by the model of that name; `None` stops all corrections.
     pub(super) fn use_model(&mut self, now: Timestamp, name: Option<&str>) {
         let model = match name.map(|name| (name, self.models.get(name))) {
             None => None,
@@ -159,7 +159,7 @@ impl Engine {
 }
 
 impl Engine {
-    /// Has the node whose signal it is of take errors off.
+    /// Has the node of the signal correct it.
     fn correct(&mut self, now: Timestamp, compensation: Option<&Compensation>) {
         let of = compensation.and_then(|steps| Some((steps, QuantityName::new(&steps.of)?)));
         let Some((steps, quantity)) = of.filter(|(_, quantity)| quantity.of_message().is_some())
@@ -182,7 +182,7 @@ impl Engine {
     }
 }
 
-/// Held-out errors of a gyro, in degrees.
+/// Held-out errors of a gyro, in degrees, before and after.
 fn degrees(
     finding: &Finding,
     before: &'static q::Quantity,
@@ -194,8 +194,8 @@ fn degrees(
     Some(vec![(before, degrees(held_out.before)), (after, degrees(held_out.after))])
 }
 
-/// What was read under a model shows what that leaves: the whole model is both. Two scales that
-/// follow each other are taken as their sum, which is off by their product.
+/// Data read under a model show what that model leaves, so the whole model is both together. Two scales in series are
+/// added, which is off by their product.
 fn on_top(in_force: Option<&Model>, mut found: Model) -> Model {
     if let Some(in_force) = in_force {
         found.terms = in_force.terms.iter().cloned().chain(found.terms).collect();
@@ -226,8 +226,8 @@ fn in_words(finding: &Finding) -> String {
     )
 }
 
-/// Quantities that the plan judges, fits or identifies from, and those of turns and laps: a later
-/// identification reads them whatever the plan makes of them.
+/// Quantities that the plan judges, fits or identifies from, and those of turns and laps, which a later identification
+/// may read whatever the plan does with them.
 pub(super) fn wanted(plan: &Plan) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     let mut judged: Vec<&QuantityName> = Vec::new();

@@ -1,9 +1,9 @@
 //! Runs a plan: steps in, missions and actions out, reports and answers back in.
 //!
-//! The engine does no IO and reads no clock, so that the simulated and the live world run the same
-//! one. Its owner calls [`Engine::wake`] whenever [`Engine::next_wakeup`] is due, hands it every
-//! report and answer, and carries out every [`Action`] until there are none. Whatever happens, the
-//! engine ends with the base told to stop, and waits until it stands.
+//! The engine does no IO and reads no clock, so that the simulated and the live world run the same code. Its owner
+//! calls [`Engine::wake`] whenever [`Engine::next_wakeup`] is due, passes it every report and answer, and carries out
+//! every [`Action`] until there are no more. In any case the engine ends by stopping the base and waiting until it
+//! stands still.
 
 mod action;
 mod execute;
@@ -48,16 +48,15 @@ use wire::time::{Span, Timestamp};
 pub use robot::BenchFacts;
 pub use robot::FIRST_MISSION;
 
-/// How a run ended, and why if it did not simply end.
+/// How a run ended, with a reason unless it simply ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ending {
-    /// `Passed` here means that every step was carried out; the checks come after.
+    /// `Passed` here means that every step was carried out; the checks follow.
     pub outcome: Outcome,
     /// One sentence.
     pub reason: Option<String>,
 }
 
-/// What the engine waits for.
 #[derive(Debug, Clone, PartialEq)]
 enum Waiting {
     /// Nothing: the next operation can begin.
@@ -70,9 +69,9 @@ enum Waiting {
     Log { until: Timestamp, interval: Span, due: Timestamp },
     /// The end of a window at rest.
     Residual(Timestamp),
-    /// This condition.
+    /// A condition to hold.
     Condition(Condition),
-    /// The step's reaction.
+    /// The reaction that the step awaits.
     Reaction,
     /// A state in which nothing moves.
     Rest,
@@ -80,11 +79,11 @@ enum Waiting {
     Absolute(Op),
     /// A look at the base.
     Look(Option<Segment>),
-    /// The world's confirmation, and a number if one is asked for.
+    /// The world's confirmation, with a number if one is asked for.
     Answer(Option<Answer>),
-    /// The table's word on a command.
+    /// The table's answer to a command.
     TableWord,
-    /// The table's state, asked again at this instant while it turns.
+    /// The table's state, queried again at this instant while it turns.
     TableRest { ask_at: Timestamp },
 }
 
@@ -95,28 +94,28 @@ pub struct Engine {
     program: Program,
     ops: VecDeque<Op>,
     waiting: Waiting,
-    /// The step that is under way, since when, and until when at most.
+    /// The step in progress, when it began, and its limit.
     step: Option<(StepAction, Timestamp)>,
     step_deadline: Timestamp,
     plan_deadline: Timestamp,
     began: Timestamp,
-    /// What nodes said.
+    /// Signals of nodes.
     signals: Signals,
     reactions: Reactions,
-    /// What a robot adds: whoever takes missions has to be heard before the first step, and brings it to rest at the end. None
-    /// where nobody takes missions.
+    /// State of a robot: its controller must report before the first step, and brings the base to rest at the end.
+    /// `None` if no node takes missions.
     robot: Option<Box<Robot>>,
-    /// Nodes that are under test, but for the robot's controller.
+    /// Nodes under test other than the robot's controller.
     under_test: Vec<String>,
     /// Models that can be used by name.
     models: BTreeMap<String, Model>,
-    /// The signals off which errors are taken.
+    /// Signals that a node corrects.
     corrected: BTreeSet<QuantityName>,
     tags: Tags,
-    /// Rounds of the innermost repeats and sweeps begun, and whether one has begun since the last step.
+    /// Number of rounds begun of the innermost repeats and sweeps, and whether one began since the last step.
     rounds: u64,
     round_begun: bool,
-    /// Quantities that a measurement or a fit of the plan asks for.
+    /// Quantities that a measurement or a fit of the plan needs.
     wanted: BTreeSet<String>,
     observations: Observations,
     ending: Option<Ending>,
@@ -125,7 +124,7 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// An engine that begins `plan` at `now`, of a rig in which nobody takes missions.
+    /// Creates an engine that begins `plan` at `now`, on a rig without a controller for missions.
     pub fn new(plan: Arc<Plan>, now: Timestamp) -> Self {
         let plan_deadline = now + plan.time_limit();
         Self {
@@ -154,7 +153,7 @@ impl Engine {
         }
     }
 
-    /// With what these speakers say.
+    /// Adds the speakers whose messages are decoded.
     #[must_use]
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
         self.signals = Signals::of(&self.plan, speakers);
@@ -162,19 +161,19 @@ impl Engine {
         self
     }
 
-    /// These nodes are under test: what they do not do in time, they do not do.
+    /// Names the nodes under test: a wait for them that runs out of time is a failure, not an error.
     #[must_use]
     pub fn awaiting(mut self, under_test: Vec<String>) -> Self {
         self.under_test = under_test;
         self
     }
 
-    /// A node under test is gone: it did not do what it should, and nothing broke but itself.
+    /// Ends the run as failed: a node under test is gone, and nothing else broke.
     pub fn lost_node(&mut self, now: Timestamp, node: &str, how: &str) {
         self.end(now, Outcome::Failed, Some(format!("`{node}` is under test and ended: {how}")));
     }
 
-    /// The device under test did what none may do.
+    /// Ends the run as failed: the device under test did something forbidden.
     pub fn failed(&mut self, now: Timestamp, why: &str) {
         self.end(now, Outcome::Failed, Some(why.to_owned()));
     }
@@ -184,32 +183,31 @@ impl Engine {
         self.phases.watch();
     }
 
-    /// Nothing has to be heard before the first step, or it has been.
+    /// Whether the controller has reported, or need not report.
     pub fn is_heard(&self) -> bool {
         self.robot.as_ref().is_none_or(|robot| robot.is_heard())
     }
 
-    /// The plan.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// What has been observed.
+    /// The observations so far.
     pub const fn observations(&self) -> &Observations {
         &self.observations
     }
 
-    /// The same, of a run that has ended.
+    /// Takes the observations of a run that has ended.
     pub fn take_observations(&mut self) -> Observations {
         std::mem::take(&mut self.observations)
     }
 
-    /// How it ended; `None` while it runs.
+    /// How the run ended; `None` while it runs.
     pub fn ending(&self) -> Option<&Ending> {
         self.ending.as_ref().filter(|_| self.teardown().is_none())
     }
 
-    /// It has come to an end, though the base may not have been stopped yet.
+    /// Whether the run has come to its end, though the base may not have stopped yet.
     pub const fn is_ending(&self) -> bool {
         self.ending.is_some()
     }
@@ -219,12 +217,12 @@ impl Engine {
         self.program.progress()
     }
 
-    /// The next thing to be done by the world.
+    /// The next action for the owner to carry out.
     pub fn action(&mut self) -> Option<Action> {
         self.actions.pop_front()
     }
 
-    /// When [`Self::wake`] has something to do, if nothing arrives before.
+    /// When [`Self::wake`] has something to do, if nothing arrives earlier.
     pub fn next_wakeup(&self) -> Timestamp {
         if let Some(teardown) = self.teardown() {
             return teardown.next_wakeup();
@@ -233,7 +231,7 @@ impl Engine {
             return Timestamp::MAX;
         }
         let due = match self.waiting {
-            // The first step waits for the controller to be heard; see `report`.
+            // The first step waits for a report of the controller; see `report`.
             Waiting::Nothing if self.is_heard() => Timestamp::ZERO,
             Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
@@ -252,7 +250,7 @@ impl Engine {
             return;
         }
         self.pass_time(now);
-        // What is done in time has not missed its limit.
+        // Something done just in time has not missed its limit.
         self.advance(now);
         if self.ending.is_some() {
             return;
@@ -269,7 +267,7 @@ impl Engine {
                 _ => "",
             };
             let reason = format!("{} took longer than its limit{why}", self.place());
-            // What a node under test does not do in time, it does not do.
+            // A node under test that misses a limit has failed.
             let awaited = matches!(self.waiting, Waiting::Condition(_) | Waiting::Reaction);
             let outcome = if awaited && !self.under_test.is_empty() {
                 Outcome::Failed
@@ -280,12 +278,12 @@ impl Engine {
         }
     }
 
-    /// Stops the run: somebody asked for it.
+    /// Stops the run at the user's request.
     pub fn abort(&mut self, now: Timestamp) {
         self.end(now, Outcome::Aborted, Some("stopped by request".to_owned()));
     }
 
-    /// The world could not do what was asked, or lost what it needs.
+    /// Ends the run with an error: the world could not carry out an action, or lost something that it needs.
     pub fn broke(&mut self, now: Timestamp, why: &str) {
         self.end(now, Outcome::Error, Some(why.to_owned()));
     }
@@ -309,7 +307,7 @@ impl Engine {
         }
     }
 
-    /// The condition that is waited for holds, so that nothing is waited for any more.
+    /// Ends the wait if the awaited condition holds; returns whether it did.
     fn ends_wait(&mut self) -> bool {
         let holds = match &self.waiting {
             Waiting::Condition(condition) => holds(&self.signals, self.robot.as_deref(), condition),
@@ -322,7 +320,7 @@ impl Engine {
         holds
     }
 
-    /// Takes the world's confirmation that something is done.
+    /// Takes the world's confirmation of an order.
     pub fn answered(&mut self, now: Timestamp) {
         if self.waiting == Waiting::Answer(None) {
             self.waiting = Waiting::Nothing;
@@ -330,8 +328,7 @@ impl Engine {
         }
     }
 
-    /// Takes the number that a person was asked for; one out of range is asked for again by whoever
-    /// asks, and refused here.
+    /// Takes the number that a person gave. The operator asks again for a number out of range; here it is an error.
     pub fn answered_with(&mut self, now: Timestamp, value: f64) {
         let Waiting::Answer(Some(answer)) = &self.waiting else { return };
         let answer = answer.clone();
@@ -356,7 +353,7 @@ impl Engine {
         }
     }
 
-    /// Keeps the observations that the plan asks for, and records them.
+    /// Keeps and records the observations that the plan needs.
     fn observe(&mut self, now: Timestamp, make: impl FnOnce(&mut Collector<'_>)) {
         self.tags.insert("time".to_owned(), (now - self.began).as_secs_f64());
         let mut collector = Collector::new(&self.tags);
@@ -386,7 +383,7 @@ impl Engine {
         self.observe_whole_run(now);
         self.ops.clear();
         self.phases.all_ended(&mut self.actions);
-        // What is sent last is what the plan says.
+        // Last, the messages that the plan sends finally.
         let last = self.plan.finally.iter().cloned().map(Order::Send);
         self.actions.extend(last.map(Action::Order));
         self.begin_teardown(now);

@@ -1,4 +1,4 @@
-//! From answers and measured poses to observations of the named quantities.
+//! Turns answers and measured poses into observations of the named quantities.
 
 use super::BenchFacts;
 use super::rest_watch::Window;
@@ -15,10 +15,10 @@ use wire::units::{Angle, Pose, Temperature};
 /// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
 pub const DISPLACEMENT_U_M: f64 = 0.000_1 / STEP_OVER_U;
 
-/// A step of a resolution over its standard uncertainty: the square root of 12.
+/// A resolution step divided by its standard uncertainty: the square root of 12.
 pub(super) const STEP_OVER_U: f64 = 3.464_101_615_137_754_6;
 
-/// What stands at both ends of a lap or of a turn of the table.
+/// Readings at both ends of a lap or of a turn of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Ends {
     pub(super) state_before: Option<State>,
@@ -27,14 +27,14 @@ pub(super) struct Ends {
     pub(super) ended: Option<Timestamp>,
     pub(super) pose_before: Option<Pose>,
     pub(super) pose_after: Option<Pose>,
-    /// The first look at the base, and the last.
+    /// The first look at the base.
     pub(super) look_before: Option<Look>,
-    /// See `look_before`.
+    /// The last look at the base.
     pub(super) look_after: Option<Look>,
 }
 
 impl Ends {
-    /// A state stands at an end that has none yet.
+    /// Takes a state for each end that has none yet.
     pub(super) fn take(&mut self, now: Timestamp, state: &State) {
         if self.state_before.is_none() {
             (self.state_before, self.began) = (Some(*state), Some(now));
@@ -44,8 +44,7 @@ impl Ends {
         }
     }
 
-    /// What was so between the ends: how long it took, the bias that was subtracted, and the
-    /// temperature, the mean of those at the ends.
+    /// Values between the ends: duration, subtracted bias, and temperature as the mean of both ends.
     fn between(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let duration =
             self.began.zip(self.ended).map(|(began, ended)| (ended - began).as_secs_f64());
@@ -60,7 +59,7 @@ impl Ends {
     }
 }
 
-/// Tags that go with every observation of the moment.
+/// Tags of every observation of the moment.
 pub type Tags = BTreeMap<String, f64>;
 
 /// Collects observations with common tags.
@@ -88,7 +87,7 @@ impl<'a> Collector<'a> {
         self.out.push(Observation { quantity: name.to_owned(), value, uncertainty: u, tags });
     }
 
-    /// What a bias test found.
+    /// Result of a bias test.
     pub(super) fn bias_test(&mut self, result: &BiasTestResult) {
         let more = temperature_tag(result.temperature);
         let u = u_of_mean(result, u64::from(result.samples));
@@ -97,8 +96,8 @@ impl<'a> Collector<'a> {
         self.add(&q::BIAS_SPREAD, result.spread.deg_per_s(), u_spread, more.as_slice());
     }
 
-    /// How far each method's prediction is off the mean of a later window at rest. `test` is the last
-    /// bias test and its age in s.
+    /// How far each method's prediction is off the mean of a later window at rest. `test` is the last bias test and its
+    /// age in s.
     pub(super) fn bias_residual(
         &mut self,
         window: &Window,
@@ -146,7 +145,7 @@ impl<'a> Collector<'a> {
         self.add(&q::TURN_ODOMETRY_ERROR, difference.deg(), heading_u_deg, &more);
     }
 
-    /// One turn of the table: Eqs 1 and 2, `E = |theta| - 360`, generalised to any angle.
+    /// One turn of the table: Eqs 1 and 2, `E = |theta| - 360`, for any angle.
     pub(super) fn table_turn(
         &mut self,
         ends: &Ends,
@@ -171,8 +170,8 @@ impl<'a> Collector<'a> {
         self.add(&q::TABLE_ERROR, turned - angle.abs().deg(), u, &more);
     }
 
-    /// One lap: how far each heading is off by Eq. 1's signs, and where the robot came back to, seen
-    /// from where it started.
+    /// One lap: the error of each heading with the signs of Eq. 1, and where the robot returned to, in the frame of its
+    /// start.
     pub(super) fn lap(&mut self, ends: &Ends, direction: Direction, facts: &BenchFacts) {
         let Ends {
             state_before: Some(state_before),
@@ -187,7 +186,7 @@ impl<'a> Collector<'a> {
         let sign = direction.sign();
         let mut more = vec![("direction", sign)];
         more.extend(ends.between());
-        // Two readings of the absolute measurement stand behind each figure.
+        // Each figure rests on two readings of the absolute measurement.
         let u_heading = facts.absolute_heading_u_deg * std::f64::consts::SQRT_2;
         let u_position = facts.absolute_position_u_m * std::f64::consts::SQRT_2;
         let nominal = Angle::TURN * sign;
@@ -196,7 +195,7 @@ impl<'a> Collector<'a> {
         let gyro = state_after.gyro_heading - state_before.gyro_heading;
         let odometry = state_after.odometry_heading - state_before.odometry_heading;
         self.add(&q::LAP_GYRO_ERROR, sign * (gyro - turned).deg(), u_heading, &more);
-        // The odometry has steps, at both ends.
+        // The odometry has a resolution step at both ends.
         let u_odometry = u_heading.hypot(HEADING_STEP.deg() / 6f64.sqrt());
         self.add(&q::LAP_ODOMETRY_ERROR, sign * (odometry - turned).deg(), u_odometry, &more);
         self.add(&q::LAP_RETURN_HEADING, off_nominal.deg(), u_heading, &more);
@@ -232,7 +231,7 @@ fn u_of_mean(result: &BiasTestResult, samples: u64) -> f64 {
     result.spread.deg_per_s() / (samples.max(1) as f64).sqrt()
 }
 
-/// Position of `to` in the frame that stands at `from`, in metres.
+/// Position of `to` in the frame of `from`, in metres.
 fn seen_from(from: &Pose, to: &Pose) -> (f64, f64) {
     let (dx, dy) = ((to.x - from.x).m(), (to.y - from.y).m());
     let (sin, cos) = (from.heading.sin(), from.heading.cos());

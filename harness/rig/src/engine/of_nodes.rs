@@ -1,7 +1,7 @@
-//! What nodes said in this run so far, as a data set of kind `sensor`: a signal beside another that is true.
+//! Messages of nodes so far, as a data set of kind `sensor`: a measured signal beside a reference signal.
 //!
-//! A row is a value of the signal that is measured. The other signals come in messages of their own: each is taken straight
-//! between its values before and after, an angle the short way round.
+//! Each row is a value of the measured signal. The other signals come in their own messages: each is interpolated
+//! linearly between its values before and after, an angle along the shorter way.
 
 use dataset::export::columns::{Columns, Field as Written};
 use identification::dataset::{Dataset, Dimension, Kind, Role, Unit};
@@ -17,12 +17,12 @@ pub(super) struct Field<'a> {
     pub(super) unit: Unit,
 }
 
-/// The data set called `name` of what is measured, what is true and what else there is; of all rows during a step or label,
-/// where one is named.
+/// Returns the data set called `name` of the measured signal, the reference and the others, from all rows or from those
+/// during a step or label.
 ///
 /// # Errors
 ///
-/// When one of them was never heard, or what was makes no data set.
+/// When one of the signals was never received, or when the observations do not make a data set.
 pub(super) fn dataset(
     observations: &Observations,
     (measured, reference, beside): (&Field<'_>, &Field<'_>, &[Field<'_>]),
@@ -51,7 +51,7 @@ pub(super) fn dataset(
         let role = match field.unit.dimension() {
             _ if place == 0 => Role::Reference,
             Dimension::Angle => Role::Heading,
-            // The first is the sensor's own.
+            // The first temperature is that of the sensor itself.
             Dimension::Temperature => temperature.take().unwrap_or(Role::Auxiliary),
             _ => Role::Auxiliary,
         };
@@ -65,7 +65,7 @@ fn time(observed: &Observed<'_>) -> f64 {
     observed.time().unwrap_or(f64::NAN)
 }
 
-/// What a signal was at each of the rows; not a number before its first value and behind its last.
+/// A signal at each of the rows; NaN before its first and after its last value.
 fn along(signal: &[Observed<'_>], rows: &[Observed<'_>], unit: Unit) -> Vec<f64> {
     let turn = std::f64::consts::TAU / unit.si();
     let mut behind = 0;

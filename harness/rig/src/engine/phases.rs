@@ -1,17 +1,17 @@
-//! Says when phases of the plan begin and end, for a plan whose faults wait for them.
+//! Reports when phases of the plan begin and end, for a plan whose faults wait for them.
 
 use super::{Action, Program};
 use controller::mission::Command;
 use plan::phases::{self, PhaseEvent};
 use std::collections::VecDeque;
 
-/// A level of the plan: which step of its list, and in which round.
+/// Place of a level in the plan: index of the step in each list, and its round.
 type Place = Vec<(usize, u64)>;
 
 /// The phases that are open, outermost first.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Phases {
-    /// Nobody waits for a phase where there are no faults.
+    /// False without faults: nothing waits for a phase.
     watched: bool,
     open: Vec<(Place, Vec<String>)>,
     mission: Option<&'static str>,
@@ -27,7 +27,7 @@ impl Phases {
         self.watched = true;
     }
 
-    /// The program has come to its step.
+    /// A step of the program begins.
     pub(super) fn step_began(&mut self, program: &Program, actions: &mut VecDeque<Action>) {
         if !self.watched {
             return;
@@ -42,19 +42,19 @@ impl Phases {
         }
     }
 
-    /// The step is over; what is around it may go on.
+    /// The step ends; the repeats around it may go on.
     pub(super) fn step_ended(&mut self, actions: &mut VecDeque<Action>) {
         self.mission_ended(actions);
         self.close(self.open.len().saturating_sub(1), actions);
     }
 
-    /// The plan has come to its end.
+    /// The plan ends.
     pub(super) fn all_ended(&mut self, actions: &mut VecDeque<Action>) {
         self.mission_ended(actions);
         self.close(0, actions);
     }
 
-    /// The controller is given a command.
+    /// The controller receives a command.
     pub(super) fn mission_began(&mut self, command: &Command, actions: &mut VecDeque<Action>) {
         if !self.watched {
             return;
@@ -70,7 +70,7 @@ impl Phases {
         actions.extend(ended.map(Action::Phase));
     }
 
-    /// Ends all phases but the outermost `left`, the innermost first.
+    /// Ends all phases but the outermost `left`, innermost first.
     fn close(&mut self, left: usize, actions: &mut VecDeque<Action>) {
         for (_, names) in self.open.drain(left..).rev() {
             actions.extend(names.into_iter().rev().map(PhaseEvent::Ended).map(Action::Phase));

@@ -1,4 +1,4 @@
-//! Where the engine stands in the plan: steps within repeats within sweeps.
+//! Position of the engine in the plan: steps within repeats within sweeps.
 
 use super::observe::Tags;
 use plan::quantities::during_tag;
@@ -6,37 +6,37 @@ use plan::{Action, Order, Plan, Step};
 use std::sync::Arc;
 use wire::time::Timestamp;
 
-/// One level of nesting: which step of its list, and which round of it.
+/// One level of nesting: index of the step in its list, and round of the list.
 #[derive(Debug, Clone, PartialEq)]
 struct Level {
     index: usize,
-    /// Rounds of this list that are complete.
+    /// Completed rounds of this list.
     round: u64,
     /// When this round began.
     began: Timestamp,
-    /// When the step that holds this list must be done.
+    /// Deadline of the step that holds this list.
     deadline: Timestamp,
 }
 
 /// What comes next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Next {
-    /// This step, which holds no others.
+    /// A step that holds no others.
     Step(Box<Step>),
     /// A round begins.
     Round {
-        /// What a sweep sets.
+        /// Value that a sweep sets.
         set: Option<Order>,
-        /// Not before then.
+        /// The round may not begin earlier.
         not_before: Timestamp,
-        /// By how much the round before outlasted its period, s; for a repeat with a period.
+        /// By how much the previous round exceeded its period, s; for a repeat with a period.
         overrun_s: Option<f64>,
     },
     /// The plan is done.
     Done,
 }
 
-/// The place in the plan.
+/// Position in the plan.
 #[derive(Debug, Clone)]
 pub struct Program {
     plan: Arc<Plan>,
@@ -46,7 +46,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// At the first step of `plan`, which has to be done by `deadline`.
+    /// Starts at the first step of `plan`, which must be done by `deadline`.
     pub fn new(plan: Arc<Plan>, now: Timestamp, deadline: Timestamp) -> Self {
         let total = leaves(&plan.steps);
         let level = Level { index: 0, round: 0, began: now, deadline };
@@ -58,7 +58,7 @@ impl Program {
         (self.done, self.total)
     }
 
-    /// The list of the innermost level.
+    /// The step list of the innermost level.
     fn list(&self) -> &[Step] {
         let outer = &self.levels[..self.levels.len() - 1];
         outer.iter().fold(self.plan.steps.as_slice(), |steps, level| {
@@ -66,12 +66,12 @@ impl Program {
         })
     }
 
-    /// The step that the innermost level is at.
+    /// The current step of the innermost level.
     fn here(&self) -> Option<&Step> {
         self.list().get(self.levels.last()?.index)
     }
 
-    /// Repeats and sweeps around the current step, outermost first, with the round each is in.
+    /// Repeats and sweeps around the current step, outermost first, each with its round.
     pub fn around(&self) -> Vec<(&Step, u64)> {
         let mut steps = self.plan.steps.as_slice();
         let mut around = Vec::new();
@@ -84,8 +84,7 @@ impl Program {
         around
     }
 
-    /// The current step and what is around it, outermost first, each with a place that no other step or
-    /// round has.
+    /// The current step and those around it, outermost first, each with a place that no other step or round shares.
     pub fn phases(&self) -> Vec<(Vec<(usize, u64)>, &Step)> {
         let place = |depth: usize| -> Vec<(usize, u64)> {
             self.levels.iter().take(depth).map(|level| (level.index, level.round)).collect()
@@ -98,7 +97,7 @@ impl Program {
         around.chain(self.here().map(|step| (place(self.levels.len()), step))).collect()
     }
 
-    /// The current step, as messages call it: `steps[2].repeat[0] (round 7 of 40)`.
+    /// The current step as named in messages: `steps[2].repeat[0] (round 7 of 40)`.
     pub fn place(&self) -> String {
         let mut place = String::from("steps");
         for (depth, level) in self.levels.iter().enumerate() {
@@ -116,8 +115,8 @@ impl Program {
         place
     }
 
-    /// What is observed during `step` with these tags: the step, what is around it, and the values of
-    /// sweeps. `rounds` counts the rounds of the innermost repeats and sweeps so far.
+    /// Tags of what is observed during `step`: the step, those around it, and the values of sweeps. `rounds` counts the
+    /// rounds of the innermost repeats and sweeps so far.
     pub fn tags(&self, step: &Action, label: Option<&str>, rounds: u64) -> Tags {
         let mut tags = Tags::new();
         let mut during = vec![step.name().to_owned()];
@@ -131,18 +130,18 @@ impl Program {
                 tags.insert(sweep.parameter.to_string(), *value);
             }
         }
-        // Rounds keep counting when a repeat is entered again, so that no two share a number.
+        // Rounds keep counting when a repeat begins anew, so that no two share a number.
         tags.insert("run".to_owned(), rounds.max(1) as f64);
         tags.extend(during.iter().map(|phase| (during_tag(phase), 1.0)));
         tags
     }
 
-    /// The nearest limit of the repeats and sweeps around the current step.
+    /// The earliest deadline of the repeats and sweeps around the current step.
     pub fn deadline(&self) -> Timestamp {
         self.levels.iter().map(|level| level.deadline).min().unwrap_or(Timestamp::MAX)
     }
 
-    /// The current step is complete.
+    /// Completes the current step.
     pub fn step_done(&mut self) {
         self.done += 1;
         if let Some(level) = self.levels.last_mut() {
@@ -150,7 +149,7 @@ impl Program {
         }
     }
 
-    /// Where to go from here. `holds` says whether the condition that ends a repeat holds.
+    /// Returns what comes next. `holds` evaluates the condition that ends a repeat.
     pub fn next(&mut self, now: Timestamp, holds: impl Fn(&Action) -> bool) -> Next {
         loop {
             if let Some(step) = self.here() {
@@ -190,7 +189,7 @@ impl Program {
         }
     }
 
-    /// Leaves a repeat or a sweep after `rounds` rounds; what it would still have done counts as done.
+    /// Leaves a repeat or a sweep after `rounds` rounds; the rounds left out count as done.
     fn skip(&mut self, rounds: u64) {
         if let Some(step) = self.here() {
             let left = step.action.repetitions().saturating_sub(rounds);
@@ -202,13 +201,13 @@ impl Program {
     }
 }
 
-/// What a sweep sets before that round.
+/// The order by which a sweep sets its value for that round.
 fn swept(action: &Action, round: u64) -> Option<Order> {
     let Action::Sweep(sweep) = action else { return None };
     sweep.order(usize::try_from(round).ok()?)
 }
 
-/// Steps without steps in them, repetitions counted.
+/// Number of steps that hold no others, repetitions counted.
 fn leaves(steps: &[Step]) -> u64 {
     steps
         .iter()

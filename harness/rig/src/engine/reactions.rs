@@ -1,4 +1,4 @@
-//! How long nodes take from one condition to another, as the plan asks.
+//! How long nodes take from one condition to another, as the plan defines reactions.
 
 use described::Decoded;
 use plan::quantities::REACTION_PREFIX;
@@ -6,29 +6,29 @@ use plan::{Plan, Reads, Speaker, formula};
 use temporal::Reaction;
 use wire::time::Timestamp;
 
-/// So many questions of a reaction wait for their answer at most.
+/// Most stimuli of a reaction that wait for their answer.
 const WAITING_MAX: usize = 10_000;
 
-/// The reactions of a plan that something is made of.
+/// The reactions that a measurement or a step of the plan uses.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reactions {
-    /// Each with its quantity.
+    /// Each reaction under its quantity.
     each: Vec<(String, Reaction)>,
     reads: Reads,
     awaited: Option<Awaited>,
 }
 
-/// The reaction that a step waits for.
+/// The reaction that a step awaits.
 #[derive(Debug, Clone)]
 struct Awaited {
     quantity: String,
-    /// Questions from before are of no interest.
+    /// Earlier stimuli do not count.
     since: Timestamp,
     has_come: bool,
 }
 
 impl Reactions {
-    /// Those of `plan` on a rig of these speakers.
+    /// The reactions of `plan` on a rig with these speakers.
     pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
         let read = |text: &str| formula(text, speakers).ok();
         let mut formulas = Vec::new();
@@ -44,25 +44,25 @@ impl Reactions {
         Self { each, reads: Reads::of(&formulas, speakers), awaited: None }
     }
 
-    /// From now on the first answer to a question of the reaction `name` is waited for.
+    /// Waits from now on for the first answer to a stimulus of the reaction `name`.
     pub(super) fn await_one(&mut self, name: &str, now: Timestamp) {
         let quantity = format!("{REACTION_PREFIX}{name}");
         self.awaited = Some(Awaited { quantity, since: now, has_come: false });
     }
 
-    /// What is waited for has come.
+    /// Whether the awaited answer has come.
     pub(super) fn has_come(&self) -> bool {
         self.awaited.as_ref().is_some_and(|awaited| awaited.has_come)
     }
 
-    /// The question that is waited for was asked, and has no answer so far.
+    /// Whether the awaited stimulus has come and is still without an answer.
     pub(super) fn is_asked(&self) -> bool {
         let Some(awaited) = &self.awaited else { return false };
         let reaction = self.each.iter().find(|(quantity, _)| *quantity == awaited.quantity);
         reaction.is_some_and(|(_, one)| one.waiting().any(|asked| asked >= awaited.since))
     }
 
-    /// Takes a message of a speaker. What it answers, by quantity, in s.
+    /// Takes a message of a speaker. Returns the reaction times that it completes, by quantity, in s.
     pub(super) fn take(
         &mut self,
         now: Timestamp,
@@ -75,7 +75,7 @@ impl Reactions {
         self.answers()
     }
 
-    /// The run is over: what is answered by now, and how long the others have waited, by quantity, in s.
+    /// Ends the run: returns the answers by now and how long the open stimuli have waited, by quantity, in s.
     pub(super) fn finish(&mut self, now: Timestamp) -> Vec<(String, f64)> {
         self.each.iter_mut().for_each(|(_, reaction)| reaction.finish(now));
         let mut answers = self.answers();

@@ -1,4 +1,4 @@
-//! What the controller's states say while nothing moves: windows of mean rate, and conditions to wait for.
+//! The controller's states at rest: windows of mean rate, and conditions to wait for.
 
 use controller::mission::State;
 use plan::{Condition, quantities};
@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use wire::time::{Span, Timestamp};
 use wire::units::{AngularRate, Temperature};
 
-/// States that are remembered: 68 min at one a second.
+/// Most states kept: 68 min at one per second.
 pub const HISTORY_MAX: usize = 4_096;
 
 /// One state at rest.
@@ -17,18 +17,18 @@ struct Moment {
     temperature: Option<Temperature>,
 }
 
-/// The recent past at rest.
+/// The recent states at rest.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RestWatch {
     history: VecDeque<Moment>,
     samples: Option<u64>,
-    /// Weighted sum of mean rates, deg/s, and the samples behind it.
+    /// Weighted sum of mean rates, deg/s, and the number of samples.
     sum: f64,
     weight: u64,
     temperature: Option<Temperature>,
 }
 
-/// Mean of a window.
+/// Means over a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window {
     pub(super) rate_deg_per_s: f64,
@@ -37,7 +37,7 @@ pub(super) struct Window {
 }
 
 impl RestWatch {
-    /// Takes a state; one in motion empties the past.
+    /// Takes a state; one in motion clears the history.
     pub(super) fn take(&mut self, now: Timestamp, state: &State) {
         let samples = state.samples.saturating_sub(self.samples.unwrap_or(state.samples));
         self.samples = Some(state.samples);
@@ -50,7 +50,7 @@ impl RestWatch {
         }
         let moment = Moment { at: now, rate: state.raw_rate, temperature: state.temperature };
         self.history.push_back(moment);
-        // Each state carries the mean since the state before: weigh it by its samples.
+        // Each state carries the mean since the previous one, so it is weighted by its samples.
         self.sum += state.raw_rate.deg_per_s() * samples as f64;
         self.weight += samples;
         self.temperature = state.temperature;
@@ -62,7 +62,7 @@ impl RestWatch {
         self.weight = 0;
     }
 
-    /// Ends the window; `None` when it saw no sample.
+    /// Ends the window; `None` if it has no sample.
     pub(super) fn close(&mut self) -> Option<Window> {
         let window = (self.weight > 0).then(|| Window {
             rate_deg_per_s: self.sum / self.weight as f64,
@@ -73,7 +73,7 @@ impl RestWatch {
         window
     }
 
-    /// Does the condition hold at the last state?
+    /// Whether the condition holds at the last state.
     pub(super) fn holds(&self, condition: &Condition) -> bool {
         let quantity = condition.quantity().as_str();
         let value = |moment: &Moment| {
@@ -86,7 +86,7 @@ impl RestWatch {
         self.over(condition.window(), value).is_some_and(|(low, high)| condition.holds(low, high))
     }
 
-    /// Smallest and largest value over the last `span`; `None` while less is known.
+    /// Smallest and largest value over the last `span`; `None` while the history is shorter.
     fn over(&self, span: Span, value: impl Fn(&Moment) -> Option<f64>) -> Option<(f64, f64)> {
         let from = self.history.back()?.at - span;
         let known = self.history.front()?.at <= from;

@@ -1,5 +1,5 @@
-//! What a run with a robot adds: somebody takes missions and reports, a base or a table carries a gyro, and all of it has to
-//! stand still at the end.
+//! State of a run with a robot: its controller takes missions and reports, a base or a table carries a gyro, and all of
+//! it must stand still at the end.
 
 use super::fit::Fitted;
 use super::observe::Ends;
@@ -21,13 +21,13 @@ use wire::table;
 use wire::time::Timestamp;
 use wire::units::{Angle, Pose};
 
-/// The first mission's number; the others follow in the order in which they are recorded.
+/// Number of the first mission; the others follow in the order of their records.
 pub const FIRST_MISSION: MissionId = 1;
 
-/// What is said of a run after whose end nobody could see the base at rest.
+/// Reason of an error when the base was not seen at rest after the end.
 pub(super) const NO_REST: &str = "the controller never confirmed that the base stands still";
 
-/// What the engine must know of the bench.
+/// Facts about the bench that the engine needs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BenchFacts {
     /// Standard uncertainty of a position by the absolute measurement, m.
@@ -36,23 +36,23 @@ pub struct BenchFacts {
     pub absolute_heading_u_deg: f64,
     /// Standard uncertainty of the table's angle at rest, deg.
     pub table_u_deg: f64,
-    /// What one step of the table's motor turns the table by.
+    /// Angle by which one motor step turns the table.
     pub table_step: Angle,
 }
 
-/// What is known of the robot and its controller.
+/// State of the robot and its controller.
 #[derive(Debug, Clone)]
 pub(super) struct Robot {
     pub(super) facts: BenchFacts,
     pub(super) next_id: MissionId,
     pub(super) state: Option<State>,
     pub(super) ends: Ends,
-    /// Sum of the angles that the table was told to turn by.
+    /// Sum of the angles that the table was commanded to turn by.
     pub(super) table_heading: Angle,
     pub(super) rest: RestWatch,
     pub(super) bias_test: Option<(Timestamp, BiasTestResult)>,
     pub(super) calibration: Calibration,
-    /// Since when the calibration is in force.
+    /// When the calibration came into force.
     pub(super) calibration_since: Timestamp,
     pub(super) heading_source: HeadingSource,
     /// Calibrations that can be used by name.
@@ -63,13 +63,13 @@ pub(super) struct Robot {
     times_degraded: u32,
     times_fault: u32,
     level: Level,
-    /// A mission was refused or broken off.
+    /// A mission was refused or aborted.
     declined: bool,
     teardown: Option<Teardown>,
 }
 
 impl Robot {
-    /// The controller has been heard.
+    /// Whether the controller has reported a state.
     pub(super) const fn is_heard(&self) -> bool {
         self.state.is_some()
     }
@@ -82,7 +82,7 @@ impl Robot {
 }
 
 impl Engine {
-    /// With a robot, whose calibrations can be used by name.
+    /// Adds a robot, and calibrations that the plan can use by name.
     #[must_use]
     pub fn with_robot(
         mut self,
@@ -112,7 +112,8 @@ impl Engine {
         self
     }
 
-    /// The controller has said that something is wrong: in its health after it had been well, or by what it did not do.
+    /// Whether the controller has reported a problem: degraded health after good health, or a mission that it did not
+    /// carry out.
     pub fn has_announced(&self) -> bool {
         let said = |robot: &Robot| robot.declined || robot.times_degraded + robot.times_fault > 0;
         self.robot.as_deref().is_some_and(said)
@@ -122,7 +123,7 @@ impl Engine {
         self.robot.as_ref()?.teardown.as_ref()
     }
 
-    /// Brings the robot to rest. Where there is none, nobody would confirm that anything stands still.
+    /// Brings the robot to rest. Without a controller nothing would confirm that it stands still.
     pub(super) fn begin_teardown(&mut self, now: Timestamp) {
         if let Some(robot) = &mut self.robot {
             robot.teardown = Some(Teardown::begin(now));
@@ -130,8 +131,8 @@ impl Engine {
         }
     }
 
-    /// The controller is gone: nothing can be confirmed any more, and nobody is left to stop the base
-    /// but its own command time-out.
+    /// Ends the run without its controller: nothing can confirm rest any more, and only the command time-out of the
+    /// base stops it.
     pub fn lost_controller(&mut self, now: Timestamp, how: &str) {
         self.broke(now, &format!("lost the device under test: {how}"));
         if let Some(robot) = &mut self.robot {
@@ -167,7 +168,7 @@ impl Engine {
                     format!("{}: the controller broke off: {}", self.place(), words(reason));
                 self.end(now, Outcome::Failed, Some(reason));
             }
-            // An answer to a mission that nobody waits for any more.
+            // Answers to a mission that the engine no longer awaits.
             Report::Done { .. } | Report::Refused { .. } | Report::Aborted { .. } => {}
         }
     }
@@ -188,7 +189,7 @@ impl Engine {
         self.advance(now);
     }
 
-    /// Takes what the absolute measurement found.
+    /// Takes the pose found by the absolute measurement.
     pub fn absolute(&mut self, now: Timestamp, pose: Pose) {
         let (Waiting::Absolute(op), Some(robot)) = (&self.waiting, &mut self.robot) else { return };
         match op {
@@ -203,7 +204,7 @@ impl Engine {
         self.advance(now);
     }
 
-    /// Takes what a look at the base showed; nothing where it cannot be seen.
+    /// Takes the result of a look at the base; `None` if it cannot be seen.
     pub fn looked(&mut self, now: Timestamp, look: Option<Look>) {
         let Waiting::Look(segment) = self.waiting else { return };
         if let Some(robot) = &mut self.robot {
@@ -217,12 +218,12 @@ impl Engine {
         self.advance(now);
     }
 
-    /// Is the truth on a line wanted?
+    /// Whether the plan needs the truth during straight lines.
     pub fn wants_truth(&self) -> bool {
         self.wanted.contains(q::STRAIGHT_TRUE_HEADING_ERROR.name)
     }
 
-    /// Takes what is true of the base on a line.
+    /// Takes the true pose of the base on a straight line.
     pub fn true_on_line(&mut self, now: Timestamp, truth: &Pose) {
         let Some(look) = self.robot.as_ref().and_then(|robot| robot.ends.look_after) else {
             return;
@@ -255,8 +256,8 @@ impl Engine {
     }
 
     fn take_result(&mut self, now: Timestamp, result: &MissionResult) {
-        // By the gyro the resolution is far below its drift in a few seconds; by the odometry it is a
-        // step of 0.3 deg (uniform).
+        // The resolution of the gyro is far below its drift in a few seconds; that of the odometry is a step of 0.3 deg
+        // (uniform).
         let Some(robot) = &mut self.robot else { return };
         let heading_u_deg = match robot.heading_source {
             HeadingSource::Gyro => 0.0,
@@ -277,7 +278,7 @@ impl Engine {
         }
     }
 
-    /// What is known of the run as a whole.
+    /// Observes quantities of the run as a whole.
     pub(super) fn observe_whole_run(&mut self, now: Timestamp) {
         let (degraded, fault, state) = match &self.robot {
             Some(robot) => (robot.times_degraded, robot.times_fault, robot.state),
@@ -310,7 +311,7 @@ impl Engine {
         let at_rest = teardown.at_rest();
         robot.teardown = None;
         if !at_rest && let Some(ending) = &mut self.ending {
-            // A failure or a time-out says more than that the bench fell silent afterwards.
+            // A failure or a time-out is more important than the silence of the bench afterwards.
             if ending.outcome == Outcome::Passed {
                 ending.outcome = Outcome::Error;
             }
@@ -324,7 +325,7 @@ impl Engine {
     }
 }
 
-/// An enumerator of the mission protocol as it stands in JSON, with spaces for underscores.
+/// An enumerator of the mission protocol as in JSON, with spaces instead of underscores.
 fn words(reason: &impl serde::Serialize) -> String {
     serde_json::to_value(reason)
         .ok()

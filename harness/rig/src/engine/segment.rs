@@ -1,7 +1,7 @@
-//! One straight line or turn, judged by what is true of the base and by what the base itself believes.
+//! Judges one straight line or turn by the truth of the base and by the base's own odometry.
 //!
-//! Neither is the controller's word: the truth is the emulator's, and the base's pose is what it would answer to whoever
-//! else asks for it. Of a real base nobody knows the truth, and nothing is observed.
+//! Neither comes from the controller: the truth is the emulator's, and the odometry is what the base would answer to
+//! another host. The truth of a real base is unknown, so nothing is observed there.
 
 use super::observe::{Collector, DISPLACEMENT_U_M, STEP_OVER_U};
 use plan::{Segment, quantities as q};
@@ -11,17 +11,17 @@ use wire::units::Pose;
 /// Resolution of the heading in the base's pose, 0.01 deg on the wire, as a standard uncertainty in deg.
 pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / STEP_OVER_U;
 
-/// What somebody beside the base sees at one instant.
+/// An external view of the base at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Where the base is; its heading is not wrapped.
+    /// True pose of the base; its heading is not wrapped.
     pub truth: Pose,
-    /// Where the base's own odometry says that it is, read back as a host would.
+    /// Pose by the base's own odometry, decoded as a host would.
     pub odometry: Pose,
 }
 
 impl Collector<'_> {
-    /// A segment between two looks at rest.
+    /// Observes a segment between two looks at rest.
     pub(super) fn segment(&mut self, segment: Segment, before: &Look, after: &Look) {
         let (from, to) = (before.truth, after.truth);
         match segment {

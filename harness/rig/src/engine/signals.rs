@@ -1,21 +1,21 @@
-//! What nodes say: observations of their signals, and conditions to wait for.
+//! Signals of nodes: their observations, and conditions to wait for.
 
 use plan::{Action, Condition, MessagePlace, Plan, QuantityName, Speaker, Step, resolve, unit};
 use std::collections::{BTreeMap, VecDeque};
 use wire::time::{Span, Timestamp};
 
-/// Values of one signal that are remembered for conditions: 16 minutes at 1 kHz.
+/// Most values of one signal kept for conditions: 16 minutes at 1 kHz.
 pub const HISTORY_MAX: usize = 1_000_000;
 
-/// The quantities of a plan by what brings them.
+/// Quantities of a plan by the messages that carry them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Signals {
     wanted: BTreeMap<MessagePlace, Vec<String>>,
-    /// When each message came last, by speaker and message.
+    /// Time of the last message of each kind, by speaker and message.
     last: BTreeMap<(usize, usize), Timestamp>,
-    /// The recent past of what conditions are about, as far back as they look.
+    /// Recent values of signals in conditions, as far back as their windows reach.
     past: BTreeMap<String, Past>,
-    /// Units of signals, as layouts write them.
+    /// Units of signals, as written in the layouts.
     units: BTreeMap<String, String>,
 }
 
@@ -26,7 +26,7 @@ struct Past {
 }
 
 impl Signals {
-    /// What `plan` wants of these speakers.
+    /// Selects what `plan` needs of these speakers.
     pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
         let mut signals = Self::default();
         let wait = |signals: &mut Self, condition: &Condition| {
@@ -68,7 +68,7 @@ impl Signals {
         }
     }
 
-    /// Takes a message of a speaker; `values` are those of its signals, as far as it carries them. What it brings, by
+    /// Takes a message of a speaker; `values` are those of the signals that it carries. Returns the new values by
     /// quantity.
     pub(super) fn take(
         &mut self,
@@ -96,12 +96,12 @@ impl Signals {
         brought
     }
 
-    /// The unit of a signal that is wanted.
+    /// Unit of a signal that the plan needs.
     pub(super) fn unit(&self, quantity: &QuantityName) -> &str {
         self.units.get(quantity.as_str()).map_or("1", String::as_str)
     }
 
-    /// Does the condition hold at the last value of its signal?
+    /// Whether the condition holds at the last value of its signal.
     pub(super) fn holds(&self, condition: &Condition) -> bool {
         let Some(past) = self.past.get(condition.quantity().as_str()) else { return false };
         past.range(condition.window()).is_some_and(|(low, high)| condition.holds(low, high))
@@ -111,7 +111,7 @@ impl Signals {
 impl Past {
     fn add(&mut self, now: Timestamp, value: f64) {
         self.values.push_back((now, value));
-        // One value from before the window shows that all of it is known.
+        // One value from before the window proves that the whole window is known.
         let from = now - self.span;
         while self.values.len() > HISTORY_MAX
             || self.values.get(1).is_some_and(|(second, _)| *second <= from)
@@ -120,7 +120,7 @@ impl Past {
         }
     }
 
-    /// Smallest and largest value over the last `span`; none while less is known.
+    /// Smallest and largest value over the last `span`; `None` while the history is shorter.
     fn range(&self, span: Span) -> Option<(f64, f64)> {
         let from = self.values.back()?.0 - span;
         if self.values.front()?.0 > from {
@@ -148,7 +148,7 @@ mod tests {
         assert_eq!(past.range(Span::from_secs(2)), Some((1.0, 3.0)));
         past.add(at(3.5), 2.0);
         assert_eq!(past.range(Span::from_secs(2)), Some((2.0, 3.0)));
-        // Nothing is kept that no window reaches but the one before it.
+        // Only the last value before the longest window is kept.
         assert_eq!(past.values.len(), 3);
     }
 }

@@ -1,4 +1,4 @@
-//! The end of every run, however it came about: the base is told to stop, and asked until it stands.
+//! The end of every run: stops the base and queries it until it stands still.
 
 use super::Action;
 use controller::mission::{Command, Mission, MissionId, Report};
@@ -7,9 +7,9 @@ use std::collections::VecDeque;
 use wire::table;
 use wire::time::{Span, Timestamp};
 
-/// How long the base is given. Assumption: the longest braking (0.78 m/s at 0.4 m/s^2) takes 2 s.
+/// Time limit for the base. Assumption: the longest braking (0.78 m/s at 0.4 m/s^2) takes 2 s.
 const REST_WAIT: Span = Span::from_secs(5);
-/// From the stop to the first question, and between two: a stop is on its line by then, and an answer
+/// Time from the stop to the first query, and between two queries: by then the stop is on its line and an answer is
 /// back (60 ms, the longest exchange, and 20 ms, a report in motion).
 const ASK_PERIOD: Span = Span::from_millis(200);
 
@@ -31,20 +31,20 @@ impl Teardown {
         self.ask_at.min(self.give_up)
     }
 
-    /// The controller has confirmed that nothing moves.
+    /// Whether the controller has confirmed rest.
     pub(super) const fn at_rest(&self) -> bool {
         self.at_rest
     }
 
     pub(super) fn report(&mut self, now: Timestamp, report: &Report) {
         if let Report::State(state) = report {
-            // A state from before the stop was carried out says nothing.
+            // A state from before the stop took effect proves nothing.
             let stopped = self.told_at.is_some_and(|told_at| now - told_at >= ASK_PERIOD);
             self.at_rest |= stopped && !state.moving;
         }
     }
 
-    /// Asks again when it is time; true when there is nothing left to wait for.
+    /// Queries again when due; returns `true` when nothing is left to wait for.
     pub(super) fn step(
         &mut self,
         now: Timestamp,

@@ -1,4 +1,4 @@
-//! One CAN bus: one frame at a time, the lowest identifier first. A faulty bus is a bus.
+//! One CAN bus: one frame at a time, the lowest identifier first, and optional faults.
 
 mod confinement;
 mod effect;
@@ -12,11 +12,11 @@ use faulty::Faulty;
 use wire::can::{BitRates, CanFrame, Id};
 use wire::time::Timestamp;
 
-/// Frames that can wait for the bus; more are dropped and counted. Assumption: no DBC has as many messages that are sent at
-/// one time.
+/// Most frames that wait for the bus; more are dropped and counted. Assumption: no DBC has as many messages that are
+/// sent at the same time.
 pub const FRAMES_MAX: usize = 1_024;
 
-/// A bus that every node hears; `from` tells who sent.
+/// A bus that every node receives; `from` names the sender.
 #[derive(Debug, Clone)]
 pub struct CanBus<Node> {
     rates: BitRates,
@@ -27,18 +27,18 @@ pub struct CanBus<Node> {
 }
 
 impl<Node: Copy + PartialEq> CanBus<Node> {
-    /// A bus of the [usual rate](BitRates::USUAL) that is idle.
+    /// An idle bus of the [usual rate](BitRates::USUAL).
     pub const fn new() -> Self {
         Self::at(BitRates::USUAL)
     }
 
-    /// One of these rates.
+    /// An idle bus of these rates.
     pub const fn at(rates: BitRates) -> Self {
         Self { rates, waiting: Vec::new(), on_bus: None, dropped: 0, faulty: None }
     }
 
-    /// A node wants to send. Its frame goes at once if the bus is idle, else it takes part in the next
-    /// arbitration. A classic bus has no CAN FD frames: they are dropped.
+    /// Sends a frame. It goes at once if the bus is idle, else it takes part in the next arbitration. A classic bus
+    /// drops CAN FD frames.
     pub fn send(&mut self, now: Timestamp, from: Node, frame: CanFrame) {
         let is_foreign = frame.fd_flags().is_some() && self.rates.data.is_none();
         if is_foreign || self.waiting.len() >= FRAMES_MAX || !self.may_send(now, from) {
@@ -51,13 +51,13 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         }
     }
 
-    /// When the frame on the bus is through, or a fault has something to do.
+    /// When the frame on the bus is complete, or when a fault acts next.
     pub fn next_arrival(&self) -> Timestamp {
         let through = self.on_bus.as_ref().map_or(Timestamp::MAX, |(at, ..)| *at);
         if self.faulty.is_some() { through.min(self.next_faulty()) } else { through }
     }
 
-    /// A frame that is through by `now`, and who sent it.
+    /// Takes a frame that is complete by `now`, with its sender.
     pub fn arrived(&mut self, now: Timestamp) -> Option<(Node, CanFrame)> {
         if self.faulty.is_some() {
             return self.arrived_faulty(now);
@@ -67,7 +67,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         Some((from, frame))
     }
 
-    /// Frames that found a queue full, their node off, or a bus that is not theirs.
+    /// Frames dropped because the queue was full, their node was bus-off, or the bus is classic.
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }
@@ -76,7 +76,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         if self.faulty.is_some() {
             return self.arbitrate_faulty(now);
         }
-        // The first of equals wins: a node's own frames keep their order.
+        // The first of equals wins, so a node's own frames keep their order.
         let winner = (0..self.waiting.len()).min_by_key(|&index| priority(&self.waiting[index].1));
         if let Some(index) = winner {
             let (from, frame) = self.waiting.remove(index);
@@ -137,7 +137,7 @@ mod tests {
             bus.send(Timestamp::ZERO, (), CanFrame::new(id, &[byte; 8]).unwrap());
             bus.next_arrival().as_nanos() / 2_000
         };
-        // Start, 63 zeros of the data and more make 17 bits longer what has 111 without.
+        // The start bit, 63 zeros of data and other bits stuff 17 bits into a frame of 111.
         assert_eq!([takes(0x2aa, 0x55), takes(1, 0)], [111, 128]);
     }
 

@@ -1,11 +1,11 @@
-//! Losses in bursts: the model of Gilbert and Elliott, with netem's order of parameters.
+//! Losses in bursts: the Gilbert-Elliott model, with netem's order of parameters.
 
 use plan::faults::Chance;
 
-/// A channel that is good or bad, and loses with another probability in each state.
+/// A channel with a good and a bad state, each with its own probability of loss.
 ///
-/// As in netem (`loss gemodel p r 1-h 1-k`) what comes is lost by the state it finds, and the state
-/// changes afterwards. The share of time in the bad state is p / (p + r).
+/// As in netem (`loss gemodel p r 1-h 1-k`) the state at arrival decides the loss and changes afterwards. The
+/// share of time in the bad state is p / (p + r).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GilbertElliott {
     /// Probability of going from good to bad, p.
@@ -16,12 +16,12 @@ pub struct GilbertElliott {
     pub loss_bad: f64,
     /// Probability of a loss in the good state, 1-k.
     pub loss_good: f64,
-    /// In the bad state.
+    /// Whether the channel is in the bad state.
     pub bad: bool,
 }
 
 impl GilbertElliott {
-    /// In the good state; parameters in per cent, in netem's order.
+    /// Starts in the good state; parameters in per cent, in netem's order.
     pub fn from_percent(p: f64, r: f64, one_minus_h: f64, one_minus_k: f64) -> Self {
         Self {
             to_bad: p / 100.0,
@@ -32,7 +32,7 @@ impl GilbertElliott {
         }
     }
 
-    /// Is the next one lost?
+    /// Whether the next item is lost.
     pub fn loses(&mut self, chance: &mut Chance) -> bool {
         let (loss, change) =
             if self.bad { (self.loss_bad, self.to_good) } else { (self.loss_good, self.to_bad) };

@@ -1,5 +1,4 @@
-//! Links of the simulated bench: bytes take their time on a serial line, frames on a CAN bus, and messages may be changed
-//! before.
+//! Links of the simulated bench: pacing of serial lines and CAN buses, their faults, and faults of messages.
 
 mod can_bus;
 mod gilbert_elliott;

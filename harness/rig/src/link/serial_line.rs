@@ -1,4 +1,4 @@
-//! One direction of a serial line: bytes arrive when their last stop bit has passed. A faulty line is a line.
+//! One direction of a serial line: bytes arrive when their last stop bit has passed. Faults are optional.
 
 mod faulty;
 mod uart;
@@ -9,7 +9,7 @@ use wire::packet::Packet;
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
-/// Packets that can wait for the line; more are dropped and counted.
+/// Most packets that wait for the line; more are dropped and counted.
 pub const PACKETS_MAX: usize = 256;
 
 /// One direction of a serial line, paced by its baud rate.
@@ -23,7 +23,7 @@ pub struct SerialLine {
 }
 
 impl SerialLine {
-    /// A line that is idle.
+    /// An idle line.
     pub const fn new(settings: SerialSettings) -> Self {
         Self {
             settings,
@@ -34,7 +34,7 @@ impl SerialLine {
         }
     }
 
-    /// Puts a packet on the line, behind what is on it already.
+    /// Sends a packet after those already on the line.
     pub fn send(&mut self, now: Timestamp, packet: Packet) {
         if self.faulty.is_some() {
             return self.send_faulty(now, packet);
@@ -47,8 +47,8 @@ impl SerialLine {
         self.under_way.push_back((self.busy_until, packet));
     }
 
-    /// The line is idle at `at`, and busy until `until` with what need not wait on it; false, and nothing done, where it is
-    /// not idle or faulty.
+    /// Marks the line busy from `at` until `until`, if it is idle at `at`. Returns `false`, with nothing done, if it is
+    /// busy or faulty.
     #[inline]
     pub fn passes(&mut self, at: Timestamp, until: Timestamp) -> bool {
         let is_idle = self.busy_until <= at && self.under_way.is_empty() && self.faulty.is_none();
@@ -58,17 +58,17 @@ impl SerialLine {
         is_idle
     }
 
-    /// How long so many bytes take.
+    /// Time that this number of bytes takes.
     pub fn time_for(&self, bytes: usize) -> Span {
         self.settings.time_for(bytes)
     }
 
-    /// When the next packet is through.
+    /// When the next packet arrives.
     pub fn next_arrival(&self) -> Timestamp {
         self.under_way.front().map_or(Timestamp::MAX, |(at, _)| *at)
     }
 
-    /// A packet that is through by `now`.
+    /// Takes a packet that has arrived by `now`.
     pub fn arrived(&mut self, now: Timestamp) -> Option<Packet> {
         if self.next_arrival() > now {
             return None;
@@ -76,7 +76,7 @@ impl SerialLine {
         self.under_way.pop_front().map(|(_, packet)| packet)
     }
 
-    /// Packets that found the queue full.
+    /// Packets dropped because the queue was full.
     pub const fn dropped(&self) -> u64 {
         self.dropped
     }

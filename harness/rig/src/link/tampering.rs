@@ -1,24 +1,24 @@
-//! One message of a node is struck on its way to the line: as a whole, in its counter, its checksum or one of its signals.
-//! Everything else passes as it is.
+//! Strikes one message of a node on its way to the line: as a whole, or its counter, its checksum or one of its
+//! signals. Everything else passes unchanged.
 
 use described::{Layout, Message, Sender};
 use plan::faults::{Chance, FaultKind};
 use wire::device::Transmit;
 
-/// What is struck: a message of a layout, and which of its signals where one is meant.
+/// Target of a fault: a message of a layout, or one of its signals.
 #[derive(Debug, Clone)]
 pub struct Struck {
     /// The messages of the line.
     pub layout: Layout,
-    /// Who sends the message.
+    /// Sender of the message.
     pub sender: Sender,
-    /// Its place in the layout.
+    /// Index in the layout.
     pub message: usize,
-    /// The signal's place in the message.
+    /// Index of the signal in the message.
     pub signal: Option<usize>,
 }
 
-/// The faults of messages on one line.
+/// Faults of messages on one line.
 #[derive(Debug, Clone)]
 pub struct Tampering<Node> {
     layers: Vec<Layer<Node>>,
@@ -34,10 +34,10 @@ struct Layer<Node> {
     acted: u64,
 }
 
-/// What a kind does, and what it remembers.
+/// Effect of a kind, with its state.
 #[derive(Debug, Clone)]
 enum Effect {
-    /// The message as it was when the fault began, or came first.
+    /// The message as it was when the fault began, or the first one after that.
     Frozen(Option<Transmit>),
     StuckCounter(Option<u64>),
     CounterAhead(u64),
@@ -54,7 +54,7 @@ impl<Node> Default for Tampering<Node> {
 }
 
 impl<Node: PartialEq> Tampering<Node> {
-    /// From now on this message of `from` is struck by the fault of this number; one that is of no message does nothing.
+    /// Begins the fault of this number on a message of `from`; a kind that no message has does nothing.
     pub fn begin(
         &mut self,
         (number, kind, chance): (usize, &FaultKind, Chance),
@@ -66,7 +66,7 @@ impl<Node: PartialEq> Tampering<Node> {
         }
     }
 
-    /// The fault of this number is over; how many messages it changed.
+    /// Ends the fault of this number; returns how many messages it changed.
     pub fn end(&mut self, number: usize) -> u64 {
         let of = |layer: &&Layer<Node>| layer.number == number;
         let acted = self.layers.iter().filter(of).map(|layer| layer.acted).sum();
@@ -74,13 +74,13 @@ impl<Node: PartialEq> Tampering<Node> {
         acted
     }
 
-    /// Nothing is struck.
+    /// Whether no message is struck.
     #[inline]
     pub const fn is_empty(&self) -> bool {
         self.layers.is_empty()
     }
 
-    /// What becomes of something that `from` sends.
+    /// Returns what `from` sends, changed if a fault strikes it.
     #[inline]
     pub fn pass(&mut self, from: Node, what: Transmit) -> Transmit {
         if self.layers.is_empty() { what } else { self.changed(from, what) }

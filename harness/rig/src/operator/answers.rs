@@ -1,4 +1,4 @@
-//! Answers given before the run, checked against what the plans ask for.
+//! Answers given before the run, checked against the questions of the plans.
 
 use super::asking::{Asking, asking_for, known, questions, tell, wanted};
 use super::attendance::{AnswersError, Attendance};
@@ -11,11 +11,10 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-/// Who gave what was given as an argument.
+/// Source of answers given as arguments.
 const ON_THE_COMMAND_LINE: &str = "the command line";
 
-/// One answer as an argument: `NAME=VALUE`, the value in the unit that the plan asks for unless it has
-/// one of its own.
+/// One answer as an argument: `NAME=VALUE`. The value is in the plan's unit unless it has its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GivenAnswer {
     name: Name,
@@ -59,7 +58,7 @@ enum Values {
 }
 
 impl From<BTreeMap<String, f64>> for Answers {
-    /// As if given on the command line.
+    /// Answers as if given on the command line.
     fn from(values: BTreeMap<String, f64>) -> Self {
         let given = |value| Given {
             values: Values::Always(value),
@@ -82,18 +81,17 @@ impl Answers {
         Some(Reply::number(text, answer, value, by.clone(), *through))
     }
 
-    /// Who attests that what is to be done by hand is done.
+    /// Name of the person who attests that the manual work is done.
     pub(super) fn done_by_hand(&self) -> Option<&str> {
         self.done_by.as_deref()
     }
 
-    /// The answers of a file and of arguments, which go before it, checked against what `plans` ask for on a
-    /// bench with these `real` devices.
+    /// Collects the answers of arguments and a file, arguments first, and checks them against the questions of `plans`
+    /// on a bench with these `real` devices.
     ///
     /// # Errors
     ///
-    /// When one cannot be used, is given twice, is asked for by no plan, or is missing with nobody to be
-    /// asked.
+    /// When an answer is unusable, given twice, not asked for by any plan, or missing with no person to ask.
     pub fn collect<'a>(
         arguments: &[GivenAnswer],
         file: Option<&AnswerFile>,

@@ -1,4 +1,4 @@
-//! What plans ask for, and how to say what is missing.
+//! The questions of plans, and messages about missing answers.
 
 use super::attendance::{AnswersError, Attendance};
 use super::by_hand::{self, RealRoles};
@@ -16,13 +16,13 @@ pub(super) struct Asking<'a> {
 }
 
 impl Asking<'_> {
-    /// Does `plan` ask for `name` here?
+    /// Whether `plan` asks for `name` here.
     pub(super) fn is(&self, plan: &Plan, name: &str) -> bool {
         self.plan.name == plan.name && self.answer.as_ref().is_some_and(|a| a.name.as_str() == name)
     }
 }
 
-/// Every question in `steps`, which are carried out `times` times on a bench with these real devices.
+/// All questions in `steps`, which run `times` times on a bench with these real devices.
 pub(super) fn questions<'a>(
     plan: &'a Plan,
     steps: &'a [Step],
@@ -39,7 +39,7 @@ pub(super) fn questions<'a>(
     }
 }
 
-/// Where `name` is asked for.
+/// The questions that ask for `name`.
 pub(super) fn asking_for<'a>(
     name: &'a str,
     asked: &'a [Asking<'a>],
@@ -53,7 +53,7 @@ pub(super) fn wanted(Answer { name, unit, range, .. }: &Answer) -> String {
     format!("{name}{}, {range}", in_unit(unit))
 }
 
-/// What is asked for at all.
+/// Names of all answers that the plans ask for.
 pub(super) fn known(asked: &[Asking<'_>]) -> String {
     let names: BTreeSet<_> =
         asked.iter().filter_map(|asking| Some(asking.answer.as_ref()?.name.as_str())).collect();
@@ -63,7 +63,7 @@ pub(super) fn known(asked: &[Asking<'_>]) -> String {
     }
 }
 
-/// What is missing, and a file that would do.
+/// An error that lists the missing answers and a file that would provide them.
 pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersError {
     let numbers = missing.iter().filter(|asking| asking.answer.is_some()).count();
     let what = match (numbers, missing.len() - numbers) {
@@ -88,7 +88,7 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
                 format!("plan {} asks for {}: {text}\n", plan.name, wanted(answer))
             }
         };
-        // What is asked again and again is said once.
+        // A question that is asked repeatedly is listed once.
         if !told.contains(&line) {
             help += &line;
             told.insert(line);

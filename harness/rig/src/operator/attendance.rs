@@ -1,42 +1,42 @@
-//! Who can be asked, and what is said where nobody can.
+//! Who is available to answer, and the error if an answer is missing.
 
 use plan::library::LibraryError;
 
-/// Who can be asked while the run goes on.
+/// Who is available to answer during the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Attendance {
     /// A person at a terminal.
     Person,
-    /// Nobody, beside a bench in real time: numbers must be given, and what is done by hand attested.
+    /// No person, on a bench in real time: numbers must be given, and manual work attested.
     Nobody,
-    /// Nobody, and the bench is simulated: numbers must be given; what is done by hand is done.
+    /// No person, on a simulated bench: numbers must be given; manual work counts as done.
     Simulated,
 }
 
-/// Why answers cannot be used: bad input.
+/// Why answers cannot be used.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AnswersError {
-    /// The file cannot be had, or something in it is wrong.
+    /// The file is missing or invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     File(#[from] LibraryError),
-    /// An argument is wrong.
+    /// An argument is invalid.
     #[error("{message}")]
     Argument {
-        /// What is wrong.
+        /// The mistake.
         message: String,
-        /// What to do.
+        /// How to fix it.
         #[help]
         help: String,
     },
-    /// Nobody is there to give what is missing.
+    /// An answer is missing, and no person is there to give it.
     #[error("{what}, and {why}")]
     Missing {
         /// What is missing, in a few words.
         what: String,
-        /// Why nobody is.
+        /// Why no person is there.
         why: &'static str,
-        /// Each question, and a file that would answer them.
+        /// Each open question, and a file that would answer them.
         #[help]
         help: String,
     },

@@ -1,18 +1,17 @@
-//! What a person does where a real device plays a role: an emulated one is told, a real one is carried,
-//! set and measured.
+//! What a person does for a real device in place of an emulated one: carry it, set it and measure it.
 
 use identification::finding::Compensation;
 use plan::bench_file::{BenchFile, Role};
 use plan::{Action, Answer, Band, Known, Name, Op, Order};
 use wire::units::{Angle, Length, Pose};
 
-/// The most that a position is from the origin, m. Assumption: a larger hall is no bench, and a number beyond
+/// Largest distance of a position from the origin, m. Assumption: no bench is in a larger hall, so a larger number
 /// is a slip of the pen.
 pub const POSITION_MAX_M: f64 = 100.0;
-/// The most that a heading is read off as, deg: one turn either way.
+/// Largest heading that a person reads off, deg: one turn either way.
 pub const HEADING_MAX_DEG: f64 = 360.0;
 
-/// The parameters of this are those of the absolute measurement, which goes with the base.
+/// Device name for parameters of the absolute measurement, which belongs to the base.
 const ABSOLUTE: &str = "absolute";
 
 /// Roles that real devices play.
@@ -29,7 +28,7 @@ pub struct RealRoles {
 }
 
 impl RealRoles {
-    /// Those of a bench.
+    /// The real roles of a bench.
     pub fn of(bench: &BenchFile) -> Self {
         let real = |role| matches!(bench.role(role), Role::Real(_));
         Self {
@@ -40,24 +39,24 @@ impl RealRoles {
         }
     }
 
-    /// Is the device of that name in a plan a real one?
+    /// Whether a real device plays the device of that name.
     pub fn has(self, device: &str) -> bool {
         match device {
             "gyro" => self.gyro,
             "base" | ABSOLUTE => self.base,
             "table" => self.table,
             "device" => self.device,
-            // What is around them.
+            // The surroundings of the robot or table.
             "room" => self.gyro || self.base || self.table,
             _ => false,
         }
     }
 }
 
-/// What is asked, and for what number if for any.
+/// Text of a question, and the number that it asks for, if any.
 pub type Asked = (String, Option<Answer>);
 
-/// What a person is asked so that `order` is carried out; none where the rig does it by itself.
+/// The question by which a person carries out `order`; `None` if the rig carries it out.
 pub fn question(order: &Order, real: RealRoles) -> Option<Asked> {
     let text = match order {
         Order::Prompt { text, answer } => return Some((text.clone(), answer.clone())),
@@ -73,13 +72,13 @@ pub fn question(order: &Order, real: RealRoles) -> Option<Asked> {
     Some((text, None))
 }
 
-/// Every question that an action is on such a bench, and how often it is asked each time.
+/// All questions of an action on such a bench, and how often each is asked per execution.
 pub(super) fn questions(action: &Action, real: RealRoles) -> Vec<(Asked, u64)> {
     let swept = match action {
         Action::Sweep(sweep) => sweep.orders().collect(),
         _ => Vec::new(),
     };
-    // No question depends on what is not known before the run.
+    // No question depends on something unknown before the run.
     let ops = action.script(&Known::default()).unwrap_or_default();
     let mut all: Vec<(Asked, u64)> = Vec::new();
     for op in ops.into_iter().chain(swept.into_iter().map(Op::Order)) {
@@ -98,7 +97,7 @@ pub(super) fn questions(action: &Action, real: RealRoles) -> Vec<(Asked, u64)> {
     all
 }
 
-/// Asks to carry the robot.
+/// Asks a person to carry the robot.
 fn place(Pose { x, y, heading }: Pose) -> String {
     let (x, y, heading) = (x.m(), y.m(), heading.deg());
     format!(
@@ -106,7 +105,7 @@ fn place(Pose { x, y, heading }: Pose) -> String {
     )
 }
 
-/// Asks to have a firmware take errors off a signal, or no longer.
+/// Asks a person to make a firmware correct a signal, or stop doing so.
 pub fn correct(node: &str, signal: &str, compensation: Option<&Compensation>) -> String {
     let Some(compensation) = compensation else {
         return format!("Have {node} send its {signal} without the correction");
@@ -120,7 +119,7 @@ pub fn correct(node: &str, signal: &str, compensation: Option<&Compensation>) ->
     format!("Have {node} send `{name}` in the place of its {signal}: {}", steps.join("; "))
 }
 
-/// The questions of one absolute measurement, in their order.
+/// The questions of one absolute measurement, in order.
 pub fn pose() -> Vec<Asked> {
     let numbers = [
         ("its x", "pose_x", "m", POSITION_MAX_M),
@@ -135,12 +134,12 @@ pub fn pose() -> Vec<Asked> {
     numbers.into_iter().filter_map(ask).collect()
 }
 
-/// An absolute measurement that a person makes, number by number.
+/// An absolute measurement by a person, number by number.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Survey(Vec<f64>);
 
 impl Survey {
-    /// What is to be asked next; `None` once all is measured.
+    /// The next question; `None` once the measurement is complete.
     pub fn next(&self) -> Option<Asked> {
         pose().into_iter().nth(self.0.len())
     }
@@ -150,7 +149,7 @@ impl Survey {
         self.0.push(value);
     }
 
-    /// The pose, once all is measured.
+    /// The pose, once the measurement is complete.
     pub fn pose(&self) -> Option<Pose> {
         let [x, y, heading] = self.0.as_slice() else { return None };
         Some(Pose {

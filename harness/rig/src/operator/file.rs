@@ -1,4 +1,4 @@
-//! Answers in a file: what a person has read off, for runs that nobody watches.
+//! Answers in a file, for unattended runs.
 //!
 //! ```toml
 //! by = "Jane Doe"                 # who answers; goes into the record
@@ -18,10 +18,10 @@ use std::fmt;
 use std::path::Path;
 use toml::Spanned;
 
-/// The most answers to one question. Assumption: a person reads off fewer in a month.
+/// Most answers to one question. Assumption: a person reads off fewer in a month.
 pub const ANSWERS_MAX: usize = 10_000;
 
-/// A file of answers, its texts not yet read as numbers: only a plan knows their units.
+/// An answer file. Its texts are not numbers yet, as only a plan knows their units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnswerFile {
     pub(super) by: String,
@@ -40,12 +40,12 @@ struct Contents {
     answers: BTreeMap<String, Spanned<Written>>,
 }
 
-/// What is written for one question.
+/// Text for one question.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Written {
-    /// The same whenever it is asked.
+    /// The same answer each time.
     Always(String),
-    /// One after the other.
+    /// One answer after the other.
     InTurn(Vec<Spanned<String>>),
 }
 
@@ -78,7 +78,7 @@ impl AnswerFile {
     ///
     /// # Errors
     ///
-    /// When it cannot be read or is not right.
+    /// When the file cannot be read or is invalid.
     pub fn load(path: &Path) -> Result<Self, LibraryError> {
         Self::parse(Source::of_file(path)?)
     }
@@ -102,7 +102,7 @@ impl AnswerFile {
         Ok(Self { by: by.into_inner(), done, answers, source })
     }
 
-    /// A mistake that only a plan brings to light, in its place.
+    /// A mistake that shows only with a plan, with its position in the file.
     pub(super) fn mistake(
         &self,
         at: std::ops::Range<usize>,

@@ -1,13 +1,13 @@
-//! What a plan asks a person: numbers that somebody reads off, and things that somebody does.
+//! What a plan asks a person: numbers to read off, and manual work.
 //!
 //! * [`number`]: a number with its unit, as a person writes it. Anything else is refused with a reason.
-//! * [`question`]: one question, asked again until the answer can be used, a bounded number of times.
+//! * [`question`]: one question, repeated until the answer is usable, a bounded number of times.
 //! * [`answers`], [`file`](mod@file): answers given before the run, on the command line or in a file.
-//! * [`by_hand`]: what is asked for real devices, which nobody else can carry, set or measure.
-//! * [`Person`]: whoever can be asked while the run goes on.
+//! * [`by_hand`]: what a person does for real devices: carry, set and measure them.
+//! * [`Person`]: a person who answers questions during a run.
 //!
-//! Every reply goes into the record with who gave it, what it was, and when. Nothing here reads a
-//! terminal or a clock; the command line does.
+//! The record keeps every reply with its author, source and time. Nothing here reads a terminal or a clock; the command
+//! line does.
 
 pub mod answers;
 mod asking;
@@ -30,59 +30,59 @@ use record::{Reply, Through};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Does the plan ask a person for anything on a bench with these real devices?
+/// Whether the plan asks a person for anything on a bench with these real devices.
 pub fn asks_a_person(plan: &Plan, real: RealRoles) -> bool {
     let mut found = Vec::new();
     asking::questions(plan, &plan.steps, 1, real, &mut found);
     !found.is_empty()
 }
 
-/// What a person has typed by now.
+/// What the person has typed by now.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Line {
-    /// A whole line, without its end.
+    /// A whole line, without its line ending.
     Text(String),
     /// Nothing yet.
     NotYet,
-    /// Nothing will come any more: the terminal is closed.
+    /// The terminal is closed; nothing more will come.
     Gone,
 }
 
-/// Somebody who can be asked while the run goes on. No method waits.
+/// A person who answers questions during a run. No method blocks.
 pub trait Person: fmt::Debug + Send {
-    /// Who it is, for the record.
+    /// Name of the person, for the record.
     fn name(&self) -> String;
-    /// Begins a question. What was typed before it is no answer to it.
+    /// Begins a question. Text typed earlier does not answer it.
     fn ask(&mut self, text: &str);
-    /// Says something more about the question that is open.
+    /// Adds a message to the open question.
     fn say(&mut self, text: &str);
     /// What was typed since.
     fn heard(&mut self) -> Line;
-    /// The question is closed; nothing is expected any more.
+    /// Closes the question; no input is expected any more.
     fn done(&mut self);
     /// Seconds since 1970-01-01 00:00 UTC, for the record.
     fn unix_s(&self) -> Option<i64>;
 }
 
-/// What came of a question.
+/// Outcome of a question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Asked {
-    /// It is answered.
+    /// A person or a file has answered.
     Replied(Reply),
-    /// In simulation: what is to be done counts as done, and nobody did it.
+    /// In simulation: the manual work counts as done.
     Assumed,
-    /// A person has been asked; see [`Operator::heard`].
+    /// The person has been asked; see [`Operator::heard`].
     Waiting,
-    /// There is no answer and nobody to give one: the run cannot go on. Why, in a sentence.
+    /// There is no answer, and the run cannot go on; why, in a sentence.
     Nobody(String),
 }
 
-/// Answers for a run: those given before it, and the person beside the bench, if there is one.
+/// Answers for a run: those given in advance, and those of the person beside the bench, if there is one.
 #[derive(Debug)]
 pub struct Operator {
     answers: Answers,
     bench: Bench,
-    /// How many of the answers to each question have been used.
+    /// Number of used answers to each question.
     used: BTreeMap<String, usize>,
 }
 
@@ -99,12 +99,12 @@ impl Default for Operator {
 }
 
 impl Operator {
-    /// For a bench that is simulated: nobody stands beside it, and what is to be done by hand is done.
+    /// For a simulated bench: without a person, and with manual work assumed done.
     pub const fn simulated(answers: Answers) -> Self {
         Self { answers, bench: Bench::Simulated, used: BTreeMap::new() }
     }
 
-    /// For a bench in real time. Answers given before go before asking the person.
+    /// For a bench in real time. Answers given in advance take precedence over asking the person.
     pub const fn live(answers: Answers, person: Option<Box<dyn Person>>) -> Self {
         let bench = Bench::Real { person, open: None };
         Self { answers, bench, used: BTreeMap::new() }
@@ -117,7 +117,7 @@ impl Operator {
         Some(Self { answers, bench: Bench::Simulated, used })
     }
 
-    /// Asks for what a step wants.
+    /// Asks the question of a step.
     pub fn ask(&mut self, text: &str, answer: Option<&Answer>) -> Asked {
         match answer {
             Some(answer) => {
@@ -151,7 +151,7 @@ impl Operator {
         }
     }
 
-    /// What the person has said by now to the question that is open; `None` while there is nothing to do.
+    /// Outcome of what the person has typed for the open question; `None` while there is nothing to do.
     pub fn heard(&mut self) -> Option<Asked> {
         let Bench::Real { person: Some(person), open } = &mut self.bench else { return None };
         let question = open.as_mut()?;

@@ -1,19 +1,19 @@
 //! A number with its unit, as a person writes it: `1.5 deg`.
 //!
-//! The unit must be there: what is read off in millimetres and taken for metres spoils a day. Where the
-//! plan asks in one unit and the person answers in another of the same dimension, it is converted.
+//! The unit is mandatory: a reading in millimetres taken for metres spoils a day. An answer in another unit of the same
+//! dimension is converted to the unit of the plan.
 
 use identification::dataset::Unit;
 use plan::{Answer, Band};
 use record::figures;
 
-/// The longest answer that is read, in bytes. A number with all its digits and a unit has 30.
+/// Longest answer, in bytes. A number with all its digits and a unit has 30.
 pub const ANSWER_BYTES_MAX: usize = 64;
 
 /// The unit of a plain number.
 const ONE: &str = "1";
 
-/// Units that people use and data packages do not: what each is in one that they do.
+/// Everyday units that data packages lack: each with a package unit and the factor to it.
 const EVERYDAY: [(&str, Unit, f64); 11] = [
     ("mm", Unit::Metre, 1e-3),
     ("cm", Unit::Metre, 1e-2),
@@ -28,7 +28,7 @@ const EVERYDAY: [(&str, Unit, f64); 11] = [
     ("%", Unit::One, 1e-2),
 ];
 
-/// Why an answer is not taken. The message is for the person who gave it.
+/// Why an answer is refused. The message is for the person who gave it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// Nothing was typed.
@@ -36,7 +36,7 @@ pub enum Refusal {
     Empty {
         /// The unit asked for.
         unit: String,
-        /// What is taken.
+        /// Allowed range.
         range: Band,
     },
     /// Longer than any number.
@@ -45,23 +45,23 @@ pub enum Refusal {
         /// The unit asked for.
         unit: String,
     },
-    /// A decimal comma, or thousands set apart.
+    /// A decimal comma, or a thousands separator.
     #[error("a comma in \"{text}\", expected a decimal point")]
     Comma {
-        /// What was given.
+        /// The text.
         text: String,
     },
-    /// It does not begin with a finite number.
+    /// The text does not begin with a finite number.
     #[error("\"{text}\" is no number, expected one{} such as \"{example}\"", in_unit(unit))]
     NoNumber {
-        /// What was given.
+        /// The text.
         text: String,
         /// The unit asked for.
         unit: String,
-        /// How it could look.
+        /// An example.
         example: String,
     },
-    /// There is no unit.
+    /// The unit is missing.
     #[error("no unit, expected a number in {unit} such as \"{number} {unit}\"")]
     NoUnit {
         /// The number.
@@ -69,31 +69,31 @@ pub enum Refusal {
         /// The unit asked for.
         unit: String,
     },
-    /// The unit is another, and none of the same dimension.
+    /// The unit has another dimension.
     #[error("\"{given}\" is no unit for this, expected {unit}")]
     OtherUnit {
-        /// What was given.
+        /// The text.
         given: String,
         /// The unit asked for.
         unit: String,
     },
-    /// Out of range.
+    /// The value is out of range.
     #[error("{value} is out of range, expected {range}{}", behind(unit))]
     OutOfRange {
         /// The value and its unit.
         value: String,
-        /// What is taken.
+        /// Allowed range.
         range: Band,
         /// The unit asked for.
         unit: String,
     },
 }
 
-/// The value of `text` in the unit of `answer`.
+/// Reads `text` as a value in the unit of `answer`.
 ///
 /// # Errors
 ///
-/// When it is no number, has no unit or another one, or is out of range.
+/// When the text is not a number, has no unit or a wrong one, or is out of range.
 pub fn read(text: &str, answer: &Answer) -> Result<f64, Refusal> {
     let unit = &answer.unit;
     let (number, given) = split(text.trim(), answer)?;
@@ -107,7 +107,7 @@ pub fn read(text: &str, answer: &Answer) -> Result<f64, Refusal> {
             .ok_or_else(|| Refusal::OtherUnit { given: given.to_owned(), unit: unit.clone() })?,
     };
     in_range(value, answer).map(|()| value).map_err(|refusal| match refusal {
-        // The number as it was written, so that a slip of units is seen.
+        // The number as written, so that the person notices a wrong unit.
         Refusal::OutOfRange { range, unit, .. } if given != unit => {
             Refusal::OutOfRange { value: text.trim().to_owned(), range, unit }
         }
@@ -115,7 +115,7 @@ pub fn read(text: &str, answer: &Answer) -> Result<f64, Refusal> {
     })
 }
 
-/// The same with the unit left out, for places whose documentation says which one holds.
+/// Like [`read`] with an optional unit, for places whose documentation defines it.
 ///
 /// # Errors
 ///
@@ -145,7 +145,7 @@ fn in_range(value: f64, answer: &Answer) -> Result<(), Refusal> {
     Err(Refusal::OutOfRange { value, range: *range, unit: unit.clone() })
 }
 
-/// A finite number, and what stands behind it.
+/// A finite number, and the text after it.
 fn split<'t>(text: &'t str, answer: &Answer) -> Result<(f64, &'t str), Refusal> {
     let Answer { unit, range, .. } = answer;
     if text.is_empty() {
@@ -159,7 +159,7 @@ fn split<'t>(text: &'t str, answer: &Answer) -> Result<(f64, &'t str), Refusal> 
     }
     let numeric = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E');
     let end = text.find(|c| !numeric(c)).unwrap_or(text.len());
-    // The longest beginning that is a number: the e of "5e" belongs to no exponent.
+    // The longest prefix that is a number: the e of "5e" is not an exponent.
     let number = (1..=end).rev().find_map(|end| {
         let (number, rest) = text.split_at_checked(end)?;
         number.parse::<f64>().ok().map(|value| (value, rest.trim()))
@@ -188,7 +188,7 @@ fn convert(number: f64, from: &str, to: &str) -> Option<f64> {
     (from.dimension() == to.dimension()).then(|| number * scale_from / scale_to)
 }
 
-/// A unit of that dimension, and what one of `text` is in SI.
+/// A known unit, with its factor to SI.
 fn known(text: &str) -> Option<(Unit, f64)> {
     if let Some(unit) = Unit::parse(text) {
         return Some((unit, unit.si()));

@@ -1,24 +1,24 @@
-//! One question to a person: what is shown, and what is made of each line that is typed.
+//! One question to a person: the text shown, and the handling of each line typed.
 
 use super::number;
 use plan::Answer;
 use record::{Reply, Through};
 
-/// So often a person may answer what cannot be used, before the run is given up.
+/// Most unusable answers to one question before the run is given up.
 pub const TRIES_MAX: u32 = 5;
 
-/// What a line came to.
+/// Outcome of a line.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Heard {
-    /// It is an answer: the value where one was asked for.
+    /// An answer, with the value if one was asked for.
     Answered(Option<f64>),
-    /// It cannot be used; this is to be said, and the question stays open.
+    /// Not usable; shows this message and keeps the question open.
     Again(String),
-    /// It cannot be used, and was the last try.
+    /// Not usable, and the last try.
     GivenUp(String),
 }
 
-/// A question that is open.
+/// An open question.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Question {
     text: String,
@@ -27,19 +27,19 @@ pub struct Question {
 }
 
 impl Question {
-    /// A number, or with no `answer` something that is to be done.
+    /// Asks for a number, or without `answer` for manual work.
     pub fn new(text: &str, answer: Option<Answer>) -> Self {
         Self { text: text.to_owned(), answer, tries: 0 }
     }
 
-    /// As the plan words it.
+    /// Text of the plan.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// What is shown: the text and what is expected.
+    /// The text shown to the person: the question and the expected answer.
     pub fn shown(&self) -> String {
-        // A text of a plan may not move the cursor.
+        // Escaped, so that a text of a plan cannot move the cursor.
         let text = self.text.escape_debug();
         match &self.answer {
             None => format!("{text}\n  press Enter when it is done"),

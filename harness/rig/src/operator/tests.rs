@@ -111,7 +111,7 @@ fn a_question_is_asked_again_and_not_for_ever() {
     assert!(why.starts_with("no usable answer \"x\" in 5 tries; the last: \"wide\""), "{why}");
 }
 
-/// Somebody who has made up his mind.
+/// A person with prepared answers.
 #[derive(Debug)]
 struct Scripted {
     lines: VecDeque<Line>,

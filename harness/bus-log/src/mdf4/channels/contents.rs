@@ -1,4 +1,4 @@
-//! Which groups and channels a file has.
+//! Groups and channels of a file.
 
 use super::super::super::error::{Defect, LogError};
 use super::super::blocks::{Block, Source};
@@ -9,25 +9,25 @@ use std::io::{Read, Seek};
 /// The master channel is a time.
 const SYNC_TIME: u8 = 1;
 
-/// A group of channels that have the same times.
+/// A group of channels with common times.
 #[derive(Debug)]
 pub struct Group {
-    /// Its name, as the file has it; empty where it has none.
+    /// Its name in the file; empty if it has none.
     pub name: String,
-    /// Its channels, those that others are made of behind these.
+    /// Its channels; components follow their structures.
     pub channels: Vec<Channel>,
-    /// Records, as the file says.
+    /// Number of records according to the file.
     pub records: u64,
     pub(super) address: u64,
-    /// Where its data are.
+    /// Address of its data.
     pub(super) data: u64,
-    /// Bytes of the number before each record, and the number of its own.
+    /// Length of the record number before each record, and the group's own number.
     pub(super) number_bytes: usize,
     pub(super) number: u64,
-    /// Bytes of values in a record, and behind them of bits that say which are missing.
+    /// Bytes of values in a record, and of the invalidation bits after them.
     pub(super) value_bytes: u64,
     pub(super) invalid_bytes: u64,
-    /// Numbers and lengths of other groups with records among these; no length of one whose records say theirs.
+    /// Numbers and record lengths of other groups among these records; no length if their records state it.
     pub(super) others: Vec<(u64, Option<u64>)>,
 }
 
@@ -36,14 +36,14 @@ pub struct Group {
 pub struct Channel {
     /// Its name.
     pub name: String,
-    /// Unit of its values, as the file has it; empty where it has none.
+    /// Unit of its values in the file; empty if it has none.
     pub unit: String,
-    /// It is the time of the group's records, in seconds.
+    /// Whether it is the time of the group's records, in seconds.
     pub is_time: bool,
     pub(super) address: u64,
 }
 
-/// The groups of a file from that data group on, with their channels.
+/// Reads all groups from that data group on, with their channels.
 pub(super) fn all<R: Read + Seek>(
     source: &mut Source<R>,
     first: u64,
@@ -79,7 +79,7 @@ pub(super) fn all<R: Read + Seek>(
             let others = lengths.iter().filter(|(number, _)| *number != group.number);
             group.others = others.copied().collect();
         }
-        // A data group without groups of channels counts, too: links may lead in a circle.
+        // A data group without channel groups also counts, as links may form a cycle.
         blocks += 1;
         bounded(source, next, blocks, 2 * GROUPS_MAX)?;
         next = block.link(0);
@@ -109,7 +109,7 @@ fn group_of<R: Read + Seek>(
     })
 }
 
-/// Takes the channels from that one on, and those that they are made of.
+/// Takes the channels from that one on, and their components.
 fn take<R: Read + Seek>(
     source: &mut Source<R>,
     first: u64,
@@ -136,7 +136,7 @@ fn take<R: Read + Seek>(
             address: next,
         });
         let parts = channel.link(1);
-        // What an array (`CA`) is made of has no names.
+        // The components of an array (`CA`) have no names.
         if parts != 0 && depth > 0 && source.any_block(parts)?.mark() == b"##CN" {
             take(source, parts, depth - 1, count, channels)?;
         }

@@ -1,10 +1,10 @@
-//! From the number in a record to the value of a channel (`CC` blocks).
+//! Converts the number in a record to the value of a channel (`CC` blocks).
 
 use super::super::super::error::{Defect, LogError};
 use super::super::blocks::Source;
 use std::io::{Read, Seek};
 
-/// Conversions that lead to conversions.
+/// Most levels of nested conversions.
 const DEPTH_MAX: u32 = 4;
 
 /// A conversion of numbers.
@@ -18,22 +18,22 @@ pub(super) enum Conversion {
     Rational([f64; 6]),
     /// Value to value, with interpolation (4) or to the nearest (5).
     Table { pairs: Vec<(f64, f64)>, interpolates: bool },
-    /// Range to value (6): both ends and the value, and that of what is in none.
+    /// Range to value (6): both ends and the value of each range, and the default.
     Ranges { ranges: Vec<[f64; 3]>, ends: Ends, default: f64 },
-    /// Value to text (7) and range to text (8): both ends and the meaning, and that of what is in none.
+    /// Value to text (7) and range to text (8): both ends and the meaning, and the default.
     Texts { texts: Vec<(f64, f64, Meaning)>, ends: Ends, default: Box<Meaning> },
 }
 
-/// Whose the upper end of a range is.
+/// To which range an upper end belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ends {
-    /// Of this range: ranges of whole numbers.
+    /// To this range: ranges of whole numbers.
     Within,
-    /// Of the next one: ranges of real numbers.
+    /// To the next range: ranges of real numbers.
     Beyond,
 }
 
-/// What a number stands for.
+/// Meaning of a number.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Meaning {
     Text(String),
@@ -41,7 +41,7 @@ pub(super) enum Meaning {
 }
 
 impl Conversion {
-    /// The conversion at that address; zero is none.
+    /// Reads the conversion at that address; zero means none.
     pub(super) fn read<R: Read + Seek>(
         source: &mut Source<R>,
         address: u64,
@@ -110,7 +110,7 @@ impl Conversion {
         })
     }
 
-    /// The value as a number. What stands for a text stays the number that it is.
+    /// The value as a number. A number that stands for a text is not changed.
     pub(super) fn number(&self, raw: f64) -> f64 {
         match self {
             Self::Same => raw,
@@ -130,7 +130,7 @@ impl Conversion {
         }
     }
 
-    /// The value as a text, where it has one.
+    /// The value as a text, if it has one.
     pub(super) fn text(&self, raw: f64) -> Option<&str> {
         match self.meaning(raw)? {
             Meaning::Text(text) => Some(text),
@@ -172,7 +172,7 @@ impl Ends {
     }
 }
 
-/// What is beyond the table has the value of its end; halfway is the lower one nearest.
+/// Values beyond the table map to its ends; halfway between two entries the lower one is nearest.
 fn in_table(pairs: &[(f64, f64)], interpolates: bool, raw: f64) -> f64 {
     let above = pairs.partition_point(|(x, _)| *x <= raw);
     let (below, above) = (above.checked_sub(1).and_then(|at| pairs.get(at)), pairs.get(above));

@@ -1,4 +1,4 @@
-//! What the groups and channels of a file are, in blocks behind its data.
+//! Describes the groups and channels of a file, in blocks after its data.
 
 use super::super::laid::{self, Blocks};
 use super::super::{CN_FIXED, CN_MASTER, CN_VARIABLE};
@@ -18,7 +18,7 @@ const CN_HAS_INVALID: u32 = 1 << 1;
 /// A conversion from values to texts.
 const CC_VALUE_TO_TEXT: u8 = 7;
 
-/// The begin of the file, and the blocks at `place` that say what `groups` are.
+/// Makes the start of the file, and the blocks at `place` that describe `groups`.
 pub(super) fn describe(
     place: u64,
     groups: &[Group],
@@ -34,18 +34,18 @@ pub(super) fn describe(
     (laid::begin(true, 0, next, history, comment), blocks.into_bytes())
 }
 
-/// The comment of the header, with a byte of zero at its end.
+/// The comment of the header, with a terminating zero.
 fn comment(facts: &[(&str, String)]) -> String {
     let mut text =
         "<HDcomment xmlns=\"http://www.asam.net/mdf/v4\"><TX></TX><common_properties>".to_owned();
     for (name, value) in facts {
-        // Into a string nothing fails.
+        // Writing to a string does not fail.
         let _ = write!(text, "<e name=\"{}\">{}</e>", escaped(name), escaped(value));
     }
     text + "</common_properties></HDcomment>\0"
 }
 
-/// Text as it stands in XML 1.0. Characters that XML does not have become spaces.
+/// Escapes text for XML 1.0. Characters that XML does not allow become spaces.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for character in text.chars() {
@@ -79,7 +79,7 @@ fn channel_group(blocks: &mut Blocks, group: &Group) -> u64 {
     let name = blocks.text(&group.name);
     let doc = blocks.text(&group.doc);
     let mut data = Vec::new();
-    // Its records have no number before them.
+    // Its records have no record number.
     data.extend(0u64.to_le_bytes());
     data.extend(group.records.to_le_bytes());
     data.extend([0; 8]);
@@ -88,7 +88,7 @@ fn channel_group(blocks: &mut Blocks, group: &Group) -> u64 {
     blocks.push(b"##CG", &[0, first, name, 0, 0, doc], &data)
 }
 
-/// The channel of that place in its group, whose values are at byte `at` of a record.
+/// The channel of that index in its group, with its values at byte `at` of a record.
 fn channel(blocks: &mut Blocks, channel: &Channel, place: usize, at: u32, next: u64) -> u64 {
     let form = &channel.form;
     let name = blocks.text(&form.name);
@@ -119,7 +119,7 @@ fn channel(blocks: &mut Blocks, channel: &Channel, place: usize, at: u32, next: 
     blocks.push(b"##CN", &links, &data)
 }
 
-/// Values to their names; zero where they have none.
+/// Conversion from values to names; zero if there are none.
 fn conversion(blocks: &mut Blocks, channel: &Channel, unit: u64) -> u64 {
     let Form { kind, names, .. } = &channel.form;
     let named: Vec<(f64, &str)> = match kind {
@@ -137,7 +137,7 @@ fn conversion(blocks: &mut Blocks, channel: &Channel, unit: u64) -> u64 {
         return 0;
     }
     let texts: Vec<u64> = named.iter().map(|(_, name)| blocks.text(name)).collect();
-    // A value without a name stays what it is: a conversion that changes nothing.
+    // A value without a name is not changed: the conversion for it is the identity.
     let same = match kind {
         Kind::Choice => 0,
         _ => blocks.push(b"##CC", &[0, unit, 0, 0], &conversion_data(0, 0, &[])),
@@ -147,10 +147,10 @@ fn conversion(blocks: &mut Blocks, channel: &Channel, unit: u64) -> u64 {
     blocks.push(b"##CC", &links, &conversion_data(CC_VALUE_TO_TEXT, texts.len() + 1, &values))
 }
 
-/// A conversion of that kind with so many references to others.
+/// A conversion of that kind with this number of references to others.
 fn conversion_data(kind: u8, references: usize, values: &[f64]) -> Vec<u8> {
     let mut data = vec![kind, 0, 0, 0];
-    // There are not more than `CHOICES_MAX`, and one for what has no name.
+    // At most `CHOICES_MAX`, and one for values without a name.
     data.extend((references as u16).to_le_bytes());
     data.extend((values.len() as u16).to_le_bytes());
     data.extend([0; 16]);

@@ -1,6 +1,6 @@
-//! ASAM MDF 4.1, measured channels: quantities over time, as measuring tools keep them.
+//! ASAM MDF 4.1, measured channels: quantities over time, as stored by measurement tools.
 //!
-//! A group has records of the same channels. Its master channel is the time of a record, in seconds.
+//! The records of a group have the same channels. Its master channel is the time of a record, in seconds.
 //!
 //! | [`Kind`] | in a record of a file that is written | conversion |
 //! |---|---|---|
@@ -10,13 +10,13 @@
 //! | `Choice` | 16 bits without a sign: numbers of texts in the order in which these come | value to text (7) |
 //! | `Text` | 64 bits: where the text is in signal data (`SD`) | none |
 //!
-//! A value that is missing is marked by an invalidation bit; a floating-point one is not a number besides. Names, units and
-//! descriptions of channels and groups stand in the file. Groups are sorted and compressed by deflate (`HL`, `DL`, `DZ`).
+//! A missing value is marked by an invalidation bit; a missing floating-point value is also NaN. Names, units and
+//! descriptions of channels and groups are in the file. Groups are sorted and compressed by deflate (`HL`, `DL`, `DZ`).
 //!
-//! Read are numbers of any size and byte order at any bit, texts, and values that are counted (virtual channels), in
-//! groups that are sorted or not, in `DT`, `DZ`, `DL` and `HL` blocks. Conversions: linear, rational, tables with and without
-//! interpolation, ranges, value and range to text. Arrays, algebra and columns (`DV`, 4.2) are refused. Of a file that was not
-//! finished comes what is there.
+//! The reader handles numbers of any size and byte order at any bit, texts, and counted values (virtual channels), in
+//! sorted and unsorted groups, in `DT`, `DZ`, `DL` and `HL` blocks. Conversions: linear, rational, tables with and
+//! without interpolation, ranges, value and range to text. Arrays, algebra and columns (`DV`, 4.2) are refused. An
+//! unfinished file is read as far as it goes.
 //!
 //! Source: ASAM MDF 4.1.1, as far as asammdf's `v4_blocks.py` and `v4_constants.py` show it.
 
@@ -32,7 +32,7 @@ pub use read::{Found, Reader, Wanted};
 pub use values::Cell;
 pub use write::{GroupId, Writer};
 
-/// What a channel holds.
+/// Type of a channel's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Real numbers.
@@ -41,39 +41,39 @@ pub enum Kind {
     Integer,
     /// Yes or no: 1 or 0.
     Bool,
-    /// One of a few texts, of which at most 4,096 are told apart; further ones are missing.
+    /// One of a few texts, of which at most 4,096 are distinguished; further ones are missing.
     Choice,
     /// Any text, UTF-8.
     Text,
 }
 
-/// A channel that is to be written.
+/// Description of a channel to write.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Form {
     /// Name, unique in its group.
     pub name: String,
-    /// What it holds.
+    /// Type of its values.
     pub kind: Kind,
-    /// Unit of its values; empty where it has none.
+    /// Unit of its values; empty if it has none.
     pub unit: String,
-    /// What it is; may be empty.
+    /// Its meaning; may be empty.
     pub doc: String,
-    /// Names of values, by the values in that unit, of a channel of numbers; at most 4,096 are written.
+    /// Names of values, by value in that unit, for a channel of numbers; at most 4,096 are written.
     pub names: Vec<(f64, String)>,
 }
 
 /// A value of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value<'a> {
-    /// Not known.
+    /// Unknown.
     Missing,
-    /// Of a [`Kind::Float`] channel. What is not a number counts as missing.
+    /// In a [`Kind::Float`] channel. NaN counts as missing.
     Float(f64),
-    /// Of a [`Kind::Integer`] channel.
+    /// In a [`Kind::Integer`] channel.
     Integer(i64),
-    /// Of a [`Kind::Bool`] channel.
+    /// In a [`Kind::Bool`] channel.
     Bool(bool),
-    /// Of a [`Kind::Choice`] or [`Kind::Text`] channel.
+    /// In a [`Kind::Choice`] or [`Kind::Text`] channel.
     Text(&'a str),
 }
 

@@ -11,7 +11,7 @@ use super::values::{Cell, Values};
 use std::io::{Read, Seek};
 use std::path::Path;
 
-/// A file with measured channels. Nothing of it is in memory but what its groups and channels are.
+/// A file with measured channels. Only the descriptions of its groups and channels are in memory.
 #[derive(Debug)]
 pub struct Reader<R: Read + Seek> {
     source: Source<R>,
@@ -19,39 +19,39 @@ pub struct Reader<R: Read + Seek> {
     is_unfinished: bool,
 }
 
-/// A channel that is wanted.
+/// A requested channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wanted {
-    /// Its place among those of its group.
+    /// Index in its group.
     pub channel: usize,
-    /// Texts are wanted: those that its numbers stand for, where there are any.
+    /// Whether to read texts: those that its numbers stand for, if any.
     pub as_text: bool,
 }
 
-/// What was read of a group.
+/// Result of reading a group.
 #[derive(Debug)]
 #[must_use]
 pub struct Found {
-    /// How many records.
+    /// Number of records.
     pub records: u64,
-    /// What ended the data of a file that was not finished, where they do not end with a record.
+    /// What ended the data of an unfinished file, if they do not end with a record.
     pub ended: Option<LogError>,
 }
 
-/// The records of one group, one after another.
+/// The records of one group, in order.
 struct Records<'a> {
     chain: Chain,
     window: Window,
     group: &'a Group,
-    /// Bytes of a record.
+    /// Length of a record.
     length: usize,
 }
 
 impl<R: Read + Seek> Reader<R> {
-    /// Reads what is in `input`; `path` is named in errors.
+    /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
-    /// When it is no such file, or what it says of its groups is damaged.
+    /// When it is not such a file, or when the descriptions of its groups are damaged.
     pub fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let mut source = Source::new(path, input)?;
         let Opened { is_unfinished, header } = open(&mut source)?;
@@ -59,22 +59,21 @@ impl<R: Read + Seek> Reader<R> {
         Ok(Self { source, groups, is_unfinished })
     }
 
-    /// Its groups, in their order.
+    /// Its groups, in order.
     pub fn groups(&self) -> &[Group] {
         &self.groups
     }
 
-    /// Whoever wrote it did not come to the end. What is there is read.
+    /// Whether the file was not finished by its writer. It is read as far as it goes.
     pub const fn is_unfinished(&self) -> bool {
         self.is_unfinished
     }
 
-    /// Hands over the values of each record of a group, one a wanted channel, in the order of the file.
+    /// Passes the values of each record of a group to `each`, one per wanted channel, in the order of the file.
     ///
-    /// # Errors
-    /// When the file cannot be read, is damaged or ends too early, with the block; when a channel is of a kind that is not
-    /// read: an array, algebra, a text where a number is wanted. Of a file that was not finished it is no error that data end
-    /// too early. Those of `each`.
+    /// When the file cannot be read, is damaged or ends too early, with the block; when a channel cannot be read: an
+    /// array, algebra, a text where a number is wanted. An early end of an unfinished file is not an error. Errors of
+    /// `each`.
     pub fn read<E: From<LogError>>(
         &mut self,
         group: usize,
@@ -105,7 +104,7 @@ impl<R: Read + Seek> Reader<R> {
             let cells = values.iter_mut().map(|value| value.cell(&record, count, source));
             let cells = match cells.collect() {
                 Ok(cells) => cells,
-                // Texts that did not get into the file any more.
+                // Texts that were not written any more.
                 Err(error @ LogError::Malformed { .. }) if *is_unfinished => {
                     return Ok(Found { records: count, ended: Some(error) });
                 }
@@ -141,7 +140,7 @@ impl<'a> Records<'a> {
         Ok(Self { chain, window, group, length })
     }
 
-    /// The next record of the group; none at the end.
+    /// Returns the next record of the group; `None` at the end.
     fn next<R: Read + Seek>(
         &mut self,
         source: &mut Source<R>,

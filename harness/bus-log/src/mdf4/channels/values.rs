@@ -10,17 +10,17 @@ use super::super::{
 use super::conversion::{Conversion, Ends};
 use std::io::{Read, Seek};
 
-/// All values of a channel are missing; those whose bit is set.
+/// Channel flags: all values are missing; values with their bit set are missing.
 const CN_ALL_INVALID: u32 = 1;
 const CN_HAS_INVALID: u32 = 1 << 1;
 
-/// The longest text in signal data that is read.
+/// Longest text in signal data.
 const TEXT_BYTES_MAX: usize = 16 * 1024;
 
-/// A value that was read.
+/// A value read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// Not known: the file says so, or the number is not finite.
+    /// Unknown: marked so in the file, or not finite.
     Missing,
     /// A number in the channel's unit.
     Number(f64),
@@ -28,12 +28,12 @@ pub enum Cell {
     Text(String),
 }
 
-/// Where a channel's values are, and what they mean.
+/// Place and meaning of a channel's values.
 #[derive(Debug)]
 pub(super) struct Values {
     place: Place,
     conversion: Conversion,
-    /// Texts are wanted, not numbers.
+    /// Whether to read texts instead of numbers.
     as_text: bool,
     invalid: Invalid,
 }
@@ -44,11 +44,11 @@ enum Place {
     /// The number of the record, from 0.
     Count,
     Text(Field, Coding),
-    /// In signal data, at the place that the field has.
+    /// In signal data, at the offset in the field.
     Elsewhere(Field, Box<SignalData>, Coding),
 }
 
-/// How a text is written.
+/// Encoding of a text.
 #[derive(Debug, Clone, Copy)]
 enum Coding {
     Latin1,
@@ -60,12 +60,12 @@ enum Coding {
 enum Invalid {
     Never,
     Always,
-    /// Where that bit is set.
+    /// If that bit is set.
     At(usize, u8),
 }
 
 impl Values {
-    /// Of the channel at that address, in records of so many bytes of values and of bits behind them.
+    /// For the channel at that address, in records with these bytes of values and of invalidation bits.
     pub(super) fn of<R: Read + Seek>(
         source: &mut Source<R>,
         address: u64,
@@ -143,7 +143,7 @@ impl Values {
         Ok(Self { place, conversion, as_text, invalid })
     }
 
-    /// The value in a record, which is the one of that number from 0.
+    /// The value in a record; `number` counts records from 0.
     pub(super) fn cell<R: Read + Seek>(
         &mut self,
         record: &[u8],
@@ -186,7 +186,7 @@ impl Values {
     }
 }
 
-/// How the texts of a channel are written; none of one that has no texts.
+/// Encoding of a channel's texts; `None` for a channel without texts.
 fn coding(channel: &Block) -> Option<Coding> {
     Some(match channel.u8(2) {
         6 => Coding::Latin1,
@@ -198,7 +198,7 @@ fn coding(channel: &Block) -> Option<Coding> {
 }
 
 impl Coding {
-    /// The text, up to a zero; an empty one is missing.
+    /// The text up to a zero; an empty text is missing.
     fn cell(self, bytes: &[u8]) -> Cell {
         let text: String = match self {
             Self::Latin1 => bytes.iter().map(|byte| char::from(*byte)).collect(),

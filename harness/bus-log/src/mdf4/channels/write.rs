@@ -9,16 +9,16 @@ use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// About so many bytes of records, or of texts, make a block. Each group has a buffer of that size, and each channel of
-/// text: there may be hundreds of groups.
+/// Approximate bytes of records, or of texts, in a block. Each group and each text channel has a buffer of that size,
+/// and there may be hundreds of groups.
 const BLOCK_BYTES: usize = 64 * 1024;
 
-/// The most texts of one [`Kind::Choice`] channel, and names of values that are written: the format has room for 65,534.
+/// Most texts of one [`Kind::Choice`] channel, and most names of values that are written: the format allows 65,534.
 pub(super) const CHOICES_MAX: usize = 4_096;
 
 /// Writes an MDF file of version 4.10 with measured channels.
 ///
-/// Groups may be added at any time. Memory is a buffer a group and a channel of text, and the texts of choices.
+/// Groups may be added at any time. Memory use is a buffer per group and per text channel, and the texts of choices.
 #[derive(Debug)]
 pub struct Writer<W: Write + Seek> {
     path: PathBuf,
@@ -30,7 +30,7 @@ pub struct Writer<W: Write + Seek> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GroupId(usize);
 
-/// A group that is written.
+/// A group being written.
 #[derive(Debug)]
 pub(super) struct Group {
     pub(super) name: String,
@@ -38,36 +38,36 @@ pub(super) struct Group {
     pub(super) channels: Vec<Channel>,
     pub(super) records: u64,
     data: Data,
-    /// Where they are, once all are in the file.
+    /// Address of the data, once written.
     pub(super) data_at: u64,
 }
 
-/// A channel that is written.
+/// A channel being written.
 #[derive(Debug)]
 pub(super) struct Channel {
     pub(super) form: Form,
-    /// Some of its values are missing.
+    /// Whether some of its values are missing.
     pub(super) has_gaps: bool,
-    /// Texts of choices by their numbers.
+    /// Texts of choices with their numbers.
     pub(super) choices: BTreeMap<String, u16>,
     texts: Data,
-    /// Where the texts are, once all are in the file; zero where there are none.
+    /// Address of the texts, once written; zero if there are none.
     pub(super) texts_at: u64,
 }
 
 impl<W: Write + Seek> Writer<W> {
-    /// Makes room for the head of the file in `out`; `path` is named in errors.
+    /// Reserves room for the head of the file in `out`; errors name `path`.
     ///
     /// # Errors
-    /// When that cannot be written.
+    /// When the file cannot be written.
     pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
         let out = Output::new(out, &laid::begin(false, 0, 0, 0, 0));
         let out = out.map_err(|source| LogError::unwritable(path, source))?;
         Ok(Self { path: path.to_owned(), out, groups: Vec::new() })
     }
 
-    /// Adds a group. The first channel is its master, the time in seconds, and must be of [`Kind::Float`]; nothing else is
-    /// written of it then.
+    /// Adds a group. Its first channel is the master, the time in seconds, and must be of [`Kind::Float`].
+    /// Nothing is written yet.
     pub fn group(&mut self, name: &str, doc: &str, channels: Vec<Form>) -> GroupId {
         let record_bytes = record_bytes(&channels);
         let whole = (BLOCK_BYTES / record_bytes).max(1) * record_bytes;
@@ -89,11 +89,10 @@ impl<W: Write + Seek> Writer<W> {
         GroupId(self.groups.len() - 1)
     }
 
-    /// Appends a record, a value a channel. Times of a group are to ascend.
+    /// Appends a record, with a value per channel. Times of a group must ascend.
     ///
-    /// # Errors
-    /// When the file cannot be written; when a value is not of its channel's kind, or there are not as many as channels, or
-    /// the group is of another writer.
+    /// # Errors When the file cannot be written; when a value is not of its channel's type, when the number of values
+    /// is wrong, or when the group belongs to another writer.
     pub fn record(&mut self, group: GroupId, values: &[Value<'_>]) -> Result<(), LogError> {
         let unwritable = |source| LogError::unwritable(&self.path, source);
         let Some(group) = self.groups.get_mut(group.0) else {
@@ -116,11 +115,11 @@ impl<W: Write + Seek> Writer<W> {
         group.data.push(&mut self.out, |data| data.extend(record)).map_err(unwritable)
     }
 
-    /// Writes what waits, what the channels are, and the head, and gives everything to the file. `facts` are what is known
-    /// of the whole, by their names. The groups, and how many records each has.
+    /// Writes pending data, descriptions and the head, and flushes the file. `facts` describe the whole file, by name.
+    /// Returns the groups with their numbers of records.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(self, facts: &[(&str, String)]) -> Result<Vec<(String, u64)>, LogError> {
         let path = self.path.clone();
         self.end(facts).map_err(|source| LogError::unwritable(&path, source))
@@ -140,7 +139,7 @@ impl<W: Write + Seek> Writer<W> {
     }
 }
 
-/// Bytes of a record: values, and a bit a channel that says that its value is missing.
+/// Bytes of a record: values, and an invalidation bit per channel.
 fn record_bytes(channels: &[Form]) -> usize {
     let values: u32 = channels.iter().map(|form| form.kind.bytes()).sum();
     values as usize + channels.len().div_ceil(8)
@@ -151,7 +150,7 @@ fn misused(expected: &str) -> io::Error {
 }
 
 impl Channel {
-    /// Appends the value to a record; `false` where it is missing.
+    /// Appends the value to a record; `false` if it is missing.
     fn push<W: Write + Seek>(
         &mut self,
         value: Value<'_>,
@@ -175,7 +174,7 @@ impl Channel {
                 record.extend(f64::NAN.to_le_bytes());
                 return Ok(false);
             }
-            // It leads to a text, if to an empty one: readers follow it whatever the bit says.
+            // It refers to a text, even if empty: readers follow the reference whatever the bit says.
             (Kind::Text, Value::Missing) => {
                 self.push_text("", record, out)?;
                 return Ok(false);
@@ -205,7 +204,7 @@ impl Channel {
         })
     }
 
-    /// The number of a choice; none where there are too many.
+    /// The number of a choice; `None` if there are too many.
     fn number_of(&mut self, text: &str) -> Option<u16> {
         if let Some(number) = self.choices.get(text) {
             return Some(*number);

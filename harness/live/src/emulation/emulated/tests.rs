@@ -51,7 +51,7 @@ fn at(seconds: f64) -> Timestamp {
     Timestamp::ZERO + Span::from_secs_f64(seconds)
 }
 
-/// Goes on to `now` and gives what devices have sent on the way, by line.
+/// Advances to `now` and returns what devices have sent meanwhile, by line.
 fn sent(emulated: &mut Emulated, now: Timestamp) -> Vec<(String, Transmit)> {
     let mut sent = Vec::new();
     while emulated.next_wakeup() <= now {
@@ -109,7 +109,7 @@ fn drive(emulated: &mut Emulated, now: Timestamp, speed: f64, steer_deg_per_s: f
 fn a_gyro_alone_is_turned_by_request() {
     let mut gyro = alone();
     let before = samples(&sent(&mut gyro, at(1.0)));
-    // 100 Hz, the first output after one period; the last is still on its line.
+    // 100 Hz, with the first output after one period; the last one is still on its line.
     assert_eq!(before.len(), 99);
     assert!(mean_deg_per_s(&before).abs() < 1e-9);
     ask(&mut gyro, at(1.0), r#"{"rate_deg_per_s":10}"#).unwrap();

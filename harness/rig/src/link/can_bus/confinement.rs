@@ -1,35 +1,35 @@
-//! Fault confinement of ISO 11898-1: a node that errs too often gives up, first its voice and then its place.
+//! Fault confinement of ISO 11898-1: a node with too many errors becomes error-passive, then bus-off.
 
 use wire::time::{Span, Timestamp};
 
-/// From here on a node is error-passive (ISO 11898-1: greater than 127).
+/// A node is error-passive from this count on (ISO 11898-1: greater than 127).
 pub const PASSIVE_FROM: u16 = 128;
-/// From here on a node is bus-off (ISO 11898-1: greater than 255).
+/// A node is bus-off from this count on (ISO 11898-1: greater than 255).
 pub const OFF_FROM: u16 = 256;
-/// A node that is bus-off comes back after so many sequences of [`RECESSIVE_BITS`] recessive bits.
+/// A bus-off node recovers after this many sequences of [`RECESSIVE_BITS`] recessive bits.
 pub const SEQUENCES_TO_RECOVER: u32 = 128;
 /// Length of such a sequence. The end of each frame is one: delimiter of the acknowledgement, end of frame (7) and
 /// intermission (3).
 pub const RECESSIVE_BITS: i64 = 11;
-/// What a transmitter adds for an error.
+/// Added by a transmitter for an error.
 const TRANSMITTER_STEP: u16 = 8;
-/// Where the receivers' counter goes from error-passive with a good frame; the standard leaves 119 to 127.
+/// Value of an error-passive receive counter after a good frame; the standard allows 119 to 127.
 const REC_AFTER_PASSIVE: u16 = 127;
 
-/// What a node may do.
+/// Error state of a node: what it may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum ErrorState {
     /// Everything.
     #[default]
     Active,
-    /// Send, with 8 bits of waiting behind its own frames; its error flags are recessive.
+    /// It may send, with 8 bits of waiting after its own frames; its error flags are recessive.
     Passive,
     /// Nothing.
     Off,
 }
 
 impl ErrorState {
-    /// As in standards and drivers.
+    /// Name used in standards and drivers.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Active => "error-active",
@@ -39,20 +39,19 @@ impl ErrorState {
     }
 }
 
-/// The counters of one node.
+/// Error counters of one node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ErrorCounters {
     /// Transmit error counter.
     pub tec: u16,
     /// Receive error counter.
     pub rec: u16,
-    /// Sequences of recessive bits seen since it went off.
+    /// Sequences of recessive bits since the node went bus-off.
     sequences: u32,
     off: bool,
 }
 
 impl ErrorCounters {
-    /// What the node may do.
     pub const fn state(&self) -> ErrorState {
         if self.off {
             ErrorState::Off
@@ -63,7 +62,7 @@ impl ErrorCounters {
         }
     }
 
-    /// A frame of its own was destroyed.
+    /// Counts a destroyed frame of this node.
     pub fn transmit_error(&mut self) {
         self.tec = self.tec.saturating_add(TRANSMITTER_STEP);
         if self.tec >= OFF_FROM && !self.off {
@@ -71,25 +70,25 @@ impl ErrorCounters {
         }
     }
 
-    /// A frame of its own got through.
+    /// Counts a good frame of this node.
     pub fn transmit_success(&mut self) {
         self.tec = self.tec.saturating_sub(1);
     }
 
-    /// A frame of another node was destroyed.
+    /// Counts a destroyed frame of another node.
     pub fn receive_error(&mut self) {
         if !self.off {
             self.rec = self.rec.saturating_add(1);
         }
     }
 
-    /// A frame of another node got through.
+    /// Counts a good frame of another node.
     pub fn receive_success(&mut self) {
         self.rec =
             if self.rec >= PASSIVE_FROM { REC_AFTER_PASSIVE } else { self.rec.saturating_sub(1) };
     }
 
-    /// The bus was recessive for so many sequences; both counters are zero once it was for long enough.
+    /// Counts recessive sequences of the bus; after enough of them both counters are zero.
     pub fn recessive(&mut self, sequences: u32) {
         if self.off {
             self.sequences = self.sequences.saturating_add(sequences);
@@ -99,7 +98,7 @@ impl ErrorCounters {
         }
     }
 
-    /// When it is back, if the bus stays idle from `idle_since` on; never where it is not off.
+    /// When the node recovers if the bus stays idle from `idle_since` on; never if it is not bus-off.
     pub fn recovers_at(&self, idle_since: Timestamp, bit: Span) -> Timestamp {
         if !self.off {
             return Timestamp::MAX;
@@ -153,7 +152,7 @@ mod tests {
     }
 
     proptest! {
-        /// +8 and -1, never below zero, until it is off; receivers alone never are.
+        /// +8 and -1, never below zero, until the node is bus-off; a receiver alone never is.
         #[test]
         fn the_counters_are_sums(events in prop::collection::vec(0u8..4, 0..400)) {
             let mut node = ErrorCounters::default();

@@ -1,4 +1,4 @@
-//! What one fault does to the frames of a bus.
+//! Effect of one fault on the frames of a bus.
 
 use crate::link::gilbert_elliott::GilbertElliott;
 use plan::faults::Chance;
@@ -6,14 +6,16 @@ use plan::faults::FaultKind;
 use wire::can::{BitRates, CanFrame, FD_BYTES_MAX, StandardId};
 use wire::time::{Span, Timestamp};
 
-/// Identifiers of frames that other nodes make: none is of a base ([`wire::base`]). The babbler's wins always.
+/// Identifiers of frames that faults make: none belongs to a base ([`wire::base`]). The babbler's wins every
+/// arbitration.
 const BABBLER: StandardId = StandardId::ZERO;
-/// Those that win against a base and its host.
+/// Identifiers that win against a base and its host.
 const RIVALS: (u16, u16) = (0x001, 0x0ff);
-/// Those of other traffic, three in four of them below a base.
+/// Identifiers of other traffic, three in four of them with lower priority than a base.
 const OTHERS: (u16, u16) = (0x200, 0x7ff);
 const OTHERS_BELOW: f64 = 0.75;
-/// Bits of the mean frame of other traffic: 0 to 8 bytes, each as likely, and 1.4 stuff bits, the mean over its identifiers.
+/// Bits of the mean frame of other traffic: 0 to 8 bytes, equally likely, and 1.4 stuff bits, the mean over its
+/// identifiers.
 const MEAN_BITS: f64 = 47.0 + 8.0 * 4.0 + 1.4;
 
 #[derive(Debug, Clone)]
@@ -23,29 +25,29 @@ pub(super) enum Effect<Node> {
     Duplicate(f64),
     Disconnect,
     Delay(Span),
-    /// With the frame that waits.
+    /// Probability, and the waiting frame.
     Reorder(f64, Option<(Node, CanFrame)>),
     Corrupt(f64),
-    /// Every so often, next then.
+    /// Period, and time of the next frame.
     Babble(Span, Timestamp),
-    /// So long between two begins in the mean, next then.
+    /// Mean time between two frames, s, and time of the next frame.
     Load(f64, Timestamp),
     BitErrors(f64),
     LoseArbitration(f64),
 }
 
-/// What becomes of a frame that got through the bus.
+/// Fate of a frame that was complete on the bus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Passed {
-    /// It goes on.
+    /// Received.
     On,
-    /// Nobody hears it.
+    /// Not received.
     Lost,
-    /// It goes on by so much later.
+    /// Received later, by this span.
     Later(Span),
-    /// It goes on, and comes again.
+    /// Received twice.
     Twice,
-    /// It goes on, and behind it comes this one, which was before it.
+    /// Received, followed by this frame, which was sent before it.
     Before(CanFrame),
 }
 
@@ -77,7 +79,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
         })
     }
 
-    /// When it sends a frame of its own next.
+    /// When the effect sends its next frame.
     pub(super) const fn next_made(&self) -> Timestamp {
         match self {
             Self::Babble(_, next) | Self::Load(_, next) => *next,
@@ -85,11 +87,11 @@ impl<Node: Copy + PartialEq> Effect<Node> {
         }
     }
 
-    /// The frame that is due.
+    /// Makes the frame that is due.
     pub(super) fn make(&mut self, chance: &mut Chance) -> CanFrame {
         match self {
             Self::Load(between_s, next) => {
-                // Independent begins: exponential times between them.
+                // Independent starts: exponentially distributed intervals.
                 let wait_s = -*between_s * (1.0 - chance.uniform()).ln();
                 *next += Span::from_secs_f64(wait_s).max(Span::from_nanos(1));
                 let range = if chance.happens(OTHERS_BELOW) { OTHERS } else { RIVALS };
@@ -104,7 +106,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
         }
     }
 
-    /// A frame that wins against one that wants to begin now.
+    /// A frame that wins against one that is about to start.
     pub(super) fn rival(&mut self, chance: &mut Chance) -> Option<CanFrame> {
         match self {
             Self::LoseArbitration(share) => {
@@ -114,7 +116,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
         }
     }
 
-    /// The bit of a frame that is read wrongly, counted from 1, if one is.
+    /// The bit of a frame that is read wrongly, counted from 1; `None` if the frame is good.
     pub(super) fn bits_until_error(
         &mut self,
         frame: &CanFrame,
@@ -122,12 +124,12 @@ impl<Node: Copy + PartialEq> Effect<Node> {
     ) -> Option<u32> {
         let Self::BitErrors(rate) = self else { return None };
         let bits = frame.bits();
-        // The first wrong bit: geometric.
+        // The first wrong bit: geometric distribution.
         let first = (1.0 - chance.uniform()).ln() / (1.0 - *rate).ln();
         (first < f64::from(bits)).then_some(first as u32 + 1)
     }
 
-    /// The frame of `from` is through.
+    /// Applies the effect to a complete frame of `from`.
     pub(super) fn pass(
         &mut self,
         from: Node,
@@ -169,7 +171,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
         passed
     }
 
-    /// What still waits, once it is over.
+    /// Releases the waiting frame when the fault ends.
     pub(super) fn release(&mut self) -> Option<(Node, CanFrame)> {
         match self {
             Self::Reorder(_, waiting) => waiting.take(),
@@ -182,13 +184,13 @@ impl<Node: Copy + PartialEq> Effect<Node> {
 fn other((least, greatest): (u16, u16), length: usize, chance: &mut Chance) -> CanFrame {
     let id = least + chance.below(usize::from(greatest - least) + 1) as u16;
     let data = [0x55; 8];
-    // Both are in range: an identifier of eleven bits, at most eight bytes.
+    // Both are in range: an 11-bit identifier and at most eight bytes.
     StandardId::new(id)
         .and_then(|id| CanFrame::new(id, data.get(..length)?))
         .unwrap_or_else(|| CanFrame::full(BABBLER, data))
 }
 
-/// With one bit of its data inverted; none where it has no data.
+/// The frame with one data bit inverted; `None` if it has no data.
 fn corrupted(frame: &CanFrame, chance: &mut Chance) -> Option<CanFrame> {
     let mut data = [0; FD_BYTES_MAX];
     let length = frame.data().len();

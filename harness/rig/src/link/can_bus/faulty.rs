@@ -1,5 +1,4 @@
-//! A CAN bus that is faulty: nodes that nobody wants, bits that are read wrongly, frames that get lost on
-//! their way through a controller.
+//! A faulty CAN bus: frames of unwanted nodes, bit errors, and frames that get lost in a controller.
 
 use super::CanBus;
 use super::confinement::{ErrorCounters, ErrorState};
@@ -10,26 +9,26 @@ use plan::faults::FaultKind;
 use wire::can::{CanFrame, Id};
 use wire::time::{Span, Timestamp};
 
-/// Frames that come later; more are dropped and counted.
+/// Most delayed frames; more are dropped and counted.
 pub(crate) const HELD_MAX: usize = 256;
-/// Frames of other nodes that wait for the bus; more wait in their nodes.
+/// Most frames of other nodes that wait for the bus; the rest wait in their nodes.
 const STRANGERS_WAITING_MAX: usize = 8;
-/// Behind a destroyed bit: error flag (6), delimiter (8) and intermission (3). Flags of several nodes can lie behind
-/// each other and take up to 6 bits more (ISO 11898-1); they are taken to coincide.
+/// After a destroyed bit: error flag (6), delimiter (8) and intermission (3). Flags of several nodes can follow each
+/// other and take up to 6 bits more (ISO 11898-1); here they coincide.
 const ERROR_FRAME_BITS: i64 = 6 + 8 + 3;
-/// What an error-passive node waits behind a frame of its own (ISO 11898-1, suspend transmission).
+/// Waiting time of an error-passive node after its own frame (ISO 11898-1, suspend transmission).
 const SUSPEND_BITS: i64 = 8;
 
 #[derive(Debug, Clone)]
 pub(super) struct Faulty<Node> {
-    /// Whom frames are from that no device of the bench sent.
+    /// Sender of frames that no device of the bench sent.
     stranger: Node,
     pub(super) layers: Vec<Layer<Node>>,
     nodes: Nodes<Node>,
     /// The frame on the bus will be destroyed.
     destroyed: bool,
     last_sender: Option<Node>,
-    /// When the last frame was over.
+    /// End of the last frame.
     free_since: Timestamp,
     held: Vec<(Timestamp, Node, CanFrame)>,
 }
@@ -37,9 +36,9 @@ pub(super) struct Faulty<Node> {
 #[derive(Debug, Clone)]
 pub(super) struct Layer<Node> {
     number: usize,
-    /// Whose frames; those of all where there is none.
+    /// Sender of the struck frames; `None` for all.
     from: Option<Node>,
-    /// Frames of this identifier; all where there is none.
+    /// Identifier of the struck frames; `None` for all.
     only: Option<Id>,
     effect: Effect<Node>,
     chance: Chance,
@@ -47,9 +46,9 @@ pub(super) struct Layer<Node> {
 }
 
 impl<Node: Copy + PartialEq> CanBus<Node> {
-    /// From now on frames of `from`, of that identifier where one is given, are struck by this too. `number` is the fault's. `nodes` are the nodes that
-    /// count errors; frames that a fault makes are from `stranger`. `false`, and nothing done, for a kind that
-    /// is of no bus.
+    /// Begins the fault `number`: it strikes frames of `from`, only those with the given identifier if there is one.
+    /// `nodes` are the nodes that count errors; frames that a fault makes are from `stranger`. Returns `false`, with
+    /// nothing done, for a kind that no bus has.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
@@ -76,12 +75,12 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         true
     }
 
-    /// The fault of this number is over; how many frames it struck or made. Counters of errors stay and go on.
+    /// Ends the fault of this number; returns how many frames it struck or made. Error counters keep their values.
     pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
         let acted = self.fault_acted(number);
         if let Some(faulty) = &mut self.faulty {
             for layer in faulty.layers.iter_mut().filter(|layer| layer.number == number) {
-                // Nothing comes any more that it could wait for.
+                // No later frame will come that it could wait for.
                 if let Some((from, frame)) = layer.effect.release() {
                     hold(&mut faulty.held, &mut self.dropped, now, from, frame);
                 }
@@ -91,23 +90,23 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         acted
     }
 
-    /// What the fault of this number has done so far.
+    /// How often the fault of this number has acted so far.
     pub fn fault_acted(&self, number: usize) -> u64 {
         let layers = self.faulty.as_ref().map_or(&[][..], |faulty| &faulty.layers);
         layers.iter().filter(|layer| layer.number == number).map(|layer| layer.acted).sum()
     }
 
-    /// The next change of a node's state that was not told yet.
+    /// Takes the next change of a node's error state.
     pub fn state_change(&mut self) -> Option<StateChange<Node>> {
         self.faulty.as_mut()?.nodes.change()
     }
 
-    /// The error counters of a node; zero where no fault ever was.
+    /// Error counters of a node; zero if the bus never had a fault.
     pub fn error_counters(&self, node: Node) -> ErrorCounters {
         self.faulty.as_ref().map_or_else(Default::default, |faulty| faulty.nodes.counters(node))
     }
 
-    /// When something is next to be done beside the frame on the bus.
+    /// Time of the next event other than the end of the frame on the bus.
     pub(super) fn next_faulty(&self) -> Timestamp {
         let Some(faulty) = &self.faulty else { return Timestamp::MAX };
         let made = faulty.layers.iter().map(|layer| layer.effect.next_made());
@@ -115,7 +114,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         made.chain(held).min().unwrap_or(Timestamp::MAX).min(faulty.nodes.recovers_at())
     }
 
-    /// A frame that is through by `now`, on a bus with faults.
+    /// Takes a frame that is complete by `now`, on a bus with faults.
     #[cold]
     pub(super) fn arrived_faulty(&mut self, now: Timestamp) -> Option<(Node, CanFrame)> {
         loop {
@@ -155,7 +154,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         }
     }
 
-    /// The frame on the bus is over, for good or ill.
+    /// Ends the frame on the bus, good or destroyed.
     fn settle(&mut self, at: Timestamp, from: Node, frame: CanFrame) -> Option<(Node, CanFrame)> {
         let faulty = self.faulty.as_mut()?;
         (faulty.last_sender, faulty.free_since) = (Some(from), at);
@@ -167,7 +166,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                 self.waiting.retain(|(node, _)| *node != from);
                 self.dropped += (before - self.waiting.len()) as u64 + 1;
             } else {
-                // It tries again, before its later frames.
+                // The node retries before its later frames.
                 self.waiting.insert(0, (from, frame));
             }
             self.arbitrate(at);
@@ -178,7 +177,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         if from == faulty.stranger {
             return Some((from, frame));
         }
-        // Others on the bus acknowledge it (assumption), so that it counts as sent.
+        // Other nodes on the bus acknowledge it (assumption), so it counts as sent.
         if faulty.nodes.nobody_hears(from) {
             self.dropped += 1;
             return None;
@@ -214,14 +213,14 @@ impl<Node: PartialEq> Layer<Node> {
 }
 
 impl<Node: Copy + PartialEq> CanBus<Node> {
-    /// A node wants to send, on a bus with faults; `true` when it may.
+    /// Whether a node may send, on a bus with faults.
     pub(super) fn may_send(&mut self, now: Timestamp, from: Node) -> bool {
         let Some(faulty) = &mut self.faulty else { return true };
         faulty.nodes.idle_until(now);
         faulty.nodes.state(from) != ErrorState::Off
     }
 
-    /// Who is next, on a bus with faults.
+    /// Selects the next sender, on a bus with faults.
     #[cold]
     pub(super) fn arbitrate_faulty(&mut self, now: Timestamp) {
         let (rates, bit) = (self.rates, self.rates.bit());
@@ -261,7 +260,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 }
 
 impl<Node: Copy + PartialEq> Faulty<Node> {
-    /// The layers that strike a frame of a node.
+    /// The layers that strike this frame of a node.
     fn layers_of(
         &mut self,
         node: Node,
@@ -271,7 +270,7 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
         self.layers.iter_mut().filter(move |layer| !none && layer.strikes(node, frame))
     }
 
-    /// The frame of another node that wins against this one of `from`.
+    /// A frame of another node that wins against this one of `from`.
     fn rival(&mut self, from: Node, frame: &CanFrame) -> Option<CanFrame> {
         self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
             let rival = effect.rival(chance);
@@ -280,7 +279,7 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
         })
     }
 
-    /// After how many bits a frame is destroyed, if it is.
+    /// Number of bits after which the frame is destroyed; `None` if it is not.
     fn bits_until_error(&mut self, from: Node, frame: &CanFrame) -> Option<u32> {
         self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
             let bits = effect.bits_until_error(frame, chance);

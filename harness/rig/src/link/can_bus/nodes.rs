@@ -1,15 +1,15 @@
-//! The nodes of a bus that count errors, and how they go off and come back.
+//! The nodes of a bus that count errors, and how they go bus-off and recover.
 
 use super::confinement::{ErrorCounters, ErrorState, RECESSIVE_BITS};
 use std::collections::VecDeque;
 use wire::time::{Span, Timestamp};
 
-/// Changes of state that wait to be told; more are forgotten, the oldest first.
+/// Most changes of state that wait to be taken; beyond that the oldest is dropped.
 pub const CHANGES_MAX: usize = 64;
-/// The state of a node's fault confinement changed.
+/// A change of a node's error state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StateChange<Node> {
-    /// Whose.
+    /// The node.
     pub node: Node,
     /// Its new state.
     pub state: ErrorState,
@@ -17,12 +17,12 @@ pub struct StateChange<Node> {
     pub counters: ErrorCounters,
 }
 
-/// The nodes, and since when nobody sends.
+/// The nodes, and how long the bus has been idle.
 #[derive(Debug, Clone)]
 pub(super) struct Nodes<Node> {
     nodes: Vec<(Node, ErrorCounters)>,
     changes: VecDeque<StateChange<Node>>,
-    /// Since when the bus is idle, less what is credited to nodes that are off.
+    /// Start of the idle time, minus the part already credited to bus-off nodes.
     idle_since: Option<Timestamp>,
     /// Time of one bit.
     bit: Span,
@@ -34,12 +34,12 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
         Self { nodes, changes: VecDeque::new(), idle_since, bit }
     }
 
-    /// The next change of a state that was not told yet.
+    /// Takes the next change of state.
     pub(super) fn change(&mut self) -> Option<StateChange<Node>> {
         self.changes.pop_front()
     }
 
-    /// The counters of a node; zero for one that counts nothing.
+    /// Error counters of a node; zero if it does not count errors.
     pub(super) fn counters(&self, node: Node) -> ErrorCounters {
         let found = self.nodes.iter().find(|(of, _)| *of == node);
         found.map_or_else(Default::default, |(_, counters)| *counters)
@@ -49,23 +49,24 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
         self.counters(node).state()
     }
 
-    /// All that could hear a frame of `from` are off. Who has the bus to itself is heard by the record, as without faults.
+    /// Whether all possible receivers of a frame of `from` are bus-off. A node that is alone on its bus is received by
+    /// the record, as without faults.
     pub(super) fn nobody_hears(&self, from: Node) -> bool {
         let mut others = self.nodes.iter().filter(|(node, _)| *node != from).peekable();
         others.peek().is_some() && others.all(|(_, counters)| counters.state() == ErrorState::Off)
     }
 
-    /// Nobody wants to send.
+    /// The bus becomes idle.
     pub(super) fn idle_from(&mut self, now: Timestamp) {
         self.idle_since.get_or_insert(now);
     }
 
-    /// Somebody sends.
+    /// A node sends.
     pub(super) fn busy(&mut self) {
         self.idle_since = None;
     }
 
-    /// A frame of `from` is over: what each node counts. Its end is recessive for one sequence, too.
+    /// Counts the end of a frame of `from` at each node. The end itself is one recessive sequence.
     pub(super) fn count(&mut self, from: Node, destroyed: bool) {
         let Self { nodes, changes, .. } = self;
         for (node, counters) in nodes {
@@ -81,7 +82,7 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
         }
     }
 
-    /// The bus was idle until `now`, and may go on being so.
+    /// Credits the idle time until `now`; the bus may stay idle.
     pub(super) fn idle_until(&mut self, now: Timestamp) {
         let Self { nodes, changes, idle_since: Some(since), bit } = self else { return };
         let sequence = *bit * RECESSIVE_BITS;

@@ -1,4 +1,4 @@
-//! A serial line that is faulty: layers that bytes go through before they are on the line.
+//! A faulty serial line: layers that bytes pass before they are on the line.
 
 use super::uart;
 use super::{PACKETS_MAX, SerialLine};
@@ -8,12 +8,12 @@ use plan::faults::FaultKind;
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::{Span, Timestamp};
 
-/// The most bytes that one packet can become: faults that add double it.
+/// Most bytes that one packet can become: each fault that inserts bytes can double it.
 const GROWN_MAX: usize = 16 * BYTES_MAX;
 /// Bits of a byte of 8N1.
 const BITS_PER_BYTE: usize = 10;
 
-/// The faults of a line, in the order in which bytes go through them.
+/// Faults of a line, in the order in which bytes pass them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Faulty {
     layers: Vec<Layer>,
@@ -33,19 +33,18 @@ enum Effect {
     Burst(GilbertElliott),
     Duplicate(f64),
     Disconnect,
-    /// Until then.
+    /// Until this time.
     Stall(Timestamp),
     Flip(f64),
     Insert(f64),
-    /// Bits that the sender sends in the time of one.
+    /// Number of bits that the sender sends in the time of one.
     Drift(f64),
     Slip(f64),
     Repeat(f64),
 }
 
 impl SerialLine {
-    /// From now on the line is faulty in this way too. `number` is the fault's; `false`, and nothing done, for a
-    /// kind that is of no serial line.
+    /// Begins the fault `number` of the line. Returns `false`, with nothing done, for a kind that no serial line has.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
@@ -55,7 +54,7 @@ impl SerialLine {
     ) -> bool {
         let Some(effect) = Effect::of(now, kind) else { return false };
         if let Effect::Stall(until) = effect {
-            // What is under way stands in a buffer by then.
+            // By then the packets under way wait in a buffer.
             self.under_way.iter_mut().for_each(|(at, _)| *at = until.max(*at));
         }
         let acted =
@@ -65,7 +64,7 @@ impl SerialLine {
         true
     }
 
-    /// The fault of this number is over; what it did: bytes, packets for [`FaultKind::Stall`],
+    /// Ends the fault of this number; returns its count: bytes, or packets for [`FaultKind::Stall`],
     /// [`FaultKind::FramingSlip`] and [`FaultKind::Repeat`].
     pub fn end_fault(&mut self, number: usize) -> u64 {
         let Some(faulty) = &mut self.faulty else { return 0 };
@@ -77,12 +76,12 @@ impl SerialLine {
         acted
     }
 
-    /// What the fault of this number has done so far.
+    /// Count of the fault of this number so far.
     pub fn fault_acted(&self, number: usize) -> u64 {
         self.faulty.as_ref().map_or(0, |faulty| faulty.acted(number))
     }
 
-    /// Sends through the layers.
+    /// Sends a packet through the layers.
     #[cold]
     pub(super) fn send_faulty(&mut self, now: Timestamp, packet: Packet) {
         let Some(faulty) = &mut self.faulty else { return };
@@ -99,7 +98,7 @@ impl SerialLine {
             }
             layer.pass(&mut bytes);
         }
-        // What is lost has taken its time on the line, and so does what is added.
+        // Lost bytes have taken their time on the line, and so do inserted ones.
         let on_line = self.settings.time_for(packet.len().max(bytes.len()));
         let on_line = Span::from_secs_f64(on_line.as_secs_f64() / rate);
         self.busy_until = self.busy_until.max(now) + on_line;
@@ -165,7 +164,7 @@ fn thin(bytes: &mut Vec<u8>, acted: &mut u64, mut lost: impl FnMut() -> bool) {
     *acted += (before - bytes.len()) as u64;
 }
 
-/// What `more` gives for a byte stands before it.
+/// Inserts before each byte the one that `more` returns for it.
 fn grow(bytes: &mut Vec<u8>, acted: &mut u64, mut more: impl FnMut(u8) -> Option<u8>) {
     let mut grown = Vec::with_capacity(bytes.len());
     for byte in bytes.iter().copied() {
@@ -181,7 +180,7 @@ fn grow(bytes: &mut Vec<u8>, acted: &mut u64, mut more: impl FnMut(u8) -> Option
     *bytes = grown;
 }
 
-/// Counts packets that were read as something else.
+/// Counts packets that are read differently than sent.
 fn reread(bytes: &mut Vec<u8>, acted: &mut u64, read: impl Fn(&[u8]) -> Packet) {
     let heard: Vec<u8> =
         bytes.chunks(BYTES_MAX).flat_map(|sent| read(sent).as_slice().to_vec()).collect();

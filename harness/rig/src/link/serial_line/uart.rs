@@ -1,4 +1,4 @@
-//! What a UART makes of bits that it reads at the wrong place: 8 data bits, no parity, 1 stop bit.
+//! How a UART reads bits at the wrong time: 8 data bits, no parity, 1 stop bit.
 
 use wire::packet::Packet;
 
@@ -6,15 +6,15 @@ use wire::packet::Packet;
 const BITS_PER_BYTE: usize = 10;
 const DATA_BITS: usize = 8;
 
-/// Reads what `sent` puts on an idle line, from bit `from` on. `rate` is how many bits the sender sends in
-/// the time of one bit of the receiver. The receiver looks for an edge to 0, then samples each bit once, in
-/// its middle by its own clock, and drops a byte whose stop bit is 0.
+/// Reads what `sent` puts on an idle line, from bit `from` on. `rate` is the number of bits that the sender sends in
+/// one bit time of the receiver. The receiver waits for an edge to 0, samples each bit once, in its middle by its own
+/// clock, and drops a byte whose stop bit is 0.
 pub(super) fn read(sent: &[u8], rate: f64, from: usize) -> Packet {
     let bits = sent.len() * BITS_PER_BYTE;
     let level = |bit: usize| -> bool {
         let byte = sent.get(bit / BITS_PER_BYTE).copied().unwrap_or(0xff);
         match bit % BITS_PER_BYTE {
-            // Beyond the last byte the line is idle, which is 1.
+            // After the last byte the line is idle, which is 1.
             0 => bit >= bits,
             place @ 1..=DATA_BITS => byte >> (place - 1) & 1 == 1,
             _ => true,
@@ -33,10 +33,10 @@ pub(super) fn read(sent: &[u8], rate: f64, from: usize) -> Packet {
         let byte = (1..=DATA_BITS)
             .fold(0, |byte, place| byte | u8::from(sample(bit, place)) << (place - 1));
         if sample(bit, DATA_BITS + 1) {
-            // As many as were sent, at most: a byte takes nine bits and a half.
+            // At most as many as were sent: a byte takes nine and a half bits.
             read.push(byte);
         }
-        // In the middle of the stop bit it begins to look for the next edge.
+        // The receiver looks for the next edge from the middle of the stop bit on.
         bit = ((bit as f64 + (DATA_BITS as f64 + 1.5) * rate) as usize).max(bit + 1);
     }
     read

@@ -1,4 +1,4 @@
-//! What each fault of a bus does to frames, their times and the nodes' counters.
+//! Effect of each bus fault on frames, their times and the nodes' counters.
 
 use super::{CanBus, CanFrame, Chance, ErrorState, FaultKind, Span, StateChange, Timestamp};
 use wire::can::{BitRates, Id, StandardId};
@@ -37,7 +37,7 @@ fn at_ms(ms: i64) -> Timestamp {
     Timestamp::ZERO + Span::from_millis(ms)
 }
 
-/// Everything that comes through before `until`.
+/// All frames received until `until`.
 fn drain(bus: &mut CanBus<Node>, until: Timestamp) -> Vec<(Timestamp, Node, CanFrame)> {
     let mut heard = Vec::new();
     while bus.next_arrival() <= until {
@@ -49,7 +49,7 @@ fn drain(bus: &mut CanBus<Node>, until: Timestamp) -> Vec<(Timestamp, Node, CanF
     heard
 }
 
-/// The base sends `count` frames, one a millisecond.
+/// The base sends `count` frames, one per millisecond.
 fn through(bus: &mut CanBus<Node>, count: i64) -> Vec<(Timestamp, Node, CanFrame)> {
     let mut heard = Vec::new();
     for ms in 0..count {
@@ -173,7 +173,7 @@ fn a_wrong_bit_costs_an_error_frame_and_another_attempt() {
     let mut bus = faulty(FaultKind::BitErrors { bit_error_rate: 0.0005 });
     let heard = through(&mut bus, 500);
     assert_eq!(of(&heard, Node::Base), (0..500).collect::<Vec<_>>(), "in order, and none is lost");
-    // 1 - (1 - 0.0005)^111 = 5.4 % of the attempts; from 11 % on the counter would only rise.
+    // 1 - (1 - 0.0005)^111 = 5.4 % of the attempts; above 11 % the counter would only rise.
     let errors = bus.end_fault(at_ms(700), 5);
     assert!((15..45).contains(&errors), "{errors}");
     assert!(

@@ -1,10 +1,9 @@
-//! What each fault of a serial line does to bytes and their times.
+//! Effect of each fault of a serial line on bytes and their times.
 
 use super::{Chance, FaultKind, Packet, SerialLine, Span, Timestamp};
 use wire::serial::SerialSettings;
 
-/// Sends `count` packets of these bytes, one a second, through one fault; what comes through, and what the
-/// fault counted.
+/// Sends `count` packets of these bytes, one per second, through one fault; returns what arrives and the fault's count.
 fn through(kind: FaultKind, sent: &[u8], count: i64) -> (Vec<(Timestamp, Vec<u8>)>, u64) {
     let mut line = SerialLine::new(SerialSettings::new_8n1(9_600));
     assert!(line.begin_fault(Timestamp::ZERO, 3, &kind, Chance::new(7, "3")));
@@ -42,7 +41,7 @@ fn losses_have_their_share_and_are_counted() {
     ] {
         let (heard, acted) = through(kind, &[0x5a; 10], 1_000);
         assert_eq!(bytes(&heard) as u64 + acted, 10_000);
-        // Standard deviation of a binomial count: 30; of bursts somewhat more.
+        // Standard deviation of a binomial count: 30; for bursts somewhat more.
         assert!((acted as f64 - expected).abs() < 200.0, "{} {acted}", kind.name());
     }
 }
