@@ -103,6 +103,9 @@ pub struct CaseResult {
     /// ok, or it refused or aborted a mission. Used by envelopes, whose journals store it beside the result.
     #[serde(skip)]
     pub announced: bool,
+    /// Whether the run stopped at a violation, before its end. Then only this violation is known.
+    #[serde(skip)]
+    pub stopped: bool,
 }
 
 impl CaseResult {

@@ -10,6 +10,11 @@ pub trait Executor: Sync {
     /// Carries out `case`.
     fn execute(&self, case: &Case) -> CaseResult;
 
+    /// Executes `case` to find out whether it breaks `property`. The run may [stop](CaseResult::stopped) as soon as it does.
+    fn execute_until(&self, case: &Case, _property: &str) -> CaseResult {
+        self.execute(case)
+    }
+
     /// Duration of the plan without faults, and the result of one such run. Zero for an executor without a plan.
     fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
         (Span::ZERO, self.execute(&Case { seed, ..Case::default() }))

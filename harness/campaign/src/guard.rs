@@ -43,6 +43,12 @@ impl<E: Executor> Executor for Guarded<'_, E> {
         result
     }
 
+    fn execute_until(&self, case: &Case, property: &str) -> CaseResult {
+        let result = caught(|| self.0.execute_until(case, property), |panicked| panicked);
+        self.0.kept(case);
+        result
+    }
+
     fn takes(&self, case: &Case) -> bool {
         self.0.takes(case)
     }

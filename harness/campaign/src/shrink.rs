@@ -47,9 +47,14 @@ pub fn shrink(
             shrinker.rounder(index);
         }
         if shrinker.best.case == before || shrinker.is_spent() {
-            return shrinker.best;
+            break;
         }
     }
+    let mut best = shrinker.best;
+    if best.result.stopped {
+        best.result = executor.execute(&best.case);
+    }
+    best
 }
 
 struct Shrinker<'a, E> {
@@ -76,7 +81,7 @@ impl<E: Executor> Shrinker<'_, E> {
             return false;
         }
         self.best.executions += 1;
-        let result = self.executor.execute(&case);
+        let result = self.executor.execute_until(&case, self.property);
         if !result.breaks(self.property) {
             return false;
         }

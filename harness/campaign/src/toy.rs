@@ -93,6 +93,7 @@ impl Executor for Toy {
             margins: [("held".to_owned(), margin.min(1.0))].into(),
             reached: [format!("{}-faults", case.schedule.faults.len())].into(),
             announced: false,
+            stopped: false,
         }
     }
 }

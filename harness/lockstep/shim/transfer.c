@@ -137,6 +137,37 @@ EXPORT ssize_t recvmsg(int fd, struct msghdr *message, int flags) {
     return await(fd, POLLIN, flags & MSG_DONTWAIT) ? REAL(recvmsg)(fd, message, flags) : -1;
 }
 
+// On a CAN socket, one message after the other. The time limit ends the call between two messages, as in the kernel.
+EXPORT int recvmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags, struct timespec *limit) {
+    if (kind_of(fd) != FD_CAN) {
+        return await(fd, POLLIN, flags & MSG_DONTWAIT) ? REAL(recvmmsg)(fd, messages, count, flags, limit) : -1;
+    }
+    int64_t until = limit ? clock_ns(CLOCK_MONOTONIC) + nanos(limit) : INT64_MAX;
+    unsigned done = 0;
+    while (done < count) {
+        int how = flags & ~MSG_WAITFORONE;
+        if (done && flags & MSG_WAITFORONE) how |= MSG_DONTWAIT;
+        ssize_t size = can_receive(fd, descriptor(fd), &messages[done].msg_hdr, how);
+        if (size < 0) break;
+        messages[done++].msg_len = (unsigned)size;
+        if (clock_ns(CLOCK_MONOTONIC) >= until) break;
+    }
+    return done || !count ? (int)done : -1;
+}
+
+EXPORT int sendmmsg(int fd, struct mmsghdr *messages, unsigned count, int flags) {
+    if (kind_of(fd) != FD_CAN) {
+        return await(fd, POLLOUT, flags & MSG_DONTWAIT) ? REAL(sendmmsg)(fd, messages, count, flags) : -1;
+    }
+    unsigned done = 0;
+    while (done < count) {
+        ssize_t size = can_send(fd, descriptor(fd), &messages[done].msg_hdr, flags);
+        if (size < 0) break;
+        messages[done++].msg_len = (unsigned)size;
+    }
+    return done || !count ? (int)done : -1;
+}
+
 EXPORT ssize_t sendmsg(int fd, const struct msghdr *message, int flags) {
     if (kind_of(fd) == FD_CAN) return can_send(fd, descriptor(fd), message, flags);
     return await(fd, POLLOUT, flags & MSG_DONTWAIT) ? REAL(sendmsg)(fd, message, flags) : -1;

@@ -30,6 +30,7 @@ pub mod build;
 pub mod by_hand;
 mod conversation;
 pub mod crossing;
+mod deliver;
 pub mod director;
 pub mod engine;
 pub mod faults;

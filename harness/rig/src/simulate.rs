@@ -7,7 +7,6 @@
 use super::Rig;
 use super::director::Director;
 use super::faults::Faults;
-use super::line::EndId;
 use super::node::Part;
 use super::stream::Stream;
 use super::touched::Touched;
@@ -19,7 +18,6 @@ use plan::PhaseEvent;
 use record::outcome::Outcome;
 use record::sink::RecordSink;
 use record::{Device, FaultSummary, Progress, Record, RecordKind};
-use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// Most rounds of transmission at one instant; more means that two devices answer each other endlessly.
@@ -247,7 +245,7 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    fn broke(&mut self, why: &str) {
+    pub(super) fn broke(&mut self, why: &str) {
         self.director.engine.broke(self.now, why);
         self.touched.0 |= Touched::PLAN;
     }
@@ -277,80 +275,6 @@ impl<C: Crossing> Simulation<C> {
         let Self { faults: Some(faults), now, rig, watch, .. } = self else { return };
         if faults.record_confinement(*now, rig, sink) {
             see(watch, *now, &Seen::BusOff);
-        }
-    }
-
-    /// Delivers what has arrived through the lines, after the crossing.
-    pub(super) fn deliver(&mut self, sink: &mut impl RecordSink) {
-        let now = self.now;
-        for line in 0..self.rig.lines.len() {
-            if self.rig.lines[line].next_arrival() > now {
-                continue;
-            }
-            while let Some((from, mut what)) = self.rig.lines[line].arrived(now) {
-                self.carried(line, from, &mut what, |simulation, what| {
-                    simulation.delivered(sink, line, from, what);
-                });
-            }
-        }
-    }
-
-    /// Delivers what has arrived through a line, as it comes out of the crossing.
-    #[inline]
-    pub(super) fn carried(
-        &mut self,
-        line: usize,
-        from: EndId,
-        what: &mut Transmit,
-        mut deliver: impl FnMut(&mut Self, &Transmit),
-    ) {
-        let mut came = self.crossing.carry(self.now, line, from.place(), what);
-        while came {
-            deliver(self, what);
-            came = self.crossing.more().map(|more| *what = more).is_some();
-        }
-        if let Some(failure) = self.crossing.failure() {
-            self.broke(&failure.to_string());
-        }
-    }
-
-    #[inline]
-    pub(super) fn delivered(
-        &mut self,
-        sink: &mut impl RecordSink,
-        line: usize,
-        from: EndId,
-        what: &Transmit,
-    ) {
-        let Self { now, rig, director, touched, watch, .. } = self;
-        let (now, who) = (*now, rig.lines[line].who(from));
-        match what {
-            Transmit::Bytes(packet) => sink.bytes(now, who, packet.as_slice()),
-            Transmit::Frame(frame) => sink.frame(now, who, *frame),
-        }
-        if let Some(watch) = watch {
-            match (what, who) {
-                (Transmit::Bytes(packet), Device::Gyro) => {
-                    watch.see(now, &Seen::GyroBytes(packet.as_slice()));
-                }
-                (Transmit::Bytes(packet), Device::Base) => {
-                    watch.see(now, &Seen::BaseBytes(packet.as_slice()));
-                }
-                (Transmit::Frame(frame), Device::Base | Device::Plan) => {
-                    watch.see(now, &Seen::BaseFrame(frame));
-                }
-                _ => {}
-            }
-        }
-        rig.hand_over(now, line, from, what, |node| touched.node(node));
-        rig.read((line, from), what, |speaker, decoded| {
-            director.engine.message(now, speaker, &decoded);
-            touched.0 |= Touched::PLAN;
-            see(watch, now, &Seen::Message { speaker, decoded });
-        });
-        if let (Device::Table, Transmit::Bytes(packet)) = (who, what) {
-            director.hear_table(now, packet.as_slice());
-            touched.0 |= Touched::PLAN;
         }
     }
 

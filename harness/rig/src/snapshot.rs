@@ -12,6 +12,7 @@ use super::simulate::Simulation;
 use crate::crossing::Crossing;
 use crate::engine::Action;
 use plan::faults::Schedule;
+use record::Violation;
 use record::sink::RecordSink;
 use wire::time::Timestamp;
 
@@ -66,6 +67,11 @@ impl<C: Crossing> Simulation<C> {
     /// The time of the last event.
     pub const fn now(&self) -> Timestamp {
         self.now
+    }
+
+    /// The violation of `property`, if its monitor has found one.
+    pub fn broken(&self, property: &str) -> Option<(&str, &Violation)> {
+        self.watch.as_ref()?.broken().find(|(name, _)| *name == property)
     }
 
     /// When the first fault of `schedule` begins, as far as the phases up to now tell.

@@ -4,8 +4,8 @@ use super::bench::Carrier;
 use crate::engine::Action;
 use judge::properties::{Monitor, Seen, TRUTH_PERIOD, Truth};
 use plan::Order;
-use record::RecordKind;
 use record::sink::RecordSink;
+use record::{RecordKind, Violation};
 use wire::time::Timestamp;
 
 /// A monitor, and when it last saw the truth.
@@ -24,9 +24,14 @@ impl Watch {
         self.monitor
     }
 
+    /// The properties that do not hold so far, each with its first violation.
+    pub fn broken(&self) -> impl Iterator<Item = (&str, &Violation)> {
+        self.monitor.broken()
+    }
+
     /// Reports violated properties to `sink`.
     pub fn tell(&self, sink: &mut impl RecordSink) {
-        for (name, violation) in self.monitor.broken() {
+        for (name, violation) in self.broken() {
             sink.broken(name, violation);
         }
     }

@@ -137,7 +137,7 @@ impl Underway<Memory> {
         Self { simulation, made: self.made }
     }
 
-    fn run_before(&mut self, until: Timestamp) -> bool {
+    pub(super) fn run_before(&mut self, until: Timestamp) -> bool {
         let Self { simulation, made } = self;
         simulation.run_before(until, &mut NullSink, &mut |action| action.keep_in(made))
     }
@@ -159,9 +159,10 @@ mod tests {
     use crate::campaign::{Case, Executor as _, Random, Search as _, Space};
     use crate::executors::Simulated;
     use crate::executors::simulated::struck;
-    use crate::plan::Plan;
+    use crate::plan::{Plan, Property};
     use crate::record::sink::{Level, MemorySink};
     use crate::run::{Prepared, Underway, simulate_watched};
+    use plan::Always;
     use plan::made::Made;
     use rig::crossing::Memory;
     use rig::operator::Answers;
@@ -217,6 +218,27 @@ mod tests {
             assert_eq!(format!("{run:?}"), format!("{whole:?}"), "{case:?}");
         }
         assert!(later > 50, "{later} began late");
+    }
+
+    #[test]
+    fn a_case_that_stops_at_a_violation_tells_the_same_of_it() {
+        // A bound so tight that faults of the gyro break it.
+        let mut prepared = lap();
+        let tight = Always::FreshHeading { age_max: Some(Span::from_millis(60)) };
+        Arc::make_mut(&mut prepared.plan).properties = vec![Property::Always(tight)];
+        let executor = Simulated::new(prepared.clone(), Answers::default());
+        let mut stopped = 0;
+        for case in cases(&prepared, 60) {
+            let whole = executor.execute(&case);
+            for violated in &whole.violated {
+                let until = executor.execute_until(&case, &violated.property);
+                stopped += usize::from(until.stopped);
+                assert!(until.violated.contains(violated), "{until:?} of {whole:?}");
+            }
+            let held = executor.execute_until(&case, "not judged");
+            assert_eq!(held, whole, "{case:?}");
+        }
+        assert!(stopped > 0, "nothing broke early");
     }
 
     #[test]

@@ -14,6 +14,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
+/// How often a run looks whether a property is broken, in bench time.
+const LOOK_EVERY: Span = Span::from_secs(1);
+
 /// Runs cases in virtual time on emulated devices, with every byte and frame carried; nothing is recorded.
 #[derive(Debug, Clone)]
 pub struct Simulated {
@@ -48,13 +51,15 @@ impl Simulated {
                 simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true)
             }
         };
-        let result = if self.must_pass {
-            let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
-            passes::result(&run, &measurements, judged)
-        } else {
-            result(&prepared, &run)
-        };
-        (run.end - Timestamp::ZERO, result)
+        (run.end - Timestamp::ZERO, self.result(&prepared, &run))
+    }
+
+    fn result(&self, prepared: &Prepared, run: &run::Simulated) -> CaseResult {
+        if !self.must_pass {
+            return result(prepared, run);
+        }
+        let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+        passes::result(run, &measurements, judged)
     }
 
     /// The run of `case` shortly before its first fault, if it can go on from a snapshot.
@@ -95,6 +100,7 @@ pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
         repeated: BTreeMap::new(),
         passed: run.ending.outcome.max(judged) == Outcome::Passed,
         announced: run.announced,
+        stopped: false,
     }
 }
 
@@ -110,6 +116,24 @@ fn violated(verdict: &PropertyVerdict) -> Option<Violated> {
 impl Executor for Simulated {
     fn execute(&self, case: &Case) -> CaseResult {
         self.run(case).1
+    }
+
+    fn execute_until(&self, case: &Case, property: &str) -> CaseResult {
+        let Some(mut underway) = self.beginning(case) else { return self.execute(case) };
+        let mut until = underway.simulation.now();
+        loop {
+            if let Some((name, violation)) = underway.simulation.broken(property) {
+                let (at_s, what) = (violation.at.as_secs_f64(), violation.what.clone());
+                let violated = vec![Violated { property: name.to_owned(), at_s, what }];
+                let outcome = Outcome::Aborted.name();
+                return CaseResult { violated, stopped: true, ..CaseResult::ended(outcome) };
+            }
+            until += LOOK_EVERY;
+            if !underway.run_before(until) {
+                let run = underway.to_end(&mut NullSink);
+                return self.result(&struck(&self.prepared, case), &run);
+            }
+        }
     }
 
     fn without_faults(&self, seed: u64) -> (Span, CaseResult) {

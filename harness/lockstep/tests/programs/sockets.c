@@ -62,6 +62,25 @@ static int ask(int fd, unsigned opcode, unsigned flags, unsigned id, unsigned co
     return write(fd, &asked, size) == (ssize_t)size ? 0 : errno;
 }
 
+static int send_many(int fd, struct mmsghdr *messages, unsigned count) {
+    int done = sendmmsg(fd, messages, count, 0);
+    if (done >= 0 || errno != ENOSYS) return done;
+    for (done = 0; done < (int)count && sendmsg(fd, &messages[done].msg_hdr, 0) > 0;) done++;
+    return done;
+}
+
+static int receive_many(int fd, struct mmsghdr *messages, unsigned count, int flags) {
+    int done = recvmmsg(fd, messages, count, flags, NULL);
+    if (done >= 0 || errno != ENOSYS) return done;
+    // A static program falls back, as it would on a kernel without the call.
+    for (done = 0; done < (int)count; done++) {
+        ssize_t size = recvmsg(fd, &messages[done].msg_hdr, done ? MSG_DONTWAIT : 0);
+        if (size < 0) break;
+        messages[done].msg_len = (unsigned)size;
+    }
+    return done;
+}
+
 int main(void) {
     out = fopen("/dev/ttyHIL0", "r+");
     if (!out) return 1;
@@ -109,5 +128,19 @@ int main(void) {
     }
     fprintf(out, "\n");
     heard("rest", all);
+
+    struct can_frame sent[2] = {{.can_id = 0x400}, {.can_id = 0x401}}, got[3];
+    struct mmsghdr messages[3];
+    memset(messages, 0, sizeof messages);
+    struct iovec parts[3];
+    for (int i = 0; i < 3; i++) {
+        parts[i] = i < 2 ? (struct iovec){&sent[i], sizeof sent[i]} : (struct iovec){&got[i], sizeof got[i]};
+        messages[i].msg_hdr = (struct msghdr){.msg_iov = &parts[i], .msg_iovlen = 1};
+    }
+    fprintf(out, "many: %d", send_many(one, messages, 2));
+    for (int i = 0; i < 3; i++) parts[i] = (struct iovec){&got[i], sizeof got[i]};
+    // Two wait; a third is not waited for.
+    fprintf(out, " %d", receive_many(all, messages, 3, MSG_WAITFORONE));
+    fprintf(out, " %x:%u %x:%u\n", got[0].can_id, messages[0].msg_len, got[1].can_id, messages[1].msg_len);
     return 0;
 }
