@@ -141,7 +141,7 @@ impl<C: Crossing> Underway<C> {
     }
 
     /// Runs from where it stands to the end of the plan.
-    pub(crate) fn to_end(mut self, sink: &mut impl RecordSink) -> Simulated {
+    pub(crate) fn into_end(mut self, sink: &mut impl RecordSink) -> Simulated {
         let keep = &mut |action: &_| Action::keep_in(action, &mut self.made);
         let end = self.simulation.go_on(sink, keep, &mut |_| true);
         self.ended(end, sink)

@@ -211,7 +211,7 @@ mod tests {
             let of_case = (case.seed, &case.schedule);
             let Some(underway) = beginnings.before(&prepared, of_case, &answers) else { continue };
             later += usize::from(underway.simulation.now() > Timestamp::ZERO + Span::from_secs(5));
-            let run = underway.to_end(&mut super::NullSink);
+            let run = underway.into_end(&mut super::NullSink);
             let struck = struck(&prepared, &case);
             let whole =
                 simulate_watched(&struck, case.seed, &answers, &mut super::NullSink, &mut |_| true);

@@ -46,7 +46,7 @@ impl Simulated {
     fn run(&self, case: &Case) -> (Span, CaseResult) {
         let prepared = struck(&self.prepared, case);
         let run = match self.beginning(case) {
-            Some(underway) => underway.to_end(&mut NullSink),
+            Some(underway) => underway.into_end(&mut NullSink),
             None => {
                 simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true)
             }
@@ -130,7 +130,7 @@ impl Executor for Simulated {
             }
             until += LOOK_EVERY;
             if !underway.run_before(until) {
-                let run = underway.to_end(&mut NullSink);
+                let run = underway.into_end(&mut NullSink);
                 return self.result(&struck(&self.prepared, case), &run);
             }
         }
