@@ -47,6 +47,11 @@ fn guide(name: &str) -> Guide {
 /// Runs a guide from top to end; an error names its location.
 fn followed(guide: &Guide) -> Result<(), String> {
     let mut session = Session::new();
+    // The guest with a CAN kernel is slow. Runs that need no bus were followed outside of it.
+    let only_can = std::env::var_os("HIL_TESTS_ONLY_CAN").is_some();
+    let needs_no_bus = |needs: Needs, line: &str| {
+        needs != Needs::Can && (line.starts_with("hil run ") || line.starts_with("hil campaign "))
+    };
     for block in &guide.blocks {
         match block {
             Block::File { path, text } => session.write(path, text),
@@ -55,6 +60,9 @@ fn followed(guide: &Guide) -> Result<(), String> {
                     continue;
                 }
                 for command in commands {
+                    if only_can && needs_no_bus(*needs, &command.line) {
+                        continue;
+                    }
                     let at = format!("{}:{}: $ {}", guide.name, command.at, command.line);
                     session.run(*needs, command).map_err(|wrong| format!("{at}\n{wrong}"))?;
                 }
