@@ -11,3 +11,4 @@ pub mod import;
 pub mod project;
 pub mod replay;
 pub mod schema;
+mod who;

@@ -4,7 +4,7 @@
 //! * [`at_ports`]: rigs of which some nodes are at ports of the system.
 //! * [`attached`]: a device under test that runs already. [`process`]: one that is started here.
 //! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: where the lines of a running rig are, for
-//!   programs beside it.
+//!   programs beside it. [`lease`]: who has a bench.
 //! * [`crossing`]: lines in virtual time that cross the kernel.
 //! * `program` (feature `programs`): programs under test in virtual time.
 
@@ -18,6 +18,7 @@ pub mod attached;
 pub mod command;
 pub mod crossing;
 pub mod emulation;
+pub mod lease;
 pub mod lines;
 pub mod process;
 #[cfg(feature = "programs")]

@@ -8,6 +8,7 @@
 //! | waiting for a condition | [`CONDITION_LIMIT`] |
 //! | waiting for a reaction | [`REACTION_LIMIT`] |
 //! | what a person does on a bench, each value of a sweep included | [`PERSON_LIMIT`] |
+//! | a command of the bench | [`COMMAND_S_MAX`](super::bench_file::COMMAND_S_MAX), which is the most that a bench file may allow, + [`SLACK`] |
 //! | settings and fits | [`SLACK`] |
 //! | repeat, sweep | the repetitions' limits, or their period where that is longer, + [`SLACK`] |
 

@@ -27,6 +27,7 @@ mod findings;
 mod identify;
 mod import;
 mod interrupt;
+mod lease;
 mod list;
 mod listed;
 mod live;

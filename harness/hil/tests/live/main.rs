@@ -6,8 +6,10 @@
 //! * [`by_hand`]: what a person does where devices are real.
 //! * [`campaign`]: cases on a bench.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
+//! * [`commands`]: what a bench does by commands of its own.
 //! * [`faults`]: what goes wrong on purpose, and properties.
 //! * [`late`]: devices that answer late.
+//! * [`lease`]: benches that people share.
 //! * [`ports`]: ports that come and go.
 //! * [`table`]: an emulated table on a port.
 //! * [`wrong`]: what is wired or set wrong.
@@ -19,8 +21,10 @@ mod beside;
 mod by_hand;
 mod campaign;
 mod can;
+mod commands;
 mod faults;
 mod late;
+mod lease;
 mod own_device;
 mod ports;
 mod table;

@@ -1,14 +1,16 @@
 //! Where and how a plan is run in real time, and what that bench shows and lets be struck.
 
+use super::bench_work::{BenchWork, NoCommand};
 use super::device_under_test::{DeviceUnderTest, StartError};
 use super::placement::{Placement, Player};
 use super::programs::Program;
 use super::realtime::Scheduling;
 use judge::properties::{Sight, View};
-use plan::DEVICE;
 use plan::faults::{Fault, FaultKind, Schedule, Target};
+use plan::{DEVICE, Plan};
 use ports::{PortError, PortSpec};
 use std::fmt;
+use std::path::PathBuf;
 use wire::time::Span;
 
 /// Why a live run cannot begin.
@@ -22,6 +24,18 @@ pub enum LiveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Start(#[from] StartError),
+    /// The bench's own commands did not set it up.
+    #[error("failed to set the bench up: {why}")]
+    #[diagnostic(help("what its commands wrote is in {}", folder.display()))]
+    Setup {
+        /// Why.
+        why: String,
+        /// Where that is kept.
+        folder: PathBuf,
+    },
+    /// Somebody wanted it to end before it began.
+    #[error("stopped by request before the run began")]
+    Stopped,
     /// No runtime for the select loop.
     #[error("failed to start the event loop")]
     #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
@@ -43,6 +57,19 @@ pub struct OutOfReach {
     pub help: String,
 }
 
+/// What of a plan this bench cannot do: bad input, as it is known before the run.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+pub enum Unfit {
+    /// A fault cannot be injected.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Fault(#[from] OutOfReach),
+    /// A command is missing.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Command(#[from] NoCommand),
+}
+
 /// Where and how a plan is run in real time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
@@ -52,6 +79,8 @@ pub struct Setting {
     pub programs: Vec<Program>,
     /// Where its devices are.
     pub site: Site,
+    /// What the bench does by commands of its own.
+    pub work: BenchWork,
     /// How long an attached device under test may take until it is heard.
     pub attach_max: Span,
     /// How late the harness may be with anything.
@@ -124,6 +153,16 @@ impl Setting {
     /// Where the base is.
     pub(super) fn base_port(&self) -> Option<&PortSpec> {
         self.site.player("base").map(Player::spec)
+    }
+
+    /// Can everything that `plan` asks for be done here?
+    ///
+    /// # Errors
+    ///
+    /// The first thing that cannot.
+    pub fn fits(&self, plan: &Plan) -> Result<(), Unfit> {
+        self.reaches(&plan.faults)?;
+        Ok(self.work.check(plan)?)
     }
 
     /// Can every fault of `schedule` be injected here?
@@ -220,7 +259,7 @@ impl fmt::Display for Setting {
 
 #[cfg(test)]
 mod tests {
-    use super::{DeviceUnderTest, Placement, Scheduling, Setting, Site, Span};
+    use super::{BenchWork, DeviceUnderTest, Placement, Scheduling, Setting, Site, Span};
     use controller::config::Transport;
     use judge::properties::Property;
     use plan::bench_file::BenchFile;
@@ -235,6 +274,7 @@ mod tests {
             device_under_test,
             site: Site::Robot(Placement::new(&bench, transport, &can).unwrap(), Vec::new()),
             programs: Vec::new(),
+            work: BenchWork::of(&bench),
             attach_max: Span::ZERO,
             late_max: Span::ZERO,
             scheduling: Scheduling::Normal,

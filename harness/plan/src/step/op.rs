@@ -91,6 +91,8 @@ pub enum Order {
         /// How long it stays off.
         off: Span,
     },
+    /// Run the bench's command of this name.
+    Command(String),
     /// Tell a person something.
     Prompt {
         /// What is said.
