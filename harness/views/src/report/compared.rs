@@ -4,13 +4,13 @@ use super::against::Against;
 use super::collect::Collected;
 use super::frame::{Axis, Frame, SCALE};
 use super::marks::{band_texts, draw_bands, draw_marks};
+use super::observations::known;
 use super::observed::{Direction, Sample};
 use super::page::{document, section};
 use super::palette::{CCW, CW};
 use super::thin::{Point, extremes};
 use crate::console::Compared;
 use maud::{Markup, html};
-use plan::quantities;
 use plotters::element::PathElement;
 use plotters::style::Color;
 use record::Record;
@@ -105,7 +105,7 @@ fn table(judged: &[Compared]) -> Markup {
             table {
                 thead {
                     tr {
-                        th { "what" } th.number { "first" } th.number { "second" } th { "verdict" } th { "then" }
+                        th { "what" } th { "verdict" } th { "then" } th.number { "first" } th.number { "second" }
                         th.number { "moved by" }
                     }
                 }
@@ -113,9 +113,9 @@ fn table(judged: &[Compared]) -> Markup {
                     @for one in judged {
                         tr.(one.verdicts[1]) {
                             td { strong { (one.name) } }
-                            @for figure in &one.figures { td.number { (figure) } }
                             td { (one.verdicts[0]) }
                             td { @if one.differs() { span.verdict { (one.then()) } } @else { (one.then()) } }
+                            @for figure in &one.figures { td.number { (figure) } }
                             td.number { (one.moved.as_deref().unwrap_or_default()) }
                         }
                     }
@@ -123,13 +123,6 @@ fn table(judged: &[Compared]) -> Markup {
             }
         }
     }
-}
-
-/// A quantity that the plan does not judge, as the harness knows it.
-fn known(name: &str) -> Option<Quantity> {
-    let found = quantities::find(name)?;
-    let (unit, title) = (found.unit.to_owned(), found.doc.to_owned());
-    Some(Quantity { name: name.to_owned(), unit, title, ..Quantity::default() })
 }
 
 /// A quantity of both, over the axis that says most about the first.
@@ -153,7 +146,9 @@ fn figure(name: &str, both: [&[Sample]; 2], declared: Option<&Quantity>) -> Mark
                 samples.iter().map(|sample| (against.x(sample), sample.value)).collect();
             let points = extremes(&points, COLUMNS);
             if is_log {
-                chart.draw_series([PathElement::new(points, style.stroke_width(SCALE))])?;
+                // The first is broader, so that it is seen below the second.
+                let width = if mark.is_none() { 4 * SCALE } else { SCALE };
+                chart.draw_series([PathElement::new(points, style.stroke_width(width))])?;
             } else {
                 draw_marks(chart, points, mark, style.mix(0.7).filled())?;
             }
