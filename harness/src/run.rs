@@ -27,7 +27,7 @@ pub use rig_of::{RigError, load_description, load_recorded, load_rig, load_rig_n
 use crate::checks::judge_all;
 use crate::made::Made;
 use crate::observation::Observations;
-use crate::outcome::{Measurement, Outcome};
+use crate::outcome::{CommandSummary, Measurement, Outcome};
 use crate::properties::{Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
 use crate::record::reader::RecordError;
@@ -55,6 +55,8 @@ pub struct Simulated {
     pub made: Made,
     /// Number of items that the lines dropped for lack of room.
     pub dropped: u64,
+    /// Commands of the bench that the plan asked for.
+    pub commands: Vec<CommandSummary>,
     /// Summaries of the plan's faults.
     pub faults: Vec<FaultSummary>,
     /// Verdicts of the properties.
@@ -158,6 +160,7 @@ impl<C: Crossing> Underway<C> {
             observations,
             made,
             dropped: end.dropped,
+            commands: std::mem::take(&mut simulation.director.commands),
             faults: end.faults,
             properties: end.monitor.map(|monitor| monitor.verdicts(end.at)).unwrap_or_default(),
             unjudged: Vec::new(),

@@ -15,9 +15,9 @@ use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
 use described::Medium;
 use live::world::{
-    ATTACH_MAX_DEFAULT, DeviceUnderTest, LATE_MAX_DEFAULT, LineSite, LiveEnd, LiveError, LiveWorld,
-    OutOfReach, Placement, PlacementError, Player, Program, Scheduling, Setting, Site, line_port,
-    player, usual_port,
+    ATTACH_MAX_DEFAULT, BenchWork, DeviceUnderTest, LATE_MAX_DEFAULT, LineSite, LiveEnd, LiveError,
+    LiveWorld, Placement, PlacementError, Player, Program, Scheduling, Setting, Site, Unfit,
+    line_port, player, usual_port,
 };
 use rig::bench::base_transport;
 use rig::engine::{Action, Engine};
@@ -41,10 +41,10 @@ pub enum LiveRunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Placement(#[from] PlacementError),
-    /// A fault of the plan cannot be injected on this bench.
+    /// What the plan asks for cannot be done there.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Fault(#[from] OutOfReach),
+    Unfit(#[from] Unfit),
 }
 
 /// Settings of a live run beyond plan and options.
@@ -99,6 +99,7 @@ impl LiveSetting<'_> {
         Ok(Setting {
             device_under_test,
             programs: programs(rig),
+            work: BenchWork::of(self.bench),
             site,
             attach_max: timing.attach_max.unwrap_or(ATTACH_MAX_DEFAULT),
             late_max: timing.late_max.unwrap_or(LATE_MAX_DEFAULT),
@@ -182,6 +183,8 @@ pub(crate) struct LiveRun {
     pub(crate) run: Simulated,
     pub(crate) timing: Timing,
     pub(crate) ports: Vec<PortSummary>,
+    /// Files that commands of the bench have written beside the record.
+    pub(crate) artifacts: Vec<String>,
 }
 
 /// Carries out a run; judges only the properties.
@@ -217,12 +220,13 @@ impl LiveRun {
             observations: engine.take_observations(),
             made,
             dropped: end.dropped,
+            commands: end.commands,
             faults: end.faults,
             properties: end.properties,
             unjudged: end.unjudged,
             announced: engine.has_announced(),
         };
-        Self { run, timing: end.timing, ports: end.ports }
+        Self { run, timing: end.timing, ports: end.ports, artifacts: end.artifacts }
     }
 }
 
@@ -256,7 +260,7 @@ pub fn run_live_to_folder_watched(
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
     let setting = setting.resolve(&prepared.rig)?;
-    setting.reaches(&prepared.plan.faults)?;
+    setting.fits(&prepared.plan)?;
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
     let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
@@ -276,5 +280,6 @@ pub fn run_live_to_folder_watched(
     if folder.file(DEVICE_LOG).is_file() {
         summary.artifacts.push(DEVICE_LOG.to_owned());
     }
+    summary.artifacts.extend(live.artifacts);
     Ok(keep(&folder, &header, summary, live.run))
 }

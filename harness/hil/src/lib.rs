@@ -12,3 +12,4 @@ pub mod import;
 pub mod project;
 pub mod replay;
 pub mod schema;
+mod who;

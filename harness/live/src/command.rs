@@ -3,7 +3,9 @@
 //! The command line is a list of words, the program first. `{gyro}` and `{base}` in a word stand for the ports of this
 //! run; a literal brace is doubled. No shell is involved, so nothing needs quoting.
 
+use rustix::fs::{Access, access};
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 /// Command line of our own controller, as in a bench file.
 pub const OUR_CONTROLLER: [&str; 5] =
@@ -47,6 +49,16 @@ pub fn fill<W: AsRef<str>>(
         return Err(CommandError::Empty);
     }
     words.iter().map(|word| fill_word(word.as_ref(), ports)).collect()
+}
+
+/// The program that a shell would start by that name or path; none where there is none that may be started.
+pub fn find(program: &Path) -> Option<PathBuf> {
+    let can_run = |path: &PathBuf| path.is_file() && access(path, Access::EXEC_OK).is_ok();
+    if program.components().count() > 1 {
+        return Some(program.to_owned()).filter(can_run);
+    }
+    let folders = std::env::var_os("PATH")?;
+    std::env::split_paths(&folders).map(|folder| folder.join(program)).find(can_run)
 }
 
 fn fill_word(word: &str, ports: &BTreeMap<String, String>) -> Result<String, CommandError> {

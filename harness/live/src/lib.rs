@@ -3,9 +3,9 @@
 //! * [`mod@world`]: the loop in real time, for a plan. [`emulation`]: the same for any controller (`hil emulate`).
 //! * [`at_ports`]: rigs with some nodes at ports of the system.
 //! * [`attached`]: a device under test that runs already. [`process`]: one that is started here.
-//! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: the ports of a running rig's
-//!   lines, for programs beside it.
-//! * [`crossing`]: lines in virtual time that go through the kernel.
+//! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: where the lines of a running rig are, for
+//!   programs beside it. [`lease`]: who has a bench.
+//! * [`crossing`]: lines in virtual time that cross the kernel.
 //! * `program` (feature `programs`): programs under test in virtual time.
 
 #![allow(
@@ -18,6 +18,7 @@ pub mod attached;
 pub mod command;
 pub mod crossing;
 pub mod emulation;
+pub mod lease;
 pub mod lines;
 pub mod process;
 #[cfg(feature = "programs")]

@@ -17,7 +17,9 @@
 //! A port that goes away is awaited as long as the plan's limits allow. Clock and select loop are the only ones in the
 //! harness.
 
+mod bench_work;
 mod clock;
+mod commands;
 mod device_under_test;
 mod eyes;
 mod flood;
@@ -37,6 +39,7 @@ mod talk;
 mod traffic;
 mod verdict;
 
+pub use bench_work::{BenchWork, NoCommand};
 #[cfg(feature = "programs")]
 pub use device_under_test::controller_words;
 pub use device_under_test::our_program;
@@ -49,13 +52,14 @@ pub use ports::{BASE, GYRO, PortPlan, PortPlans, TABLE, base_traffic};
 pub use programs::Program;
 pub use realtime::Scheduling;
 pub use role_port::Traffic;
-pub use setting::{LineSite, LiveError, OutOfReach, Setting, Site};
+pub use setting::{LineSite, LiveError, OutOfReach, Setting, Site, Unfit};
 pub use verdict::LiveEnd;
 
 use self::ports::Ports;
 use crate::lines;
 use ::ports::PortError;
 pub use clock::{Alarm, Clock, SPIN_MAX};
+use commands::Commands;
 use controller::config::Config;
 use device_under_test::{Heard, Running};
 use eyes::{Ear, Eyes};
@@ -68,7 +72,6 @@ use plan::Speaker;
 use programs::Programs;
 use record::Device;
 use record::Progress;
-use record::outcome::PortSide;
 use record::sink::RecordSink;
 use rig::Rig;
 use rig::director::Director;
@@ -118,6 +121,7 @@ enum Awaited {
     Due,
     Port(usize, PortEvent),
     Device(Heard),
+    Command(commands::Ended),
     Machine,
 }
 
@@ -186,6 +190,7 @@ impl LiveWorld {
         runtime.block_on(self.run_in_runtime(log, sink, keep, pulse))
     }
 
+    /// What the bench does before and after goes around the run, however that ends.
     async fn run_in_runtime(
         &mut self,
         log: &Path,
@@ -193,8 +198,37 @@ impl LiveWorld {
         keep: &mut impl FnMut(&Action),
         pulse: &mut impl FnMut(Progress) -> bool,
     ) -> Result<LiveEnd, LiveError> {
+        let mut commands = Commands::new(self.setting.work.clone(), log);
+        let mut ended = match self.set_up(&mut commands, sink, pulse).await {
+            Ok(()) => self.run_set_up((log, &mut commands), sink, keep, pulse).await,
+            Err(error) => Err(error),
+        };
+        let at = ended.as_ref().map_or(Timestamp::ZERO, |ended| ended.end);
+        let torn_down = self.tear_down(&mut commands, sink, at).await;
+        match (&mut ended, torn_down) {
+            (Ok(ended), torn_down) => {
+                ended.commands = std::mem::take(&mut self.director.commands);
+                ended.artifacts = commands.files().collect();
+                if let Err(why) = torn_down {
+                    ended.ending = verdict::blame_bench(ended.ending.clone(), &why);
+                }
+            }
+            (Err(_), Err(why)) => tracing::error!("after the run: {why}"),
+            (Err(_), Ok(())) => {}
+        }
+        ended
+    }
+
+    async fn run_set_up(
+        &mut self,
+        (log, commands): (&Path, &mut Commands),
+        sink: &mut impl RecordSink,
+        keep: &mut impl FnMut(&Action),
+        pulse: &mut impl FnMut(Progress) -> bool,
+    ) -> Result<LiveEnd, LiveError> {
         let mut ports = Ports::open(std::mem::take(&mut self.plans)).await?;
-        let _told = lines::Kept::or_warn(&ports.wiring()?.places);
+        commands.places = ports.wiring()?.places;
+        let _told = lines::Kept::or_warn(&commands.places);
         let clock = Clock::start();
         let (mut device, mut programs) = self.start(log, sink, &clock, &mut ports).await?;
         // Only now: programs would inherit the scheduling.
@@ -227,7 +261,8 @@ impl LiveWorld {
             self.wake(now);
             device.wake(&clock, now);
             machine.wake(now);
-            self.transmit(now, sink, keep, &mut device, &clock);
+            commands.wake(now);
+            self.transmit(now, sink, keep, (&mut device, commands), &clock);
             self.overhear(now, sink, &mut device);
             self.lateness.reach(self.course());
             if self.director.engine.is_ending() && !self.lateness.is_broken_off() {
@@ -238,13 +273,14 @@ impl LiveWorld {
                 break ending;
             }
             let due = self.next_due().min(device.next_wakeup()).min(pulse_at);
-            let due = due.min(machine.next_wakeup());
+            let due = due.min(machine.next_wakeup()).min(commands.next_wakeup());
             let due = due.min(until.unwrap_or(Timestamp::MAX));
             let awaited = tokio::select! {
                 rung = alarm.at(due) => rung.map(|()| Awaited::Due)?,
                 (place, event) = ports.next() => Awaited::Port(place, event),
                 heard = device.heard(&clock) => Awaited::Device(heard),
                 heard = programs.heard() => Awaited::Device(heard),
+                ended = commands.ended() => Awaited::Command(ended),
                 () = machine.arrives() => Awaited::Machine,
             };
             let then = clock.now();
@@ -255,6 +291,7 @@ impl LiveWorld {
                 Awaited::Due => {}
                 Awaited::Port(place, event) => self.hear(then, sink, &ports, place, event),
                 Awaited::Device(heard) => self.hear_device(then, sink, &device, heard),
+                Awaited::Command(ended) => self.hear_command(then, sink, &ended),
                 Awaited::Machine => self.lateness.add_machine(then, machine.arrived(then)),
             }
         };
@@ -276,8 +313,23 @@ impl LiveWorld {
         }
         device.end().await;
         programs.end().await;
+        if let Some(ended) = commands.end().await {
+            self.hear_command(end, sink, &ended);
+        }
         let ports = port_summaries;
-        Ok(LiveEnd { ending, end, events, timing, ports, dropped, faults, properties, unjudged })
+        Ok(LiveEnd {
+            ending,
+            end,
+            events,
+            timing,
+            ports,
+            commands: Vec::new(),
+            artifacts: Vec::new(),
+            dropped,
+            faults,
+            properties,
+            unjudged,
+        })
     }
 
     /// Starts the device under test. Meanwhile the ports are served: an emulated adapter must answer when it is opened.
@@ -318,46 +370,6 @@ impl LiveWorld {
         }
         look_up(&mut self.director.engine, now, sink, pulse);
         self.director.listen_to_operator(now, sink);
-    }
-
-    /// Takes an event of the device under test.
-    fn hear_device(
-        &mut self,
-        now: Timestamp,
-        sink: &mut impl RecordSink,
-        device: &Running,
-        heard: Heard,
-    ) {
-        match heard {
-            Heard::Report(_) if self.talk.floods(now) => {
-                self.director.engine.failed(now, &Talk::why());
-            }
-            Heard::Report(report) => {
-                if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
-                    eyes.report(now, &robot.bench.carrier, &report);
-                }
-                self.director.record_report(now, &mut self.rig, sink, &report);
-                self.director.engine.report(now, &report);
-            }
-            Heard::Nothing => {}
-            Heard::BadLine(what) => {
-                self.talk.misspoke();
-                if let Some(note) = self.journal.note(what) {
-                    traffic::note(sink, now, Device::Controller, note);
-                }
-            }
-            Heard::Note(what) => traffic::note(sink, now, Device::Controller, what),
-            Heard::Port(role, event) => {
-                let name = device.in_process().and_then(|here| here.port(role));
-                let name = name.map_or("", |port| port.name());
-                let whose = (role.into(), PortSide::Controller);
-                if let Some(note) = self.journal.take(now, whose, name, &event) {
-                    traffic::note(sink, now, Device::Controller, note);
-                }
-            }
-            Heard::Ended(how) => self.director.engine.lost_controller(now, &how),
-            Heard::NodeEnded(node, how) => self.director.engine.lost_node(now, &node, &how),
-        }
     }
 
     /// How the run ended, once the plan's last messages have left.

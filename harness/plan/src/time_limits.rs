@@ -7,7 +7,8 @@
 //! | lap | the same for each of its eight motions, + two absolute measurements |
 //! | waiting for a condition | [`CONDITION_LIMIT`] |
 //! | waiting for a reaction | [`REACTION_LIMIT`] |
-//! | actions of a person on a bench, including each value of a sweep | [`PERSON_LIMIT`] |
+//! | what a person does on a bench, each value of a sweep included | [`PERSON_LIMIT`] |
+//! | a command of the bench | [`COMMAND_S_MAX`](super::bench_file::COMMAND_S_MAX), which is the most that a bench file may allow, + [`SLACK`] |
 //! | settings and fits | [`SLACK`] |
 //! | repeat, sweep | the limits of the repetitions, or their period if longer, + [`SLACK`] |
 

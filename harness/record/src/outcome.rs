@@ -1,9 +1,11 @@
 //! The outcome of a run and the verdict on each declared measurement.
 
+mod commands;
 mod live;
 #[cfg(any(test, feature = "samples"))]
 pub mod samples;
 
+pub use commands::CommandSummary;
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 
 use crate::FaultSummary;
@@ -128,6 +130,9 @@ pub struct Summary {
     /// The ports of a run in real time.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub ports: Vec<PortSummary>,
+    /// Commands of the bench that the plan asked for, in the order in which it first did.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub commands: Vec<CommandSummary>,
     /// Results of the plan's faults; absent if it has none.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub faults: Vec<FaultSummary>,

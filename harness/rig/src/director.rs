@@ -10,6 +10,7 @@ use controller::mission::{Activity, Mission, Report};
 use identification::finding::Compensation;
 use plan::models;
 use plan::{Answer, Order, Send};
+use record::outcome::CommandSummary;
 use record::sink::{Level, RecordSink};
 use record::{Device, Record, RecordKind};
 use wire::device::{PortId, Transmit};
@@ -29,6 +30,8 @@ pub struct Director {
     pub operator: Operator,
     /// Roles that real devices play: a person carries out the orders to them.
     pub real: RealRoles,
+    /// Commands of the bench that the plan asked for.
+    pub commands: Vec<CommandSummary>,
     /// Faults of the person's answers.
     pub(super) slips: Slips,
     /// The measurement that a person is making.
@@ -43,6 +46,7 @@ impl Director {
             engine,
             operator,
             real: RealRoles::default(),
+            commands: Vec::new(),
             slips: Slips::default(),
             survey: None,
             table_answers: AnswerDecoder::new(),
@@ -56,6 +60,7 @@ impl Director {
             engine: self.engine.clone(),
             operator: self.operator.copied()?,
             real: self.real,
+            commands: self.commands.clone(),
             slips: self.slips.clone(),
             survey: self.survey.clone(),
             table_answers: self.table_answers.clone(),
@@ -166,11 +171,23 @@ impl Director {
                 }
                 return;
             }
+            Order::Command(name) => {
+                self.pass_over(now, sink, &name);
+                Ok(())
+            }
             Order::Prompt { .. } => return,
         };
         match done {
             Ok(()) => self.engine.answered(now),
             Err(why) => self.engine.broke(now, &why),
+        }
+    }
+
+    /// There is no bench that could do it; whoever has one does it before this is asked.
+    fn pass_over(&mut self, now: Timestamp, sink: &mut impl RecordSink, command: &str) {
+        if CommandSummary::passed_over(&mut self.commands, command) {
+            let note = format!("`{command}` was not run: in virtual time there is no bench");
+            sink.record(Record { at: now, device: Device::Plan, kind: RecordKind::Note(note) });
         }
     }
 

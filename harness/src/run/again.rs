@@ -147,6 +147,7 @@ pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        commands: Vec::new(),
         faults: Vec::new(),
         properties: Vec::new(),
     }

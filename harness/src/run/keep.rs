@@ -235,6 +235,7 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        commands: run.commands.clone(),
         faults: run.faults.clone(),
         properties: properties(prepared, run),
     };

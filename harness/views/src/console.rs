@@ -10,6 +10,7 @@ pub(crate) use campaign::tests::example;
 pub use campaign::{
     Again, campaign_json, campaign_table, envelope_table, envelopes_json, level_line,
 };
+pub(crate) use comparison::Compared;
 pub use comparison::comparison;
 pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};
 pub use seeds::{seeds_markdown, seeds_table};
@@ -151,6 +152,12 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
                 let (plan, name) = (printable(&summary.plan), printable(&property.name));
                 text += &format!("{plan}: {name} not judged: {}\n", printable(why));
             }
+        }
+    }
+    for summary in summaries {
+        for one in summary.commands.iter().filter(|one| one.times == 0) {
+            let (plan, name) = (printable(&summary.plan), printable(&one.name));
+            text += &format!("{plan}: `{name}` was not run: in virtual time there is no bench\n");
         }
     }
     text + &closing_line(summaries) + "\n"

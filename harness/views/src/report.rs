@@ -1,4 +1,4 @@
-//! `report.html`: a run on one page, a [`campaign`], or an [`identification`], for people.
+//! `report.html`: a run on one page, a [`campaign`], two runs [`compared`], or an [`identification`], for a person.
 //!
 //! The page is self-contained: no script, no request, light or dark like the reader's system, and printable. It is
 //! computed from the summary and the record only, so that it can be drawn again later.
@@ -9,6 +9,8 @@ mod against;
 mod bus_load;
 pub mod campaign;
 mod collect;
+mod commands;
+pub mod compared;
 mod decided;
 mod download;
 pub mod envelopes;

@@ -8,6 +8,7 @@ use record::outcome::Outcome;
 use record::run_folder::RunFolder;
 use std::path::PathBuf;
 use views::console::{Style, comparison};
+use views::report::compared::{Run, render};
 
 /// Compares two runs: verdicts and figures side by side, and the first event that differs.
 ///
@@ -20,13 +21,21 @@ pub(super) struct DiffArguments {
     /// Another.
     #[arg(value_name = "OTHER")]
     other: PathBuf,
+    /// Also write an HTML page with the verdicts side by side and the figures of both runs over one another.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
 
 impl DiffArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
         let (one, other) = (RunFolder::open(&self.one)?, RunFolder::open(&self.other)?);
         let (table, differing) = comparison(&one.summary()?, &other.summary()?, Style::of_stdout());
-        let records = match difference(&one, &other)? {
+        let difference = difference(&one, &other)?;
+        if let Some(page) = &self.html {
+            let text = self.page((&one, &other), difference.as_deref())?;
+            std::fs::write(page, text).map_err(|source| Failure::file(page, source))?;
+        }
+        let records = match difference {
             Some(what) => format!("first difference: {what}"),
             None => "the records are the same".to_owned(),
         };
@@ -37,5 +46,24 @@ impl DiffArguments {
         };
         say(&format!("{table}\n{records}\n{verdicts}\n"))?;
         Ok(if differing == 0 { Outcome::Passed } else { Outcome::Failed })
+    }
+
+    fn page(
+        &self,
+        (one, other): (&RunFolder, &RunFolder),
+        difference: Option<&str>,
+    ) -> Result<String, Failure> {
+        let names = [&self.one, &self.other].map(|path| path.display().to_string());
+        let (summaries, records) =
+            ([one.summary()?, other.summary()?], [one.records()?, other.records()?]);
+        let headers = [records[0].header().clone(), records[1].header().clone()];
+        let [first, second] = records;
+        let run = |at: usize, records| Run {
+            name: &names[at],
+            summary: &summaries[at],
+            header: &headers[at],
+            records,
+        };
+        Ok(render(run(0, first), run(1, second), difference))
     }
 }

@@ -10,12 +10,12 @@ use emulators::base::{BaseParameters, Wheel};
 use emulators::gyro::GyroParameters;
 use emulators::parameters::{Domain, ParameterInfo, Parameters};
 use emulators::table::TableParameters;
-use plan::Action;
 use plan::bench_file::{BenchFile, ROLES, Role};
 use plan::faults::{FaultKind, table as vocabulary};
 use plan::library::Kind;
 use plan::quantities::QUANTITIES;
 use plan::rig::RigFile;
+use plan::{Action, Name};
 use record::outcome::Outcome;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -208,22 +208,23 @@ fn rigs(project: &Path) -> Table {
 }
 
 fn benches(project: &Path) -> Table {
-    let mut table = table(["bench", "from", "gyro", "base", "table", "title"]);
+    let mut table = table(["bench", "from", "gyro", "base", "table", "commands", "title"]);
     for file in listed(project, Kind::Bench) {
-        let (players, title) = match file.source.parse::<BenchFile>() {
+        let (players, commands, title) = match file.source.parse::<BenchFile>() {
             Ok(bench) => {
                 let player = |role| match bench.role(role) {
                     Role::Real(port) => port.to_string(),
                     Role::Emulated(None) => "emulated".to_owned(),
                     Role::Emulated(Some(port)) => format!("emulated on {port}"),
                 };
-                (ROLES.map(player), bench.title)
+                let commands: Vec<&str> = bench.commands.keys().map(Name::as_str).collect();
+                (ROLES.map(player), commands.join(", "), bench.title)
             }
-            Err(error) => (ROLES.map(|_| String::new()), error.to_string()),
+            Err(error) => (ROLES.map(|_| String::new()), String::new(), error.to_string()),
         };
         let [gyro, base, turntable] = players;
         let name = file.path(project);
-        table.add_row([name, file.from.to_owned(), gyro, base, turntable, title]);
+        table.add_row([name, file.from.to_owned(), gyro, base, turntable, commands, title]);
     }
     table
 }
@@ -327,7 +328,10 @@ mod tests {
         }
         std::fs::create_dir(folder.path().join("benches")).unwrap();
         for (name, text) in [
-            ("benches/mine.toml", "title = \"By the window\"\n[gyro]\nport = \"/dev/ttyUSB0\"\n"),
+            (
+                "benches/mine.toml",
+                "title = \"By the window\"\n[gyro]\nport = \"/dev/ttyUSB0\"\n[command.flash]\nrun = [\"openocd\"]\n",
+            ),
             ("benches/bad.toml", "[gyro]\nprot = 1\n"),
             ("rigs/bad.toml", "lines = 3\n"),
         ] {

@@ -26,6 +26,7 @@ mod findings;
 mod identify;
 mod import;
 mod interrupt;
+mod lease;
 mod list;
 mod listed;
 mod live;

@@ -4,6 +4,7 @@ use super::EXIT_STATUSES;
 use super::build_server::SummaryArguments;
 use super::crossing;
 use super::failure::Failure;
+use super::live;
 use super::operator::OperatorArguments;
 use super::progress::Screen;
 use super::seeds;
@@ -91,6 +92,11 @@ impl RunArguments {
         let plans: Vec<&str> = self.plans.iter().map(String::as_str).collect();
         let prepared = prepare_all(&plans)?;
         self.setup.fits(&prepared)?;
+        if let Setup::Live(bench) = &setup {
+            for one in &prepared {
+                live::setting(one, bench)?.fits(&one.plan)?;
+            }
+        }
         let declared: Vec<&Plan> = prepared.iter().map(|one| &*one.plan).collect();
         let asked = declared.iter().copied();
         let (answers, person) = self.operator.collect(&setup, asked, screen)?;
@@ -131,6 +137,7 @@ impl RunArguments {
                 "leave out --clock and --bus, or --verify-determinism",
             ));
         }
+        let _lease = self.setup.lease(&setup, &|| false, screen)?;
         let level = if self.verify_determinism { Level::Full } else { self.record.into() };
         let summary = self.summary.clone();
         let seed = self.seed;

@@ -1,9 +1,12 @@
 //! The world that a plan runs in: clock, bus and device under test, and which of them go together.
 
 use super::failure::Failure;
+use super::lease;
+use super::progress::Screen;
 use clap::{Args, ValueEnum};
 use harness::hosted::{ControllerProgram, Hosting};
 use harness::run::Prepared;
+use live::lease::Lease;
 use plan::bench_file::BenchFile;
 use plan::rig::UnderTest;
 use rig::crossing::KernelBus;
@@ -89,6 +92,9 @@ pub(super) struct SetupArguments {
     /// it every device is emulated.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
+    /// How long to wait for a bench that somebody else uses, s.
+    #[arg(long, value_name = "S", requires = "bench", default_value_t = 0)]
+    wait: u32,
     /// Ask for real-time priority and locked memory; without the permission the run continues
     /// without them.
     #[arg(long)]
@@ -235,6 +241,25 @@ impl SetupArguments {
         Ok(())
     }
 
+    /// Takes the lease on the bench, where there is one.
+    ///
+    /// # Errors
+    ///
+    /// When somebody else uses it.
+    pub(super) fn lease(
+        &self,
+        setup: &Setup,
+        stopped: &dyn Fn() -> bool,
+        screen: &Screen,
+    ) -> Result<Option<Lease>, Failure> {
+        match (setup, &self.bench) {
+            (Setup::Live(live), Some(name)) => {
+                lease::take((name, &live.bench), self.wait, stopped, screen)
+            }
+            _ => Ok(None),
+        }
+    }
+
     /// Controller under test in virtual time.
     pub(super) fn hosting(&self) -> Hosting {
         Controller::hosting(self.controller.as_ref())
@@ -294,7 +319,8 @@ mod tests {
         controller: Option<&str>,
     ) -> Result<Setup, String> {
         let controller = controller.map(|text| text.parse().unwrap());
-        let arguments = SetupArguments { clock, bus, controller, bench: None, realtime: false };
+        let arguments =
+            SetupArguments { clock, bus, controller, bench: None, wait: 0, realtime: false };
         arguments.setup().map_err(|failure| failure.to_string())
     }
 
@@ -333,6 +359,7 @@ mod tests {
             bus: None,
             controller: None,
             bench: None,
+            wait: 0,
             realtime: false,
         };
         let with_bench = SetupArguments { bench: Some("mine.toml".to_owned()), ..plain.clone() };
@@ -348,6 +375,7 @@ mod tests {
             bus: None,
             controller: None,
             bench: Some("window.toml".to_owned()),
+            wait: 0,
             realtime: false,
         };
         assert_eq!(alone.bench_elsewhere().ok(), Some("window.toml"));

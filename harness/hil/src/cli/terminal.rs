@@ -1,12 +1,12 @@
 //! The person at the terminal. A thread reads the lines and may block; the harness must not.
 
 use super::progress::Screen;
+use crate::who;
 use harness::operator::{Line, Person};
 use std::io::{self, BufRead, IsTerminal, Read};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::SystemTime;
 
 /// Lines in the queue; further ones wait in the terminal itself.
 const LINES_MAX: usize = 16;
@@ -29,8 +29,8 @@ impl Terminal {
         if !(io::stdin().is_terminal() && io::stderr().is_terminal()) {
             return None;
         }
-        let user = || ["USER", "LOGNAME"].iter().find_map(|name| std::env::var(name).ok());
-        let name = name.map(str::to_owned).or_else(user).filter(|name| !name.trim().is_empty());
+        let name =
+            name.map(str::to_owned).or_else(who::user).filter(|name| !name.trim().is_empty());
         let name = name.unwrap_or_else(|| SOMEBODY.to_owned());
         Some(Self { screen: screen.clone(), name, lines: Arc::default() })
     }
@@ -38,13 +38,6 @@ impl Terminal {
     /// Returns the person's name.
     pub(super) fn name(&self) -> String {
         self.name.clone()
-    }
-
-    /// Seconds since 1970-01-01 00:00 UTC.
-    #[expect(clippy::disallowed_methods, reason = "the date of a reply, for the record alone")]
-    pub(super) fn unix_s(&self) -> Option<i64> {
-        let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).ok()?;
-        i64::try_from(since.as_secs()).ok()
     }
 
     fn next_line(&self) -> Line {
@@ -85,7 +78,7 @@ impl Person for Terminal {
     }
 
     fn unix_s(&self) -> Option<i64> {
-        Self::unix_s(self)
+        who::unix_s()
     }
 }
 

@@ -4,6 +4,7 @@ mod bench;
 
 use super::failure::Failure;
 use super::interrupt::Interrupt;
+use super::lease;
 use super::nats::{CredentialArguments, stop, teller};
 use super::progress::Screen;
 use bench::BenchHand;
@@ -11,6 +12,7 @@ use campaign::Executor;
 use campaign_nats::{Holder, Maker, Package, Place, Stopping, WorkerSettings, work};
 use clap::Args;
 use harness::executors::Simulated;
+use plan::bench_file::BenchFile;
 use record::outcome::Outcome;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -51,7 +53,7 @@ pub(super) struct WorkerArguments {
     /// Folder for the standard error of the bench's device under test. [default: runs/worker-BENCH]
     #[arg(long, value_name = "DIR", requires = "bench")]
     out: Option<PathBuf>,
-    /// How long to wait for a bench that another worker holds, s.
+    /// How long to wait for a bench that somebody else uses, s.
     #[arg(long, value_name = "S", requires = "bench", default_value_t = 0)]
     wait: u32,
     /// Show only errors.
@@ -92,6 +94,11 @@ impl WorkerArguments {
             None => Arc::new(virtually),
             Some(bench) => bench.maker(),
         };
+        let stopped = || interrupt.requested();
+        let lease = |name: &String| {
+            lease::take((name, &BenchFile::load(name)?), self.wait, &stopped, screen)
+        };
+        let _lease = self.bench.as_ref().map(lease).transpose()?;
         let worked = work(&server, &settings, maker, teller(screen), stop(&interrupt));
         // The error that stopped the case says more than its interruption.
         bench.map_or(Ok(()), |bench| bench.came_up())?;

@@ -2,7 +2,9 @@
 
 use super::finding::Finding;
 use super::plans;
+use crate::who::unix_s;
 use harness::run::Prepared;
+use live::lease::{self, Lease, Leased};
 use plan::bench_file::{AttachPlace, BenchFile, ControllerSection, Medium, PortText, ROLES, Role};
 use plan::rig::{RigLine, UnderTest};
 use wire::can::BitRates;
@@ -65,6 +67,10 @@ impl Needs {
                 let roles = plans::judge(name, &file, &prepared, &mut needs.findings);
                 needs.add(name, &file, &roles);
                 needs.add_lines(name, &file, &prepared);
+                needs.findings.extend(in_use(name, &file));
+                for (command, section) in &file.commands {
+                    needs.program(format!("command {command} of bench {name}"), &section.run);
+                }
             }
         }
         needs
@@ -137,4 +143,12 @@ impl Needs {
     pub(super) fn can(&self) -> Option<String> {
         super::finding::joined(self.ports_on(&[Medium::Can]).map(|need| need.by.as_str()))
     }
+}
+
+/// Somebody else has the bench.
+fn in_use(name: &str, bench: &BenchFile) -> Option<Finding> {
+    let taken = Lease::look(&lease::folder(), &Leased::of(name, bench))?;
+    let mend = format!("# wait for it:\nhil run PLAN --clock real --bench {name} --wait 600");
+    let by = format!("bench {name}");
+    Some(Finding::gap(&by, taken.told(unix_s().unwrap_or_default()), mend, Some(by.clone())))
 }

@@ -6,6 +6,7 @@ use emulators::base::Transport;
 use emulators::device_file::Mount;
 use harness::operator::{AnswerFile, Answers, Attendance, RealRoles, asks_a_person};
 use harness::run::Prepared;
+use live::world::BenchWork;
 use miette::Diagnostic;
 use plan::bench_file::{self, BenchFile, PortText, ROLES};
 use plan::made::Made;
@@ -145,6 +146,9 @@ pub(super) fn judge(
             }
             findings.extend(misfit(&subject, plan, needed, needed.port(bench)));
         }
+    }
+    for lacking in BenchWork::of(bench).lacks(prepared.iter().map(|one| &*one.plan)) {
+        findings.push(unusable(&subject, &lacking));
     }
     answers(&subject, bench, prepared, findings);
     if findings.len() == before {

@@ -2,8 +2,8 @@
 
 use super::Needs;
 use super::finding::Finding;
+use live::command::find;
 use live::world::our_program;
-use rustix::fs::{Access, access};
 use serde::Serialize;
 use std::fs::File;
 use std::io::Read as _;
@@ -60,11 +60,11 @@ fn judge_program(program: &str, found: Option<&ProgramFound>, by: &str) -> Findi
             let mend = format!(
                 "# build it; a path is taken from the working directory\nchmod +x {program}"
             );
-            ("the device under test is not there, or is no program", mend)
+            ("it is not there, or is no program", mend)
         } else {
             let mend =
                 format!("# install it, or write its path: ./{program} in the working directory");
-            ("the device under test is not where PATH leads", mend)
+            ("it is not where PATH leads", mend)
         };
         return Finding::gap(program, what, mend, by);
     };
@@ -124,13 +124,4 @@ fn interpreter(path: &Path) -> Option<String> {
     let named = words.next()?;
     let of_env = words.find(|word| !word.starts_with('-')).filter(|_| named.ends_with("/env"));
     Some(of_env.unwrap_or(named).to_owned())
-}
-
-fn find(program: &Path) -> Option<PathBuf> {
-    let can_run = |path: &PathBuf| path.is_file() && access(path, Access::EXEC_OK).is_ok();
-    if program.components().count() > 1 {
-        return Some(program.to_owned()).filter(can_run);
-    }
-    let folders = std::env::var_os("PATH")?;
-    std::env::split_paths(&folders).map(|folder| folder.join(program)).find(can_run)
 }

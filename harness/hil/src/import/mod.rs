@@ -148,6 +148,7 @@ pub fn import_to_folder(
         artifacts: Vec::new(),
         timing: None,
         ports: Vec::new(),
+        commands: Vec::new(),
         faults: Vec::new(),
         properties: unjudged::properties(plan),
     };

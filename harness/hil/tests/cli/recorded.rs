@@ -53,6 +53,23 @@ fn a_run_is_kept_checked_drawn_and_shown() {
 }
 
 #[test]
+fn two_runs_are_drawn_over_one_another() {
+    let hil = Hil::with_plan(TURN);
+    for seed in ["1", "2"] {
+        hil.run(&["run", "turn.toml", "--seed", seed]).exits(0);
+    }
+    let runs = ["diff", "runs/turn-seed1", "runs/turn-seed2", "--html"];
+    let compared = hil.run(&[&runs[..], &["diff.html"]].concat()).exits(0);
+    assert!(compared.out.contains("no verdict differs"), "{}", compared.out);
+    let page = fs::read_to_string(hil.path("diff.html")).unwrap();
+    for said in ["runs/turn-seed2: passed", "turn.stop_error", "First difference", "first, 1"] {
+        assert!(page.contains(said), "{said}: {page}");
+    }
+    let nowhere = hil.run(&[&runs[..], &["no/such/diff.html"]].concat()).exits(3);
+    assert!(nowhere.err.contains("failed to write no/such/diff.html"), "{}", nowhere.err);
+}
+
+#[test]
 fn what_stood_at_a_moment_is_shown() {
     let hil = Hil::new();
     let options = ["--record", "full", "--out", "side"];

@@ -5,9 +5,11 @@
 //! * [`by_hand`]: actions of a person on real devices.
 //! * [`campaign`]: cases on a bench.
 //! * [`can`]: a base on CAN, behind an adapter and on an interface of the kernel.
-//! * [`faults`]: injected faults, and properties.
+//! * [`commands`]: what a bench does by commands of its own.
+//! * [`faults`]: what goes wrong on purpose, and properties.
 //! * [`late`]: devices that answer late.
-//! * [`ports`]: ports that appear and disappear.
+//! * [`lease`]: benches that people share.
+//! * [`ports`]: ports that come and go.
 //! * [`table`]: an emulated table on a port.
 //! * [`wrong`]: wrong wiring and settings.
 
@@ -18,8 +20,10 @@ mod beside;
 mod by_hand;
 mod campaign;
 mod can;
+mod commands;
 mod faults;
 mod late;
+mod lease;
 mod own_device;
 mod ports;
 mod table;

@@ -17,6 +17,7 @@ use controller::mission::{Mission, ReportLine};
 use pipes::{Log, MissionSender};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::fmt;
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
@@ -154,7 +155,7 @@ impl DeviceProcess {
     /// # Errors
     /// When the file cannot be created, or when the program cannot be started.
     pub fn spawn(words: &[String], lines: &Places, log_file: &Path) -> Result<Self, SpawnError> {
-        Self::start(words, lines, log_file, true)
+        Self::start(words, lines, (new_log(log_file)?, LOG_BYTES_MAX), true)
     }
 
     /// Like [`spawn`](Self::spawn), for a program that takes no missions: its stdin is empty, and its stdout is also
@@ -167,19 +168,29 @@ impl DeviceProcess {
         lines: &Places,
         log_file: &Path,
     ) -> Result<Self, SpawnError> {
-        Self::start(words, lines, log_file, false)
+        Self::spawn_into(words, lines, (new_log(log_file)?, LOG_BYTES_MAX))
+    }
+
+    /// The same, into an open file that takes so many bytes more.
+    ///
+    /// # Errors
+    /// When the program cannot be started.
+    pub fn spawn_into(
+        words: &[String],
+        lines: &Places,
+        log: (File, usize),
+    ) -> Result<Self, SpawnError> {
+        Self::start(words, lines, log, false)
     }
 
     fn start(
         words: &[String],
         lines: &Places,
-        log_file: &Path,
+        log: (File, usize),
         talks: bool,
     ) -> Result<Self, SpawnError> {
         let (program, arguments) =
             words.split_first().map_or(("", &[][..]), |(p, a)| (p.as_str(), a));
-        let log_error = |source| SpawnError::Log { path: log_file.to_owned(), source };
-        let file = std::fs::File::create(log_file).map_err(log_error)?;
         let start = || {
             let mut command = Command::new(program);
             let (messages, stderr) = io::pipe()?;
@@ -203,7 +214,7 @@ impl DeviceProcess {
         let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
         // From here on dropping the value ends the process.
         let (sender, events) = mpsc::channel(pipes::EVENTS_MAX);
-        let log = Log::spawn(messages, file).map_err(error)?;
+        let log = Log::spawn(messages, log).map_err(error)?;
         let mut process = Self {
             child,
             group,
@@ -265,10 +276,18 @@ impl DeviceProcess {
                 status = self.child.wait() => {
                     self.exit = Some(status.map_or(Exit::Unknown, Exit::Status));
                     // Processes that it leaves behind would keep the ports open.
-                    self.signal_group(Signal::KILL);
+                    self.signal(Signal::KILL);
                     self.group = None;
                 }
             }
+        }
+    }
+
+    /// Sends a signal to it and to all that it has started.
+    pub(crate) fn signal(&self, signal: Signal) {
+        if let Some(group) = self.group {
+            // It may have ended in between, which is what is wanted.
+            let _ = kill_process_group(group, signal);
         }
     }
 
@@ -284,7 +303,7 @@ impl DeviceProcess {
         let mut end = ProcessEnd { by: EndedBy::Killed, exit: Exit::Unknown };
         for (by, signal, limit) in close.into_iter().chain(steps) {
             if let Some(signal) = signal {
-                self.signal_group(signal);
+                self.signal(signal);
             }
             if let Ok(exit) = timeout(limit, self.drain(&mut take)).await {
                 end = ProcessEnd { by: if ended_before { EndedBy::Itself } else { by }, exit };
@@ -303,17 +322,15 @@ impl DeviceProcess {
             }
         }
     }
+}
 
-    fn signal_group(&self, signal: Signal) {
-        if let Some(group) = self.group {
-            // It may have ended in the meantime, which is fine.
-            let _ = kill_process_group(group, signal);
-        }
-    }
+/// A file for what a program writes, in the place of one from before.
+fn new_log(path: &Path) -> Result<File, SpawnError> {
+    File::create(path).map_err(|source| SpawnError::Log { path: path.to_owned(), source })
 }
 
 impl Drop for DeviceProcess {
     fn drop(&mut self) {
-        self.signal_group(Signal::KILL);
+        self.signal(Signal::KILL);
     }
 }

@@ -137,13 +137,13 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// Starts the copying thread.
-    pub(super) fn spawn(pipe: PipeReader, file: File) -> io::Result<Self> {
+    /// Starts the thread that copies into `file`, as many bytes as it is to take.
+    pub(super) fn spawn(pipe: PipeReader, (file, room): (File, usize)) -> io::Result<Self> {
         let tail = Arc::<Mutex<Vec<u8>>>::default();
         let (ended_sender, ended) = oneshot::channel();
         let kept = Arc::clone(&tail);
         thread::Builder::new().name("stderr".to_owned()).spawn(move || {
-            copy(pipe, file, &kept);
+            copy(pipe, (file, room), &kept);
             // There is no receiver if the process is dropped instead of ended.
             let _ = ended_sender.send(());
         })?;
@@ -169,9 +169,8 @@ impl Log {
     }
 }
 
-fn copy(mut pipe: PipeReader, mut file: File, tail: &Mutex<Vec<u8>>) {
+fn copy(mut pipe: PipeReader, (mut file, mut room): (File, usize), tail: &Mutex<Vec<u8>>) {
     let mut buffer = [0; READ_BYTES];
-    let mut room = LOG_BYTES_MAX;
     loop {
         let bytes = match pipe.read(&mut buffer) {
             Ok(0) => return,

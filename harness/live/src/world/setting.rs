@@ -1,14 +1,16 @@
 //! Where and how a plan runs in real time, what that bench shows, and which faults it allows.
 
+use super::bench_work::{BenchWork, NoCommand};
 use super::device_under_test::{DeviceUnderTest, StartError};
 use super::placement::{Placement, Player};
 use super::programs::Program;
 use super::realtime::Scheduling;
 use judge::properties::{Sight, View};
-use plan::DEVICE;
 use plan::faults::{Fault, FaultKind, Schedule, Target};
+use plan::{DEVICE, Plan};
 use ports::{PortError, PortSpec};
 use std::fmt;
+use std::path::PathBuf;
 use wire::time::Span;
 
 /// Why a live run cannot begin.
@@ -22,6 +24,18 @@ pub enum LiveError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Start(#[from] StartError),
+    /// The bench's own commands did not set it up.
+    #[error("failed to set the bench up: {why}")]
+    #[diagnostic(help("what its commands wrote is in {}", folder.display()))]
+    Setup {
+        /// Why.
+        why: String,
+        /// Where that is kept.
+        folder: PathBuf,
+    },
+    /// Somebody wanted it to end before it began.
+    #[error("stopped by request before the run began")]
+    Stopped,
     /// The event loop could not be started.
     #[error("failed to start the event loop")]
     #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
@@ -43,6 +57,19 @@ pub struct OutOfReach {
     pub help: String,
 }
 
+/// What of a plan this bench cannot do: bad input, as it is known before the run.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+pub enum Unfit {
+    /// A fault cannot be injected.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Fault(#[from] OutOfReach),
+    /// A command is missing.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Command(#[from] NoCommand),
+}
+
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
     /// The device under test.
@@ -50,6 +77,8 @@ pub struct Setting {
     /// Nodes under test, with or without it.
     pub programs: Vec<Program>,
     pub site: Site,
+    /// What the bench does by commands of its own.
+    pub work: BenchWork,
     /// Time limit for the first report of an attached device under test.
     pub attach_max: Span,
     /// Limit for the lateness of the harness.
@@ -122,6 +151,16 @@ impl Setting {
     /// Port of the base.
     pub(super) fn base_port(&self) -> Option<&PortSpec> {
         self.site.player("base").map(Player::spec)
+    }
+
+    /// Can everything that `plan` asks for be done here?
+    ///
+    /// # Errors
+    ///
+    /// The first thing that cannot.
+    pub fn fits(&self, plan: &Plan) -> Result<(), Unfit> {
+        self.reaches(&plan.faults)?;
+        Ok(self.work.check(plan)?)
     }
 
     /// Checks that every fault of `schedule` can be injected here.
@@ -218,7 +257,7 @@ impl fmt::Display for Setting {
 
 #[cfg(test)]
 mod tests {
-    use super::{DeviceUnderTest, Placement, Scheduling, Setting, Site, Span};
+    use super::{BenchWork, DeviceUnderTest, Placement, Scheduling, Setting, Site, Span};
     use controller::config::Transport;
     use judge::properties::Property;
     use plan::bench_file::BenchFile;
@@ -233,6 +272,7 @@ mod tests {
             device_under_test,
             site: Site::Robot(Placement::new(&bench, transport, &can).unwrap(), Vec::new()),
             programs: Vec::new(),
+            work: BenchWork::of(&bench),
             attach_max: Span::ZERO,
             late_max: Span::ZERO,
             scheduling: Scheduling::Normal,

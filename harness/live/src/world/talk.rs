@@ -1,5 +1,11 @@
-//! Detects whether the device under test sends more reports than can be kept.
+//! What the device under test says, and whether that is more than anybody can keep.
 
+use super::LiveWorld;
+use super::device_under_test::{Heard, Running};
+use super::traffic::note;
+use record::Device;
+use record::outcome::PortSide;
+use record::sink::RecordSink;
 use wire::time::{Span, Timestamp};
 
 /// Window for the count of reports.
@@ -51,6 +57,48 @@ impl Talk {
             "the device under test sent more than {REPORTS_MAX} reports within {} s",
             WINDOW.as_secs_f64()
         )
+    }
+}
+
+impl LiveWorld {
+    /// Takes what came from the device under test.
+    pub(super) fn hear_device(
+        &mut self,
+        now: Timestamp,
+        sink: &mut impl RecordSink,
+        device: &Running,
+        heard: Heard,
+    ) {
+        match heard {
+            Heard::Report(_) if self.talk.floods(now) => {
+                self.director.engine.failed(now, &Talk::why());
+            }
+            Heard::Report(report) => {
+                if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
+                    eyes.report(now, &robot.bench.carrier, &report);
+                }
+                self.director.record_report(now, &mut self.rig, sink, &report);
+                self.director.engine.report(now, &report);
+            }
+            Heard::Nothing => {}
+            Heard::BadLine(what) => {
+                self.talk.misspoke();
+                if let Some(what) = self.journal.note(what) {
+                    note(sink, now, Device::Controller, what);
+                }
+            }
+            Heard::Note(what) => note(sink, now, Device::Controller, what),
+            Heard::Port(role, event) => {
+                let name = device.in_process().and_then(|here| here.port(role));
+                let name = name.map_or("", |port| port.name());
+                let whose = (role.into(), PortSide::Controller);
+                if let Some(what) = self.journal.take(now, whose, name, &event) {
+                    note(sink, now, Device::Controller, what);
+                }
+            }
+            Heard::Ended(how) => self.director.engine.lost_controller(now, &how),
+            Heard::NodeEnded(node, how) => self.director.engine.lost_node(now, &node, &how),
+        }
     }
 }
 

@@ -2,10 +2,12 @@
 
 use super::LiveWorld;
 use super::clock::Clock;
+use super::commands::Commands;
 use super::device_under_test::Running;
 use super::ports::{BASE, GYRO, OpenPort, PortPlan, Ports};
 use super::role_port::PortEvent;
 use judge::properties::Seen;
+use plan::Order;
 use ports::PortSpec;
 use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
@@ -232,7 +234,7 @@ impl LiveWorld {
         now: Timestamp,
         sink: &mut impl RecordSink,
         keep: &mut impl FnMut(&Action),
-        device: &mut Running,
+        (device, commands): (&mut Running, &mut Commands),
         clock: &Clock,
     ) {
         loop {
@@ -247,6 +249,14 @@ impl LiveWorld {
                 }
                 if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
                     faults.phase(now, event);
+                    continue;
+                }
+                if let Action::Order(Order::Command(name)) = &action {
+                    if let Err(why) =
+                        commands.start(now, &format!("at {:.3} s", now.as_secs_f64()), name)
+                    {
+                        self.director.engine.broke(now, &why);
+                    }
                     continue;
                 }
                 if let Some(mission) = self.director.act(now, &mut self.rig, sink, keep, action)

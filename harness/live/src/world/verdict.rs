@@ -7,7 +7,7 @@ use super::lateness::Lateness;
 use super::ports::{BASE, GYRO, Ports};
 use judge::properties::{PropertyVerdict, Unjudged};
 use record::FaultSummary;
-use record::outcome::{Outcome, PortSide, PortSummary, Timing};
+use record::outcome::{CommandSummary, Outcome, PortSide, PortSummary, Timing};
 use rig::engine::Ending;
 use wire::time::Timestamp;
 
@@ -24,6 +24,10 @@ pub struct LiveEnd {
     pub timing: Timing,
     /// Summaries of the ports.
     pub ports: Vec<PortSummary>,
+    /// Commands of the bench that the plan asked for.
+    pub commands: Vec<CommandSummary>,
+    /// The files beside that of the device under test in which they are told what they wrote.
+    pub artifacts: Vec<String>,
     /// Packets and frames dropped by lines within the harness.
     pub dropped: u64,
     /// Summaries of the plan's faults.

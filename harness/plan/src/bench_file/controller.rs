@@ -1,6 +1,7 @@
 //! The device under test of a bench.
 
 use super::attach::AttachPlace;
+use super::command;
 use super::role::Yes;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
@@ -46,11 +47,7 @@ struct Words(Vec<String>);
 
 impl<'de> Deserialize<'de> for Words {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let words = Vec::<String>::deserialize(deserializer)?;
-        if words.first().is_none_or(String::is_empty) {
-            return Err(de::Error::custom("no program in the command line, expected one first"));
-        }
-        Ok(Self(words))
+        command::words(deserializer).map(Self)
     }
 }
 

@@ -13,6 +13,10 @@
 //! [controller]
 //! command = ["./my-controller", "--gyro", "{gyro}", "--base", "can:{base}"]
 //!
+//! [command.flash]             # what a step `do = "flash"` runs
+//! run = ["openocd", "-f", "board.cfg", "-c", "program firmware.elf verify reset exit"]
+//! time_limit_s = 60
+//!
 //! [timing]
 //! late_ms_max = 20
 //!
@@ -24,18 +28,21 @@
 //! so that the message points at the key.
 
 mod attach;
+mod command;
 mod controller;
 mod port_text;
 mod role;
 mod timing;
 
 pub use attach::AttachPlace;
+pub use command::{COMMAND_S_MAX, CommandSection};
 pub use controller::ControllerSection;
 pub use port_text::{Medium, PortText, PortTextError};
 pub use role::Role;
 pub use timing::{ATTACH_S_MAX_MAX, LATE_MS_MAX_MAX, Timing};
 
 use crate::library::{Kind, Library, LibraryError};
+use crate::name::Name;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -70,6 +77,15 @@ pub struct BenchFile {
     /// Ports of a rig's lines, by their names.
     #[serde(rename = "line", default)]
     pub lines: BTreeMap<String, LineSection>,
+    /// What the step `do` runs, by name: power, relays, flashing.
+    #[serde(rename = "command", default)]
+    pub commands: BTreeMap<Name, CommandSection>,
+    /// Commands that are run before each run, in this order, before a port is opened.
+    #[serde(default)]
+    pub setup: Vec<Name>,
+    /// Commands that are run after each run, in this order, however it ended.
+    #[serde(default)]
+    pub teardown: Vec<Name>,
     /// The device under test; what the command line says where it is absent.
     pub controller: Option<ControllerSection>,
     /// What real time may do.

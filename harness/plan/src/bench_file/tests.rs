@@ -4,6 +4,8 @@ use wire::time::Span;
 
 const EVERYTHING: &str = r#"
 title = "Everything"
+setup = ["power-on", "flash"]
+teardown = ["power-off"]
 
 [gyro]
 port = "serial:usb:0403:6001?baud=9600"
@@ -17,6 +19,13 @@ emulated = true
 
 [controller]
 command = ["./mine", "--gyro", "{gyro}"]
+
+[command.power-on]
+run = ["uhubctl", "-a", "on", "-p", "2"]
+time_limit_s = 10
+
+[command.flash]
+run = ["openocd"]
 
 [timing]
 late_ms_max = 20
@@ -35,6 +44,12 @@ fn everything_that_can_be_said() {
     assert_eq!(bench.role("table"), Role::Emulated(None));
     let Some(ControllerSection::Command(words)) = &bench.controller else { panic!() };
     assert_eq!(words.len(), 3);
+    let commands: Vec<_> = bench
+        .commands
+        .iter()
+        .map(|(name, command)| (name.as_str(), command.run.len(), command.time_limit))
+        .collect();
+    assert_eq!(commands, [("flash", 1, Span::from_secs(60)), ("power-on", 5, Span::from_secs(10))]);
     assert_eq!(bench.timing.late_max, Some(Span::from_millis(20)));
     assert_eq!(bench.answers.unwrap().file.to_str(), Some("answers.toml"));
 }
@@ -86,6 +101,16 @@ fn mistakes_are_shown_in_place() {
         "[controller]\nattach = \"tcp:localhost\"",
         "[controller]\ncommand = []",
         "[controller]\nprogram = \"x\"",
+        "[command.flash]",
+        "[command.flash]\nrun = []",
+        "[command.flash]\nrun = \"openocd\"",
+        "[command.flash]\nrun = [\"openocd\", \"\\u0000\"]",
+        "[command.flash]\nrun = [\"openocd\"]\ntimeout_s = 10",
+        "[command.flash]\nrun = [\"openocd\"]\ntime_limit_s = 0",
+        "[command.flash]\nrun = [\"openocd\"]\ntime_limit_s = 3601",
+        "[command.Flash]\nrun = [\"openocd\"]",
+        "[command.flash]\nrun = [\"a\"]\n[command.flash]\nrun = [\"b\"]",
+        "setup = [\"power on\"]",
         "[timing]\nlate_ms_max = 0",
         "[answers]\nfile = 3",
     ] {

@@ -1,5 +1,6 @@
 //! One step of a plan: a table with one key that names the action, and optionally a limit or a label.
 
+mod bench_command;
 mod bias_method;
 mod bias_residual;
 mod bias_test;
@@ -32,6 +33,7 @@ mod use_model;
 mod wait;
 mod wait_until;
 
+pub use bench_command::BenchCommand;
 pub use bias_residual::BiasResidual;
 pub use bias_test::BiasTest;
 pub use fit::{CalibrationPart, Fit, Model};
@@ -215,6 +217,8 @@ actions! {
     Send(Send) = "send",
     /// A message is no longer sent again and again.
     StopSending(StopSending) = "stop_sending",
+    /// A command of the bench is run: power, a relay, flashing.
+    BenchCommand(BenchCommand) = "do",
     /// A person is asked for something.
     OperatorPrompt(OperatorPrompt) = "operator_prompt",
     /// Steps, again and again.

@@ -91,6 +91,8 @@ pub enum Order {
         /// How long it stays off.
         off: Span,
     },
+    /// Run the bench's command of this name.
+    Command(String),
     /// Show a person a text.
     Prompt {
         /// The text.

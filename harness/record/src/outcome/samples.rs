@@ -92,6 +92,7 @@ pub fn summary() -> Summary {
         artifacts: vec!["calibration.toml".into()],
         timing: None,
         ports: Vec::new(),
+        commands: Vec::new(),
         faults: Vec::new(),
         properties: Vec::new(),
     }

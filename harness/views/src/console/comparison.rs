@@ -55,40 +55,71 @@ impl Judged<'_> {
     }
 }
 
+/// A measurement or a property of two runs, in words; those that a run lacks are `-`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Compared {
+    pub(crate) name: String,
+    /// The figure of each.
+    pub(crate) figures: [String; 2],
+    pub(crate) verdicts: [&'static str; 2],
+    /// How far the figure moved from the first to the second.
+    pub(crate) moved: Option<String>,
+}
+
+impl Compared {
+    /// All that two runs judge, in the order of the first.
+    pub(crate) fn all(one: &Summary, other: &Summary) -> Vec<Self> {
+        let (one, other): (Vec<_>, Vec<_>) =
+            (Judged::all(one).collect(), Judged::all(other).collect());
+        let of =
+            |judged: &[Judged<'_>], name: &str| judged.iter().position(|one| one.name() == name);
+        let firsts =
+            one.iter().map(|first| (Some(first), of(&other, first.name()).map(|at| &other[at])));
+        let seconds = other.iter().filter(|second| of(&one, second.name()).is_none());
+        let seconds = seconds.map(|second| (None, Some(second)));
+        firsts.chain(seconds).filter_map(|(first, second)| Self::of(first, second)).collect()
+    }
+
+    fn of(first: Option<&Judged<'_>>, second: Option<&Judged<'_>>) -> Option<Self> {
+        let both = [first, second];
+        let figure =
+            |judged: Option<&Judged<'_>>| judged.map_or_else(|| "-".to_owned(), Judged::figure);
+        Some(Self {
+            name: first.or(second)?.name().to_owned(),
+            figures: both.map(figure),
+            verdicts: both.map(|judged| judged.map_or("-", Judged::verdict)),
+            moved: first.zip(second).and_then(|(first, second)| first.moved(second)),
+        })
+    }
+
+    /// Its verdicts are two.
+    pub(crate) fn differs(&self) -> bool {
+        self.verdicts[0] != self.verdicts[1]
+    }
+
+    /// The second verdict, where it is another.
+    pub(crate) fn then(&self) -> &'static str {
+        if self.differs() { self.verdicts[1] } else { "same" }
+    }
+}
+
 /// Compares two runs; also returns how many verdicts differ, including those that one run lacks.
 pub fn comparison(one: &Summary, other: &Summary, style: Style) -> (String, usize) {
     let mut table = style.table(&["what", "first", "second", "verdict", "then", "moved by"]);
-    let mut differing = 0;
-    let mut row = |name: &str, judged: [Option<&Judged<'_>>; 2]| {
-        let [first, second] = judged;
-        let verdict = |judged: Option<&Judged<'_>>| judged.map_or("-", Judged::verdict);
-        let figure = |judged: Option<&Judged<'_>>| {
-            Cell::new(in_cell(&judged.map_or_else(|| "-".to_owned(), Judged::figure)))
-        };
-        let moved = first.zip(second).and_then(|(first, second)| first.moved(second));
-        let differs = verdict(first) != verdict(second);
-        differing += usize::from(differs);
+    let all = Compared::all(one, other);
+    for compared in &all {
+        let Compared { name, figures: [first, second], verdicts: [verdict, _], moved } = compared;
         table.add_row(Row::from([
             Cell::new(in_cell(name)),
-            figure(first),
-            figure(second),
-            Cell::new(verdict(first)),
-            Cell::new(if differs { verdict(second) } else { "same" }),
-            Cell::new(in_cell(&moved.unwrap_or_default())),
+            Cell::new(in_cell(first)),
+            Cell::new(in_cell(second)),
+            Cell::new(verdict),
+            Cell::new(compared.then()),
+            Cell::new(in_cell(moved.as_deref().unwrap_or_default())),
         ]));
-    };
-    let of_other: Vec<Judged<'_>> = Judged::all(other).collect();
-    for first in Judged::all(one) {
-        let second = of_other.iter().find(|second| second.name() == first.name());
-        row(first.name(), [Some(&first), second]);
-    }
-    for second in &of_other {
-        if !Judged::all(one).any(|first| first.name() == second.name()) {
-            row(second.name(), [None, Some(second)]);
-        }
     }
     keep_whole(&mut table, &WHOLE_COLUMNS, style);
-    (lines(&table), differing)
+    (lines(&table), all.iter().filter(|compared| compared.differs()).count())
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> 
 }
 
 /// Describes a quantity that the plan does not judge.
-fn known(name: &str) -> Option<Quantity> {
+pub(super) fn known(name: &str) -> Option<Quantity> {
     let found = quantities::find(name)?;
     let (unit, title) = (found.unit.to_owned(), found.doc.to_owned());
     Some(Quantity { name: name.to_owned(), unit, title, ..Quantity::default() })

@@ -3,7 +3,8 @@
 use super::collect::Collected;
 use super::paper::Figures;
 use super::{
-    decided, heading, measurements, observations, path, plain, properties, timeline, trouble,
+    commands, decided, heading, measurements, observations, path, plain, properties, timeline,
+    trouble,
 };
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use record::header::Header;
@@ -30,6 +31,7 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
             "Steps, faults and verdicts",
             timeline::figure(collected, &marks),
         ))
+        (section("Commands of the bench", commands::table(&summary.commands)))
         (section("Load of the lines", Some(collected.load.plots(header))))
         (section("Files", artifacts(&summary.artifacts)))
     };

@@ -62,7 +62,7 @@ impl CampaignArguments {
             None => None,
         };
         let setting = live::setting(prepared, live)?;
-        setting.reaches(&prepared.plan.faults)?;
+        setting.fits(&prepared.plan)?;
         let folder = self.opened(prepared)?;
         // Origin of the journal: on another bench, or by another rule, a case has another result.
         let bench = format!(", in real time: {setting}, {rule}");
@@ -98,6 +98,7 @@ impl CampaignArguments {
             return self.tell(screen, kept, (&done, &saved), Some(&again));
         }
         let (answers, person) = self.operator.collect(setup, [&*prepared.plan], screen)?;
+        let _lease = self.setup.lease(setup, &|| interrupt.requested(), screen)?;
         site.answers = answers;
         site.person = person.map(|person| -> Box<dyn Fn() -> Box<dyn Person> + Send + Sync> {
             Box::new(move || Box::new(person.clone()))

@@ -15,7 +15,7 @@ use harness::run_live::LiveRunError;
 use identification::identify::IdentifyError;
 use live::crossing::KernelError;
 use live::emulation::EmulationError;
-use live::world::{LiveError, OutOfReach, PlacementError};
+use live::world::{LiveError, PlacementError, Unfit};
 use miette::Diagnostic;
 use plan::library::LibraryError;
 use ports::PortError;
@@ -129,10 +129,10 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Placement(#[from] PlacementError),
-    /// A fault of the plan cannot be injected on the bench.
+    /// What a plan asks for cannot be done on the bench.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    OutOfReach(#[from] OutOfReach),
+    Unfit(#[from] Unfit),
     /// The requested repetitions can show nothing.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -188,10 +188,11 @@ impl Cause {
             | Self::Identify { .. } => EXIT_BAD_INPUT,
             #[cfg(feature = "nats")]
             Self::Nats(error) if error.is_bad_input() => EXIT_BAD_INPUT,
-            Self::Devices(_) | Self::Placement(_) | Self::OutOfReach(_) | Self::Repetition(_) => {
+            Self::Devices(_) | Self::Placement(_) | Self::Unfit(_) | Self::Repetition(_) => {
                 EXIT_BAD_INPUT
             }
             // Frames on a serial port, or bytes on a CAN port: nothing is broken.
+            Self::Live(LiveError::Stopped) => Outcome::Aborted.exit_status(),
             Self::Live(LiveError::Port(PortError::WrongKind { .. })) => EXIT_BAD_INPUT,
             Self::Replay(ReplayError::Port(PortError::WrongKind { .. })) => EXIT_BAD_INPUT,
             Self::Kernel(KernelError::NoFrames { .. }) => EXIT_BAD_INPUT,
@@ -279,7 +280,7 @@ impl From<LiveRunError> for Cause {
             LiveRunError::Folder(error) => error.into(),
             LiveRunError::Live(error) => error.into(),
             LiveRunError::Placement(error) => error.into(),
-            LiveRunError::Fault(error) => error.into(),
+            LiveRunError::Unfit(error) => error.into(),
         }
     }
 }

@@ -65,7 +65,7 @@ mod on_bench {
             let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
             let setting =
                 live::setting(&prepared, &self.setup).map_err(|error| error.to_string())?;
-            setting.reaches(&prepared.plan.faults).map_err(|error| error.to_string())?;
+            setting.fits(&prepared.plan).map_err(|error| error.to_string())?;
             let site = Site {
                 bench: self.bench.clone(),
                 answers,

@@ -1,0 +1,53 @@
+//! What a bench does at a plan's word: power, relays, flashing.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{self, Unexpected};
+use serde::{Deserialize, Deserializer};
+use wire::time::Span;
+
+/// Longest limit of a command, in seconds. Assumption: the slowest flash over a serial bootloader takes minutes.
+pub const COMMAND_S_MAX: f64 = 3_600.0;
+/// What a command may take where the bench does not say, in seconds. Assumption: flashing a megabyte over SWD takes 30.
+const USUAL_S: f64 = 60.0;
+
+/// A command of the bench: `[command.flash] run = ["openocd", "-f", "board.cfg"]`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommandSection {
+    /// A program and its arguments, which no shell reads. The program is where PATH leads, or a path from the working directory.
+    #[serde(deserialize_with = "words")]
+    #[schemars(length(min = 1))]
+    pub run: Vec<String>,
+    /// It must not take longer, s.
+    #[serde(rename = "time_limit_s", default = "usual", deserialize_with = "limit")]
+    #[schemars(schema_with = "limit_schema", extend("default" = USUAL_S))]
+    pub time_limit: Span,
+}
+
+/// A program and its arguments.
+pub(super) fn words<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
+    let words = Vec::<String>::deserialize(deserializer)?;
+    if words.first().is_none_or(String::is_empty) {
+        return Err(de::Error::custom("no program in the command line, expected one first"));
+    }
+    if words.iter().any(|word| word.contains('\0')) {
+        return Err(de::Error::custom("a NUL in the command line, which no program can be given"));
+    }
+    Ok(words)
+}
+
+fn usual() -> Span {
+    Span::from_secs_f64(USUAL_S)
+}
+
+fn limit_schema(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({ "type": "number", "exclusiveMinimum": 0, "maximum": COMMAND_S_MAX })
+}
+
+fn limit<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Span, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    if value > 0.0 && value <= COMMAND_S_MAX {
+        return Ok(Span::from_secs_f64(value));
+    }
+    Err(de::Error::invalid_value(Unexpected::Float(value), &"seconds above 0, at most 3600"))
+}

@@ -1,0 +1,220 @@
+//! Two runs on one page: what was judged side by side, and their figures over one another.
+
+use super::against::Against;
+use super::collect::Collected;
+use super::frame::{Axis, Frame, SCALE};
+use super::marks::{band_texts, draw_bands, draw_marks};
+use super::observations::known;
+use super::observed::{Direction, Sample};
+use super::page::{document, section};
+use super::palette::{CCW, CW};
+use super::thin::{Point, extremes};
+use crate::console::Compared;
+use maud::{Markup, html};
+use plotters::element::PathElement;
+use plotters::style::Color;
+use record::Record;
+use record::figures;
+use record::header::{Header, Quantity};
+use record::outcome::Summary;
+use record::reader::RecordError;
+
+/// The most plots on a page.
+const PLOTS_MAX: usize = 40;
+/// Columns of a plot; two points of each are drawn.
+const COLUMNS: usize = 400;
+/// More samples than this over time are a line.
+const MARKS_OVER_TIME_MAX: usize = 150;
+
+/// One of the runs.
+#[derive(Debug)]
+pub struct Run<'a, R> {
+    /// How it is called.
+    pub name: &'a str,
+    /// What it came to.
+    pub summary: &'a Summary,
+    /// What its record says of itself.
+    pub header: &'a Header,
+    /// The record, which is read once.
+    pub records: R,
+}
+
+/// The page. `first_difference` is that of the records, where they differ.
+pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
+    one: Run<'_, R>,
+    other: Run<'_, R>,
+    first_difference: Option<&str>,
+) -> String {
+    let judged = Compared::all(one.summary, other.summary);
+    let differing = judged.iter().filter(|compared| compared.differs()).count();
+    let names = [one.name, other.name];
+    let outcomes = [one.summary.outcome.name(), other.summary.outcome.name()];
+    let (mut left_out, mut figures) = (0, Vec::new());
+    let header = one.header;
+    let both = [Collected::of(one.header, one.records), Collected::of(other.header, other.records)];
+    let [first, second] = &both;
+    for (name, series) in &first.series {
+        let Some(beside) = second.series.get(name) else { continue };
+        if series.samples.is_empty() || beside.samples.is_empty() {
+            continue;
+        }
+        if figures.len() >= PLOTS_MAX {
+            left_out += 1;
+            continue;
+        }
+        let declared = header.quantities.iter().find(|quantity| quantity.name == *name).cloned();
+        figures.push(figure(
+            name,
+            [&series.samples, &beside.samples],
+            declared.or_else(|| known(name)).as_ref(),
+        ));
+    }
+    let body = html! {
+        header.(if differing == 0 { "passed" } else { "failed" }) {
+            p.outcome { (match differing { 0 => "no verdict differs".to_owned(), 1 => "1 verdict differs".to_owned(), n => format!("{n} verdicts differ") }) }
+            h1 { (one.summary.title) }
+            p.lead {
+                @match first_difference {
+                    Some(what) => { "First difference of the records: " (what) "." }
+                    None => { "The records are the same." }
+                }
+            }
+            p.legend {
+                span { i.mark.ccw { "●" } (names[0]) ": " (outcomes[0]) }
+                span { i.mark.cw { "▲" } (names[1]) ": " (outcomes[1]) }
+            }
+            @for cut in both.iter().filter_map(|run| run.cut.as_ref()) {
+                p.lead.cut { "Drawn from what could be read: " (cut) "." }
+            }
+        }
+        (section("Side by side", (!judged.is_empty()).then(|| table(&judged))))
+        (section("One over the other", Some(html! {
+            @if figures.is_empty() { p.missing { "No quantity was observed in both." } }
+            div.plots { @for figure in figures { (figure) } }
+            @if left_out > 0 {
+                p.missing { "At most " (PLOTS_MAX) " plots are drawn; " (left_out) " more quantities are in the records." }
+            }
+        })))
+    };
+    document(&format!("{} and {}", names[0], names[1]), &body).into_string()
+}
+
+fn table(judged: &[Compared]) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        th { "what" } th { "verdict" } th { "then" } th.number { "first" } th.number { "second" }
+                        th.number { "moved by" }
+                    }
+                }
+                tbody {
+                    @for one in judged {
+                        tr.(one.verdicts[1]) {
+                            td { strong { (one.name) } }
+                            td { (one.verdicts[0]) }
+                            td { @if one.differs() { span.verdict { (one.then()) } } @else { (one.then()) } }
+                            @for figure in &one.figures { td.number { (figure) } }
+                            td.number { (one.moved.as_deref().unwrap_or_default()) }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A quantity of both, over the axis that says most about the first.
+fn figure(name: &str, both: [&[Sample]; 2], declared: Option<&Quantity>) -> Markup {
+    let unit = declared.map_or("", |quantity| &quantity.unit);
+    let bands = declared.map_or(&[][..], |quantity| &quantity.bands);
+    let all = || both.iter().copied().flatten();
+    let every: Vec<Sample> = all().copied().collect();
+    let against = Against::of(&every);
+    let is_log = matches!(against, Against::Time { .. })
+        && both.iter().any(|samples| samples.len() > MARKS_OVER_TIME_MAX);
+    let ends = bands.iter().flat_map(|band| [band.lower, band.upper]).flatten();
+    let frame = Frame::wide(
+        Axis::around(against.label(), all().map(|sample| against.x(sample))),
+        Axis::around(figures::axis_label(name, unit), all().map(|sample| sample.value).chain(ends)),
+    );
+    let plot = frame.plot(name, |chart| {
+        draw_bands(chart, &frame, bands)?;
+        for (samples, style, mark) in [(both[0], CCW, None), (both[1], CW, Some(Direction::Cw))] {
+            let points: Vec<Point> =
+                samples.iter().map(|sample| (against.x(sample), sample.value)).collect();
+            let points = extremes(&points, COLUMNS);
+            if is_log {
+                // The first is broader, so that it is seen below the second.
+                let width = if mark.is_none() { 4 * SCALE } else { SCALE };
+                chart.draw_series([PathElement::new(points, style.stroke_width(width))])?;
+            } else {
+                draw_marks(chart, points, mark, style.mix(0.7).filled())?;
+            }
+        }
+        Ok(())
+    });
+    let title = declared.map_or("", |quantity| quantity.title.as_str());
+    html! {
+        figure {
+            h3 { code { (name) } @if !title.is_empty() { " " (title) } }
+            (plot)
+            figcaption {
+                p.legend {
+                    span { i.mark.ccw { "●" } "first, " (both[0].len()) }
+                    span { i.mark.cw { "▲" } "second, " (both[1].len()) }
+                    @for band in band_texts(bands, unit) { span { i.swatch {} (band) } }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Run, render};
+    use record::header::Header;
+    use record::outcome::Verdict;
+    use record::outcome::samples::summary;
+    use record::{Device, Observation, Record, RecordKind};
+    use std::collections::BTreeMap;
+    use wire::time::Timestamp;
+
+    fn records(offset: f64, also: &str) -> Vec<Record> {
+        let observed = |quantity: &str, k: i64| {
+            let (quantity, value) = (quantity.to_owned(), offset + k as f64);
+            let kind = Observation { quantity, value, uncertainty: 0.0, tags: BTreeMap::new() };
+            let at = Timestamp::from_nanos(k * 1_000_000_000);
+            Record { at, device: Device::Plan, kind: RecordKind::Observation(kind) }
+        };
+        let quantities = ["signal.Temperature", also];
+        quantities.iter().flat_map(|name| (0..20).map(|k| observed(name, k))).collect()
+    }
+
+    #[test]
+    fn what_both_observed_is_drawn_over_one_another() {
+        let (one, mut other) = (summary(), summary());
+        other.measurements[0].verdict = Verdict::Fail;
+        let header = Header::default();
+        let run = |name, summary, offset, also| {
+            let records = records(offset, also).into_iter().map(Ok);
+            Run { name, summary, header: &header, records: records.collect::<Vec<_>>() }
+        };
+        let page = render(
+            run("<before>", &one, 1.0, "signal.Old"),
+            run("after", &other, 2.0, "signal.New"),
+            Some("1.0 s: x | 1.0 s: y"),
+        );
+        assert!(page.contains("1 verdict differs") && page.contains("&lt;before&gt;"));
+        assert!(page.contains("First difference of the records: 1.0 s: x | 1.0 s: y."));
+        assert_eq!(page.matches("<figure>").count(), 1, "only one quantity is in both");
+        assert!(page.contains("first, 20") && page.contains("second, 20"));
+        let drawn = |colour: &str, mark: &str| {
+            page.split('<').filter(|it| it.starts_with(mark) && it.contains(colour)).count()
+        };
+        assert_eq!((drawn("#1F66D1", "circle"), drawn("#D96C06", "polygon")), (20, 20));
+        let none = render(run("a", &one, 1.0, "x"), run("b", &one, 1.0, "x"), None);
+        assert!(none.contains("no verdict differs") && none.contains("The records are the same."));
+    }
+}
