@@ -10,7 +10,7 @@ use crate::finding::{
 };
 use crate::identify::{Identified, Options};
 use crate::judge::{Judge, Metric, margin};
-use crate::model::{Acts, KNOT, Model, Shape, Term};
+use crate::model::{Acts, Model, Shape, Term, is_frame};
 use crate::noise::{Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics};
 use crate::problem::{Aggregate, Problem};
@@ -100,7 +100,9 @@ impl<'a> Done<'a> {
             all().flat_map(|found| &found.coefficients).map(|(value, _)| *value).collect();
         let fixed = self.aligned.as_ref().map(|aligned| (&aligned.shape, aligned.value));
         let noise = (&self.fit.noise, &*self.fit.left_out);
-        compensation(dataset, self.data, (fixed, self.fit.shapes()), &coefficients, noise, seed)
+        let shapes = self.fit.shapes().into_iter();
+        let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
+        compensation(dataset, self.data, (fixed, shapes), &coefficients, noise, seed)
     }
 
     /// Held-out errors without an effect.
@@ -145,7 +147,7 @@ pub(crate) fn assemble(
         }
         for found in &one.fit.base {
             let term = outcome::term(one.data, found);
-            let numbers = term.parameters.iter().filter(|one| !KNOT.contains(&one.name.as_str()));
+            let numbers = term.parameters.iter().filter(|one| !is_frame(&one.name));
             base.extend(numbers.cloned().map(|mut parameter| {
                 parameter.name.clone_from(&term.name);
                 parameter
