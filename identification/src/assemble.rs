@@ -80,10 +80,9 @@ impl<'a> Done<'a> {
         (&self.fit.path[0].metrics, &self.fit.nested)
     }
 
-    /// Rounding that is coarser than the noise, and noise that walks. It has this `share` of the risk.
-    fn unmended(&self, share: f64) -> impl Iterator<Item = Effect> {
-        let rounding = self.step.map(|step| outcome::rounding(self.data, &self.fit, step));
-        rounding.into_iter().chain(outcome::random_walk(self.data, &self.fit, share))
+    /// Rounding that is coarser than the noise.
+    fn rounding(&self) -> Option<Effect> {
+        self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
     }
 
     /// Held-out error over the noise that is new in a reading, where readings are alone.
@@ -226,7 +225,14 @@ pub(crate) fn assemble(
     } else {
         Verdict::StructureLeft
     };
-    effects.extend(done.iter().flat_map(|one| one.unmended(1.0 / done.len() as f64)));
+    for one in done {
+        effects.extend(one.rounding());
+        // Each quantity has its share of the risk.
+        if let Some(slow) = outcome::slow_noise(one.data, &one.fit, 1.0 / done.len() as f64) {
+            effects.push(slow.effect);
+            notices.extend(slow.notice);
+        }
+    }
     let main = main_block(done);
     let runs = dataset.run_labels.len();
     let mut fields = std::collections::BTreeMap::new();

@@ -170,10 +170,17 @@ fn cause(effect: &Effect) -> String {
                 number(effect, "width")
             );
         }
-        ("noise", _) => {
-            let walks = first.map_or("", |one| one.name.as_str()).replace('_', " ");
+        ("noise", "correlated_noise") => {
+            let memory = number(effect, "correlation_time");
             return format!(
-                "What is measured{of} wanders as a random walk does: by {size} {walks}, farther with the root of time."
+                "What is measured{of} wanders by {size} and comes back after about {memory}."
+            );
+        }
+        ("noise", name) => {
+            let after = first.map_or("", |one| one.name.as_str()).replace('_', " ");
+            let how = if name == "random_walk" { "as a random walk does" } else { "slowly" };
+            return format!(
+                "What is measured{of} wanders {how}: by {size} {after}, farther with the root of time."
             );
         }
         ("quantisation", _) => {
