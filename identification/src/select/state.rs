@@ -160,8 +160,9 @@ impl<'a> State<'a> {
     /// Adds what is missing, if anything is; what did not pass comes back.
     pub fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
         let mut found = self.round(threshold);
+        let rotation = &self.data.channels.rotation_name;
         found.retain(|one| {
-            !one.all().any(|candidate| timing::is_said_by(&self.terms, &candidate.shape))
+            !one.all().any(|candidate| timing::is_said_by(&self.terms, &candidate.shape, rotation))
         });
         plainest_first(&mut found, threshold);
         let scene = self.scene(&self.terms);
