@@ -10,7 +10,7 @@ use super::record::Record;
 use super::refine::refine;
 use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
-use super::sound::is_within_physics;
+use super::sound::{is_sound, is_within_physics};
 use super::timing;
 use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
@@ -199,8 +199,15 @@ impl<'a> State<'a> {
                 continue;
             }
             let mut next = self.clone();
+            let is_late = chosen.iter().any(|candidate| candidate.shape.form == Form::Delay);
+            // A bump or a sigmoid with its middle off the data can balance a constant.
+            let is_narrow = chosen.iter().any(|one| !one.shape.known && one.shape.width() == 1);
             chosen.into_iter().for_each(|candidate| next.add(candidate));
-            if is_within_physics(&next) {
+            if is_late {
+                next.refit();
+            }
+            let is_balanced = is_narrow && !is_sound(&next, self.terms.len());
+            if is_within_physics(&next) && !is_balanced {
                 *self = next;
                 return Ok(());
             }
