@@ -8,7 +8,6 @@ use super::record::Record;
 use super::rivals::RivalFound;
 use super::roughly::is_sure;
 use super::scene::robust_fit;
-use super::sound::is_within_physics;
 use super::state::State;
 use super::timing::Timing;
 use crate::judge::{
@@ -174,7 +173,7 @@ pub fn identify_block(
                 state.refit();
                 state.prune();
                 // What was added went again: the next round would be this one.
-                if state.terms == before || !is_within_physics(&state) {
+                if state.terms == before {
                     break;
                 }
                 path.push(Step::new(state.clone(), judge));

@@ -100,8 +100,7 @@ fn golden(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
 
 /// A delay is its own coefficient: the number at which the fit gives back the number.
 fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
-    const ROUNDS: usize = 10;
-    let mut before = 0.0;
+    const ROUNDS: usize = 6;
     let name = best.fixed.iter().map(|(name, _)| name.clone()).next().unwrap_or_default();
     for _ in 0..ROUNDS {
         let Some(now) = best.number(&name) else { return };
@@ -112,9 +111,6 @@ fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
         // Half steps where it would run away; a lag cannot be negative.
         let next = found.clamp(now - 4.0 * now.abs(), now + 4.0 * now.abs());
         let next = if name == "time_constant" { next.max(now / 4.0) } else { next };
-        // Where it jumps to and fro, it is in the middle.
-        let next = if before * (next - now) < 0.0 { 0.5 * (next + now) } else { next };
-        before = next - now;
         let mut tried = best.clone();
         tried.set(&name, next);
         let score = scene.score(&tried).statistic;

@@ -1,17 +1,16 @@
 //! Whether the terms of a model make sense beside one another.
 
-use super::scene::robust_fit;
 use super::state::State;
 use crate::linear::{Solution, solve};
-use crate::model::{Form, Shape, is_physical};
+use crate::model::is_physical;
 use crate::noise::Whitener;
 
 /// Estimates that are so strongly correlated balance one another: one of them is enough.
 const CORRELATION_MAX: f64 = 0.98;
 
-/// Is every term that was added within physics, and has every delay settled?
+/// Is every term that was added within physics?
 pub(super) fn is_within_physics(state: &State<'_>) -> bool {
-    fitted(state).is_some() && delays_have_settled(state)
+    fitted(state).is_some()
 }
 
 /// Is every term that was added within physics, and does none from `first` on balance another? Where noise is not white,
@@ -27,34 +26,6 @@ pub(super) fn is_sound(state: &State<'_>, first: usize) -> bool {
         }
     }
     true
-}
-
-/// A delay whose coefficient is off its number by more than this share of it would say something else where the model is
-/// applied than where it was fitted: there it is a time by which to look back, here a slope.
-const SETTLED: f64 = 0.15;
-
-fn is_settled(term: &Shape, coefficients: &[f64]) -> bool {
-    let (Form::Delay, Some((_, number)), [value]) = (term.form, term.fixed.first(), coefficients)
-    else {
-        return true;
-    };
-    (value - number).abs() <= SETTLED * number.abs()
-}
-
-fn delays_have_settled(state: &State<'_>) -> bool {
-    if state.terms.iter().all(|term| term.form != Form::Delay) {
-        return true;
-    }
-    // As the delays were found: what is wild counts less.
-    let whitener = Whitener::new(state.data.layout, &state.noise, &state.left_out);
-    let columns = whitener.apply_all(&state.data.all_columns(&state.terms));
-    let fit = robust_fit(&columns, &whitener.apply(&state.data.block.residual));
-    let mut coefficients = fit.coefficients.as_slice();
-    state.terms.iter().enumerate().all(|(index, term)| {
-        let (mine, rest) = coefficients.split_at(state.data.width(term));
-        coefficients = rest;
-        index < state.base || is_settled(term, mine)
-    })
 }
 
 /// The fit, and the term of each of its coefficients; `None` where one is outside physics.
@@ -76,21 +47,4 @@ fn fitted(state: &State<'_>) -> Option<(Solution, Vec<usize>)> {
         }
     }
     Some((fit, of_term))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::is_settled;
-    use crate::model::{Acts, Driver, Form, Shape};
-
-    #[test]
-    fn a_delay_that_is_not_its_own_coefficient_has_not_settled() {
-        let delay = Shape::new("delay", Acts::Delay, Driver::plain("reference"), Form::Delay)
-            .with("delay", 3.4);
-        assert!(is_settled(&delay, &[3.3]) && is_settled(&delay, &[3.8]));
-        assert!(!is_settled(&delay, &[5.6]) && !is_settled(&delay, &[-3.4]));
-        let line =
-            Shape::new("any", Acts::Bias, Driver::plain("t"), Form::Linear).with("origin", 1.0);
-        assert!(is_settled(&line, &[7.0]));
-    }
 }

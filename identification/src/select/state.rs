@@ -199,13 +199,9 @@ impl<'a> State<'a> {
                 continue;
             }
             let mut next = self.clone();
-            let is_late = chosen.iter().any(|candidate| candidate.shape.form == Form::Delay);
             // A bump or a sigmoid with its middle off the data can balance a constant.
             let is_narrow = chosen.iter().any(|one| !one.shape.known && one.shape.width() == 1);
             chosen.into_iter().for_each(|candidate| next.add(candidate));
-            if is_late {
-                next.refit();
-            }
             let is_balanced = is_narrow && !is_sound(&next, self.terms.len());
             if is_within_physics(&next) && !is_balanced {
                 *self = next;
