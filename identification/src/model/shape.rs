@@ -229,7 +229,7 @@ impl Shape {
         let origin = fixed_or(&self.fixed, "origin", 0.0);
         let one = |f: &dyn Fn(f64) -> f64| vec![x.iter().map(|&x| f(x)).collect::<Vec<f64>>()];
         Some(match self.form {
-            Form::Constant => unreachable_constant(&x),
+            Form::Constant => one(&|_| 1.0),
             Form::Linear => one(&|x| x - origin),
             Form::Quadratic => one(&|x| (x - origin).powi(2)),
             Form::Cubic => one(&|x| (x - origin).powi(3)),
@@ -381,11 +381,6 @@ impl Shape {
 fn goes_with_rate(channels: &Channels, driver: &Driver) -> bool {
     matches!(driver.wrap, Wrap::Plain | Wrap::Abs)
         && matches!(field(channels, driver), Some(Field::Rotation))
-}
-
-/// A constant is answered before anything is looked up.
-fn unreachable_constant(x: &[f64]) -> Vec<Vec<f64>> {
-    vec![vec![1.0; x.len()]]
 }
 
 /// What a unit of a term that `acts` so adds to the observations of `block`. What adds to a rate is exposed as a
