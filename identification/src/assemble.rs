@@ -10,7 +10,7 @@ use crate::finding::{
 };
 use crate::identify::{Identified, Options};
 use crate::judge::{Judge, Metric, margin};
-use crate::model::{Acts, KNOT, Model, Shape, Term};
+use crate::model::{Acts, Model, Shape, Term, is_frame};
 use crate::noise::{Layout, NoiseModel};
 use crate::outcome::{self, Diagnostics};
 use crate::problem::{Aggregate, Problem};
@@ -80,10 +80,9 @@ impl<'a> Done<'a> {
         (&self.fit.path[0].metrics, &self.fit.nested)
     }
 
-    /// Rounding that is coarser than the noise, and noise that walks. It has this `share` of the risk.
-    fn unmended(&self, share: f64) -> impl Iterator<Item = Effect> {
-        let rounding = self.step.map(|step| outcome::rounding(self.data, &self.fit, step));
-        rounding.into_iter().chain(outcome::random_walk(self.data, &self.fit, share))
+    /// Rounding that is coarser than the noise.
+    fn rounding(&self) -> Option<Effect> {
+        self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
     }
 
     /// Held-out error over the noise that is new in a reading, where readings are alone.
@@ -100,7 +99,9 @@ impl<'a> Done<'a> {
             all().flat_map(|found| &found.coefficients).map(|(value, _)| *value).collect();
         let fixed = self.aligned.as_ref().map(|aligned| (&aligned.shape, aligned.value));
         let noise = (&self.fit.noise, &*self.fit.left_out);
-        compensation(dataset, self.data, (fixed, self.fit.shapes()), &coefficients, noise, seed)
+        let shapes = self.fit.shapes().into_iter();
+        let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
+        compensation(dataset, self.data, (fixed, shapes), &coefficients, noise, seed)
     }
 
     /// Held-out errors without an effect.
@@ -145,7 +146,7 @@ pub(crate) fn assemble(
         }
         for found in &one.fit.base {
             let term = outcome::term(one.data, found);
-            let numbers = term.parameters.iter().filter(|one| !KNOT.contains(&one.name.as_str()));
+            let numbers = term.parameters.iter().filter(|one| !is_frame(&one.name));
             base.extend(numbers.cloned().map(|mut parameter| {
                 parameter.name.clone_from(&term.name);
                 parameter
@@ -224,7 +225,14 @@ pub(crate) fn assemble(
     } else {
         Verdict::StructureLeft
     };
-    effects.extend(done.iter().flat_map(|one| one.unmended(1.0 / done.len() as f64)));
+    for one in done {
+        effects.extend(one.rounding());
+        // Each quantity has its share of the risk.
+        if let Some(slow) = outcome::slow_noise(one.data, &one.fit, 1.0 / done.len() as f64) {
+            effects.push(slow.effect);
+            notices.extend(slow.notice);
+        }
+    }
     let main = main_block(done);
     let runs = dataset.run_labels.len();
     let mut fields = std::collections::BTreeMap::new();

@@ -182,6 +182,7 @@ fn base_terms(
         if mine && here && exposure(block, term.term).is_some() {
             let (shape, _) =
                 term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
+            let shape = shape.anywhere();
             if shape.observed(block, problem.channels_of(block)).is_none() {
                 return Err(IdentifyError::Model(format!(
                     "term `{}` needs what the data do not have",

@@ -48,8 +48,7 @@ pub(super) fn adds(
     let value = match shape.form {
         Form::Constant => number(coefficient(coefficients, 0)?),
         _ => {
-            let driver = shape.drivers.first().ok_or("it sees nothing")?;
-            let x = seen(program, shape, driver, estimate, fields)?;
+            let x = seen(program, (shape, 0), estimate, fields)?;
             form(program, (shape, coefficients), x, estimate, fields)?
         }
     };
@@ -68,14 +67,14 @@ fn fixed(shape: &Shape, name: &str) -> Result<f64, Refused> {
     shape.number(name).ok_or_else(|| format!("its `{name}` is missing"))
 }
 
-/// What the driver shows, SI.
+/// What a driver of the shape shows, SI.
 fn seen(
     program: &mut Program,
-    shape: &Shape,
-    driver: &Driver,
+    (shape, which): (&Shape, usize),
     estimate: &Estimate,
     fields: &Fields<'_>,
 ) -> Result<Formula, Refused> {
+    let driver = shape.drivers.get(which).ok_or("it lacks a driver")?;
     let plain = if fields.is_reference(driver) {
         estimate.0.clone()
     } else if driver.field == fields.time || driver.field == "time" {
@@ -84,7 +83,7 @@ fn seen(
         let si = (fields.si)(&driver.field);
         program.input(Input::Field(driver.field.clone())) * number(si)
     };
-    Ok(match driver.wrap {
+    let value = match driver.wrap {
         Wrap::Plain | Wrap::Harmonic(_) | Wrap::Step | Wrap::Periodic | Wrap::Trend => plain,
         Wrap::Abs => call("abs", [plain]),
         Wrap::Sign => call("sign", [plain]),
@@ -109,6 +108,10 @@ fn seen(
             let own = 1.0 - shape.number("through").unwrap_or(0.0);
             play - number(own) * level
         }
+    };
+    Ok(match shape.limits(which) {
+        Some([low, high]) => call("clamp", [value, number(low), number(high)]),
+        None => value,
     })
 }
 
@@ -178,8 +181,7 @@ fn form(
         Form::Tanh => one()? * call("tanh", [(x - get("centre")?) / get("width")?]),
         Form::Spline => spline(program, shape, coefficients, x),
         Form::Product => {
-            let second = shape.drivers.get(1).ok_or("its second driver is missing")?;
-            let y = seen(program, shape, second, estimate, fields)?;
+            let y = seen(program, (shape, 1), estimate, fields)?;
             let origin_2 = number(shape.number("origin_2").unwrap_or(0.0));
             one()? * (x - origin) * (y - origin_2)
         }

@@ -21,10 +21,10 @@ pub use range::{is_physical, range};
 use schemars::JsonSchema;
 pub use see::{Field, field, see};
 use serde::{Deserialize, Serialize};
-pub use shape::{Shape, exposure};
+pub use shape::{SEEN, Shape, exposure};
 pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots};
 use std::collections::BTreeMap;
-pub use term::{Fitted, KNOT};
+pub use term::{Fitted, KNOT, is_frame, is_place};
 pub(crate) use unit::place_unit;
 
 /// What a term acts on.
@@ -96,7 +96,9 @@ pub enum Form {
     Saturation,
 }
 
-/// One term. `lag_of` brings the parameter `time_constant`, `branch_of` brings `half_width`.
+/// One term. `lag_of` brings the parameter `time_constant`, `branch_of` brings `half_width`. `seen_from` and `seen_to`
+/// (`seen_from_2` and `seen_to_2` for the second driver) are the range of the driver in the data. The term follows its
+/// driver for a tenth of that range beyond each end, and is constant from there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Term {

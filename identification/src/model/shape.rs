@@ -1,12 +1,15 @@
 //! A term without its linear coefficients: what it looks like over the rows.
 
 use super::see::{Field, Fixed, field, fixed, fixed_or, see};
-use super::spline::{cardinal, hats};
+use super::spline::{REACH, cardinal, hats};
 use super::{Acts, Driver, Form, Wrap};
 use crate::dataset::Role;
 use crate::problem::{Block, Channels, Exposure, Over};
 use crate::signal::interpolate_along;
 use std::f64::consts::TAU;
+
+/// The numbers that say between which values each driver was seen.
+pub const SEEN: [[&str; 2]; 2] = [["seen_from", "seen_to"], ["seen_from_2", "seen_to_2"]];
 
 /// A term without its coefficients.
 #[derive(Debug, Clone, PartialEq)]
@@ -148,6 +151,56 @@ impl Shape {
         }
     }
 
+    /// Does it go on beyond what was seen of its drivers? What is a law of the sensor itself, and not of its
+    /// surroundings, holds there; what has knots, waves or two levels says nothing new there.
+    fn extrapolates(&self) -> bool {
+        matches!(
+            self.form,
+            Form::Linear
+                | Form::Quadratic
+                | Form::Cubic
+                | Form::Exponential
+                | Form::Hinge
+                | Form::Bump
+                | Form::Tanh
+                | Form::Product
+        ) && self.acts != Acts::Axis
+    }
+
+    /// With the range in which `channels` show its drivers: a curve that was fitted there is held beyond it.
+    #[must_use]
+    pub fn within_seen(mut self, channels: &Channels) -> Self {
+        let drivers = if self.extrapolates() { self.drivers.clone() } else { Vec::new() };
+        for (driver, [from, to]) in drivers.iter().zip(SEEN) {
+            let Some(seen) = see(channels, driver, &self.fixed) else { continue };
+            // The rate of a turn rises from rest.
+            let is_turn = channels.turning.is_some() && goes_with_rate(channels, driver);
+            let start = if is_turn { (0.0, 0.0) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+            let seen = seen.iter().filter(|value| value.is_finite());
+            let (low, high) = seen.fold(start, |(l, h), value| (l.min(*value), h.max(*value)));
+            if low <= high {
+                self.set(from, low);
+                self.set(to, high);
+            }
+        }
+        self
+    }
+
+    /// Without the range of what was seen: other data have their own.
+    #[must_use]
+    pub fn anywhere(mut self) -> Self {
+        self.fixed.retain(|(name, _)| !SEEN.as_flattened().contains(&name.as_str()));
+        self
+    }
+
+    /// Between which values the driver of that number may be, if that is said: a little beyond what was seen of it.
+    pub fn limits(&self, driver: usize) -> Option<[f64; 2]> {
+        let [from, to] = SEEN.get(driver)?;
+        let (from, to) = (self.number(from)?, self.number(to)?);
+        let reach = REACH * (to - from);
+        Some([from - reach, to + reach])
+    }
+
     /// Its columns over the rows, one a coefficient: what the term is when that coefficient is 1. `None` where the
     /// data lack a driver.
     pub fn per_row(&self, channels: &Channels) -> Option<Vec<Vec<f64>>> {
@@ -159,19 +212,24 @@ impl Shape {
         if self.form == Form::Constant {
             return Some(vec![vec![1.0; channels.time.len()]]);
         }
-        let seen = |driver| {
+        let seen = |which: usize| {
+            let driver = self.drivers.get(which)?;
             let mut seen = see(channels, driver, &self.fixed)?;
             if share != 1.0 && goes_with_rate(channels, driver) {
                 seen.to_mut().iter_mut().for_each(|value| *value *= share);
             }
+            if let Some([low, high]) = self.limits(which) {
+                // No panic where an end is no number.
+                seen.to_mut().iter_mut().for_each(|value| *value = value.max(low).min(high));
+            }
             Some(seen)
         };
-        let x = seen(self.drivers.first()?)?;
+        let x = seen(0)?;
         let number = |name: &str| self.number(name);
         let origin = fixed_or(&self.fixed, "origin", 0.0);
         let one = |f: &dyn Fn(f64) -> f64| vec![x.iter().map(|&x| f(x)).collect::<Vec<f64>>()];
         Some(match self.form {
-            Form::Constant => unreachable_constant(&x),
+            Form::Constant => one(&|_| 1.0),
             Form::Linear => one(&|x| x - origin),
             Form::Quadratic => one(&|x| (x - origin).powi(2)),
             Form::Cubic => one(&|x| (x - origin).powi(3)),
@@ -209,7 +267,7 @@ impl Shape {
             }
             Form::Spline => cardinal(&self.knots, &x),
             Form::Surface => {
-                let y = seen(self.drivers.get(1)?)?;
+                let y = seen(1)?;
                 let (over_x, over_y) = (hats(&self.knots, &x), hats(&self.knots_2, &y));
                 let mut columns = Vec::with_capacity(self.width());
                 for a in &over_x {
@@ -220,7 +278,7 @@ impl Shape {
                 columns
             }
             Form::Product => {
-                let y = seen(self.drivers.get(1)?)?;
+                let y = seen(1)?;
                 let origin_2 = fixed_or(&self.fixed, "origin_2", 0.0);
                 vec![x.iter().zip(y.iter()).map(|(x, y)| (x - origin) * (y - origin_2)).collect()]
             }
@@ -323,11 +381,6 @@ impl Shape {
 fn goes_with_rate(channels: &Channels, driver: &Driver) -> bool {
     matches!(driver.wrap, Wrap::Plain | Wrap::Abs)
         && matches!(field(channels, driver), Some(Field::Rotation))
-}
-
-/// A constant is answered before anything is looked up.
-fn unreachable_constant(x: &[f64]) -> Vec<Vec<f64>> {
-    vec![vec![1.0; x.len()]]
 }
 
 /// What a unit of a term that `acts` so adds to the observations of `block`. What adds to a rate is exposed as a

@@ -1,13 +1,23 @@
 //! Terms with their numbers in the units of the data, from shapes with numbers in SI, and back.
 
 use super::unit::{coefficient_unit, fixed_unit, place_unit};
-use super::{Acts, Form, Shape, Term, Wrap, range};
+use super::{Acts, Form, SEEN, Shape, Term, Wrap, range};
 use crate::finding::Parameter;
 use crate::problem::{Channels, DisplayUnit};
 use crate::units::si_factor;
 
 /// The parameters that say, by a value of 1, in which unit the knots are.
 pub const KNOT: [&str; 2] = ["knot", "knot_2"];
+
+/// Does the parameter of that name say where on the axis of a driver a term is, and not how large it is?
+pub fn is_place(name: &str) -> bool {
+    ["origin", "origin_2"].contains(&name) || is_frame(name)
+}
+
+/// Does it say the unit of knots or the range that was seen?
+pub fn is_frame(name: &str) -> bool {
+    KNOT.contains(&name) || SEEN.as_flattened().contains(&name)
+}
 
 /// A fitted coefficient, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -57,8 +57,8 @@ pub fn fixed_unit(shape: &Shape, channels: &Channels, name: &str) -> DisplayUnit
     match name {
         "time_constant" | "delay" => time,
         "stretch" | "through" => DisplayUnit::new("1", 1.0),
-        "origin" | "at" | "centre" => place_unit(channels, shape, 0),
-        "origin_2" => place_unit(channels, shape, 1),
+        "origin" | "at" | "centre" | "seen_from" | "seen_to" => place_unit(channels, shape, 0),
+        "origin_2" | "seen_from_2" | "seen_to_2" => place_unit(channels, shape, 1),
         _ => shape.drivers.first().map_or(time, |driver| difference_unit(channels, driver)),
     }
 }

@@ -7,12 +7,12 @@ mod fit;
 mod innovations;
 mod layout;
 mod search;
-mod walk;
+mod slow;
 mod whiten;
 
 pub use fit::{TIME_CAUTION, evidence, fit, priced, retune};
 pub use layout::Layout;
-pub use walk::walk;
+pub use slow::slow;
 pub use whiten::Whitener;
 
 /// One first-order Gauss-Markov process.

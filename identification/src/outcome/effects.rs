@@ -28,8 +28,8 @@ pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
         .iter()
         .map(|(value, error)| Fitted { value: *value, error: *error })
         .collect();
-    let mut term =
-        Term::from_shape(&found.shape, &coefficients, &found.numbers, &unit, data.channels);
+    let shape = found.shape.clone().within_seen(data.channels);
+    let mut term = Term::from_shape(&shape, &coefficients, &found.numbers, &unit, data.channels);
     term.axis = data.block.axis;
     term.quantity.clone_from(&data.block.apart);
     term

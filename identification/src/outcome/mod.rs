@@ -15,7 +15,7 @@ pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Seri
 pub(crate) use effects::{effect, lines_before_their_zero, term};
 pub(crate) use path::path;
 pub use predict::predict;
-pub(crate) use unmended::{random_walk, rounding};
+pub(crate) use unmended::{rounding, slow_noise};
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};
 pub(crate) use whiteness::{of_innovations, stretches, whiteness};
 

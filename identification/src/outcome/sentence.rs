@@ -3,14 +3,21 @@
 use crate::finding::{Effect, Parameter};
 use crate::model::{Driver, Wrap};
 
-/// A sentence for each cause. Powers of the same driver are one polynomial.
+/// A sentence for each cause. Powers of the same driver are one polynomial, and axes that are late have one delay.
 pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
     let same = |one: &Effect, other: &Effect| {
         (&one.term, one.axis, &one.drivers) == (&other.term, other.axis, &other.drivers)
     };
+    let late: Vec<&Effect> = effects.iter().filter(|effect| is_delay(effect)).collect();
+    let late_together = (late.len() > 1).then(|| delay(&late)).flatten();
     effects
         .iter()
         .filter_map(|effect| {
+            if let Some(sentence) = &late_together
+                && is_delay(effect)
+            {
+                return std::ptr::eq(effect, late[0]).then(|| sentence.clone());
+            }
             let of_same: Vec<usize> =
                 effects.iter().filter(|other| same(effect, other)).filter_map(order).collect();
             match order(effect) {
@@ -25,6 +32,41 @@ pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
         })
         .collect()
 }
+
+fn is_delay(effect: &Effect) -> bool {
+    (effect.term.as_str(), effect.name.as_str()) == ("delay", "delay")
+}
+
+/// What is measured is late or early, on all of these axes by about as much; `None` where they are not alike.
+fn delay(effects: &[&Effect]) -> Option<String> {
+    let sizes = effects.iter().map(|effect| effect.parameters.first().map(|one| one.value));
+    let sizes: Vec<f64> = sizes.collect::<Option<_>>()?;
+    let late = sizes.iter().all(|size| *size >= 0.0);
+    let early = sizes.iter().all(|size| *size < 0.0);
+    let ends = sizes.iter().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), size| {
+        (low.min(size.abs()), high.max(size.abs()))
+    });
+    if !(late || early) || ends.1 > SAME_DELAY * ends.0 {
+        return None;
+    }
+    let [low, high] = [ends.0, ends.1].map(|size| short(1e3 * size));
+    let size = if low == high { low } else { format!("{low} to {high}") };
+    let way = if late { "later" } else { "earlier" };
+    let axes: Vec<String> = effects.iter().map(|effect| of_axis(effect)).collect();
+    let of = match axes.as_slice() {
+        [one] => one.clone(),
+        [others @ .., last] => {
+            let axes = others.iter().map(|axis| axis.trim_start_matches(" of axis "));
+            let last = last.trim_start_matches(" of axis ");
+            format!(" of axes {} and {last}", axes.collect::<Vec<_>>().join(", "))
+        }
+        [] => String::new(),
+    };
+    Some(format!("What is measured{of} comes {size} ms {way} than the reference."))
+}
+
+/// Delays of axes that differ by less than this factor are one.
+const SAME_DELAY: f64 = 1.5;
 
 /// Which power of its driver an effect is.
 fn order(effect: &Effect) -> Option<usize> {
@@ -138,13 +180,7 @@ fn cause(effect: &Effect) -> String {
                 more_or_less("ahead of", "behind")
             );
         }
-        ("delay", "delay") => {
-            return format!(
-                "What is measured{of} comes {} ms {} than the reference.",
-                short(1e3 * value.abs()),
-                more_or_less("later", "earlier")
-            );
-        }
+        ("delay", "delay") => return delay(&[effect]).unwrap_or_default(),
         ("delay", "bandwidth") => {
             return format!(
                 "What is measured{of} follows with a time constant of {} ms.",
@@ -170,10 +206,17 @@ fn cause(effect: &Effect) -> String {
                 number(effect, "width")
             );
         }
-        ("noise", _) => {
-            let walks = first.map_or("", |one| one.name.as_str()).replace('_', " ");
+        ("noise", "correlated_noise") => {
+            let memory = number(effect, "correlation_time");
             return format!(
-                "What is measured{of} wanders as a random walk does: by {size} {walks}, farther with the root of time."
+                "What is measured{of} wanders by {size} and comes back after about {memory}."
+            );
+        }
+        ("noise", name) => {
+            let after = first.map_or("", |one| one.name.as_str()).replace('_', " ");
+            let how = if name == "random_walk" { "as a random walk does" } else { "slowly" };
+            return format!(
+                "What is measured{of} wanders {how}: by {size} {after}, farther with the root of time."
             );
         }
         ("quantisation", _) => {
@@ -273,6 +316,24 @@ mod tests {
             "The bias of axis y swings with heading, 2 times a turn: amplitude 3.00e-5 rad/s."
         );
         assert_eq!([short(104.87), short(0.00480), short(12.359)], ["105", "0.00480", "12.4"]);
+    }
+
+    #[test]
+    fn axes_that_are_late_together_have_one_delay() {
+        let late = |axis, value| Effect {
+            axis: Some(axis),
+            ..effect("delay", "delay", "delay", value, "s")
+        };
+        let bias = over("coil", "linear", 0.1, "any");
+        let all = [late(Axis::Z, 4.23e-3), bias, late(Axis::X, 4.24e-3), late(Axis::Y, 4.12e-3)];
+        let found = causes(&all);
+        assert_eq!(found.len(), 2);
+        assert_eq!(
+            found[0],
+            "What is measured of axes z, x and y comes 4.12 to 4.24 ms later than the reference."
+        );
+        // Unlike ones stay apart.
+        assert_eq!(causes(&[late(Axis::Z, 4e-3), late(Axis::X, -4e-3)]).len(), 2);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What readings do that no model mends and that has a name: rounding, and noise that walks.
+//! What readings do that no model mends and that has a name: rounding, and noise with a long memory.
 
 use super::effects::word;
 use super::residual;
@@ -18,42 +18,77 @@ pub(crate) fn rounding(data: Data<'_>, fit: &BlockFit, step: f64) -> Effect {
         unit: unit.text.clone(),
         range: None,
     };
-    effect(data, fit, ("rounding", Acts::Quantisation), parameter, 0.0)
+    effect(data, fit, ("rounding", Acts::Quantisation), vec![parameter], 0.0)
 }
 
-/// Noise that walks, where that is no chance: `share` is the share of the risk that this quantity has.
-pub(crate) fn random_walk(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<Effect> {
+/// Noise with a memory of a good part of the record, or without an end.
+pub(crate) struct SlowNoise {
+    /// How it stands among the effects.
+    pub effect: Effect,
+    /// What else it may be.
+    pub notice: Option<String>,
+}
+
+/// A kind of slow noise that is less probable is excluded.
+const EXCLUDED: f64 = 0.05;
+
+/// Slow noise, where it is no chance: `share` is the share of the risk that this quantity has.
+pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<SlowNoise> {
     if data.block.aggregate != Aggregate::Row {
         return None;
     }
     let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
     let columns = data.all_columns(&fit.shapes());
     let left = residual(data, &all);
-    let walk = noise::walk(data.layout, &left, &columns, &fit.noise, &fit.left_out)?;
+    let slow = noise::slow(data.layout, &left, &columns, &fit.noise, &fit.left_out)?;
+    let p_value = (-slow.surprise).exp();
+    if !(p_value < RISK * share) {
+        return None;
+    }
     let unit = &data.block.unit;
-    let after_1 = walk.variance_per_s.sqrt() / unit.si;
-    let time = match data.channels.time_unit.text() {
-        "1" => "sample",
-        text => text,
-    };
-    let parameter = Parameter {
-        name: format!("after_1_{time}"),
-        value: after_1,
-        // Of a logarithm of a square.
-        standard_error: Some(0.5 * walk.log_error * after_1),
-        unit: unit.text.clone(),
+    let second = data.channels.time_unit.text();
+    let time = if second == "1" { "sample" } else { second };
+    let parameter = |name: String, value: f64, standard_error, unit: &str| Parameter {
+        name,
+        value,
+        standard_error,
+        unit: unit.to_owned(),
         range: None,
     };
-    let p_value = (-walk.strength).exp();
-    (p_value < RISK * share)
-        .then(|| effect(data, fit, ("random_walk", Acts::Noise), parameter, p_value))
+    // Of a logarithm of a square.
+    let relative = 0.5 * slow.log_error;
+    let after_1 = slow.variance_per_s.sqrt() / unit.si;
+    let error = Some(relative * after_1);
+    let steps = parameter(format!("after_1_{time}"), after_1, error, &unit.text);
+    let is_open = slow.other > EXCLUDED;
+    let (name, parameters) = match slow.correlation_s {
+        _ if is_open => ("slow_noise", vec![steps]),
+        None => ("random_walk", vec![steps]),
+        Some(memory) => {
+            let deviation = (0.5 * slow.variance_per_s * memory).sqrt() / unit.si;
+            let error = Some(relative * deviation);
+            let size = parameter("deviation".to_owned(), deviation, error, &unit.text);
+            let memory = parameter("correlation_time".to_owned(), memory, None, second);
+            ("correlated_noise", vec![size, memory])
+        }
+    };
+    let notice = is_open.then(|| {
+        let walks = if slow.correlation_s.is_none() { 1.0 - slow.other } else { slow.other };
+        format!(
+            "whether the slow noise of `{}` ever forgets is open (a random walk: {:.0} %); a record that is some times \
+             as long would tell",
+            data.block.label,
+            100.0 * walks
+        )
+    });
+    Some(SlowNoise { effect: effect(data, fit, (name, Acts::Noise), parameters, p_value), notice })
 }
 
 fn effect(
     data: Data<'_>,
     fit: &BlockFit,
     (name, acts): (&str, Acts),
-    parameter: Parameter,
+    parameters: Vec<Parameter>,
     p_value: f64,
 ) -> Effect {
     let error = fit.nested.first().map_or(0.0, |metric| metric.errors.rmse() / metric.unit.si);
@@ -66,7 +101,7 @@ fn effect(
         form: name.to_owned(),
         knots: Vec::new(),
         knots_2: Vec::new(),
-        parameters: vec![parameter],
+        parameters,
         p_value,
         held_out_before: error,
         held_out_after: error,

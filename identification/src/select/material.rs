@@ -7,6 +7,7 @@ use super::record::Record;
 use super::roughly::{doubtful, is_sure};
 use super::sound::is_sound;
 use super::state::State;
+use super::timing;
 use crate::candidates::Candidate;
 use crate::judge::{Judge, Metric, margin};
 use crate::linear::{Basis, Normal, dot};
@@ -160,11 +161,15 @@ impl<'a> Material<'a> {
                 sample.share(&candidate.shape)
             }
         };
+        let rotation = &self.data.channels.rotation_name;
+        let is_said = |shape: &Shape| {
+            state.terms.contains(shape) || timing::is_said_by(&state.terms, shape, rotation)
+        };
         let mut scored: Vec<(f64, &Candidate)> = self
             .candidates
             .iter()
             .enumerate()
-            .filter(|(_, candidate)| !state.terms.contains(&candidate.shape))
+            .filter(|(_, candidate)| !is_said(&candidate.shape))
             .map(|one| (share(one), one.1))
             .filter(|(share, candidate)| *share > SHARE_MIN || candidate.shape.drivers.is_empty())
             .collect();

@@ -10,7 +10,7 @@ use super::record::Record;
 use super::refine::refine;
 use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
-use super::sound::is_within_physics;
+use super::sound::{is_sound, is_within_physics};
 use super::timing;
 use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
@@ -160,8 +160,9 @@ impl<'a> State<'a> {
     /// Adds what is missing, if anything is; what did not pass comes back.
     pub fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
         let mut found = self.round(threshold);
+        let rotation = &self.data.channels.rotation_name;
         found.retain(|one| {
-            !one.all().any(|candidate| timing::is_said_by(&self.terms, &candidate.shape))
+            !one.all().any(|candidate| timing::is_said_by(&self.terms, &candidate.shape, rotation))
         });
         plainest_first(&mut found, threshold);
         let scene = self.scene(&self.terms);
@@ -198,8 +199,11 @@ impl<'a> State<'a> {
                 continue;
             }
             let mut next = self.clone();
+            // A bump or a sigmoid with its middle off the data can balance a constant.
+            let is_narrow = chosen.iter().any(|one| !one.shape.known && one.shape.width() == 1);
             chosen.into_iter().for_each(|candidate| next.add(candidate));
-            if is_within_physics(&next) {
+            let is_balanced = is_narrow && !is_sound(&next, self.terms.len());
+            if is_within_physics(&next) && !is_balanced {
                 *self = next;
                 return Ok(());
             }

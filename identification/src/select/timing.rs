@@ -2,7 +2,7 @@
 
 use super::block::BlockFit;
 use crate::candidates::Candidate;
-use crate::model::{Acts, Form, Shape, Wrap};
+use crate::model::{Acts, Driver, Form, Shape, Wrap};
 
 /// A way of being late: a delay, a filter or a clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,10 +28,19 @@ impl Timing {
 }
 
 /// Does one of `terms` say already that it is late as `shape` says? How late is a number of that term: a second one would
-/// say the same again, and the two could balance each other.
-pub fn is_said_by(terms: &[Shape], shape: &Shape) -> bool {
-    let timing = Timing::of(shape);
-    timing.is_some() && terms.iter().any(|term| Timing::of(term) == timing)
+/// say the same again, and the two could balance each other. To first order a delay takes off the slope of the `rotation`,
+/// so an error that goes with that slope says the same as well.
+pub fn is_said_by(terms: &[Shape], shape: &Shape, rotation: &str) -> bool {
+    let goes_with_slope = |shape: &Shape| {
+        let slope = Driver::new(Wrap::RateOf, rotation);
+        shape.acts == Acts::Bias && shape.drivers == [slope]
+    };
+    let of = |shape: &Shape| match Timing::of(shape) {
+        None if goes_with_slope(shape) => Some(Timing(Acts::Delay, Wrap::Plain)),
+        timing => timing,
+    };
+    let timing = of(shape);
+    timing.is_some() && terms.iter().any(|term| of(term) == timing)
 }
 
 /// The way of being late that is likeliest for all axes that are late, if there is one that none excludes.
@@ -99,11 +108,20 @@ mod tests {
     #[test]
     fn one_is_late_in_one_way_once() {
         let terms = [late(Wrap::LagOf), late(Wrap::Plain)];
-        assert!(is_said_by(&terms, &late(Wrap::Plain)));
-        assert!(!is_said_by(&terms[..1], &late(Wrap::Plain)));
+        let is_said = |terms: &[Shape], shape: &Shape| is_said_by(terms, shape, "reference");
+        assert!(is_said(&terms, &late(Wrap::Plain)));
+        assert!(!is_said(&terms[..1], &late(Wrap::Plain)));
+        // What goes with the slope of the reference is a delay; what goes with that of another field is not.
+        let goes_with = |field: &str| {
+            let driver = Driver::new(Wrap::RateOf, field);
+            Shape::new("rate_dependence", Acts::Bias, driver, Form::Linear)
+        };
+        assert!(is_said(&terms, &goes_with("reference")));
+        assert!(is_said(&[goes_with("reference")], &late(Wrap::Plain)));
+        assert!(!is_said(&terms, &goes_with("temperature")));
         // Two that are not late say nothing of it.
         let constant = Shape { form: Form::Constant, ..late(Wrap::Plain) };
-        assert!(!is_said_by(std::slice::from_ref(&constant), &constant));
+        assert!(!is_said(std::slice::from_ref(&constant), &constant));
     }
 
     #[test]

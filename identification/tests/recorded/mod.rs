@@ -70,6 +70,7 @@ impl Recorded {
     }
 
     /// `effect` of the length `z` in units of the noise.
+    #[allow(dead_code, reason = "some tests have effects of another size")]
     pub fn sized(&self, z: f64, sigma: f64, effect: impl Fn(usize) -> f64) -> Vec<f64> {
         let values: Vec<f64> = (0..self.rows()).map(effect).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;

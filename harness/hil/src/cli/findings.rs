@@ -1,7 +1,7 @@
 //! Findings as a few lines of text.
 
 use identification::finding::{Effect, Finding, HeldOut, Parameter, Prediction, Verdict};
-use identification::model::KNOT;
+use identification::model::is_frame;
 use std::fmt::Write;
 
 /// Formats verdict, errors before and after, each effect, what remains, and the next step.
@@ -97,7 +97,7 @@ fn errors(held_out: &HeldOut) -> String {
 
 fn words(effect: &Effect) -> String {
     let axis = effect.axis.map_or(String::new(), |axis| format!(", axis {axis:?}").to_lowercase());
-    let is_number = |one: &&Parameter| !KNOT.contains(&one.name.as_str());
+    let is_number = |one: &&Parameter| !is_frame(&one.name);
     let parameters: Vec<_> = effect.parameters.iter().filter(is_number).map(parameter).collect();
     format!(
         "effect {}: {} by {} ({}{axis}): {}",

@@ -4,16 +4,13 @@ use super::meaning::{cause, meaning, title};
 use super::ruler::ends;
 use identification::dataset::Axis;
 use identification::finding::{Effect, Finding, Parameter, Rival};
-use identification::model::KNOT;
+use identification::model::is_place;
 use identification::outcome::{Diagnostics, EffectCurve};
 use maud::{Markup, html};
 use record::figures;
 
 /// Maximum number of parameters in a sentence.
 const PARAMETERS_MAX: usize = 4;
-
-/// Parameters that are positions, not sizes: the zero of an effect, and the unit of knots.
-const PLACES: [&str; 4] = ["origin", "origin_2", KNOT[0], KNOT[1]];
 
 /// Smaller probabilities are not distinguished.
 const PROBABILITY_MIN: f64 = 0.01;
@@ -60,8 +57,7 @@ fn card(effect: &Effect, finding: &Finding, diagnostics: &Diagnostics) -> Markup
 
 /// Describes its size: its parameters, and its contribution over these data.
 fn size(effect: &Effect, curve: Option<&EffectCurve>) -> String {
-    let sizes: Vec<&Parameter> =
-        effect.parameters.iter().filter(|p| !PLACES.contains(&p.name.as_str())).collect();
+    let sizes: Vec<&Parameter> = effect.parameters.iter().filter(|p| !is_place(&p.name)).collect();
     let mut text = if sizes.is_empty() {
         "It has no number of its own".to_owned()
     } else if sizes.len() <= PARAMETERS_MAX {

@@ -106,6 +106,14 @@ fn standard(name: &str) -> Option<&'static str> {
             "The error wanders by small steps that stay, farther the longer one waits. No model foresees it: a bias test \
              just before takes off what has come so far."
         }
+        "slow_noise" => {
+            "The error wanders. The record is too short to say whether it ever comes back. No model foresees it: a bias \
+             test just before takes off what has come so far."
+        }
+        "correlated_noise" => {
+            "The error wanders and comes back after some time. No model foresees it: a bias test just before takes off what \
+             lasts for longer than until it is used."
+        }
         "delay" => {
             "The gyro tells what happened some time ago: its data and the reference are shifted."
         }

@@ -1,0 +1,305 @@
+//! Noise with a long memory: a random walk of what is measured (the rate random walk of a gyro in IEEE Std 952) or noise
+//! that forgets after a good part of a record (exponentially correlated noise there).
+//!
+//! Slow noise is set against noise that forgets within a tenth of a stretch, both at their likeliest, beside a shorter
+//! memory that either may have. Which of the two kinds it is, a record says only where it is many times as long as the
+//! memory.
+
+use super::{Coloured, Layout, NoiseModel, Whitener};
+use crate::linear::{Basis, dot};
+use crate::significance::surprise_chi2;
+
+/// Noise that remembers for longer than a good part of a stretch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slow {
+    /// Variance that it brings in a second, SI.
+    pub variance_per_s: f64,
+    /// Standard error of the logarithm of that.
+    pub log_error: f64,
+    /// After which time it forgets, if that is likelier than that it never does.
+    pub correlation_s: Option<f64>,
+    /// Probability that it is of the other kind.
+    pub other: f64,
+    /// How surprising it would be in noise that forgets soon, in nats.
+    pub surprise: f64,
+}
+
+/// Noise that forgets over less than this share of a stretch is not slow.
+const SOON: f64 = 0.1;
+/// Memories of slow noise that are tried beside a walk, as shares of a stretch. What is longer is not told from a walk.
+const MEMORIES: [f64; 3] = [0.1, 0.17, 0.29];
+/// A memory beside it is over less than this share, or the two could not be told apart.
+const SHORT: f64 = 0.03;
+/// A walk is a memory of so many stretches.
+const LASTS: f64 = 30.0;
+/// Observations that are looked at: means of several.
+const THINNED: usize = 1200;
+/// Fewer have no place for what is slow and what is not.
+const OBSERVATIONS_MIN: usize = 100;
+/// Stretches beyond this are short ones.
+const STRETCHES_MAX: usize = 40;
+/// Variances that are tried, in decades over that of a mean's white noise, and the finest step between them.
+const DECADES: std::ops::RangeInclusive<i32> = -4..=3;
+const FINEST: f64 = 0.1;
+
+/// The record in means of several observations, each stretch with an offset of its own: where a walk begins nobody knows.
+struct Means {
+    layout: Layout,
+    residual: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    left_out: Vec<bool>,
+}
+
+/// The slow noise in `residual` less what `columns` explain, if `noise` has a long memory and is likelier than any that
+/// forgets soon.
+pub fn slow(
+    layout: &Layout,
+    residual: &[f64],
+    columns: &[Vec<f64>],
+    noise: &NoiseModel,
+    left_out: &[bool],
+) -> Option<Slow> {
+    let span = layout.span();
+    let remembers = noise.coloured.iter().any(|part| part.correlation_s > SOON * span);
+    if layout.is_level() || !remembers {
+        return None;
+    }
+    let means = Means::new(layout, residual, columns, left_out)?;
+    let soon = means.likeliest(&[SHORT, SOON].map(|share| share * span));
+    let walking = means.likeliest(&[LASTS * span]);
+    let forgetting = MEMORIES.map(|share| means.likeliest(&[share * span]));
+    let memory = forgetting.into_iter().fold(Likeliest::NONE, better);
+    let best = better(walking, memory);
+    // Any memory as likely beforehand as any other of these, and as a walk.
+    let evidence = forgetting.iter().map(|one| (one.value - best.value).exp()).sum::<f64>()
+        / MEMORIES.len() as f64;
+    let walks = (walking.value - best.value).exp();
+    let is_walk = walks >= evidence;
+    let kind = if is_walk { walking } else { memory };
+    let bend = means.bend(&kind);
+    // How long it remembers is one number more, at the end of its range where it is none: half of chi-squared (Self and
+    // Liang 1987).
+    let surprise = surprise_chi2(2.0 * (best.value - soon.value).max(0.0), 1.0) + 2.0_f64.ln();
+    // A walk of the variance v by a memory of t brings 2 v / t in a second.
+    (bend > 0.0).then(|| Slow {
+        variance_per_s: 2.0 * kind.slow.variance * kind.scale.powi(2) / kind.slow.correlation_s,
+        log_error: bend.sqrt().recip(),
+        correlation_s: (!is_walk).then_some(kind.slow.correlation_s),
+        other: walks.min(evidence) / (walks + evidence),
+        surprise,
+    })
+}
+
+/// The likeliest noise with a slow part; variances are over that of the white noise.
+#[derive(Clone, Copy)]
+struct Likeliest {
+    value: f64,
+    /// Standard deviation of the white noise of a mean.
+    scale: f64,
+    slow: Coloured,
+    /// The part with a shorter memory.
+    short: Option<Coloured>,
+}
+
+impl Likeliest {
+    const NONE: Self = Self {
+        value: f64::NEG_INFINITY,
+        scale: 1.0,
+        slow: Coloured { correlation_s: 1.0, variance: 0.0 },
+        short: None,
+    };
+}
+
+impl Means {
+    fn new(
+        layout: &Layout,
+        residual: &[f64],
+        columns: &[Vec<f64>],
+        left_out: &[bool],
+    ) -> Option<Self> {
+        let out = |i: usize| {
+            left_out.get(i).copied().unwrap_or(false)
+                || layout.spread.get(i).is_some_and(|spread| !spread.is_finite())
+        };
+        let (thin, groups) = layout.thinned(layout.len().div_ceil(THINNED));
+        let of = |values: &[f64]| -> Vec<f64> {
+            let mean = |range: &std::ops::Range<usize>| {
+                let used = range.clone().filter(|&i| !out(i));
+                let (sum, count) = used.fold((0.0, 0.0), |(s, c), i| (s + values[i], c + 1.0));
+                sum / f64::max(count, 1.0)
+            };
+            groups.iter().map(mean).collect()
+        };
+        let starts: Vec<usize> = (0..thin.len()).filter(|&i| thin.starts[i]).collect();
+        if thin.len() < OBSERVATIONS_MIN || starts.len() > STRETCHES_MAX {
+            return None;
+        }
+        let ends = starts.iter().skip(1).copied().chain([thin.len()]);
+        let mut columns: Vec<Vec<f64>> = columns.iter().map(|column| of(column)).collect();
+        for (from, to) in starts.iter().zip(ends) {
+            let mut offset = vec![0.0; thin.len()];
+            offset[*from..to].fill(1.0);
+            columns.push(offset);
+        }
+        let left_out = groups.iter().map(|range| range.clone().all(out)).collect();
+        Some(Self { residual: of(residual), columns, left_out, layout: thin })
+    }
+
+    /// Logarithm of the likelihood of what the columns say nothing of (Patterson and Thompson 1971), and the scale.
+    fn value(&self, coloured: Vec<Coloured>) -> (f64, f64) {
+        let noise = NoiseModel { coloured, ..NoiseModel::white(self.layout.runs()) };
+        let whitener = Whitener::new(&self.layout, &noise, &self.left_out);
+        let columns = whitener.apply_all(&self.columns);
+        let mut basis = Basis::default();
+        let mut determinant = 0.0;
+        for mut column in columns {
+            let before = dot(&column, &column);
+            basis.project(&mut column);
+            let left = dot(&column, &column);
+            // What another column says already takes no more away.
+            if basis.push(column) {
+                determinant += left.max(f64::MIN_POSITIVE * before).ln();
+            }
+        }
+        let mut white = whitener.apply(&self.residual);
+        basis.project(&mut white);
+        let free = (whitener.used() as f64 - basis.len() as f64).max(1.0);
+        let square = dot(&white, &white).max(f64::MIN_POSITIVE) / free;
+        (-0.5 * (free * square.ln() + whitener.log_determinant + determinant), square.sqrt())
+    }
+
+    fn with(&self, slow: Coloured, short: Option<Coloured>) -> Likeliest {
+        let (value, scale) = self.value(short.into_iter().chain([slow]).collect());
+        Likeliest { value, scale, slow, short }
+    }
+
+    /// The likeliest noise with a slow part that remembers for as long as `memories` say, or for something between the
+    /// two, and with a shorter one where it pays.
+    fn likeliest(&self, memories: &[f64]) -> Likeliest {
+        let interval = self.layout.interval();
+        // By a memory of t a variance of v brings 2 v / t in a second: it is tried in equal steps of that.
+        let slow = |memory: f64, step: f64| Coloured {
+            correlation_s: memory,
+            variance: step * memory / interval,
+        };
+        let every = memories.iter().flat_map(|memory| {
+            DECADES.map(|decade| self.with(slow(*memory, 10_f64.powi(decade)), None))
+        });
+        let Some(mut best) = every.reduce(better) else { return Likeliest::NONE };
+        let mut correlation_s = 2.0 * interval;
+        while correlation_s < SHORT * self.layout.span() {
+            for variance in [0.1, 1.0, 10.0] {
+                let short = Some(Coloured { correlation_s, variance });
+                for factor in [0.1, 1.0, 10.0] {
+                    let slow = Coloured { variance: factor * best.slow.variance, ..best.slow };
+                    best = better(best, self.with(slow, short));
+                }
+            }
+            correlation_s *= 3.0;
+        }
+        // All numbers at their best.
+        let bounds = memories
+            .iter()
+            .fold((f64::INFINITY, 0.0), |(low, high), memory| (memory.min(low), memory.max(high)));
+        let mut step = 3.0;
+        while step > 1.0 + FINEST {
+            for which in 0..4 {
+                for factor in [step, 1.0 / step] {
+                    let (mut slow, mut short) = (best.slow, best.short);
+                    match (which, &mut short) {
+                        (0, _) => slow.variance *= factor,
+                        (1, _) if bounds.0 < bounds.1 => {
+                            let memory = (slow.correlation_s * factor).clamp(bounds.0, bounds.1);
+                            slow.variance *= memory / slow.correlation_s;
+                            slow.correlation_s = memory;
+                        }
+                        (2, Some(short)) => short.variance *= factor,
+                        (3, Some(short)) => {
+                            let limit = SHORT * self.layout.span();
+                            short.correlation_s = (short.correlation_s * factor).min(limit);
+                        }
+                        _ => continue,
+                    }
+                    best = better(best, self.with(slow, short));
+                }
+            }
+            step = step.sqrt();
+        }
+        best
+    }
+
+    /// How the likelihood bends over the logarithm of the slow part's variance: its information.
+    fn bend(&self, at: &Likeliest) -> f64 {
+        let step: f64 = 0.5;
+        let side = |sign: f64| {
+            let variance = at.slow.variance * (sign * step).exp();
+            self.with(Coloured { variance, ..at.slow }, at.short).value
+        };
+        (2.0 * at.value - side(1.0) - side(-1.0)) / (step * step)
+    }
+}
+
+fn better(a: Likeliest, b: Likeliest) -> Likeliest {
+    if b.value > a.value { b } else { a }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Slow, slow};
+    use crate::noise::{self, Layout};
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const RUNS: usize = 6;
+    const ROWS: usize = 1200;
+
+    /// Six runs of white noise with a walk of `step` a row and noise of `colour` that keeps `keep` of itself.
+    fn found(seed: u64, step: f64, (keep, colour): (f64, f64)) -> Option<Slow> {
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut residual = Vec::new();
+        for _ in 0..RUNS {
+            let (mut walks, mut kept) = (0.0, colour * normal());
+            for _ in 0..ROWS {
+                walks += step * normal();
+                kept = keep * kept + colour * (1.0 - keep * keep).sqrt() * normal();
+                residual.push(normal() + walks + kept);
+            }
+        }
+        let layout = Layout::of_rows(RUNS, ROWS, 1.0);
+        let bias = vec![vec![1.0; residual.len()]];
+        let (noise, left_out) = noise::fit(&layout, &residual, &bias, None);
+        slow(&layout, &residual, &bias, &noise, &left_out).filter(|found| found.surprise > 5.3)
+    }
+
+    #[test]
+    fn a_walk_is_found_with_its_size() {
+        for (step, colour) in [(0.03, (0.0, 0.0)), (0.06, (0.8, 0.6))] {
+            let all: Vec<Slow> = (0..8).filter_map(|seed| found(seed, step, colour)).collect();
+            let walks: Vec<&Slow> =
+                all.iter().filter(|slow| slow.correlation_s.is_none()).collect();
+            assert!(walks.len() >= 6, "{colour:?} {all:?}");
+            for slow in walks {
+                let off = (slow.variance_per_s / f64::powi(step, 2)).ln();
+                assert!(off.abs() < 4.0 * slow.log_error, "{slow:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_that_forgets_soon_is_not_slow() {
+        for (keep, colour) in [(0.0, 0.0), (0.8, 0.6), (0.95, 0.6), (0.98, 2.0)] {
+            for seed in 0..12 {
+                assert_eq!(found(seed, 0.0, (keep, colour)), None, "{keep} {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_that_forgets_after_a_quarter_of_a_record_is_slow_and_no_sure_walk() {
+        let all: Vec<Slow> =
+            (0..12).filter_map(|seed| found(seed, 0.0, (1.0 - 1.0 / 300.0, 1.0))).collect();
+        let surely = all.iter().filter(|slow| slow.correlation_s.is_none() && slow.other < 0.05);
+        assert!(all.len() >= 6 && surely.count() <= 1, "{all:?}");
+    }
+}

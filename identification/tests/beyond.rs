@@ -1,0 +1,58 @@
+//! A curve that was fitted over some range of its driver is held beyond that range, and not extrapolated.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+mod recorded;
+
+use identification::dataset::{Dataset, Role};
+use identification::identify::{Options, identify, predict};
+use identification::model::{Form, Model};
+use recorded::{Recorded, recorded};
+
+/// deg/s
+const SIGMA: f64 = 0.02;
+/// deg/s/K^2
+const CURVE: f64 = 4e-3;
+
+/// A gyro whose bias goes with the square of the temperature between 18 and 32 degC, and not beyond.
+fn gyro(recorded: &Recorded, seed: u64) -> Dataset {
+    let white = recorded.white(seed);
+    let bias = |row: usize| CURVE * (recorded.temperature[row].clamp(18.0, 32.0) - 25.0).powi(2);
+    let error: Vec<f64> = (0..white.len()).map(|row| bias(row) + SIGMA * white[row]).collect();
+    recorded.series(&error)
+}
+
+fn model(dataset: &Dataset) -> Model {
+    identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap().model
+}
+
+#[test]
+fn a_curve_is_held_beyond_what_was_seen() {
+    let recorded = recorded(4, 900, 1.0);
+    let model = model(&gyro(&recorded, 1));
+    let curve = model.terms.iter().find(|term| term.form == Form::Quadratic).unwrap();
+    let number = |name: &str| curve.parameter(name).map(|one| (one.value.round(), &*one.unit));
+    assert_eq!(
+        [number("seen_from"), number("seen_to")],
+        [Some((19.0, "Cel")), Some((31.0, "Cel"))]
+    );
+    // The same gyro in a hot room.
+    let mut hot = recorded;
+    hot.temperature.iter_mut().for_each(|value| *value += 40.0);
+    let found = predict(&gyro(&hot, 2), &Model::from_toml(&model.to_toml()).unwrap()).unwrap();
+    let held = 0.02_f64.hypot(CURVE * (7.2_f64.powi(2) - 7.0_f64.powi(2)));
+    assert!(found.rmse.after < 1.2 * held, "{:?}", found.rmse);
+}
+
+#[test]
+fn other_data_may_go_beyond_what_a_given_model_saw() {
+    let mut wide = recorded(4, 900, 1.0);
+    let narrow = model(&gyro(&wide, 1));
+    wide.temperature.iter_mut().for_each(|value| *value = 25.0 + 1.15 * (*value - 25.0));
+    let set = gyro(&wide, 2);
+    let again = identify(&set, Some(&narrow), &Options::default(), &mut |_, _| ()).unwrap();
+    let curve = again.model.terms.iter().find(|term| term.form == Form::Quadratic).unwrap();
+    assert_eq!(curve.parameter("seen_to").map(|one| one.value.round()), Some(32.0));
+    assert!(set.column(Role::Temperature).is_some());
+    assert_eq!(again.finding.effects.len(), 0, "{:?}", again.finding.effects);
+}
