@@ -15,6 +15,8 @@ use wire::time::{Span, Timestamp};
 const SNAPSHOTS_MAX: usize = 16;
 /// The first snapshots are this far apart.
 const APART: Span = Span::from_secs(2);
+/// A snapshot holds the observations so far, at most this many bytes: 512 MiB in all of the snapshots of [`SEEDS_MAX`].
+const OBSERVED_MAX: usize = 1 << 19;
 /// Seeds whose snapshots are kept. Those that were not used for the longest time go first.
 const SEEDS_MAX: usize = 64;
 
@@ -48,7 +50,7 @@ impl Beginnings {
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A case that panicked has left a beginning as it was after its last event.
+    // A case that panicked has left what it had kept before.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -69,8 +71,10 @@ impl Kept {
 #[derive(Default)]
 struct Beginning {
     began: bool,
-    /// It goes on from here; `None` once it has ended, or cannot be copied.
+    /// It goes on from here; `None` once it has ended or panicked, has observed too much, or cannot be copied.
     ahead: Option<Underway<Memory>>,
+    /// How far it has gone.
+    until: Timestamp,
     /// In the order of time.
     snapshots: Vec<Underway<Memory>>,
     apart: Span,
@@ -85,15 +89,12 @@ impl Beginning {
     ) -> Option<Underway<Memory>> {
         if !self.began {
             (self.began, self.apart) = (true, APART);
-            self.ahead = Some(run().before_faults());
-            self.keep();
+            self.keep(run().before_faults());
         }
-        while let Some(ahead) = &self.ahead {
-            let next = self.snapshots.last()?.simulation.now() + self.apart;
-            if ahead.simulation.first_fault(schedule, seed) <= next {
-                break;
-            }
-            self.advance(next);
+        while let Some(ahead) = &self.ahead
+            && ahead.simulation.first_fault(schedule, seed) > self.until + self.apart
+        {
+            self.advance();
         }
         let is_before = |one: &&Underway<Memory>| {
             one.simulation.first_fault(schedule, seed) > one.simulation.now()
@@ -103,20 +104,20 @@ impl Beginning {
         Some(snapshot)
     }
 
-    /// Runs on to `until`.
-    fn advance(&mut self, until: Timestamp) {
-        let Some(ahead) = &mut self.ahead else { return };
-        match ahead.run_before(until) {
-            true => self.keep(),
-            false => self.ahead = None,
+    fn advance(&mut self) {
+        self.until += self.apart;
+        // Taken, so that nothing half done is left if it panics.
+        if let Some(mut ahead) = self.ahead.take()
+            && ahead.run_before(self.until)
+        {
+            self.keep(ahead);
         }
     }
 
-    fn keep(&mut self) {
-        let snapshot = self.ahead.as_ref().and_then(Underway::snapshot);
-        if snapshot.is_none() {
-            self.ahead = None;
-        }
+    fn keep(&mut self, ahead: Underway<Memory>) {
+        let observed = ahead.simulation.director.engine.observations().bytes();
+        let snapshot = ahead.snapshot().filter(|_| observed <= OBSERVED_MAX);
+        self.ahead = snapshot.is_some().then_some(ahead);
         self.snapshots.extend(snapshot);
         if self.snapshots.len() > SNAPSHOTS_MAX {
             let mut at = 0;

@@ -77,6 +77,11 @@ impl Observations {
         Self { of: BTreeMap::new(), bytes: 0, bytes_max }
     }
 
+    /// The memory that the observations take.
+    pub const fn bytes(&self) -> usize {
+        self.bytes
+    }
+
     /// Stores an observation.
     ///
     /// # Errors
