@@ -15,6 +15,11 @@ pub trait Executor: Sync {
         self.execute(case)
     }
 
+    /// Whether the campaign is to stop: no further case is worth its time.
+    fn is_stopped(&self) -> bool {
+        false
+    }
+
     /// Duration of the plan without faults, and the result of one such run. Zero for an executor without a plan.
     fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
         (Span::ZERO, self.execute(&Case { seed, ..Case::default() }))

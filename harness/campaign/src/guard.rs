@@ -49,6 +49,10 @@ impl<E: Executor> Executor for Guarded<'_, E> {
         result
     }
 
+    fn is_stopped(&self) -> bool {
+        self.0.is_stopped()
+    }
+
     fn takes(&self, case: &Case) -> bool {
         self.0.takes(case)
     }

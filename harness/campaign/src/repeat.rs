@@ -228,6 +228,10 @@ impl<E: Executor> Executor for Repeatedly<E> {
         Ok(self.repetition.shown(broke, self.repetition.repeats))
     }
 
+    fn is_stopped(&self) -> bool {
+        self.inner.is_stopped()
+    }
+
     fn kept(&self, case: &Case) {
         self.inner.kept(case);
     }

@@ -120,6 +120,7 @@ pub fn run(
     })?;
     journal.done = done;
     let found = made_small(executor, first, &tally, settings);
+    let stopped = stopped || executor.is_stopped();
     let never = states.iter().filter(|state| !tally.reached.contains_key(*state)).cloned();
     Ok(Campaign { never: never.collect(), tally, found, stopped })
 }
@@ -234,6 +235,34 @@ mod tests {
         let whole = campaign(&counted, &settings(100, 2), tempfile::tempdir().unwrap().path());
         assert_eq!(whole.tally.nearest, resumed.tally.nearest);
         assert_eq!(whole.tally.reached, resumed.tally.reached);
+    }
+
+    /// Is stopped in the middle of shrinking.
+    struct Stopped(AtomicU64);
+
+    impl Executor for Stopped {
+        fn execute(&self, case: &Case) -> CaseResult {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            Toy::default().execute(case)
+        }
+
+        fn is_stopped(&self) -> bool {
+            self.0.load(Ordering::Relaxed) >= 403
+        }
+    }
+
+    #[test]
+    fn shrinking_ends_when_the_campaign_is_to_stop() {
+        let (folder, executor) = (tempfile::tempdir().unwrap(), Stopped(AtomicU64::new(0)));
+        let stopped = campaign(&executor, &settings(400, 1), folder.path());
+        assert!(stopped.stopped);
+        assert_eq!(stopped.tally.cases, 400);
+        assert_eq!((executor.0.load(Ordering::Relaxed), stopped.found.len()), (403, 1));
+        // It goes on where it stopped.
+        let resumed = campaign(&Toy::default(), &settings(400, 1), folder.path());
+        let whole =
+            campaign(&Toy::default(), &settings(400, 1), tempfile::tempdir().unwrap().path());
+        assert_eq!(resumed.found, whole.found);
     }
 
     /// Gives up after this many cases, like an executor whose bench is interrupted.

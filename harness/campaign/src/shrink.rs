@@ -68,7 +68,7 @@ struct Shrinker<'a, E> {
 
 impl<E: Executor> Shrinker<'_, E> {
     fn is_spent(&self) -> bool {
-        self.best.executions >= self.executions_max
+        self.best.executions >= self.executions_max || self.executor.is_stopped()
     }
 
     /// Accepts this schedule if it also breaks the property.

@@ -128,6 +128,10 @@ impl Executor for OnBench {
         self.run(&Case { seed, ..Case::default() })
     }
 
+    fn is_stopped(&self) -> bool {
+        (self.site.stop)()
+    }
+
     fn takes(&self, case: &Case) -> bool {
         let plan = &self.prepared.plan;
         let all = case.schedule.beside(&plan.faults);

@@ -12,6 +12,7 @@ use rig::crossing::Memory;
 use rig::operator::Answers;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use wire::time::{Span, Timestamp};
 
 /// How often a run looks whether a property is broken, in bench time.
@@ -25,17 +26,24 @@ pub struct Simulated {
     /// Whether the plan has to pass, in place of its properties.
     must_pass: bool,
     beginnings: Arc<Beginnings>,
+    stop: Arc<AtomicBool>,
 }
 
 impl Simulated {
     /// Creates an executor for a plan; `answers` answer its questions.
     pub fn new(prepared: Prepared, answers: Answers) -> Self {
-        Self { prepared, answers, must_pass: false, beginnings: Arc::default() }
+        let (beginnings, stop) = Default::default();
+        Self { prepared, answers, must_pass: false, beginnings, stop }
     }
 
     /// Requires that the plan [passes](crate::campaign::PASSES), in place of its properties.
     pub fn that_must_pass(self) -> Self {
         Self { must_pass: true, ..self }
+    }
+
+    /// No further case is tried once `stop` is set.
+    pub fn stopped_by(self, stop: Arc<AtomicBool>) -> Self {
+        Self { stop, ..self }
     }
 
     /// Answers to questions of the plan.
@@ -138,6 +146,10 @@ impl Executor for Simulated {
 
     fn without_faults(&self, seed: u64) -> (Span, CaseResult) {
         self.run(&Case { seed, ..Case::default() })
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     fn takes(&self, case: &Case) -> bool {

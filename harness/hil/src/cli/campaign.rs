@@ -168,7 +168,8 @@ impl CampaignArguments {
             self.repetition.none()?;
             let (answers, _) = self.operator.collect(&setup, [&*prepared.plan], screen)?;
             let hosting = self.setup.hosting();
-            let executor = Simulated::new(Prepared { hosting, ..prepared.clone() }, answers);
+            let executor = Simulated::new(Prepared { hosting, ..prepared.clone() }, answers)
+                .stopped_by(interrupt.flag());
             let threads =
                 self.threads.or_else(|| available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
             if self.envelopes.is_asked() {

@@ -38,6 +38,11 @@ impl Interrupt {
         }
     }
 
+    /// Set once the end is requested.
+    pub(super) fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
+    }
+
     pub(super) fn requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
