@@ -133,7 +133,7 @@ pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem
     })
 }
 
-/// Exposures and residual of one angle per row, against the reference angle of that row.
+/// A block of one angle per row, against the reference angle of that row.
 pub(super) fn angle_block(
     dataset: &Dataset,
     gyro: &Column,

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// Maximum number of folds.
 pub const FOLDS_MAX: usize = 5;
-/// Blocks into which data without runs are split, and the share of a block that is left out beside it.
+/// Gap on each side of a held-out stretch of data without runs, as a share of the stretch.
 const BLOCK_GAP: f64 = 0.1;
 
 /// The runs that a fold holds out, and the observations that it uses, over `runs` (the run of each observation).
