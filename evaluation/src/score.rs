@@ -59,9 +59,9 @@ pub struct Found {
     pub within: Share,
     /// Mean number of rivals of the first effect.
     pub rivals: Option<f64>,
-    /// Median gain over the oracle's.
+    /// Median ratio of the gain to the oracle's.
     pub gain_median: Option<f64>,
-    /// Worst gain over the oracle's.
+    /// Worst ratio of the gain to the oracle's.
     pub gain_worst: Option<f64>,
     /// Number of gains.
     pub gains: usize,

@@ -94,7 +94,7 @@ pub fn all(block: &Block, channels: &Channels) -> Vec<Candidate> {
 }
 
 /// Shortest record in which a device's memory can show: below it, time merely stands for what was driven (assumption;
-/// gyros of this class warm up for 5 to 30 minutes). A time without a unit does not qualify.
+/// gyros of this class warm up for 5 to 30 minutes). A time without a unit is not checked.
 const MEMORY_MIN_S: f64 = 300.0;
 
 /// Whether the record is long enough for a device to change by itself.

@@ -29,7 +29,7 @@ pub(super) struct Pair {
 pub(crate) struct Doubt<'a> {
     /// The data.
     pub data: Data<'a>,
-    /// What was found in it.
+    /// The fit to it.
     pub fit: &'a BlockFit,
 }
 

@@ -43,7 +43,7 @@ pub struct Experiment {
     pub name: String,
     /// The plan.
     pub plan_toml: String,
-    /// Names of the effect and of the rivals that it tells apart.
+    /// Names of the effect and of the rivals that the plan separates from it.
     pub separates: Vec<String>,
     /// Expected gain, in words with a figure.
     pub expected_gain: String,

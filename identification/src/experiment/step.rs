@@ -75,7 +75,7 @@ pub(super) struct Programme {
     pub name: &'static str,
     /// Its title, in one line.
     pub title: &'static str,
-    /// Why it tells causes apart.
+    /// How it separates causes.
     pub reason: &'static str,
     /// What carries the gyro.
     pub carrier: Carrier,

@@ -16,7 +16,7 @@ pub fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
         // Effective track of a skid-steered robot: one to five times the geometric one (Mandow et al. 2007, figure 6:
         // 1.3 to 2.4; on ice more). A track that is too wide by half is a wrong file.
         Acts::Turn => [-0.8, 0.5],
-        // A wheel that is half or twice as large as its file says is a wrong file.
+        // A wheel half or twice as large as stated means a wrong file.
         Acts::Drive => [-0.5, 1.0],
         // Unequal wheels: 10 % over a track of 0.1 m.
         Acts::Curvature => [-1.0, 1.0],

@@ -1,4 +1,4 @@
-//! A finding in words, as one would tell a colleague.
+//! A finding in plain words.
 
 use super::sentence::{causes, plain, short};
 use crate::dataset::Kind;

@@ -262,7 +262,7 @@ fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
 }
 
 /// Extra strength required if the noise is coloured, in nats: slow noise looks like a cause that follows only time, or
-/// hardly anything.
+/// one that is nearly an offset or a trend.
 fn caution_of(data: Data<'_>, candidate: &Candidate) -> f64 {
     let is_slow = follows_time(candidate)
         || data.columns(&candidate.shape).iter().any(|column| is_offset_or_trend(column));
