@@ -1,5 +1,5 @@
-//! The linear algebra of a known truth: whitening with the true noise, projection off what the plain
-//! model absorbs, the size of an effect, and the oracle's generalised least squares.
+//! Linear algebra with a known truth: whitening with the true noise, projection off what the plain model absorbs, the
+//! size of an effect, and the oracle's generalised least squares.
 
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -7,18 +7,18 @@ use std::ops::Range;
 /// The noise of the observations, as the generator knows it.
 #[derive(Debug, Clone)]
 pub enum Whitener {
-    /// Independent, of that standard deviation in each row.
+    /// Independent, with that standard deviation in each row.
     Independent(Vec<f64>),
-    /// In each block a first-order autoregression plus independent noise.
+    /// A first-order autoregression plus independent noise in each block.
     Autoregressive(Vec<Autoregression>),
-    /// In each block a covariance that couples neighbours only.
+    /// A covariance between neighbouring rows in each block.
     Neighbours(Vec<Neighbours>),
 }
 
 /// `x[k+1] = phi x[k] + N(0, process^2)`, `x[0] ~ N(0, start^2)`, observed with `N(0, white^2)`.
 #[derive(Debug, Clone, Copy)]
 pub struct Autoregression {
-    /// Of one step; 1 is a random walk.
+    /// Decay per step; 1 is a random walk.
     pub phi: f64,
     /// Standard deviation of the innovation.
     pub process: f64,
@@ -33,23 +33,23 @@ pub struct Autoregression {
 pub struct Neighbours {
     /// Variance of each row.
     pub variance: Vec<f64>,
-    /// Covariance of each row with the next; one shorter.
+    /// Covariance of each row with the next; one element shorter.
     pub covariance: Vec<f64>,
 }
 
-/// A pivot smaller than this is none: the covariance is not positive.
+/// Smallest valid pivot: below it, the covariance is not positive definite.
 const SMALLEST_PIVOT: f64 = 1e-300;
 
-/// What the observations hold beside the effect, and how noisy they are.
+/// What the observations contain besides the effect, and their noise.
 #[derive(Debug, Clone)]
 pub struct Design {
-    /// Rows that share a start state: the runs.
+    /// Rows that share a start state: one block per run.
     pub blocks: Vec<Range<usize>>,
     /// Columns that the plain model fits.
     pub base: Vec<Vec<f64>>,
     /// Columns whose coefficient is free in each block (the start pose of a run).
     pub local: Vec<Vec<f64>>,
-    /// The noise; only its ratios matter to the fit, and its size to z.
+    /// The noise; the fit depends only on its ratios, z on its size.
     pub whitener: Whitener,
 }
 
@@ -80,7 +80,7 @@ impl Design {
         out
     }
 
-    /// What projects whitened columns off everything that the plain model absorbs.
+    /// The projector of whitened columns off everything that the plain model absorbs.
     pub fn projector(&self) -> Projector {
         let mut projector =
             Projector { blocks: self.blocks.clone(), local: Vec::new(), base: Vec::new() };
@@ -101,16 +101,16 @@ impl Design {
         projector
     }
 
-    /// The part of `column` that the plain model cannot absorb, over the noise: its whitened norm.
+    /// Whitened norm of the part of `column` that the plain model cannot absorb.
     pub fn z(&self, projector: &Projector, column: &[f64]) -> f64 {
         let mut column = self.whiten(column);
         projector.project(&mut column);
         norm(&column)
     }
 
-    /// Generalised least squares of `observed` on the base and `effects`: the coefficients of the
-    /// base first, then of the effects. `None` where the columns are not independent.
-    /// Local columns do not take part: see [`Self::effect_coefficients`].
+    /// Generalised least squares of `observed` on the base and `effects`: the coefficients of the base first, then of
+    /// the effects. `None` if the columns are not independent. Local columns do not take part: see
+    /// [`Self::effect_coefficients`].
     pub fn fit(&self, observed: &[f64], effects: &[Vec<f64>]) -> Option<Vec<f64>> {
         solve(
             self.base.iter().chain(effects).map(|column| self.whiten(column)).collect(),
@@ -118,7 +118,7 @@ impl Design {
         )
     }
 
-    /// As [`Self::fit`], but the coefficients of the effects alone, with local columns allowed for.
+    /// Like [`Self::fit`], but only the coefficients of the effects, with local columns included.
     pub fn effect_coefficients(
         &self,
         projector: &Projector,
@@ -151,8 +151,8 @@ fn solve(columns: Vec<Vec<f64>>, observed: Vec<f64>) -> Option<Vec<f64>> {
 }
 
 impl Autoregression {
-    /// The innovations of the Kalman filter of the model, over their standard deviations: a linear
-    /// map of `x`, so that it serves columns as well as noise.
+    /// The innovations of the Kalman filter of the model, over their standard deviations: a linear map of `x`, so it
+    /// applies to columns and noise alike.
     fn whiten(&self, x: &[f64], out: &mut Vec<f64>) {
         let (mut state, mut variance) = (0.0, self.start * self.start);
         for &x in x {
@@ -180,7 +180,7 @@ impl Neighbours {
     }
 }
 
-/// Orthonormal columns, whitened: those of the blocks, and those of the whole.
+/// Orthonormal whitened columns: those of the blocks, and those of the whole.
 pub struct Projector {
     blocks: Vec<Range<usize>>,
     local: Vec<Vec<f64>>,
@@ -188,9 +188,9 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// Takes everything that the plain model absorbs off a whitened column.
+    /// Removes everything that the plain model absorbs from a whitened column.
     pub fn project(&self, column: &mut [f64]) {
-        // Twice is enough for Gram-Schmidt to be orthogonal to the last digits.
+        // Two passes make Gram-Schmidt orthogonal to rounding.
         for _ in 0..2 {
             self.off_local(column);
             for q in &self.base {

@@ -7,10 +7,10 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Everything that an evaluation says.
+/// All results of an evaluation.
 #[derive(Debug, Clone, Serialize)]
 pub struct Figures {
-    /// Of how many cases of the fixed list.
+    /// Number of cases covered, out of the fixed list.
     pub coverage: Share,
     /// By size.
     pub by_size: Vec<Found>,
@@ -18,7 +18,7 @@ pub struct Figures {
     pub by_family: Vec<Found>,
     /// By kind and effect, over all sizes.
     pub by_effect: Vec<Found>,
-    /// In noise alone.
+    /// False alarms in noise alone.
     pub alarms: Vec<Alarms>,
     /// Times by kind.
     pub times: Vec<Times>,
@@ -35,7 +35,7 @@ fn of<'a>(outcomes: &[&'a Outcome], keep: impl Fn(&Outcome) -> bool) -> Vec<&'a 
 }
 
 impl Figures {
-    /// Puts outcomes together; `out_of` is how many cases the fixed list has.
+    /// Combines outcomes; `out_of` is the number of cases in the fixed list.
     pub fn new(outcomes: Vec<Outcome>, costs: Vec<Cost>, out_of: usize) -> Self {
         let every: Vec<&Outcome> = outcomes.iter().collect();
         let effects = of(&every, |o| o.family != "null");
@@ -88,7 +88,7 @@ impl Figures {
         Self { outcomes, ..figures }
     }
 
-    /// The page.
+    /// The page as Markdown.
     pub fn markdown(&self) -> String {
         let mut page = String::from(HEAD);
         let _ = writeln!(page, "\nCases run: {} of {}.\n", self.coverage.of, self.coverage.out_of);

@@ -1,5 +1,5 @@
-//! Data of the kind `laps` as the odometry sees them: the pose to which a robot really returns when its
-//! odometry says that it closed a square.
+//! Data of the kind `laps` as odometry sees them: the pose to which a robot actually returns when its odometry reports
+//! a closed square.
 
 use crate::design::{Design, Whitener};
 use crate::noise::{Drawn, Noise};
@@ -17,11 +17,11 @@ const SIDE: f64 = 4.0;
 const PERIOD: f64 = 600.0;
 /// Travel of a lap, s.
 const LAP: f64 = 64.0;
-/// Noise of a return position (m) and heading (rad): two readings of +-2 mm and +-0.2 deg, and what is
-/// random in the odometry (assumption).
+/// Noise of a return position (m) and heading (rad): two readings of +-2 mm and +-0.2 deg, and the random part of the
+/// odometry (assumption).
 const POSITION_NOISE: f64 = 0.008;
 const HEADING_NOISE: f64 = 0.005;
-/// How far from the start the odometry itself says it stopped, in the noises above (assumption).
+/// Distance from the start at which the odometry itself reports the stop, in units of the noises above (assumption).
 const BELIEVED: f64 = 0.5;
 /// Temperature of calibration, degC.
 const CALIBRATED_AT: f64 = 25.0;
@@ -43,8 +43,8 @@ pub struct LapEffect {
     pub unit: Option<&'static str>,
 }
 
-/// Every effect. A curvature and a rotation error by direction both turn the robot alike in every lap of
-/// one length, and to first order it returns to the same place: each is a spelling of the other.
+/// Every effect. A curvature and a rotation error by direction turn the robot by the same angle in every lap of one
+/// length, and to first order it returns to the same place: each is a spelling of the other.
 pub const LAP_EFFECTS: &[LapEffect] = &[
     LapEffect {
         name: "turn",
@@ -88,7 +88,7 @@ pub const LAP_EFFECTS: &[LapEffect] = &[
     },
 ];
 
-/// A set, drawn.
+/// A drawn set.
 pub struct LapsWorld {
     name: String,
     effects: Vec<&'static LapEffect>,
@@ -118,7 +118,7 @@ impl LapsWorld {
         let noise = noise.draw(&mut stream, &blocks, &sd);
         let gyro_noise = (0..laps).map(|_| stream.normal()).collect();
         let believed = sd.iter().map(|sd| BELIEVED * sd * stream.normal()).collect();
-        // Each lap is a block of three readings of unlike units.
+        // Each lap is a block of three readings in different units.
         let whitener = match &noise.whitener {
             Whitener::Autoregressive(_) | Whitener::Neighbours(_) => Whitener::Independent(sd),
             independent => independent.clone(),
@@ -138,7 +138,7 @@ impl LapsWorld {
     }
 }
 
-/// Where a robot ends that believes to have driven a square from the origin along x.
+/// Final pose of a robot that, by its odometry, drove a square from the origin along x.
 fn return_of_square(direction: f64, turn: f64, curvature: f64) -> [f64; 3] {
     /// Steps of one side: the midpoint rule errs by its square.
     const STEPS: usize = 64;

@@ -1,7 +1,7 @@
-//! The fixed evaluation of the identification: data with a known cause, written from the published error models
-//! alone and apart from the library of causes that the identification searches, and the score.
+//! The fixed evaluation of the identification: data with a known cause, generated from the published error models alone
+//! and independent of the library of causes that the identification searches, and the score.
 //!
-//! `cargo run --release -p evaluation` makes every case, identifies it, and writes the figures.
+//! `cargo run --release -p evaluation` generates and identifies every case, and writes the figures.
 
 pub mod catalogue;
 pub mod design;

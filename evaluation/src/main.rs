@@ -51,7 +51,7 @@ struct Arguments {
     measured: Option<PathBuf>,
 }
 
-/// One case in so many is quick.
+/// One case in this many is quick.
 const QUICK: usize = 10;
 
 /// The identification itself, with its defaults.
@@ -76,10 +76,10 @@ impl Identifier for Real {
     }
 }
 
-/// What came out, of which only the model is used.
+/// The result, of which only the model is used.
 struct IdentifiedModel(Identified);
 
-/// One case that panics must not take all others with it.
+/// Catches a panic, so that one case does not end all others.
 fn guarded<T>(work: impl FnOnce() -> Result<T, identify::IdentifyError>) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work))
         .map_err(|_| "panicked".to_owned())?
@@ -154,7 +154,7 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     io::stdout().lock().write_all(page.as_bytes())
 }
 
-/// Cases in their order, worked off by that many threads, each with one case at a time.
+/// Runs the cases in order on that many threads, each with one case at a time.
 fn in_parallel(cases: &[Case], threads: usize) -> Vec<Outcome> {
     let next = AtomicUsize::new(0);
     let outcomes = Mutex::new(Vec::with_capacity(cases.len()));
@@ -168,7 +168,7 @@ fn in_parallel(cases: &[Case], threads: usize) -> Vec<Outcome> {
             if shows {
                 eprint!("\r{number:5} of {}", cases.len());
             }
-            // A poisoned lock still holds whole outcomes.
+            // A poisoned lock still holds complete outcomes.
             outcomes
                 .lock()
                 .unwrap_or_else(|poisoned| poisoned.into_inner())
@@ -186,7 +186,7 @@ fn in_parallel(cases: &[Case], threads: usize) -> Vec<Outcome> {
 }
 
 fn cost(case: &Case) -> Cost {
-    // Linux forgets the peak when 5 is written here; elsewhere the peak is that of all cases so far.
+    // On Linux, writing 5 here resets the peak; elsewhere the peak is that of all cases so far.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
     let outcome = run(case, &Real, &seconds);
     Cost {
@@ -205,7 +205,7 @@ fn peak_megabytes() -> Option<f64> {
     Some(kibibytes * 1024.0 / 1e6)
 }
 
-/// A clock that only runs forward, in seconds.
+/// A monotonic clock, in seconds.
 fn seconds() -> f64 {
     use std::sync::LazyLock;
     use std::time::Instant;
@@ -230,7 +230,7 @@ fn dump(case: &Case, folder: &Path) -> io::Result<()> {
     std::fs::write(folder.join(package::CSV), package::csv(&dataset))
 }
 
-/// Prints what is found in each real set.
+/// Prints the finding for each real set.
 fn measured(folder: &Path, only: Option<&str>) -> io::Result<()> {
     let mut folders: Vec<PathBuf> = std::fs::read_dir(folder)?
         .filter_map(|entry| Some(entry.ok()?.path()))

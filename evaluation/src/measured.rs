@@ -1,4 +1,4 @@
-//! Real data sets: data packages on disk, read as far as the sets of the project need it.
+//! Real data sets: reads data packages on disk, as far as the sets of the project need it.
 
 use flate2::read::MultiGzDecoder;
 use identification::dataset::{Axis, Column, Constant, Dataset, Drive, Kind, Role, Unit};
@@ -52,7 +52,7 @@ struct Field {
 ///
 /// # Errors
 ///
-/// In words, when it cannot be read or is of a kind that is not known.
+/// A message, if the package cannot be read or is of an unknown kind.
 pub fn read(folder: &Path) -> Result<Dataset, String> {
     let text = std::fs::read_to_string(folder.join("datapackage.json"))
         .map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -142,7 +142,7 @@ fn numbers<'a>(cells: impl Iterator<Item = &'a str>) -> Vec<f64> {
         .collect()
 }
 
-/// Without rows that lack a measured value. `run_labels` holds the run of each row on the way in.
+/// Drops rows that lack a measured value. `run_labels` holds the run of each row on input.
 fn of_whole_rows(mut dataset: Dataset) -> Dataset {
     let needed = |column: &&Column| !column.role.is_reference() && column.role != Role::Auxiliary;
     let is_whole = |row: &usize| {

@@ -1,4 +1,4 @@
-//! Classes of noise: what is drawn, and what whitens it.
+//! Classes of noise, each with its draws and its whitener.
 
 use crate::design::{Autoregression, Whitener};
 use crate::random::Stream;
@@ -19,24 +19,23 @@ pub enum Noise {
     Student,
     /// One row in a hundred is ten times as noisy.
     Outliers,
-    /// Independent normal, read out in steps of so many standard deviations.
+    /// Independent normal, rounded to steps of that many standard deviations.
     Quantised(f64),
-    /// Each run has its own standard deviation, from one to four times the nominal.
+    /// Independent normal with a different standard deviation in each run, from one to four times the nominal.
     PerRun,
 }
 
-/// Variance of the independent part under an autoregression, and of the autoregression (assumption).
+/// Variance of the independent part beside an autoregression, and of the autoregression (assumption).
 const BELOW: f64 = 0.64;
 const CORRELATED: f64 = 0.36;
 /// Correlation times of the flicker's parts, rows.
 const FLICKER: [f64; 4] = [10.0, 100.0, 1_000.0, 10_000.0];
 
-/// Noise of a class, drawn: unit rows and what whitens them.
+/// Drawn noise of a class: values of unit variance and their whitener.
 pub struct Drawn {
-    /// One a row.
+    /// One per row.
     pub values: Vec<f64>,
-    /// Whitens `sd` times `values`. Where the class is neither independent nor autoregressive, as if
-    /// it were independent.
+    /// Whitens `sd` times `values`. A class that is neither independent nor autoregressive is treated as independent.
     pub whitener: Whitener,
     /// The readout's step, in nominal standard deviations.
     pub step: f64,
@@ -60,7 +59,7 @@ impl Noise {
         }
     }
 
-    /// Draws it for rows in those runs, with standard deviation `sd` of each row.
+    /// Draws noise for rows in those runs, with standard deviation `sd` of each row.
     pub fn draw(self, stream: &mut Stream, runs: &[Range<usize>], sd: &[f64]) -> Drawn {
         let factors: Vec<f64> = match self {
             Self::PerRun => runs.iter().map(|_| stream.between(1.0, 4.0)).collect(),

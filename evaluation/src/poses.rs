@@ -6,7 +6,7 @@ use crate::truth::{TrueValue, Truth};
 use crate::world::{Sizing, Strength, World};
 use identification::dataset::Dataset;
 
-/// What a finding may call an effect.
+/// A cause, in the words of a finding.
 pub struct Cause {
     /// Name in the tables.
     pub name: &'static str,
@@ -22,11 +22,11 @@ pub trait Poses {
     fn dataset(&self, strength: &Strength) -> Dataset;
     /// See [`World::design`].
     fn design(&self) -> &Design;
-    /// True poses (x, y, heading not wrapped), one after another, with effects of those sizes.
+    /// True poses (x, y, unwrapped heading), concatenated, with effects of those sizes.
     fn poses(&self, sizes: &[(usize, f64)]) -> Vec<f64>;
     /// The noise of the observations.
     fn noise(&self) -> &Drawn;
-    /// Of each effect.
+    /// The cause of each effect.
     fn causes(&self) -> Vec<Cause>;
 }
 

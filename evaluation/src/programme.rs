@@ -1,4 +1,4 @@
-//! What happens to the device while it is recorded: rotation, temperature, supply, motor current.
+//! Conditions of the device during a recording: rotation, temperature, supply, motor current.
 
 use crate::random::Stream;
 
@@ -15,14 +15,14 @@ const CREEP: f64 = 0.05;
 /// Amplitude of gentle motion, deg/s (assumption: a slowly swaying platform).
 const GENTLE: f64 = 0.2;
 
-/// What kind of rotation.
+/// Style of rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rotation {
     /// Rests, steps of the ladder, sines and slow sweeps, in both directions.
     Table,
     /// Slow sines of small amplitude only.
     Gentle,
-    /// Rests and steps up to a third of the range, as of a robot.
+    /// Rests and steps up to a third of the range, as for a robot.
     Calm,
 }
 
@@ -76,10 +76,9 @@ fn wave(cycles: f64) -> f64 {
 const AMBIENT: f64 = 22.0;
 const WARM_RISE: f64 = 12.0;
 
-/// A temperature (degC) for each of `n` rows, `dt` apart. `mode` runs through warm-up from cold, hot
-/// restart, chamber ramps, chamber cycles and a sine; a set of one run has a section of each,
-/// with at most `cycles_max` cycles a section: rows that are a turn or a lap must show every cycle, or no data could
-/// tell the cause.
+/// A temperature (degC) for each of `n` rows, `dt` apart. `mode` runs through warm-up from cold, hot restart, chamber
+/// ramps, chamber cycles and a sine; a set of one run has a section of each, with at most `cycles_max` cycles a
+/// section: rows that are a turn or a lap must resolve every cycle, or no data could identify the cause.
 pub fn temperature(
     stream: &mut Stream,
     n: usize,
@@ -133,7 +132,7 @@ pub fn supply(stream: &mut Stream, n: usize, dt: f64) -> Vec<f64> {
     wander.iter().zip(load).map(|(w, load)| 12.0 + w + load).collect()
 }
 
-/// A motor current (A) of a motor that has nothing to do with the rotation (assumption).
+/// A motor current (A) of a motor unrelated to the rotation (assumption).
 pub fn current(stream: &mut Stream, n: usize, dt: f64) -> Vec<f64> {
     const LOADS: [f64; 4] = [0.0, 0.8, 1.5, 2.5];
     let wander = stream.wander(n, dt, 0.1, n as f64 * dt / 40.0);

@@ -5,7 +5,7 @@ use identification::dataset::{Dimension, Unit};
 /// Powers of: time, angle, length, temperature, voltage, current, magnetic field, count.
 pub type Powers = [i8; 8];
 
-/// A unit expression: what one of it is in SI, and of what dimension. Radians count as a dimension.
+/// A unit expression: its SI value and its dimension. Radians count as a dimension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantity {
     /// One of it in SI.
@@ -39,7 +39,7 @@ impl Quantity {
     }
 }
 
-/// Parentheses within parentheses.
+/// Maximum depth of nested parentheses.
 const DEPTH_MAX: usize = 8;
 
 fn expression(rest: &mut &str, depth: usize) -> Option<Quantity> {
@@ -106,7 +106,7 @@ fn named(text: &str) -> Option<Quantity> {
                 Dimension::Count => [0, 0, 0, 0, 0, 0, 0, 1],
                 Dimension::Frequency => [-1, 0, 0, 0, 0, 0, 0, 0],
                 Dimension::Number => [0; 8],
-                // Texts of these hold a slash: they come as quotients.
+                // Their texts contain a slash, so they are parsed as quotients.
                 Dimension::AngularRate | Dimension::Speed | Dimension::Acceleration => return None,
             };
             Quantity { si: unit.si(), powers }

@@ -1,4 +1,4 @@
-//! Random numbers: every stream is keyed by what it is for, so that no case depends on another.
+//! Random numbers: every stream is keyed by its purpose, so that cases are independent of each other.
 
 use chacha20::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
@@ -10,11 +10,11 @@ pub const MASTER_TRAIN: u64 = 0x5EED_0F1D_E47E_0001;
 /// The frozen master seed of the fresh data on which predictions are scored. Never tuned.
 pub const MASTER_TEST: u64 = 0x5EED_0F1D_E47E_0002;
 
-/// What is mixed into both master seeds: 0 for the evaluation itself, anything else for cases that may be looked at
-/// while the identification is being worked on.
+/// Value mixed into both master seeds: 0 for the evaluation itself, anything else for cases that may be inspected
+/// during work on the identification.
 static SHIFT: AtomicU64 = AtomicU64::new(0);
 
-/// Leaves the frozen seeds for others.
+/// Replaces the frozen seeds.
 pub fn shift_seeds(shift: u64) {
     SHIFT.store(shift, Ordering::Relaxed);
 }

@@ -1,4 +1,4 @@
-//! One case: made, identified, predicted and compared with its truth.
+//! One case: generated, identified, predicted and compared with its truth.
 
 use crate::catalogue::{Case, Purpose};
 use crate::noise::Noise;
@@ -10,16 +10,16 @@ use identification::dataset::Dataset;
 use identification::finding::{Finding, Prediction, Verdict};
 use serde::{Deserialize, Serialize};
 
-/// What is evaluated: the identification, or a stand-in for it.
+/// The object of the evaluation: the identification, or a stand-in for it.
 pub trait Identifier: Sync {
-    /// The model that comes out and that `predict` takes.
+    /// The resulting model, which `predict` takes.
     type Model;
 
     /// Identifies a set from the plain model of its kind.
     ///
     /// # Errors
     ///
-    /// In words, when the data are refused.
+    /// A message, if the data are refused.
     fn identify(
         &self,
         dataset: &Dataset,
@@ -30,11 +30,11 @@ pub trait Identifier: Sync {
     ///
     /// # Errors
     ///
-    /// In words, when the data are refused.
+    /// A message, if the data are refused.
     fn predict(&self, dataset: &Dataset, model: &Self::Model) -> Result<Prediction, String>;
 }
 
-/// What came of a case.
+/// Outcome of a case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outcome {
     /// Name of the case.
@@ -45,9 +45,9 @@ pub struct Outcome {
     pub effect: String,
     /// Family of the effect; `null` where there is none.
     pub family: String,
-    /// Size asked for; 0 for a null.
+    /// Requested size; 0 for a null.
     pub z: f64,
-    /// Size reached; absent where the effect has none.
+    /// Actual size; absent if the effect has none.
     pub z_reached: Option<f64>,
     /// Rows of the set.
     pub rows: usize,
@@ -55,19 +55,19 @@ pub struct Outcome {
     pub failed: Option<String>,
     /// The verdict.
     pub verdict: Option<Verdict>,
-    /// Something was found: an effect, or what is named as left.
+    /// An effect was found, or structure was reported as left.
     pub detected: bool,
-    /// Explained.
+    /// The verdict is `Explained`.
     pub explained: bool,
     /// The first effect is a true one.
     pub first: bool,
     /// Every true cause is an effect or a rival of one.
     pub within: bool,
-    /// How many rivals the first effect has.
+    /// Number of rivals of the first effect.
     pub rivals: Option<usize>,
     /// An effect was reported in nothing but noise.
     pub false_alarm: bool,
-    /// What was added, `term: drivers`.
+    /// Effects that were added, `term: drivers`.
     pub found: Vec<String>,
     /// Gain on fresh data over the oracle's.
     pub gain_ratio: Option<f64>,
@@ -77,7 +77,7 @@ pub struct Outcome {
     pub seconds: f64,
 }
 
-/// Makes and scores a case. `now` is a clock in seconds.
+/// Generates and scores a case. `now` is a clock in seconds.
 pub fn run<I: Identifier>(case: &Case, identifier: &I, now: &dyn Fn() -> f64) -> Outcome {
     let mut outcome = Outcome {
         case: case.name(),
@@ -125,7 +125,7 @@ fn strength(case: &Case, world: &dyn World, outcome: &mut Outcome) -> Option<Str
     }
 }
 
-/// The training set of a case, for other eyes.
+/// The training set of a case, for inspection.
 pub fn dataset(case: &Case) -> Option<Dataset> {
     let world = case.world(MASTER_TRAIN);
     let strength = strength(case, world.as_ref(), &mut Outcome::default())?;
@@ -157,8 +157,8 @@ fn compare(outcome: &mut Outcome, finding: &Finding, truths: &[Truth], purpose: 
     }
 }
 
-/// Whether an effect of that term is no false alarm in that noise: coloured noise is noise of a kind,
-/// and a coarse readout is coarse.
+/// Whether an effect of that term is not a false alarm in that noise: coloured noise may be reported as noise, and a
+/// coarse readout as quantisation.
 fn is_true_of(noise: Noise, term: &str) -> bool {
     match noise {
         Noise::Autoregressive(_) | Noise::RandomWalk | Noise::Flicker | Noise::PerRun => {
@@ -176,7 +176,7 @@ struct Worlds<'a> {
 }
 
 impl Worlds<'_> {
-    /// How much of the oracle's gain on the fresh set the model that came out reaches.
+    /// Share of the oracle's gain on the fresh set that the resulting model reaches.
     fn gain_ratio<I: Identifier>(
         &self,
         identifier: &I,
@@ -202,9 +202,9 @@ impl Worlds<'_> {
             })?;
             return ratio([(before * own.si, after * si, best * own.si)].into_iter());
         }
-        // The predictor chooses what it predicts. Its plain model gives the errors before; and its
-        // plain model on the same data with only that effect left which the oracle's estimate misses
-        // gives the oracle's errors after.
+        // The predictor chooses what it predicts. Its plain model gives the errors before. The oracle's errors after
+        // are those of its plain model on the same data, with only the part of the effect that the oracle's estimate
+        // misses.
         let plain = |dataset: &Dataset| identifier.identify(dataset, Some(0)).ok();
         let sizes = self.strength.sizes.iter().zip(&oracle.factors);
         let missed = Strength {
@@ -245,8 +245,8 @@ impl Error {
     }
 }
 
-/// The fall of the squared errors over the oracle's, from the errors before, after and at best of each
-/// quantity, each squared error being in units of the best.
+/// Reduction of the squared errors over the oracle's, from the errors before, after and at best of each quantity, each
+/// squared error in units of the best.
 fn ratio(errors: impl Iterator<Item = (f64, f64, f64)>) -> Option<f64> {
     let (mut gained, mut possible) = (0.0, 0.0);
     for (before, after, best) in errors.filter(|&(.., best)| best > 0.0) {

@@ -1,20 +1,20 @@
-//! Outcomes of many cases, put together.
+//! Scores over the outcomes of many cases.
 
 use crate::run::Outcome;
 use identification::finding::Verdict;
 use serde::Serialize;
 
-/// A share of cases, with what it is a share of.
+/// A share of cases, with their total.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Share {
-    /// Cases that have it.
+    /// Cases with the property.
     pub of: usize,
     /// Cases that could have it.
     pub out_of: usize,
 }
 
 impl Share {
-    /// Counts a property over cases in which it can be told.
+    /// Counts a property over the cases in which it is defined.
     pub fn count(of: impl Iterator<Item = bool>) -> Self {
         of.fold(Self::default(), |share, has| Self {
             of: share.of + usize::from(has),
@@ -22,7 +22,7 @@ impl Share {
         })
     }
 
-    /// As a number; `None` of nothing.
+    /// The share as a number; `None` without cases.
     pub fn value(self) -> Option<f64> {
         (self.out_of > 0).then(|| self.of as f64 / self.out_of as f64)
     }
@@ -38,20 +38,20 @@ impl Share {
     }
 }
 
-/// How well the effects of some group of cases were found.
+/// How well the effects of a group of cases were found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
-    /// What the cases have in common.
+    /// Common properties of the cases.
     pub of: Vec<String>,
     /// Size, or 0 where sizes are mixed.
     pub z: f64,
-    /// Cases, and how many gave no finding at all; these count as not detected.
+    /// Number of cases.
     pub cases: usize,
-    /// See `cases`.
+    /// Cases without a finding; they count as not detected.
     pub failed: usize,
-    /// Explained, or named as left.
+    /// An effect was found, or structure was reported as left.
     pub detected: Share,
-    /// Explained.
+    /// The verdict is `Explained`.
     pub explained: Share,
     /// The first effect is a true one.
     pub first: Share,
@@ -59,18 +59,18 @@ pub struct Found {
     pub within: Share,
     /// Mean number of rivals of the first effect.
     pub rivals: Option<f64>,
-    /// Gain over the oracle's: median and worst, and of how many.
+    /// Median ratio of the gain to the oracle's.
     pub gain_median: Option<f64>,
-    /// See `gain_median`.
+    /// Worst ratio of the gain to the oracle's.
     pub gain_worst: Option<f64>,
-    /// See `gain_median`.
+    /// Number of gains.
     pub gains: usize,
-    /// 95 % intervals that hold the truth.
+    /// 95 % intervals that contain the truth.
     pub covered: Share,
 }
 
 impl Found {
-    /// Of those outcomes.
+    /// Scores of those outcomes.
     pub fn of(names: &[&str], z: f64, outcomes: &[&Outcome]) -> Self {
         let share = |of: fn(&Outcome) -> bool| Share::count(outcomes.iter().map(|o| of(o)));
         let mut gains: Vec<f64> = outcomes.iter().filter_map(|o| o.gain_ratio).collect();
@@ -102,18 +102,18 @@ pub struct Alarms {
     pub group: String,
     /// Class of noise, or `all`.
     pub noise: String,
-    /// Effects reported where there are none.
+    /// Effects reported in noise alone.
     pub alarms: Share,
     /// Wilson's 95 % interval of their probability.
     pub ci95: Option<[f64; 2]>,
-    /// Cases in which structure was named as left, without an effect.
+    /// Cases in which structure was reported as left, without an effect.
     pub left: usize,
     /// Cases without a finding; they do not count.
     pub failed: usize,
 }
 
 impl Alarms {
-    /// Of those outcomes.
+    /// False alarms of those outcomes.
     pub fn of(group: &str, noise: &str, outcomes: &[&Outcome]) -> Self {
         let found: Vec<&&Outcome> = outcomes.iter().filter(|o| o.failed.is_none()).collect();
         let alarms = Share::count(found.iter().map(|o| o.false_alarm));
@@ -134,18 +134,18 @@ impl Alarms {
 /// Times of one kind of data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Times {
-    /// Which kind.
+    /// The kind.
     pub group: String,
-    /// Seconds.
+    /// Median, s.
     pub median: Option<f64>,
-    /// Seconds.
+    /// Maximum, s.
     pub max: Option<f64>,
     /// Rows of the largest set.
     pub rows_max: usize,
 }
 
 impl Times {
-    /// Of those outcomes.
+    /// Times of those outcomes.
     pub fn of(group: &str, outcomes: &[&Outcome]) -> Self {
         let mut seconds: Vec<f64> = outcomes.iter().map(|o| o.seconds).collect();
         seconds.sort_by(f64::total_cmp);
@@ -161,13 +161,13 @@ impl Times {
 /// Time and memory of one large set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
-    /// What was identified.
+    /// Name of the case.
     pub case: String,
     /// Its rows.
     pub rows: usize,
-    /// Time, s, on one core.
+    /// Time on one core, s.
     pub seconds: f64,
-    /// Peak resident memory of the process, MB, with the set itself.
+    /// Peak resident memory of the process, including the set itself, MB.
     pub peak_megabytes: Option<f64>,
     /// Why there is no finding.
     pub failed: Option<String>,

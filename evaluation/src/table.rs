@@ -12,7 +12,7 @@ pub fn column(name: &str, role: Role, unit: Unit, values: Vec<f64>, step: f64) -
     Column::new(name, role, unit, values)
 }
 
-/// The same column, of one axis.
+/// The same column, with an axis.
 pub fn of_axis(mut column: Column, axis: Axis) -> Column {
     column.axis = Some(axis);
     column
@@ -29,7 +29,7 @@ pub fn wrapped(degrees: impl Iterator<Item = f64>) -> Vec<f64> {
     degrees.map(|x| x.rem_euclid(360.0)).map(|x| if x >= 360.0 { 0.0 } else { x }).collect()
 }
 
-/// `values` where `every` divides the row within its run, missing elsewhere.
+/// `values` in the rows whose index within the run is a multiple of `every`, missing elsewhere.
 pub fn sparse(values: Vec<f64>, row_in_run: impl Fn(usize) -> usize, every: usize) -> Vec<f64> {
     let keep = |k: usize| row_in_run(k).is_multiple_of(every);
     values.into_iter().enumerate().map(|(k, x)| if keep(k) { x } else { f64::NAN }).collect()

@@ -1,8 +1,8 @@
-//! What was put into the data, how a finding may spell it, and whether it did.
+//! The true causes of the data, their spellings in a finding, and whether a finding names them.
 //!
-//! A truth is written `term: driver + driver`. In place of drivers, `*` means that the term alone
-//! settles the cause (a delay is a delay, whatever field it names), and `=` that no field modulates it:
-//! the drivers are none, or only those of the motion itself.
+//! A truth is written `term: driver + driver`. In place of drivers, `*` means that the term alone settles the cause (a
+//! delay is a delay, whatever field it names), and `=` that no field modulates it: it has no drivers, or only those of
+//! the motion itself.
 
 use crate::quantity::Quantity;
 use identification::finding::{Effect, Parameter, Rival};
@@ -27,15 +27,14 @@ const MOTION: &[&str] = &[
     "abs(drive_distance)",
 ];
 
-/// One cause, in every spelling that is structurally the same.
+/// One cause, in every structurally equivalent spelling.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Name in the tables.
     pub effect: String,
     /// Its spellings, `term: drivers`.
     pub spellings: Vec<String>,
-    /// A parameter whose value is known, where the form has one that does not depend on how it is
-    /// written.
+    /// A parameter with a known value, if the form has one that does not depend on its spelling.
     pub value: Option<TrueValue>,
 }
 
@@ -46,7 +45,7 @@ pub struct TrueValue {
     pub value: f64,
     /// Its unit.
     pub unit: &'static str,
-    /// Names it may have; the only fitted parameter of its dimension is taken where none fits.
+    /// Names it may have; if none matches, the only fitted parameter of its dimension counts.
     pub names: &'static [&'static str],
 }
 
@@ -67,8 +66,8 @@ impl Truth {
         self.is_effect(effect) || effect.rivals.iter().any(rival)
     }
 
-    /// Whether the true value lies within 1.96 standard errors of what was found. `None` where the
-    /// finding has no such parameter.
+    /// Whether the true value lies within 1.96 standard errors of the fitted one. `None` if the finding has no such
+    /// parameter.
     pub fn is_covered_by(&self, parameters: &[Parameter]) -> Option<bool> {
         /// Half of the normal 95 % interval, in standard errors.
         const NORMAL_95: f64 = 1.959_963_984_540_054;

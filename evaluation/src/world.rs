@@ -1,66 +1,66 @@
-//! What every generated world can say of itself, and how large an effect must be to have a given z.
+//! The interface of every generated world, and the size that an effect needs for a given z.
 
 use crate::design::{Design, Projector};
 use crate::truth::Truth;
 use identification::dataset::Dataset;
 
-/// How strong each effect is, and the noise against its nominal size.
+/// Size of each effect, and the noise relative to its nominal size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strength {
-    /// Of each effect, in the unit of its own size.
+    /// Size of each effect, in its own unit.
     pub sizes: Vec<f64>,
     /// Factor on the nominal noise.
     pub noise: f64,
 }
 
-/// How an effect is brought to the size wanted.
+/// How an effect is scaled to the requested size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sizing {
     /// Its column is (nearly) proportional to its size.
     Proportional,
     /// Its column grows with its size, from the first bound to the second.
     Monotone(f64, f64),
-    /// Its size is given; the noise is scaled until it has the z wanted.
+    /// Its size is fixed; the noise is scaled to the requested z.
     Noise(f64),
-    /// Its size is given, whatever its z: it is there or it is not.
+    /// Its size is fixed, whatever its z: it is present or absent.
     Whole(f64),
-    /// Its size is that many times the level wanted: it has no z of its own.
+    /// Its size is that many times the requested level: it has no z of its own.
     Level(f64),
 }
 
 /// Data of one kind with one or more undeclared effects, in the observation space of the generator:
 /// the quantity on which the plain model and the effects act linearly.
 pub trait World {
-    /// The data set, as instruments would write it.
+    /// The data set, as instruments would record it.
     fn dataset(&self, strength: &Strength) -> Dataset;
     /// Base columns and true noise, at nominal noise.
     fn design(&self) -> &Design;
-    /// What the effect of that number adds to the observations.
+    /// Contribution of the effect of that number to the observations.
     fn contribution(&self, effect: usize, size: f64) -> Vec<f64>;
-    /// The observations that the nominal constants predict and no column of the design holds.
+    /// The part of the observations that the nominal constants predict and no column of the design holds.
     fn nominal(&self) -> Option<Vec<f64>> {
         None
     }
     /// The observations, with base, effects and noise.
     fn observed(&self, strength: &Strength) -> Vec<f64>;
-    /// How each effect is sized.
+    /// How each effect is scaled.
     fn sizings(&self) -> Vec<Sizing>;
     /// The causes, as a finding may spell them.
     fn truths(&self, strength: &Strength) -> Vec<Truth>;
-    /// The unit of the observations, where a prediction is of the same quantity row by row;
-    /// `None` where the predictor chooses what it predicts.
+    /// The unit of the observations, if a prediction is of the same quantity row by row; `None` if the predictor
+    /// chooses the quantity.
     fn unit(&self) -> Option<&'static str>;
 }
 
-/// Steps of the search for a size: a factor of two each, so more than the 52 bits of a number.
+/// Steps of the bisection for a size: a factor of two each, so more than the 52 bits of a number.
 const BISECTIONS: usize = 60;
-/// Rounds of proportional correction; one is enough where the column is proportional.
+/// Rounds of proportional correction; one is enough for a proportional column.
 const CORRECTIONS: usize = 6;
-/// A size is good when its z is this close, relatively.
+/// Relative tolerance of z.
 const Z_TOLERANCE: f64 = 1e-6;
 
-/// The strength at which each effect of `world` alone has that z, and the z reached by the first.
-/// `None` where no size gives it (an effect that the programme cannot show).
+/// The strength at which each effect of `world` alone has that z, and the actual z of the first. `None` if no size
+/// reaches it (an effect that the programme cannot show).
 pub fn strength_of(world: &dyn World, z: f64) -> Option<(Strength, Option<f64>)> {
     let projector = world.design().projector();
     let mut strength = Strength { sizes: Vec::new(), noise: 1.0 };
@@ -89,7 +89,7 @@ pub fn strength_of(world: &dyn World, z: f64) -> Option<(Strength, Option<f64>)>
 }
 
 fn proportional(z: f64, z_of: impl Fn(f64) -> f64) -> Option<f64> {
-    /// Small enough for every effect here to be in its linear range at first.
+    /// Small enough for every effect here to start in its linear range.
     const FIRST: f64 = 1e-4;
     let mut size = FIRST;
     for _ in 0..CORRECTIONS {
@@ -120,14 +120,14 @@ fn monotone(z: f64, mut low: f64, mut high: f64, z_of: impl Fn(f64) -> f64) -> O
     Some(high)
 }
 
-/// What the oracle makes of a world: the true forms with their nonlinear parameters known, fitted
-/// with the true noise on `train` and applied to `test`.
+/// The oracle's result for a world: the true forms with known nonlinear parameters, fitted with the true noise on
+/// `train` and applied to `test`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Oracle {
     /// Fitted factors on the true sizes; 1 is the truth.
     pub factors: Vec<f64>,
-    /// Error on the test set with the plain model, and with the effects as well; in the unit of the
-    /// observations, and only where the plain model has columns of the whole set.
+    /// Error on the test set with the plain model, and with the effects as well; in the unit of the observations, and
+    /// only if the plain model has columns of the whole set.
     pub test_rmse: Option<(f64, f64)>,
 }
 

@@ -1,4 +1,4 @@
-//! The generator against itself: the noise is the noise that it states, and the truth is what is scored.
+//! Tests the generator against itself: the noise has the stated size, and the truth is what is scored.
 
 use evaluation::catalogue::{Case, Purpose, cases};
 use evaluation::design::norm;
@@ -22,7 +22,7 @@ fn of(group: &str, effect: &str, z: f64) -> Vec<Case> {
     found
 }
 
-/// p of the effect's column in data that hold none of it.
+/// p value of the effect's column in data without the effect.
 fn p_of_nothing(world: &dyn World, noise: f64) -> f64 {
     let (strength, _) = strength_of(world, 10.0).expect("sized");
     let design = world.design();
@@ -54,7 +54,7 @@ fn kolmogorov(mut p: Vec<f64>) -> f64 {
 
 #[test]
 fn the_oracles_p_is_uniform_where_there_is_nothing() {
-    /// Kolmogorov's 0.1 % point of the distance times the root of the number.
+    /// Kolmogorov's 0.1 % point of the distance, times the root of the number.
     const POINT: f64 = 1.95;
     // Every case of these groups has its own programme and its own noise.
     for group in ["series", "series-headings", "turns", "laps", "laps-odometry", "odometry-synchro"]
@@ -100,7 +100,7 @@ fn the_oracle_finds_its_effect_with_the_error_that_z_says() {
 
 #[test]
 fn the_oracle_finds_the_effects_of_paths_as_well() {
-    /// Standard errors beyond which nothing normal lies in a hundred draws.
+    /// Number of standard errors that no normal deviate exceeds in a hundred draws.
     const FAR: f64 = 4.5;
     for case in cases().iter().filter(|case| case.purpose == Purpose::Effect(30.0)) {
         if case.kind == Kind::Odometry && case.repeat < 2 || case.group == "laps-odometry" {
@@ -158,7 +158,7 @@ fn training_and_test_data_differ_in_all_but_their_constants() {
     assert!((train[1] - test[1]).abs() < 1e-4, "one scale: {train:?} {test:?}");
 }
 
-/// Says what it is told to say.
+/// An identifier that returns preset findings.
 struct Parrot {
     term: &'static str,
     drivers: &'static [&'static str],

@@ -1,5 +1,5 @@
-//! What an identification costs: 300 turns, eight hours at 1 Hz, 16 hours at 10 Hz, and three axes of 60,000 rows with noise
-//! that remembers.
+//! Cost of an identification: 300 turns, eight hours at 1 Hz, 16 hours at 10 Hz, and three axes of 60,000 rows with
+//! coloured noise.
 
 #[path = "../tests/recorded/mod.rs"]
 mod recorded;
@@ -25,7 +25,7 @@ fn series(runs: usize, rows: usize, interval_s: f64) -> Dataset {
     recorded.series(&error)
 }
 
-/// Three axes of a record, each with another effect and noise that remembers half a minute.
+/// Three axes of a record, each with a different effect and noise with a memory of half a minute.
 fn three_axes(runs: usize, rows: usize, interval_s: f64) -> Dataset {
     let recorded = recorded(runs, rows, interval_s);
     let mut all: Option<Dataset> = None;
@@ -80,7 +80,7 @@ fn identification(criterion: &mut Criterion) {
 
 criterion_group! {
     name = sizes;
-    // The least that criterion takes: the longest set takes half a minute each time.
+    // The minimum that criterion accepts: the longest set takes half a minute each time.
     config = Criterion::default()
         .sample_size(10)
         .warm_up_time(std::time::Duration::from_millis(100))

@@ -1,10 +1,9 @@
-//! What is set right before anything else is looked for: a sensor that counts the other way, or whose file states
-//! another unit than it has.
+//! Corrections made before any search: a sensor with the wrong sign, or a file that states the wrong unit.
 
 use crate::model::{Acts, Shape};
 use crate::problem::{Aggregate, Block};
 
-/// What was set right in a block: a scale term with its value, which is known exactly.
+/// Correction of a block: a scale term whose value is known exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Aligned {
     /// The term.
@@ -13,12 +12,12 @@ pub struct Aligned {
     pub value: f64,
 }
 
-/// What is measured must follow its reference as closely as that (square of the correlation) to say what is wrong.
+/// Minimum squared correlation of readings and reference for a correction.
 const FOLLOWS: f64 = 0.8;
-/// And by one of the factors to within so much: a scale factor may be off beside.
+/// Maximum relative deviation from one of the factors; a scale error may come on top.
 const WITHIN: f64 = 0.2;
 
-/// Factors by which what is measured can be off, with the name of the effect.
+/// Factors by which readings can be off, with the name of the effect.
 const FACTORS: [(f64, &str); 5] = [
     (-1.0, "reversed_sign"),
     (DEGREES, "degrees_for_radians"),
@@ -29,7 +28,7 @@ const FACTORS: [(f64, &str); 5] = [
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
-/// Sets `block` right where it needs it.
+/// Corrects `block` if necessary.
 pub fn align(block: &mut Block) -> Option<Aligned> {
     if block.aggregate != Aggregate::Row {
         return None;
@@ -51,7 +50,7 @@ pub fn align(block: &mut Block) -> Option<Aligned> {
     Some(Aligned { shape: Shape::constant(name, Acts::Scale), value })
 }
 
-/// Slope of a line through pairs of truth and reading; `None` where they do not follow one.
+/// Slope of a line through pairs of truth and reading; `None` if they do not follow a line.
 fn slope(pairs: &[(f64, f64)]) -> Option<f64> {
     let n = pairs.len() as f64;
     let (mx, my) = pairs.iter().fold((0.0, 0.0), |(x, y), pair| (x + pair.0 / n, y + pair.1 / n));

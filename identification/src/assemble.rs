@@ -1,4 +1,4 @@
-//! From the fits of all blocks to a finding and a model.
+//! Builds the finding and the model from the fits of all blocks.
 
 use crate::align::Aligned;
 use crate::clipping::Clipped;
@@ -16,21 +16,21 @@ use crate::outcome::{self, Diagnostics};
 use crate::problem::{Aggregate, Problem};
 use crate::select::{BlockFit, Data, Found, Waypoint};
 
-/// One block with what came of it.
+/// A block with its results.
 pub(crate) struct Done<'a> {
     pub data: Data<'a>,
     pub plain: Vec<Found>,
     pub fit: BlockFit,
     pub judge: Judge<'a>,
     pub aligned: Option<Aligned>,
-    /// What was clipped, with the error of what was found beside it while nobody knows that.
+    /// Clipping, with the held-out errors of a model that ignores it.
     pub clipped: Option<(&'a Clipped, Vec<Metric>)>,
-    /// The step of readings that are rounded more coarsely than their noise.
+    /// Rounding step, if it is coarser than the noise.
     pub step: Option<f64>,
 }
 
 impl<'a> Done<'a> {
-    /// What was set right, as a term that was found.
+    /// The correction as a found term.
     fn set_right(&self) -> Option<Found> {
         self.aligned.as_ref().map(|aligned| Found {
             shape: aligned.shape.clone(),
@@ -41,7 +41,7 @@ impl<'a> Done<'a> {
         })
     }
 
-    /// Puts the model that does not know what was clipped before all others.
+    /// Puts the model without clipping first on the path.
     pub fn put_before(&mut self, clipped: &'a Clipped) {
         let layout = Layout::new(&clipped.before, self.data.channels);
         let data = Data { block: &clipped.before, layout: &layout, ..self.data };
@@ -59,7 +59,7 @@ impl<'a> Done<'a> {
         self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
     }
 
-    /// What was clipped, as a term that was found, and its effect.
+    /// Clipping as a found term, and its effect.
     fn clipping(&self) -> Option<(Found, Effect)> {
         let (clipped, without) = self.clipped.as_ref()?;
         let found = Found {
@@ -75,24 +75,24 @@ impl<'a> Done<'a> {
         Some((found, effect))
     }
 
-    /// Held-out errors of the model given, and with what was found; these without what the choice saw of a run.
+    /// Held-out errors of the given model and of the model found; the latter by the nested choice.
     fn errors(&self) -> (&[Metric], &[Metric]) {
         (&self.fit.path[0].metrics, &self.fit.nested)
     }
 
-    /// Rounding that is coarser than the noise.
+    /// The rounding effect, if rounding is coarser than the noise.
     fn rounding(&self) -> Option<Effect> {
         self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
     }
 
-    /// Held-out error over the noise that is new in a reading, where readings are alone.
+    /// Held-out error over the innovation noise of a reading, for blocks whose observations are single rows.
     fn error_over_floor(&self) -> Option<f64> {
         let is_row = self.data.block.aggregate == Aggregate::Row;
         let error = self.errors().1.first()?.errors.rmse();
         (is_row && self.fit.floor > 0.0).then(|| error / self.fit.floor)
     }
 
-    /// How a firmware takes off what was found.
+    /// How firmware removes the errors that were found.
     fn compensation(&self, dataset: &Dataset, seed: u64) -> Option<Compensation> {
         let all = || self.fit.base.iter().chain(&self.fit.effects);
         let coefficients: Vec<f64> =
@@ -112,7 +112,7 @@ impl<'a> Done<'a> {
     }
 }
 
-/// The finding, the model and what a report draws, of all blocks.
+/// Builds the finding, the model and the report data from all blocks.
 pub(crate) fn assemble(
     dataset: &Dataset,
     problem: &Problem,
@@ -227,7 +227,7 @@ pub(crate) fn assemble(
     };
     for one in done {
         effects.extend(one.rounding());
-        // Each quantity has its share of the risk.
+        // Each quantity has its share of the risk of a false alarm.
         if let Some(slow) = outcome::slow_noise(one.data, &one.fit, 1.0 / done.len() as f64) {
             effects.push(slow.effect);
             notices.extend(slow.notice);
@@ -290,10 +290,10 @@ pub(crate) fn assemble(
     identified
 }
 
-/// An error this many times the noise that is new in a reading is no noise by itself.
+/// Largest ratio of error to innovation noise that still counts as noise.
 const ABOVE_FLOOR_MAX: f64 = 5.0;
 
-/// What is left so far above what is new in a reading that something slow is in it, which no cause explains.
+/// A residual far above the innovation noise: it holds something slow that no cause explains.
 fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
     let ratio = one.error_over_floor()?;
     (ratio > ABOVE_FLOOR_MAX && !noise_is_known).then(|| Left {
@@ -306,7 +306,7 @@ fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
     })
 }
 
-/// The models that were judged; what was set right holds for all of them.
+/// The models that were judged; the correction holds for all of them.
 fn path(done: &[Done<'_>]) -> Vec<PathModel> {
     let mut path = outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>());
     let aligned = done.iter().filter_map(|one| one.aligned.as_ref());
@@ -317,7 +317,7 @@ fn path(done: &[Done<'_>]) -> Vec<PathModel> {
     path
 }
 
-/// Does the gyro see less than half of the rotation that it should measure?
+/// Whether the gyro sees less than half of the rotation that it should measure.
 fn sees_little(base: &[Found]) -> bool {
     base.iter()
         .find(|found| found.shape.acts == Acts::Scale && found.shape.drivers.is_empty())
@@ -325,7 +325,7 @@ fn sees_little(base: &[Found]) -> bool {
         .is_some_and(|(scale, _)| *scale < -0.5)
 }
 
-/// The block that the headline is about: the one with the strongest effect.
+/// The block of the headline: the one with the strongest effect.
 fn main_block(done: &[Done<'_>]) -> usize {
     let strength =
         |one: &Done<'_>| one.fit.effects.iter().map(|found| found.strength).fold(0.0, f64::max);
@@ -338,7 +338,7 @@ fn main_block(done: &[Done<'_>]) -> usize {
     best
 }
 
-/// Held-out errors in every metric: where a robot was driven, of its final position first.
+/// Held-out errors in every metric; for a driven path, the final position comes first.
 fn errors(done: &[Done<'_>], seed: u64) -> (HeldOut, Vec<HeldOut>) {
     let main = main_block(done);
     let is_pose = |index: &usize| done[*index].data.block.aggregate == Aggregate::Pose;

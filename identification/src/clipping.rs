@@ -1,8 +1,8 @@
-//! Readings that end where the sensor's range does: found before anything else is looked for, since a reading at its
-//! limit says of no other cause anything, and what is missing there mimics every curve.
+//! Readings clipped at the end of the sensor's range. They are found before any other cause: a clipped reading carries
+//! no information about other causes, and the missing part mimics every curve.
 //!
-//! What is measured is a straight line over its reference between two limits, and flat beyond them. Only what is beyond
-//! doubt is taken; a limit that few readings reach, or a gain that falls before it ends, is left to the search.
+//! The measurement is a straight line over its reference between two limits, and flat beyond them. Only clear cases are
+//! taken; a limit that few readings reach, or a gain that falls before the limit, is left to the search.
 
 use crate::model::{Acts, Form, Shape};
 use crate::problem::{Aggregate, Block, Channels, rotation_driver};
@@ -10,59 +10,59 @@ use crate::robust;
 use crate::significance::surprise_chi2;
 use std::ops::Range;
 
-/// Where a range ends, in the unit of the reference.
+/// A limit of the range, in the unit of the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Limit {
-    /// The reference at which readings begin to stay.
+    /// Reference at which readings saturate.
     at: f64,
     /// Its standard error.
     error: f64,
-    /// How surprising it would be in noise, in nats.
+    /// Surprise under noise alone, in nats.
     strength: f64,
 }
 
-/// What was clipped in a block.
+/// Clipping of a block.
 #[derive(Debug, Clone)]
 pub struct Clipped {
     /// The term, with its limits.
     pub shape: Shape,
-    /// How much of what is beyond the limits is missing: all of it, times the scale.
+    /// Fraction of the excess beyond the limits that is missing: all of it, times the scale.
     pub gain: f64,
     /// Standard errors of the limits, by name.
     pub errors: Vec<(String, f64)>,
-    /// How surprising it would be in noise, in nats.
+    /// Surprise under noise alone, in nats.
     pub strength: f64,
-    /// The readings as they are.
+    /// The block before clipping was removed.
     pub before: Block,
 }
 
-/// Fewer readings at a limit are left to the search.
+/// Minimum number of readings at a limit; fewer are left to the search.
 const READINGS_MIN: usize = 10;
-/// Fewer readings in all say nothing.
+/// Minimum number of readings in all.
 const ALL_MIN: usize = 60;
-/// The line must be above a limit by so many times the noise, in the mean over the readings at it: a step of rounding is
-/// flat too, and ends at 1.7 times its own noise.
+/// Mean distance of the line beyond a limit, over the noise, that the readings at the limit must reach: a rounding step
+/// is flat too, but ends at 1.7 times its own noise.
 const OVERSHOOT_MIN: f64 = 3.0;
-/// How much readings at a limit may vary, over the noise of the others.
+/// Maximum spread of readings at a limit, over the noise of the others.
 const VARY_MAX: f64 = 1.5;
-/// Slope of the readings at a limit, with two standard errors, over that of the others.
+/// Maximum slope of the readings at a limit, with two standard errors, over that of the others.
 const SLOPE_MAX: f64 = 0.1;
-/// What is as surprising as this is beyond doubt, in nats; no false alarm has come near it.
+/// Surprise beyond doubt, in nats; no false alarm has come near it.
 const STRENGTH_MIN: f64 = 20.0;
-/// A reading so many times the noise from a limit does not feel it.
+/// Distance from a limit, over the noise, beyond which a reading is unaffected by it.
 const FEELS: f64 = 3.0;
-/// Shares of the range of the reference in which the line is sought first.
+/// Central shares of the reference range in which the line is first fitted.
 const STARTS: [f64; 3] = [0.7, 0.4, 0.2];
-/// Rounds in which the line and the limits are brought together.
+/// Rounds that alternate between line and limits.
 const ROUNDS: usize = 8;
 
-/// Reference and reading, by rising reference.
+/// Reference and reading, sorted by reference.
 struct Sorted {
     x: Vec<f64>,
     y: Vec<f64>,
 }
 
-/// Of a stretch of readings: their number, their means, and squares and products about these.
+/// Sums over a stretch of readings: count, means, and centred squares and products.
 struct Sums {
     count: f64,
     x: f64,
@@ -82,8 +82,7 @@ struct Line {
     square: f64,
 }
 
-/// Takes what is clipped out of `block`, if that is beyond doubt: readings at a limit are set right and say nothing any
-/// more.
+/// Removes clipping from `block`, if it is beyond doubt: readings at a limit are corrected and get no weight.
 pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
     let has_scale = block.constants.iter().any(|known| known.acts == Acts::Scale);
     if block.aggregate != Aggregate::Row || !has_scale || block.rows.len() < ALL_MIN {
@@ -100,7 +99,7 @@ pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
     let (line, noise, [low, high]) = sorted.limits()?;
     let strength = low.iter().chain(&high).map(|limit| limit.strength).reduce(f64::max)?;
     let (least, most) = (*sorted.x.first()?, *sorted.x.last()?);
-    // What no reading has reached is as far away on the other side, or where the data end.
+    // A limit that no reading reached lies as far away on the other side, or where the data end.
     let upper = high.map_or_else(|| low.map_or(most, |low| most.max(-low.at)), |high| high.at);
     let lower = low.map_or_else(|| least.min(-upper), |low| low.at);
     let mut shape =
@@ -135,7 +134,7 @@ impl Sorted {
         Some((line, noise, limits))
     }
 
-    /// The line between limits, sought first in the middle `share` of the range.
+    /// The line between limits, first fitted in the middle `share` of the range.
     fn line(&self, share: f64) -> Option<Line> {
         let (least, most) = (*self.x.first()?, *self.x.last()?);
         let margin = 0.5 * (1.0 - share) * (most - least);
@@ -158,8 +157,8 @@ impl Sorted {
         (slope > 0.0).then_some(Line { slope, offset, inside, square })
     }
 
-    /// Slope and offset of a line through the readings of `range`; `None` where there are few, or where two flat ends
-    /// meet and leave none between them.
+    /// Slope and offset of a line through the readings of `range`; `None` if there are too few, or if two flat ends
+    /// meet and leave no readings between them.
     fn fit(&self, range: Range<usize>) -> Option<(f64, f64)> {
         if range.len() < ALL_MIN / 4 {
             return None;
@@ -183,7 +182,7 @@ impl Sorted {
         }
     }
 
-    /// How many readings from one end are explained best by staying where they are: where the rest begins or ends.
+    /// Number of readings from one end that are best explained as constant: where the line begins or ends.
     fn best(&self, slope: f64, offset: f64, is_low: bool) -> usize {
         let n = self.x.len();
         let (mut count, mut sum, mut square, mut line) = (0.0, 0.0, 0.0, 0.0);
@@ -191,7 +190,7 @@ impl Sorted {
         for taken in 1..=n / 2 + n / 4 {
             let i = if is_low { taken - 1 } else { n - taken };
             let left = self.y[i] - slope * self.x[i] - offset;
-            // Sums of small numbers: readings less the first of them.
+            // Subtracting the first reading keeps the sums small.
             let y = self.y[i] - self.y[if is_low { 0 } else { n - 1 }];
             (count, sum, square, line) = (count + 1.0, sum + y, square + y * y, line + left * left);
             let gain: f64 = line - (square - sum * sum / count);

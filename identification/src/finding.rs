@@ -1,4 +1,4 @@
-//! What an identification says: the contract of `finding.json` and `prediction.json`.
+//! Results of an identification: the contract of `finding.json` and `prediction.json`.
 
 use crate::dataset::{Axis, Kind};
 use schemars::JsonSchema;
@@ -21,44 +21,44 @@ pub struct Finding {
     pub rows: usize,
     /// Runs that took part.
     pub runs: usize,
-    /// Seed of whatever was drawn.
+    /// Seed of all random draws.
     pub seed: u64,
-    /// The answer in a word.
+    /// The verdict in one word.
     pub verdict: Verdict,
-    /// Standard deviation of what nothing explains.
+    /// Standard deviation of the residual noise.
     pub noise_floor: Figure,
     /// Error on runs that took no part in the fit.
     pub held_out: HeldOut,
     /// Held-out errors of other quantities (heading beside position, say).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub held_out_also: Vec<HeldOut>,
-    /// Parameters of the model that was there before, fitted.
+    /// Parameters of the given model, fitted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub base: Vec<Parameter>,
-    /// What was added, the strongest first.
+    /// Effects that were added, strongest first.
     pub effects: Vec<Effect>,
     /// The models that were judged, from plain to rich; the finding is the chosen one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub path: Vec<PathModel>,
-    /// What is left and looks like something.
+    /// Structure left in the residual.
     pub left: Vec<Left>,
-    /// How a firmware takes what was found off the readings of a sensor.
+    /// How firmware removes the errors from the readings of a sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensation: Option<Compensation>,
-    /// What would decide between the rivals.
+    /// The plan that would decide between the rivals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_experiment: Option<NextExperiment>,
-    /// What a reader should know of the data.
+    /// Notes on the data for the reader.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
 }
 
-/// A constant with a higher probability adds nothing to what stands beside it (assumption).
+/// Probability above which a constant adds nothing to the other terms (assumption).
 const ADDS_NOTHING: f64 = 0.5;
 
 impl Finding {
-    /// The spline or surface beside a constant that the constant is a part of: these data do not tell the two apart,
-    /// and the constant's probability of 1 says nothing else.
+    /// The spline or surface beside a constant that contains the constant: these data do not separate the two, which is
+    /// all that the constant's probability of 1 means.
     pub fn not_told_apart(&self, constant: &Effect) -> Option<&Effect> {
         let is_constant = constant.form == "constant" && constant.p_value > ADDS_NOTHING;
         self.effects.iter().filter(|_| is_constant).find(|other| {
@@ -68,16 +68,16 @@ impl Finding {
     }
 }
 
-/// The answer in a word.
+/// The verdict in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// An effect was added, what is left is white at [`WHITENESS_LEVEL`](crate::outcome::WHITENESS_LEVEL), and the
+    /// An effect was added, the residual is white at [`WHITENESS_LEVEL`](crate::outcome::WHITENESS_LEVEL), and the
     /// held-out error fell.
     Explained,
-    /// The model given leaves nothing but noise.
+    /// The given model leaves nothing but noise.
     NothingMissing,
-    /// Something remains.
+    /// Structure remains.
     StructureLeft,
 }
 
@@ -171,9 +171,9 @@ pub struct LeftOut {
 pub struct PathModel {
     /// Names of its effects beyond the model given.
     pub effects: Vec<String>,
-    /// Its error on runs that took no part in the fit, of each metric.
+    /// Held-out error in each metric.
     pub held_out: BTreeMap<String, PathError>,
-    /// Whether the finding is this one.
+    /// Whether this model is the finding.
     pub chosen: bool,
 }
 
@@ -182,8 +182,8 @@ pub struct PathModel {
 pub struct PathError {
     /// Root mean square, in `unit`.
     pub value: f64,
-    /// By how much it may be above the best one on the path and count as equal: the standard error of the difference
-    /// of the two over runs; where what is left is no noise, at least that of the best one itself.
+    /// Margin above the best model on the path within which the two count as equal: the standard error of their
+    /// difference over runs; if the residual is not noise, at least the standard error of the best model itself.
     pub standard_error: f64,
     /// Its unit.
     pub unit: String,
@@ -192,7 +192,7 @@ pub struct PathError {
 /// An effect that was added.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
-    /// Standard name, or a made-up one where no library names it.
+    /// Standard name, or a generated one if no library names the effect.
     pub name: String,
     /// Whether the library names it.
     pub known: bool,
@@ -201,9 +201,9 @@ pub struct Effect {
     /// Which axis of the gyro.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<Axis>,
-    /// Fields, wrapped where the effect sees a function of one.
+    /// Fields, wrapped if the effect depends on a function of one.
     pub drivers: Vec<String>,
-    /// How it depends on them.
+    /// Form of the dependence.
     pub form: String,
     /// Knots of a spline or a surface, in the unit of the parameter `knot`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -213,13 +213,13 @@ pub struct Effect {
     pub knots_2: Vec<f64>,
     /// Its numbers.
     pub parameters: Vec<Parameter>,
-    /// Probability of as strong a sign of any effect in noise alone.
+    /// Probability that noise alone shows as strong a sign of any effect.
     pub p_value: f64,
     /// Held-out error without it.
     pub held_out_before: f64,
     /// Held-out error with it.
     pub held_out_after: f64,
-    /// What these data cannot exclude in its place.
+    /// Causes that these data cannot exclude in its place.
     pub rivals: Vec<Rival>,
 }
 
@@ -249,9 +249,9 @@ pub struct Rival {
     pub term: String,
     /// As in [`Effect`].
     pub drivers: Vec<String>,
-    /// How probable it is, among the effect and its rivals.
+    /// Probability of this cause, among the effect and its rivals.
     pub probability: f64,
-    /// The plan that would decide.
+    /// The plan that would decide between them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub separated_by: Option<String>,
 }
@@ -259,11 +259,11 @@ pub struct Rival {
 /// Structure that remains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Left {
-    /// Over which fields it shows.
+    /// Fields over which it shows.
     pub drivers: Vec<String>,
-    /// What it looks like.
+    /// Its shape.
     pub shape: String,
-    /// How much of the residual's variance it holds.
+    /// Its share of the residual's variance.
     pub share_of_residual_variance: f64,
 }
 
@@ -272,9 +272,9 @@ pub struct Left {
 pub struct NextExperiment {
     /// Path of the plan, beside the finding.
     pub plan: String,
-    /// Names of the effect and the rivals that it tells apart.
+    /// Names of the effect and the rivals that it separates.
     pub separates: Vec<String>,
-    /// What it would bring, in words with a figure.
+    /// Expected gain, in words with a figure.
     pub expected_gain: String,
 }
 
@@ -289,13 +289,13 @@ pub struct Prediction {
     pub kind: Kind,
     /// Rows of the data set.
     pub rows: usize,
-    /// What is predicted.
+    /// The predicted quantity.
     pub quantity: String,
     /// Unit of the rows' figures.
     pub unit: String,
-    /// Error of the data against the plain model, and with all of the model.
+    /// Error of the data against the plain model, and against the whole model.
     pub rmse: RmsePair,
-    /// The model's prediction of the quantity, one a row; `null` where it cannot say.
+    /// The model's prediction of the quantity, one per row; `null` where it has none.
     pub predicted: Vec<Option<f64>>,
     /// Observed minus predicted.
     pub residual: Vec<Option<f64>>,
@@ -307,7 +307,7 @@ pub struct Prediction {
 /// One predicted quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PredictedQuantity {
-    /// What is predicted.
+    /// Name of the quantity.
     pub quantity: String,
     /// Unit of the figures.
     pub unit: String,
@@ -322,8 +322,8 @@ pub struct PredictedQuantity {
 /// Root-mean-square errors before and after a model is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RmsePair {
-    /// With the plain model of the kind, as it was fitted beside.
+    /// With the plain model of the kind, fitted to the same data as the model.
     pub before: f64,
-    /// With the model given.
+    /// With the given model.
     pub after: f64,
 }

@@ -1,4 +1,4 @@
-//! The entry: data and a model in, finding and a better model out.
+//! The entry point: takes data and a model, returns a finding and a better model.
 
 use crate::align::{Aligned, align};
 use crate::assemble::{Done, assemble};
@@ -15,12 +15,12 @@ use crate::select::{Asked, Data, Memory, agreed, fit_terms, identify_block, with
 
 pub use crate::outcome::predict;
 
-/// What the caller may choose.
+/// Options of an identification.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Seed of whatever is drawn.
+    /// Seed of all random draws.
     pub seed: u64,
-    /// Most effects to add.
+    /// Maximum number of effects to add.
     pub max_effects: usize,
     /// A static set of the same device, from which the noise is taken.
     pub noise_from: Option<Dataset>,
@@ -32,23 +32,23 @@ impl Default for Options {
     }
 }
 
-/// What came out.
+/// Result of an identification.
 #[derive(Debug, Clone)]
 pub struct Identified {
     /// For `finding.json`.
     pub finding: Finding,
-    /// For `model.toml`: the model given with what was found.
+    /// For `model.toml`: the given model plus what was found.
     pub model: Model,
     /// For a report.
     pub diagnostics: Diagnostics,
-    /// The plan that would decide between what was found and its rivals, where there are any.
+    /// The plan that would decide between an effect and its rivals, if there are any.
     pub experiment: Option<Experiment>,
 }
 
 /// Why a data set cannot be identified.
 #[derive(Debug, thiserror::Error)]
 pub enum IdentifyError {
-    /// It lacks what the kind needs.
+    /// The data lack what the kind needs.
     #[error("{0}")]
     Data(String),
     /// The model does not fit the data.
@@ -56,7 +56,7 @@ pub enum IdentifyError {
     Model(String),
 }
 
-/// How far it is: a share from 0 to 1 and what is being done.
+/// Receives the progress: a share from 0 to 1 and the current activity.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str);
 
 /// Finds what `model` (by default the plain model of the kind) lacks to explain `dataset`.
@@ -77,7 +77,7 @@ pub fn identify(
     }
     progress(0.0, "reading");
     let mut problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
-    // A model that is given has set right what there was to.
+    // A given model already holds its correction.
     let is_plain = model.is_none();
     let aligned: Vec<Option<Aligned>> =
         problem.blocks.iter_mut().map(|block| if is_plain { align(block) } else { None }).collect();
@@ -125,7 +125,7 @@ pub fn identify(
         let mut report = |share: f64| {
             progress((index as f64 + share) / count as f64, &block.label);
         };
-        // Errors are of the readings as they are.
+        // Errors are those of the readings before any correction.
         let read = Data { block: &problem.blocks[index], ..data };
         let judge = Judge { data: read, path: problem.path.as_ref(), holding: Holding::Spread };
         let asked = Asked {
@@ -164,7 +164,7 @@ pub fn identify(
     Ok(identified)
 }
 
-/// What the model has for a block: the terms given, or what the plain model of the kind fits.
+/// Base terms of a block: the given ones, or those that the plain model of the kind fits.
 fn base_terms(
     model: Option<&Model>,
     block: &Block,
@@ -195,7 +195,7 @@ fn base_terms(
     Ok(shapes)
 }
 
-/// When the observations of a block were made, and how noise adds up in them.
+/// Times of a block's observations, and how noise accumulates in them.
 fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
     let plain = Layout::new(block, problem.channels_of(block));
     let Some(bias) = block.exposure(Acts::Bias) else {
@@ -207,7 +207,7 @@ fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
     noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
 
-/// Noise of each quantity of a static set.
+/// Noise of each quantity of a static data set.
 fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, IdentifyError> {
     let problem = Problem::new(dataset, Known::default())?;
     Ok(problem

@@ -1,19 +1,20 @@
-//! Readings on a coarse lattice: what rounding does to them, taken out before anything is looked for.
+//! Readings on a coarse lattice: removes the effect of rounding before any search.
 //!
-//! Where the noise is smaller than the step, the rounding error is a function of the reading itself and mimics every
+//! If the noise is smaller than the step, the rounding error is a function of the reading itself and mimics every
 //! smooth effect. Its mean given the model's prediction is known (Widrow's statistical theory of quantisation), and so
-//! is how much a reading still says of a small change.
+//! is a reading's remaining sensitivity to a small change.
 
 use crate::robust::root_mean_square;
 use std::f64::consts::PI;
 
-/// Fewer different values than this share of the readings, and each a multiple of one step: a lattice.
+/// Maximum share of distinct values among the readings of a lattice; each value is a multiple of one step.
 const DIFFERENT_SHARE_MAX: f64 = 0.5;
-/// How far from the lattice a reading may lie, as a share of the step: what was written may be rounded once more.
+/// Maximum distance of a reading from the lattice, as a share of the step: the file may have rounded it once more.
 const OFF_MAX: f64 = 0.02;
-/// Below this share of the noise a step does nothing that the noise does not hide.
+/// Smallest step, over the noise, that matters: noise hides a finer one.
 const COARSE_FROM: f64 = 0.8;
-/// A reading whose mean moves by less than this share of a change says too little, and that far from normally.
+/// Smallest usable sensitivity: a reading whose mean moves by less than this share of a change says too little, and its
+/// error is far from normal.
 const SLOPE_MIN: f64 = 0.6;
 /// Terms of the series for the mean rounding error.
 const TERMS: i32 = 60;
@@ -33,7 +34,7 @@ pub fn step(readings: &[f64]) -> Option<f64> {
     let span = sorted[sorted.len() - 1] - sorted[0];
     let smallest =
         gaps.iter().copied().filter(|gap| *gap > 1e-9 * span).fold(f64::INFINITY, f64::min);
-    // The mean over many steps is sharper than the smallest gap.
+    // The mean over many steps is more precise than the smallest gap.
     let count: f64 = gaps.iter().map(|gap| (gap / smallest).round()).sum();
     let step = span / count.max(1.0);
     let near = gaps.iter().filter(|gap| {
@@ -43,18 +44,18 @@ pub fn step(readings: &[f64]) -> Option<f64> {
     (near.count() * 10 >= gaps.len() * 9).then_some(step)
 }
 
-/// What rounding to `step` does to a prediction with normal noise of `sigma`.
+/// Effect of rounding to `step` on a prediction with normal noise of `sigma`.
 #[derive(Debug, Clone, Copy)]
 pub struct Rounding {
-    /// Mean of the rounded reading less the prediction.
+    /// Mean of the rounded reading minus the prediction.
     pub bias: f64,
-    /// How much the mean of the rounded reading changes with the prediction.
+    /// Derivative of the mean of the rounded reading by the prediction.
     pub slope: f64,
     /// Standard deviation of the rounded reading.
     pub spread: f64,
 }
 
-/// At the prediction `value`, counted from a point of the lattice.
+/// Rounding at the prediction `value`, counted from a point of the lattice.
 pub fn rounding(value: f64, step: f64, sigma: f64) -> Rounding {
     let phase = value / step;
     let ratio = sigma / step;
@@ -80,19 +81,19 @@ pub fn rounding(value: f64, step: f64, sigma: f64) -> Rounding {
     Rounding { bias, slope, spread: variance.sqrt() }
 }
 
-/// What a lattice makes of residuals.
+/// Residuals corrected for rounding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Corrected {
-    /// Residual without the rounding, one an observation.
+    /// Residual without the rounding, one per observation.
     pub residual: Vec<f64>,
-    /// Standard deviation of each over that of a reading that is not rounded; infinite where a reading says nothing.
+    /// Standard deviation of each over that of an unrounded reading; infinite for a reading without information.
     pub spread: Vec<f64>,
     /// Noise before rounding.
     pub sigma: f64,
 }
 
-/// Takes the rounding out of `residual`, where the model predicts `predicted` (from a point of the lattice). `None`
-/// where the step is too fine to matter.
+/// Removes the rounding from `residual`, for model predictions `predicted` (from a point of the lattice). `None` if the
+/// step is too fine to matter.
 pub fn correct(residual: &[f64], predicted: &[f64], step: f64) -> Option<Corrected> {
     let total = root_mean_square(residual);
     let fine = (total * total - step * step / 12.0).max(0.0).sqrt();

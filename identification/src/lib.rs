@@ -1,6 +1,6 @@
-//! What we believe: models of a gyro and of a drive, and how measured data change them.
+//! Models of a gyro and of a drive, and how measured data change them.
 //!
-//! Nothing here reads a file or a clock, and nothing knows what made the data.
+//! Nothing here reads a file or a clock, and nothing depends on the source of the data.
 
 #![expect(
     clippy::neg_cmp_op_on_partial_ord,

@@ -1,17 +1,17 @@
 //! Least squares on whitened columns, one column at a time.
 
-/// Orthonormal columns: what a model can explain.
+/// Orthonormal columns that span what a model can explain.
 #[derive(Debug, Clone, Default)]
 pub struct Basis {
     columns: Vec<Vec<f64>>,
 }
 
-/// A column that has less than this share of its length outside the basis is inside it.
+/// A column with less than this share of its length outside the basis counts as inside.
 const INDEPENDENT: f64 = 1e-6;
 
 /// Sum of products.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Several sums, so that the processor can work on several at a time; always the same order.
+    // Several sums let the processor work in parallel; the order is always the same.
     const SUMS: usize = 8;
     let mut sums = [0.0; SUMS];
     let (a8, b8) = (a.chunks_exact(SUMS), b.chunks_exact(SUMS));
@@ -30,10 +30,10 @@ fn subtract(from: &mut [f64], factor: f64, column: &[f64]) {
     }
 }
 
-/// Rows that are worked on at a time, so that those of all columns stay near the processor.
+/// Rows processed at a time, so that those of all columns stay in the cache.
 const ROWS: usize = 512;
 
-/// Takes what orthonormal `directions` explain out of `columns`.
+/// Removes the components along orthonormal `directions` from `columns`.
 fn take_out(directions: &[Vec<f64>], columns: &mut [Vec<f64>]) {
     let rows = columns.first().map_or(0, Vec::len);
     let chunks = || (0..rows).step_by(ROWS).map(|from| from..(from + ROWS).min(rows));
@@ -57,7 +57,7 @@ fn take_out(directions: &[Vec<f64>], columns: &mut [Vec<f64>]) {
 }
 
 impl Basis {
-    /// How many directions there are.
+    /// Number of directions.
     pub fn len(&self) -> usize {
         self.columns.len()
     }
@@ -67,7 +67,7 @@ impl Basis {
         &self.columns
     }
 
-    /// Its directions, alone.
+    /// Returns its directions.
     pub fn into_columns(self) -> Vec<Vec<f64>> {
         self.columns
     }
@@ -77,25 +77,25 @@ impl Basis {
         take_out(&self.columns, std::slice::from_mut(column));
     }
 
-    /// Adds what is new in `column`; false where nothing is.
+    /// Adds the new part of `column`; returns false if there is none.
     pub fn push(&mut self, column: Vec<f64>) -> bool {
         let before = self.len();
         self.extend(vec![column]);
         self.len() > before
     }
 
-    /// Adds what is new in `columns`.
+    /// Adds the new parts of `columns`.
     pub fn extend(&mut self, columns: Vec<Vec<f64>>) {
         let new = self.beyond(columns);
         self.columns.extend(new.columns);
     }
 
-    /// What is new in `columns`, orthonormal.
+    /// The new parts of `columns`, orthonormal.
     pub fn beyond(&self, mut columns: Vec<Vec<f64>>) -> Self {
         let length = |column: &[f64]| dot(column, column).sqrt();
         columns.retain(|column| length(column) > 0.0 && length(column).is_finite());
         let before: Vec<f64> = columns.iter().map(|column| length(column)).collect();
-        // Twice is enough (Giraud, Langou and Rozloznik 2005).
+        // Two passes suffice (Giraud, Langou and Rozloznik 2005).
         for _ in 0..2 {
             take_out(&self.columns, &mut columns);
         }
@@ -122,7 +122,7 @@ impl Basis {
 /// A least-squares solution.
 #[derive(Debug, Clone)]
 pub struct Solution {
-    /// One a column; 0 for a column that depends on those before it.
+    /// One per column; 0 for a column that depends on those before it.
     pub coefficients: Vec<f64>,
     /// Inverse of the normal matrix; rows and columns of dependent ones are zero.
     pub inverse: Vec<Vec<f64>>,
@@ -131,7 +131,7 @@ pub struct Solution {
 /// Solves `columns x coefficients = target` in the least-squares sense.
 pub fn solve(columns: &[Vec<f64>], target: &[f64]) -> Solution {
     let k = columns.len();
-    // QR by modified Gram-Schmidt, twice over; R upper triangular.
+    // QR by modified Gram-Schmidt, applied twice; R upper triangular.
     let mut q: Vec<Vec<f64>> = Vec::with_capacity(k);
     let mut r: Vec<Vec<f64>> = vec![vec![0.0; k]; k];
     let mut kept: Vec<usize> = Vec::new();
@@ -180,31 +180,31 @@ pub fn solve(columns: &[Vec<f64>], target: &[f64]) -> Solution {
     Solution { coefficients, inverse }
 }
 
-/// Normal equations of a least-squares fit, which add up over stretches of the data.
+/// Normal equations of a least-squares fit, which can be summed over stretches of the data.
 #[derive(Debug, Clone)]
 pub struct Normal {
-    /// Products of columns; of the triangle below the diagonal.
+    /// Products of columns: the triangle below the diagonal.
     products: Vec<Vec<f64>>,
     /// Products of columns with the target.
     target: Vec<f64>,
 }
 
-/// Cholesky's factor of the products, and what of the target goes with each of its rows.
+/// Cholesky factor of the products, and the part of the target along each of its rows.
 struct Factors {
     lower: Vec<Vec<f64>>,
     half: Vec<f64>,
 }
 
-/// A column of which less than this share of the square is left beyond the columns before it depends on them.
+/// A column with less than this share of its square left beyond the columns before it depends on them.
 const DEPENDENT: f64 = 1e-11;
 
 impl Normal {
-    /// Of `width` columns and no rows.
+    /// Equations of `width` columns and no rows.
     pub fn new(width: usize) -> Self {
         Self { products: (0..width).map(|i| vec![0.0; i + 1]).collect(), target: vec![0.0; width] }
     }
 
-    /// Of all rows.
+    /// Equations of all rows.
     pub fn of(columns: &[Vec<f64>], target: &[f64]) -> Self {
         let mut found = Self::new(columns.len());
         for from in (0..target.len()).step_by(ROWS) {
@@ -232,12 +232,14 @@ impl Normal {
         self.target.iter_mut().zip(&other.target).for_each(|(mine, its)| *mine += its);
     }
 
-    /// Of a target with this sum of squares, what the columns leave of it, and how many of them are independent. `None`
-    /// where products do not say it to ten digits: where a column nearly depends on others, or hardly anything is left.
+    /// Sum of squares that the columns leave of a target with this sum of squares, and the number of independent
+    /// columns. `None` if the products do not determine it to ten digits: a column nearly depends on others, or hardly
+    /// anything is left.
     pub fn left(&self, square: f64) -> Option<(f64, usize)> {
-        /// The square of a column beyond those before it, as a share: less is nothing, more is sure.
+        /// Share of a column's square beyond the columns before it: below the range it counts as zero, above it as
+        /// certain.
         const DOUBTFUL: std::ops::Range<f64> = 1e-14..1e-5;
-        /// Share of the target's square from which on a difference of sums says what is left.
+        /// Smallest share of the target's square that a difference of sums resolves.
         const LEFT_MIN: f64 = 1e-5;
         let Factors { lower, half } = self.factors(DOUBTFUL.start);
         let explained: f64 = half.iter().map(|value| value * value).sum();
@@ -248,7 +250,7 @@ impl Normal {
         (is_sure && left > LEFT_MIN * square).then_some((left, width))
     }
 
-    /// Cholesky's factors; zeros for a column of which less than this share of the square is left beyond those before it.
+    /// Cholesky factors; zeros for a column with less than this share of its square left beyond those before it.
     fn factors(&self, dependent: f64) -> Factors {
         let k = self.target.len();
         let mut lower: Vec<Vec<f64>> = Vec::with_capacity(k);
@@ -272,7 +274,7 @@ impl Normal {
         Factors { lower, half }
     }
 
-    /// Coefficients, one a column; 0 for a column that depends on those before it.
+    /// Coefficients, one per column; 0 for a column that depends on those before it.
     pub fn solve(&self) -> Vec<f64> {
         let Factors { lower, half } = self.factors(DEPENDENT);
         let k = self.target.len();

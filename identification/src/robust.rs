@@ -1,4 +1,4 @@
-//! Estimates that a few wild values do not move.
+//! Robust estimates, which a few outliers do not move.
 
 /// Median absolute value of normal noise over its standard deviation.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
@@ -20,8 +20,8 @@ pub fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Beyond this many standard deviations a residual counts as much as one at it (Huber's score). Normal noise loses
-/// about one per cent of its information by it.
+/// Number of standard deviations beyond which a residual counts no more than one at it (Huber's score). This costs
+/// about one per cent of the information in normal noise.
 pub const HUBER: f64 = 2.5;
 
 /// Huber's scores of `values` with the spread `scale`.

@@ -2,7 +2,7 @@
 
 use statrs::function::gamma::ln_gamma;
 
-/// `-ln P(F > f)` for Fisher's distribution with `k` and `m` degrees of freedom: how surprising, in nats.
+/// `-ln P(F > f)` for Fisher's distribution with `k` and `m` degrees of freedom: the surprise, in nats.
 pub fn surprise(f: f64, k: f64, m: f64) -> f64 {
     if !(f > 0.0) || m < 1.0 {
         return 0.0;

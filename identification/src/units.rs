@@ -2,7 +2,7 @@
 
 use crate::dataset::Unit;
 
-/// What one of `text` is in SI, with degrees Celsius and kelvin alike. `None` where it cannot be read.
+/// One of `text` in SI, with degrees Celsius and kelvin alike. `None` if it cannot be read.
 ///
 /// The grammar is that of written units: factors divided by `/`, a divisor of its own in brackets, powers as
 /// `K^2` or `K2`.

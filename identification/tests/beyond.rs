@@ -14,7 +14,7 @@ const SIGMA: f64 = 0.02;
 /// deg/s/K^2
 const CURVE: f64 = 4e-3;
 
-/// A gyro whose bias goes with the square of the temperature between 18 and 32 degC, and not beyond.
+/// A gyro whose bias follows the square of the temperature between 18 and 32 degC, and is constant beyond.
 fn gyro(recorded: &Recorded, seed: u64) -> Dataset {
     let white = recorded.white(seed);
     let bias = |row: usize| CURVE * (recorded.temperature[row].clamp(18.0, 32.0) - 25.0).powi(2);

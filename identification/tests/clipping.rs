@@ -1,4 +1,4 @@
-//! Readings that end where the range of the sensor does are named with their limits, and hide nothing else.
+//! Clipped readings are reported with their limits, and do not hide other effects.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -15,8 +15,8 @@ const SIGMA: f64 = 0.05;
 const SCALE: f64 = 1.002;
 const BIAS: f64 = 0.1;
 
-/// Six records of a sensor whose reference swings by 17 about `middle`, as `range` makes of it what is measured; what
-/// remembers the noise keeps `keep` of it.
+/// Six records of a sensor whose reference swings by 17 about `middle`. `range` maps the reference to the reading; the
+/// coloured noise keeps the share `keep` of itself.
 fn dataset(
     kind: Kind,
     thermal: f64,
@@ -78,7 +78,7 @@ fn a_range_is_found_with_its_limits_and_hides_no_other_cause() {
         let found = found(&data);
         assert_eq!(names(&found.finding), ["saturation", "bias_over_temperature"], "{low} {high}");
         assert_eq!(found.finding.verdict, Verdict::Explained);
-        // Where the reference is when the reading reaches its limit, at the mean temperature of those readings.
+        // The reference at which the reading reaches its limit, at the mean temperature of those readings.
         let effect = &found.finding.effects[0];
         for (name, limit) in [("limit", high), ("lower_limit", low)] {
             let told = effect.parameters.iter().find(|one| one.name == name);
@@ -108,7 +108,7 @@ fn a_range_that_is_not_reached_is_none() {
     }
 }
 
-/// Steps of rounding are flat too, and the last one has nothing beyond it.
+/// Rounding steps are flat too, and no reading lies beyond the last one.
 #[test]
 fn the_last_step_of_a_coarse_reading_is_no_limit() {
     let step = 4.0 * SIGMA;

@@ -1,4 +1,4 @@
-//! Driven paths: a cause that matters stands first and no richer model is reported, whatever else the robot does.
+//! Driven paths: the cause that matters comes first and no richer model is reported, whatever else the robot does.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 
 const DT: f64 = 0.05;
 
-/// A robot: what it really does at a speed and a rate that were meant, and where its reference sits ahead of the axle.
+/// A robot: its actual motion at a commanded speed and rate, and the distance of its reference ahead of the axle.
 struct Robot {
     turn: fn(f64) -> f64,
     ahead: f64,
-    /// Slip: share of the turn that is drawn anew every half second.
+    /// Slip: share of the turn, redrawn every half second.
     slip: f64,
 }
 

@@ -15,7 +15,7 @@ const LEVER_M: f64 = 2.0;
 const HEADING: f64 = 0.003;
 const POSITION: f64 = 0.006;
 
-/// Laps whose odometry turns too far by `curvature` (rad in each lap) whichever way it goes.
+/// Laps whose odometry turns too far by `curvature` (rad in each lap), in either direction.
 fn laps(curvature: &[f64], seed: u64) -> Dataset {
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
     let mut noise = |size: f64| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! One effect at a time, made here from its formula, and noise alone.
+//! One effect at a time, computed here from its formula, and noise alone.
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::Verdict;
@@ -115,7 +115,7 @@ fn the_cause_is_named_first() {
         let data = dataset(&bench, 7, sigma, |row| size * effect(row));
         let found = run(&data);
         let first = found.finding.effects.first().expect(name);
-        // Seven rates can leave a cubic and a quadratic error in doubt; the doubt must then be told.
+        // Seven rates can leave a cubic and a quadratic error in doubt; the finding must then name the rival.
         let told = first.rivals.iter().any(|rival| rival.name == *name);
         assert!(first.name == *name || told, "{name}: {first:?}");
         assert_eq!(found.finding.verdict, Verdict::Explained, "{name}");

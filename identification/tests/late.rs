@@ -1,4 +1,5 @@
-//! A gyro that comes late by some slow samples is named late, and noise far above the motion is no error.
+//! A gyro that is late by some slow samples is reported as late, and noise far above the motion is not reported as an
+//! error.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -10,10 +11,10 @@ use rand_distr::{Distribution, StandardNormal};
 
 const RUNS: usize = 4;
 const ROWS: usize = 900;
-/// How late, s, at one sample a second.
+/// Delay, s, at one sample a second.
 const LATE: f64 = 3.4;
 
-/// Slow turns to and fro, of which the gyro reads what was `LATE` before, with so much noise (deg/s).
+/// Slow turns to and fro. The gyro reads the rate of `LATE` earlier, with that much noise (deg/s).
 fn dataset(noise: f64, seed: u64) -> Dataset {
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
     let (mut time, mut truth, mut reads) = (vec![], vec![], vec![]);

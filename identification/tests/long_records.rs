@@ -1,4 +1,4 @@
-//! Records so long that slow causes are looked for on means of rows, and fast ones are not.
+//! Records so long that slow causes are searched on means of rows, and fast ones on the rows.
 
 mod recorded;
 

@@ -1,4 +1,4 @@
-//! What has its zero off the middle of the data: each of its parts explains little without the others.
+//! Effects with a zero off the middle of the data: each part explains little without the others.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 const RUNS: usize = 8;
 const ROWS: usize = 60;
-/// From reading to reading, s.
+/// Interval between readings, s.
 const INTERVAL_S: f64 = 30.0;
 /// Noise of a reading, deg/s.
 const NOISE: f64 = 1e-3;
@@ -55,14 +55,14 @@ fn is_explained_by(finding: &Finding, names: &[&str]) {
     assert!(finding.held_out.after < 1.2 * NOISE, "{:?}", finding.held_out);
 }
 
-/// Neither a line nor a parabola about the middle says much of it.
+/// Neither a line nor a parabola about the middle explains much of it.
 #[test]
 fn a_parabola_about_the_end_of_the_range_is_one() {
     let finding = found(|celsius, _| 5e-4 * (celsius - 25.0).powi(2));
     is_explained_by(&finding, &["bias_over_temperature", "bias_over_temperature_quadratic"]);
 }
 
-/// A coefficient that was right at power-up.
+/// A coefficient that was correct at power-up.
 #[test]
 fn a_coefficient_that_ages_is_one() {
     let finding = found(|celsius, hours| 1e-3 * (celsius - 25.0) * hours);

@@ -1,4 +1,4 @@
-//! A memory that no noise model was told of is structure; one that it declares is noise.
+//! A memory that the noise model does not declare is structure; one that it declares is noise.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -17,7 +17,7 @@ const SLOPE: f64 = 0.05;
 /// Correlation time of the slow part, s.
 const MEMORY_S: f64 = 15.0;
 
-/// Recordings at rest under a changing supply, with noise of which the slow part has that share of the white part.
+/// Recordings at rest under a changing supply. The slow part of the noise has that share of the white part.
 fn at_rest(slope: f64, slow_part: f64) -> Dataset {
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(11);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
@@ -90,11 +90,11 @@ fn the_plain_model_that_leaves_such_a_memory_does_not_miss_nothing() {
     assert_eq!(finding.verdict, Verdict::StructureLeft, "{finding:#?}");
 }
 
-/// A memory that is over by the next reading is new in each: the error is not many times that noise.
+/// A memory that ends before the next reading is new in each: the error is not many times that noise.
 #[test]
 fn a_memory_shorter_than_the_time_between_readings_is_new_in_each() {
     let mut dataset = at_rest(0.0, 100.0);
-    // Of the slow part, a reading in fifty.
+    // One reading in fifty of the slow part.
     let keep = |values: &[f64]| values.iter().copied().step_by(50).collect::<Vec<f64>>();
     for column in &mut dataset.columns {
         column.values = keep(&column.values);
@@ -105,7 +105,7 @@ fn a_memory_shorter_than_the_time_between_readings_is_new_in_each() {
     assert!(finding.held_out.after < 1.5 * finding.noise_floor.value, "{finding:#?}");
 }
 
-/// A gyro at a table that ramps from one plateau to the next, half a sample late: the delay shows in the ramps alone.
+/// A gyro at a table that ramps from one plateau to the next, half a sample late: only the ramps show the delay.
 #[test]
 fn a_delay_that_shows_in_ramps_alone_is_no_coloured_noise() {
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(4);

@@ -1,4 +1,4 @@
-//! From data to the plan that would decide.
+//! From data to the plan that decides between causes.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 

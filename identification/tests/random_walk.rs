@@ -1,4 +1,4 @@
-//! A bias that walks stands among the effects with its size, and noise that only remembers does not.
+//! A bias with a random walk appears among the effects with its size, and noise with a short memory does not.
 
 mod recorded;
 
@@ -11,7 +11,7 @@ const ROWS: usize = 1200;
 /// deg/s
 const SIGMA: f64 = 0.02;
 
-/// What is found in six runs of 20 minutes whose readings err by `error`, in units of the white noise.
+/// Finding for six runs of 20 minutes with the error `error`, in units of the white noise.
 fn found(recorded: &Recorded, seed: u64, error: impl Fn(usize) -> f64) -> Finding {
     let white = recorded.white(seed);
     let error: Vec<f64> = (0..white.len()).map(|row| SIGMA * (white[row] + error(row))).collect();
@@ -19,7 +19,7 @@ fn found(recorded: &Recorded, seed: u64, error: impl Fn(usize) -> f64) -> Findin
     identify(&set, None, &Options::default(), &mut |_, _| ()).expect("whole data").finding
 }
 
-/// Steps of `step` that are kept for ever, or by `keep` from row to row; each run begins anew.
+/// Steps of `step` that persist, or decay by `keep` from row to row; each run restarts.
 fn kept(recorded: &Recorded, seed: u64, step: f64, keep: f64) -> Vec<f64> {
     let mut now = 0.0;
     let steps = recorded.white(seed);
@@ -43,7 +43,7 @@ fn a_walk_is_named_with_its_size_alone_and_beside_a_cause() {
         let finding = found(&recorded, seed, |row| walk[row] + warm[row]);
         let walks = finding.effects.iter().find(|one| one.term == "noise");
         let Some(walks) = walks else { panic!("{seed} {:?}", names(&finding)) };
-        // Six short runs do not always exclude that it forgets some day.
+        // Six short runs do not always exclude a finite memory.
         assert!(["random_walk", "slow_noise"].contains(&walks.name.as_str()), "{walks:?}");
         assert!(walks.drivers.is_empty());
         let size = &walks.parameters[0];

@@ -1,4 +1,4 @@
-//! Rounding that is coarser than the noise stands among the effects, with its step.
+//! Rounding coarser than the noise appears among the effects, with its step.
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::Finding;

@@ -11,7 +11,7 @@ use rand_distr::{Distribution, StandardNormal};
 const RUNS: usize = 6;
 const ROWS: usize = 500;
 
-/// Recordings of a sensor of `unit` whose reference goes as `truth` and which reads `measured` of it.
+/// Recordings of a sensor of `unit` with the reference `truth` and the readings `measured`.
 fn dataset(
     unit: Unit,
     truth: impl Fn(f64) -> f64,
@@ -56,7 +56,7 @@ fn found(dataset: &Dataset) -> Identified {
     found
 }
 
-/// Is it the first effect or a rival of it?
+/// Asserts that it is the first effect or a rival of it.
 fn assert_names(found: &Identified, name: &str) {
     let first = found.finding.effects.first();
     let named = first.is_some_and(|effect| {
@@ -108,7 +108,7 @@ fn nonlinearity_lag_delay_and_hysteresis_have_their_names() {
     }
 }
 
-/// Root mean square before and after the compensation, on recordings that took no part.
+/// Root mean square before and after the compensation, on other recordings.
 fn compensated(dataset: &Dataset) -> [f64; 2] {
     let found = found(dataset);
     let compensation = found.finding.compensation.clone();
@@ -141,7 +141,7 @@ fn what_a_sensor_shows_wrongly_is_taken_off_down_to_its_noise() {
         assert!(before > 2.0 * sigma, "{name}: {before}");
         assert!(after < 1.15 * sigma, "{name}: {before} -> {after}");
     }
-    // Cycles of an angle that begins anew after each turn.
+    // Cycles of an angle that wraps after each turn.
     let angle = |t: f64| (1.7 * t).rem_euclid(360.0);
     let error = |course: &[f64], row: usize| {
         (course[row] + 0.8 * (2.0 * course[row].to_radians()).sin()).rem_euclid(360.0)
@@ -152,7 +152,7 @@ fn what_a_sensor_shows_wrongly_is_taken_off_down_to_its_noise() {
 
 #[test]
 fn what_comes_late_is_led_as_far_as_its_noise_lets_it() {
-    // 2 s behind what wanders with periods of minutes; led, the noise of the slope comes on top.
+    // A delay of 2 s on a signal with periods of minutes; the lead adds the noise of the slope.
     let late = |course: &[f64], row: usize| course[row.saturating_sub(2)];
     let [before, after] = compensated(&dataset(Unit::Volt, wander, late, 0.01, 5));
     assert!(before > 0.15 && after < 0.25 * before, "{before} -> {after}");
@@ -185,7 +185,7 @@ fn an_angle_that_comes_late_is_late() {
     let angle =
         |t: f64| (5.0 * t + 60.0 * (t / 41.0).sin() + 30.0 * (t / 17.0).sin()).rem_euclid(360.0);
     let mut late = dataset(Unit::Degree, angle, |course, row| course[row], 0.1, 3);
-    // Runs that follow one another without a break; what is true was on its way before they began.
+    // Consecutive runs without a break; the signal was already on its way before they began.
     for row in 0..RUNS * ROWS {
         let time = row as f64;
         let noise = late.columns[1].values[row] - late.columns[2].values[row];

@@ -1,4 +1,4 @@
-//! Turns of a table: what goes with the rate and the heading is seen as its mean over a turn.
+//! Turns of a table: effects of the rate and the heading appear as means over a turn.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -10,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Noise of one turn, deg.
 const NOISE_DEG: f64 = 0.01;
-/// Every ramp, s.
+/// Duration of every ramp, s.
 const RAMP_S: f64 = 4.0;
 
 /// One turn: heading before it and angle, deg; rate, deg/s.
@@ -89,7 +89,7 @@ fn identified(turns: &[Turn], error: impl Fn(f64, f64) -> f64) -> Identified {
 
 /// Rates that are reached within a quarter of a turn.
 const SLOW: [f64; 7] = [2.0, 4.0, 6.0, 9.0, 12.0, 16.0, 20.0];
-/// And within a whole one.
+/// Rates that are reached within a whole turn.
 const FAST: [f64; 7] = [5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0];
 
 /// There and back by `angle`, from stations round the table.
@@ -108,7 +108,7 @@ fn number(finding: &Finding, name: &str) -> f64 {
     finding.effects[0].parameters.iter().find(|one| one.name == name).unwrap().value
 }
 
-/// As if every turn were steady, the slope would come out at four fifths: the fastest turns are ramps for half of
+/// With every turn taken as steady, the slope would come out at four fifths: the fastest turns are ramps for half of
 /// their angle and more.
 #[test]
 fn scale_over_rate_has_the_slope_that_it_has_within_the_ramps() {
@@ -130,7 +130,7 @@ fn a_bias_over_heading_shows_in_part_turns_with_its_size() {
     assert!(number(finding, "sin").abs() < 0.02 * SIZE, "{finding:#?}");
 }
 
-/// What is left of it in a full turn is what the ramps, at one heading, do not average out.
+/// In a full turn only the part remains that the ramps, at one heading, do not average out.
 #[test]
 fn full_turns_do_not_show_what_scales_with_the_heading() {
     let found =

@@ -1,4 +1,4 @@
-//! Which cases there are. The list is fixed: kinds, effects, sizes, repeats and the layout of each.
+//! The list of cases. It is fixed: kinds, effects, sizes, repeats and the layout of each.
 
 mod nulls;
 
@@ -11,27 +11,27 @@ use crate::turns::{Path, TurnEffect, TurnsWorld, effects};
 use crate::world::{Sizing, World};
 use identification::dataset::{Drive, Kind};
 
-/// Sizes at which every effect is made.
+/// Sizes at which every effect is generated.
 pub const SIZES: [f64; 3] = [6.0, 10.0, 30.0];
-/// Repeats of an effect at one size: one for each layout of its kind.
+/// Repeats of an effect at one size: one per layout of its kind.
 const SERIES_REPEATS: usize = 3;
 const HEADINGS_REPEATS: usize = 2;
 const TURNS_REPEATS: usize = 4;
 const LAPS_REPEATS: usize = 3;
 const ODOMETRY_REPEATS: usize = 2;
 
-/// What a case is for.
+/// Purpose of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Purpose {
     /// An undeclared effect of that z (or level).
     Effect(f64),
-    /// Nothing but the base and noise.
+    /// Only the base and noise.
     Null(Noise),
-    /// An effect of that z in a set of a stated size, for its time.
+    /// An effect of that z in a set of a stated size, to measure its time.
     Timing(f64),
 }
 
-/// Where the data come from.
+/// Source of the data.
 #[derive(Clone)]
 enum Source {
     Series(Layout, Vec<&'static SeriesEffect>),
@@ -43,7 +43,7 @@ enum Source {
 /// One case.
 #[derive(Clone)]
 pub struct Case {
-    /// Kind of the data, or a group of it, for the tables.
+    /// Kind of the data, or a subgroup of it, for the tables.
     pub group: &'static str,
     /// Kind of the data.
     pub kind: Kind,
@@ -51,9 +51,9 @@ pub struct Case {
     pub effect: String,
     /// Family of the effect.
     pub family: &'static str,
-    /// What it is for.
+    /// Its purpose.
     pub purpose: Purpose,
-    /// Which repeat.
+    /// Index of the repeat.
     pub repeat: usize,
     source: Source,
 }
@@ -70,8 +70,7 @@ impl Case {
         name.replace([' ', '_', '+', ','], "-").to_lowercase()
     }
 
-    /// Draws its world from that master seed. Sizes do not enter the key: an effect grows in the
-    /// same data.
+    /// Draws its world from that master seed. The size is not part of the key: an effect grows in the same data.
     pub fn world(&self, master: u64) -> Box<dyn World> {
         let key = format!("{}/{}", self.group, self.effect);
         let key = (key.as_str(), self.repeat as u64, master);
@@ -99,7 +98,7 @@ fn layout(runs: usize, rows_per_run: usize, dt: f64) -> Layout {
     }
 }
 
-/// The layouts of a `series`, one for each repeat.
+/// The layouts of a `series`, one per repeat.
 fn series_layout(repeat: usize) -> Layout {
     match repeat % SERIES_REPEATS {
         // Six runs of 20 minutes, and six of two hours at a tenth of the rate.
@@ -109,8 +108,8 @@ fn series_layout(repeat: usize) -> Layout {
     }
 }
 
-/// The layout of a repeat of the effect of that number: of the two long layouts each effect has one, and a
-/// further set of the second layout in place of the other, so that the whole stays affordable.
+/// The layout of a repeat of the effect of that number. Each effect has one of the two long layouts, and a further set
+/// of the second layout in place of the other, so that the total run time stays affordable.
 fn effect_layout(number: usize, repeat: usize) -> Layout {
     let spared = if number.is_multiple_of(2) { 2 } else { 3 };
     series_layout(if repeat == spared { 1 } else { repeat })
@@ -121,7 +120,7 @@ fn headings_layout(repeat: usize) -> Layout {
     Layout { rotation: Rotation::Calm, headings_every: Some(every), ..layout(6, rows, 1.0) }
 }
 
-/// Effects that sparse headings show as well.
+/// Effects that sparse headings can show.
 const HEADINGS: &[&str] = &[
     "bias_over_temperature",
     "shupe",
@@ -149,7 +148,7 @@ fn of_series(cases: &mut Vec<Case>) {
     for z in SIZES {
         for repeat in 0..SERIES_REPEATS {
             for (number, effect) in EFFECTS.iter().enumerate() {
-                // What is there or not has one size; it stands with the largest.
+                // An effect that is either present or absent has one size; it is listed with the largest.
                 if matches!(effect.sizing, Sizing::Whole(_)) && z < SIZES[2] {
                     continue;
                 }
@@ -270,7 +269,7 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
-/// The cases whose time and memory are stated.
+/// The cases whose time and memory are measured.
 pub fn timing_cases() -> Vec<Case> {
     let case = |group, kind, effect: &str, source| Case {
         group,

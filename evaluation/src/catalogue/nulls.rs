@@ -1,4 +1,4 @@
-//! Cases with nothing but the base and noise, of every class.
+//! Null cases: only the base and noise, of every class.
 
 use super::{Case, DRIVES, Purpose, Source, path_layout, series_layout, turns_layout};
 use crate::noise::Noise;
@@ -12,10 +12,10 @@ const TURNS_NULLS: usize = 6;
 const LAPS_NULLS: usize = 4;
 const ODOMETRY_NULLS: usize = 4;
 
-/// The noises of the null cases; a class with more than one is drawn with each.
+/// The noises of the null cases; a class with several variants is drawn with each.
 fn null_noises(per_variant: usize) -> impl Iterator<Item = Noise> {
     let variants = [
-        // White noise is what the false-alarm rate is stated for: more of it.
+        // The false-alarm rate is stated for white noise, so there are more cases of it.
         vec![Noise::White; 3],
         vec![Noise::Autoregressive(3.0), Noise::Autoregressive(30.0), Noise::Autoregressive(300.0)],
         vec![Noise::RandomWalk],
@@ -46,7 +46,7 @@ pub fn of_nulls(cases: &mut Vec<Case>) {
         });
     };
     for (repeat, noise) in null_noises(SERIES_NULLS).enumerate() {
-        // The short layouts for most, so that there can be many.
+        // Mostly short layouts, so that there can be many cases.
         let layout = Layout { noise, ..series_layout([0, 1, 0, 1, 4, 0, 1, 2][repeat % 8]) };
         push("series", Kind::Series, repeat, noise, Source::Series(layout, vec![]));
     }

@@ -1,25 +1,25 @@
-//! The errors that wheels can hide, from the published models of odometry, and how a finding may spell their cause.
+//! Possible errors of wheels, from the published models of odometry, and the spellings of their causes.
 
 use super::WHEELBASE;
 use super::path::Step;
 use identification::dataset::Drive;
 
-/// Acceleration below which nothing slips, m/s^2 (assumption).
+/// Acceleration below which wheels do not slip, m/s^2 (assumption).
 const GRIP: f64 = 0.3;
 /// Direction, relative to the base, of the first harmonic of unequal synchro wheels, rad (assumption).
 const HARMONIC_PHASE: f64 = 0.7;
 
-/// How one step of motion really differs from what the wheels say, per unit of an effect's size:
-/// further distance (m) and further rotation (rad), from the step, the time (s) and the heading (rad).
+/// Deviation of one step of motion from the wheels' report, per unit of an effect's size: further distance (m) and
+/// further rotation (rad), from the step, the time (s) and the heading (rad).
 pub type Error = fn(&Step, f64, f64) -> (f64, f64);
 
 /// An undeclared error of the odometry.
 pub struct PathEffect {
     /// Name in the tables.
     pub name: &'static str,
-    /// Which robots have it.
+    /// Robots that have it.
     pub drives: &'static [Drive],
-    /// What it does.
+    /// Its error.
     pub error: Error,
     /// Spellings of its cause; see [`crate::truth`].
     pub spellings: &'static [&'static str],

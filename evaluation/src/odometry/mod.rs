@@ -1,5 +1,5 @@
-//! Data of the kind `odometry`: wheels of a driven robot against motion capture. The nominal constants are
-//! the truth but for the effect.
+//! Data of the kind `odometry`: wheels of a driven robot against motion capture. The nominal constants are the truth
+//! apart from the effect.
 
 mod effects;
 mod path;
@@ -32,11 +32,11 @@ const PAUSE: f64 = 60.0;
 /// How a set is driven.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layout {
-    /// Which robot.
+    /// The robot.
     pub drive: Drive,
-    /// Which path.
+    /// The path.
     pub shape: Shape,
-    /// How many runs.
+    /// Number of runs.
     pub runs: usize,
     /// Time between rows, s.
     pub dt: f64,
@@ -46,7 +46,7 @@ pub struct Layout {
     pub noise: Noise,
 }
 
-/// A set, drawn.
+/// A drawn set.
 pub struct OdometryWorld {
     name: String,
     layout: Layout,
@@ -100,7 +100,7 @@ impl OdometryWorld {
         world
     }
 
-    /// What a small error of the start pose of each run does to all its poses.
+    /// Effect of a small error of the start pose of each run on all its poses.
     fn start_columns(&self) -> Vec<Vec<f64>> {
         let poses = self.poses(&[]);
         let mut columns = vec![Vec::new(); 3];
@@ -114,7 +114,7 @@ impl OdometryWorld {
         columns
     }
 
-    /// Of each row: its sum since the run began of what the step adds.
+    /// For each row, the sum of the step's contributions since the start of the run.
     fn sums(&self, of: impl Fn(&Step) -> f64) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.steps.len());
         for run in &self.runs {
@@ -129,7 +129,7 @@ impl OdometryWorld {
         out
     }
 
-    /// Encoder counts since the row before.
+    /// Encoder counts since the previous row.
     fn counts(&self, side: f64) -> Vec<f64> {
         let mut counts: Vec<f64> =
             self.steps.iter().map(|step| wheel(step, side).round()).collect();
@@ -147,8 +147,8 @@ fn wheel(step: &Step, side: f64) -> f64 {
     (step.distance + side * step.turned * WHEELBASE / 2.0) * COUNTS_PER_METRE
 }
 
-/// Makes every wheel move by whole counts, so that counting adds no error of its own, which the known
-/// noise would not hold.
+/// Rounds every wheel's motion to whole counts, so that counting adds no error, which the known noise would not
+/// include.
 fn in_whole_counts(steps: &mut [Step]) {
     let mut carried = [0.0; 2];
     for step in steps {
@@ -246,7 +246,7 @@ impl Poses for OdometryWorld {
                     distance += size * further;
                     turned += size * rotated;
                 }
-                // The first row is the start: what moved before it belongs to no run.
+                // The first row is the start: motion before it belongs to no run.
                 if k > run.start {
                     let middle = heading + turned / 2.0;
                     x += distance * middle.cos();

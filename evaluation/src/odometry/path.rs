@@ -1,4 +1,4 @@
-//! What a robot does, by its own odometry: speeds and rotation rates along a path, with ramps.
+//! Motion of a robot by its own odometry: speeds and rotation rates along a path, with ramps.
 
 use crate::random::Stream;
 
@@ -13,12 +13,12 @@ pub struct Step {
     pub acceleration: f64,
 }
 
-/// Which path.
+/// Path of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// A square, counter-clockwise in even runs and clockwise in odd ones.
     Square,
-    /// Legs, turns, arcs and reversing as they come.
+    /// Legs, turns, arcs and reversing in random order.
     Roaming,
 }
 
@@ -26,7 +26,7 @@ pub enum Shape {
 const SPEEDS: [f64; 3] = [0.2, 0.3, 0.4];
 const ROTATION: f64 = 0.5;
 const RAMP: f64 = 0.25;
-/// Harder ramps, as some legs have (assumption).
+/// Harder ramps of some legs (assumption).
 const HARD_RAMP: f64 = 0.8;
 const ROTATION_RAMP: f64 = 1.0;
 /// Rest at the ends of a leg, s (assumption).

@@ -1,10 +1,10 @@
-//! The effects that a `series` can show, from the published error models of gyros: what each adds to
-//! the rate (deg/s), and how a finding may spell its cause.
+//! The effects that a `series` can show, from the published error models of gyros: each effect's contribution to the
+//! rate (deg/s), and the spellings of its cause.
 
 use super::rows::{Constants, Rows};
 use crate::world::Sizing;
 
-/// What an effect of a given size adds to the rate of each row.
+/// Contribution of an effect of a given size to the rate of each row.
 pub type Shape = fn(&Rows, &Constants, f64) -> Vec<f64>;
 
 /// One effect.
@@ -13,7 +13,7 @@ pub struct SeriesEffect {
     pub name: &'static str,
     /// Family in the tables.
     pub family: &'static str,
-    /// What it adds.
+    /// Its contribution.
     pub shape: Shape,
     /// How it is sized.
     pub sizing: Sizing,
@@ -21,11 +21,11 @@ pub struct SeriesEffect {
     pub spellings: &'static [&'static str],
     /// Unit of the size, where it is a parameter that any form of the effect must have.
     pub unit: Option<&'static str>,
-    /// What the data must offer.
+    /// What the data must provide.
     pub needs: Needs,
 }
 
-/// What the data must offer for an effect to be possible.
+/// What the data must provide for an effect to be possible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
     /// Nothing special.
@@ -153,7 +153,7 @@ effects! {
             .map(|(late, w)| late - w).collect();
     lost_samples "time" Sizing::Noise(1.0), None, Gentle, ["delay: *", "clock: *"]
         = |r, c, s| {
-            // Rows are lost at a third and at two thirds of each run, and nobody counts.
+            // Rows are lost at a third and at two thirds of each run, without a trace in the row count.
             let run = r.runs[0].len() as f64 * r.dt;
             let lost = |k: usize| (3.0 * r.elapsed[k] / run).floor() * c.lost * r.dt;
             r.delayed(&r.rate, |k| -s * lost(k)).iter().zip(&r.rate).map(|(early, w)| early - w).collect()
@@ -199,7 +199,7 @@ pub const PAIRS: &[[&str; 2]] = &[
     ["scale_over_rate_cubic", "ageing_of_bias"],
 ];
 
-/// The effect of that name.
+/// The effect with that name.
 pub fn effect(name: &str) -> Option<&'static SeriesEffect> {
     EFFECTS.iter().find(|effect| effect.name == name)
 }

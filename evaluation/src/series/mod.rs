@@ -28,9 +28,9 @@ pub struct Layout {
     pub dt: f64,
     /// Programme of rotation.
     pub rotation: Rotation,
-    /// Headings every so many rows instead of a reference rate.
+    /// Rows per heading, with headings in place of a reference rate.
     pub headings_every: Option<usize>,
-    /// A second axis is measured.
+    /// Whether a second axis is measured.
     pub axes: bool,
     /// Noise of the rate.
     pub noise: Noise,
@@ -47,7 +47,7 @@ const TEMPERATURE_STEP: f64 = 0.01;
 const ELECTRICAL_NOISE: f64 = 0.003;
 const ELECTRICAL_STEP: f64 = 0.001;
 
-/// A set, drawn.
+/// A drawn set.
 pub struct SeriesWorld {
     name: String,
     layout: Layout,
@@ -61,7 +61,7 @@ pub struct SeriesWorld {
 }
 
 impl SeriesWorld {
-    /// Draws the set of that case: constants are those of the training set whatever the master seed.
+    /// Draws the set of that case. Its constants are those of the training set, whatever the master seed.
     pub fn draw(
         (case, index, master): (&str, u64, u64),
         layout: Layout,
@@ -107,7 +107,7 @@ impl SeriesWorld {
         own.unwrap_or(self.noise.step) * RATE_NOISE * strength.noise
     }
 
-    /// The rate of each row, or its integral between fixes.
+    /// The rate of each row, or its integral between headings.
     fn seen(&self, rate: &[f64]) -> Vec<f64> {
         match self.layout.headings_every {
             None => rate.to_vec(),
@@ -248,7 +248,7 @@ impl World for SeriesWorld {
     fn truths(&self, strength: &Strength) -> Vec<Truth> {
         let truth = |(effect, &size): (&&'static SeriesEffect, &f64)| Truth {
             effect: effect.name.into(),
-            // In a single run the time since power-up is the time itself, so a trend is as good.
+            // In a single run the time since power-up equals the time, so a trend counts too.
             spellings: (effect.spellings.iter().copied())
                 .chain(
                     (effect.name == "warm_up" && self.layout.runs == 1)

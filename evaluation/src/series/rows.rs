@@ -1,4 +1,4 @@
-//! What truly happens in each row of a `series`, in the file's units: s, deg, deg/s, degC, V, A.
+//! The truth in each row of a `series`, in the file's units: s, deg, deg/s, degC, V, A.
 
 use super::Layout;
 use crate::programme::{current, rotation, supply, temperature};
@@ -19,7 +19,7 @@ pub struct Rows {
     pub rate: Vec<f64>,
     /// Rate about another axis, deg/s.
     pub cross: Vec<f64>,
-    /// Heading, not wrapped: the integral of a rate that is linear between rows, deg.
+    /// Unwrapped heading: the integral of a rate that is linear between rows, deg.
     pub heading: Vec<f64>,
     /// Case temperature, degC.
     pub temperature: Vec<f64>,
@@ -72,7 +72,7 @@ impl Rows {
         rows
     }
 
-    /// How many rows.
+    /// Number of rows.
     pub fn count(&self) -> usize {
         self.time.len()
     }
@@ -111,7 +111,7 @@ impl Rows {
         out
     }
 
-    /// `x` read `late(row)` seconds before each row, linear between rows, held at the ends of a run.
+    /// `x` delayed by `late(row)` seconds, linear between rows, held at the ends of a run.
     pub fn delayed(&self, x: &[f64], late: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut out = Vec::with_capacity(x.len());
         for run in &self.runs {
@@ -135,27 +135,27 @@ pub struct Constants {
     pub bias: f64,
     /// Scale error.
     pub scale: f64,
-    /// Of the coil's temperature behind the sensor's, s.
+    /// Lag of the coil's temperature behind the sensor's, s.
     pub coil: f64,
-    /// Of the warm-up, s.
+    /// Time constant of the warm-up, s.
     pub warm: f64,
     /// Half width of the thermal play, K.
     pub play: f64,
-    /// Of the periodic disturbance, s.
+    /// Period of the periodic disturbance, s.
     pub period: f64,
-    /// Of the disturbance and the magnetic field, rad.
+    /// Phase of the disturbance and the magnetic field, rad.
     pub phase: f64,
-    /// When the step happens, s.
+    /// Time of the step, s.
     pub step: f64,
     /// Rows lost at each loss.
     pub lost: f64,
 }
 
 impl Constants {
-    /// Draws them for that layout.
+    /// Draws the constants for that layout.
     pub fn draw(stream: &mut Stream, layout: &Layout) -> Self {
         let run = layout.rows_per_run as f64 * layout.dt;
-        // Runs lie up to an hour apart; the step falls into the middle of a run near the middle.
+        // Runs are up to an hour apart; the step falls into the middle of a run near the middle.
         let whole = run * layout.runs as f64 + 0.65 * PAUSE * (layout.runs - 1) as f64;
         Self {
             bias: stream.between(-0.01, 0.01),

@@ -1,5 +1,5 @@
-//! Data of the kinds `turns` and `laps` as the gyro sees them: the integral of its rate over a turn
-//! or a lap, against the angle that was really turned.
+//! Data of the kinds `turns` and `laps` as the gyro sees them: the integral of its rate over a turn or a lap, against
+//! the actual angle.
 
 mod rows;
 
@@ -20,7 +20,7 @@ pub struct TurnEffect {
     pub name: &'static str,
     /// Family in the tables.
     pub family: &'static str,
-    /// What it adds per unit of size, deg.
+    /// Its contribution per unit of size, deg.
     pub shape: fn(&Rows, &Constants, usize) -> f64,
     /// Spellings of its cause; see [`crate::truth`].
     pub spellings: &'static [&'static str],
@@ -30,7 +30,7 @@ pub struct TurnEffect {
 
 /// Noise of an angle, deg (assumption: angle random walk of a turn and the table's step).
 const TABLE_NOISE: f64 = 0.02;
-/// Noise of a lap's angle, deg (two readings of +-0.2 deg, taken as two standard deviations).
+/// Noise of a lap's angle, deg (two readings of +-0.2 deg, interpreted as two standard deviations).
 const LAP_NOISE: f64 = 0.14;
 /// Temperature of calibration, degC, and nominal supply, V.
 const CALIBRATED_AT: f64 = 25.0;
@@ -105,7 +105,7 @@ pub fn effects(path: Path) -> impl Iterator<Item = &'static TurnEffect> {
     TURN_EFFECTS.iter().filter(move |e| path == Path::Table || !TABLE_ONLY.contains(&e.name))
 }
 
-/// A set, drawn.
+/// A drawn set.
 pub struct TurnsWorld {
     name: String,
     path: Path,
@@ -132,7 +132,7 @@ impl TurnsWorld {
         let rows = Rows::draw(&mut stream, path, runs, &constants);
         let mut stream = Stream::new(master, case, index, "noise");
         let sd = if path == Path::Table { TABLE_NOISE } else { LAP_NOISE };
-        // A run has too few rows for a noise of its own time scale: the whole log is one block.
+        // A run has too few rows for noise with its own time scale: the whole log is one block.
         let blocks = match noise {
             Noise::PerRun => rows.runs.clone(),
             _ => std::iter::once(0..rows.time.len()).collect(),

@@ -1,10 +1,10 @@
-//! Turns of a table, or laps of a robot with a gyro aboard: what happens in each, in the file's units.
+//! Turns of a table, or laps of a robot with a gyro on board: the truth in each, in the file's units.
 
 use crate::programme::{current, supply, temperature};
 use crate::random::Stream;
 use std::ops::Range;
 
-/// Which of the two.
+/// Path of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Path {
     /// Turns of a rotary table, clockwise then counter-clockwise in each run.
@@ -25,7 +25,7 @@ pub struct Rows {
     pub rate: Vec<f64>,
     /// Integral of the squared rate over the turn, with its ramps, (deg/s)^2 s.
     pub rate_squared: Vec<f64>,
-    /// How long the gyro was integrated, s.
+    /// Integration time of the gyro, s.
     pub duration: Vec<f64>,
     /// Angle turned, signed, deg.
     pub angle: Vec<f64>,
@@ -56,7 +56,7 @@ pub struct Constants {
     pub play: f64,
     /// Time constant of warming up, s.
     pub warm: f64,
-    /// When the step happens, s.
+    /// Time of the step, s.
     pub step: f64,
 }
 
@@ -71,11 +71,11 @@ const TABLE_PERIOD: f64 = 150.0;
 const LAP_PERIOD: f64 = 600.0;
 /// Step of the dense grid on which temperatures evolve, s.
 const GRID: f64 = 10.0;
-/// Error of closure of a lap that the robot really makes, deg (assumption, after the paper's laps).
+/// Actual closure error of a lap, deg (assumption, after the paper's laps).
 const CLOSURE: f64 = 2.0;
 
 impl Constants {
-    /// Draws them for that many seconds.
+    /// Draws the constants for that many seconds.
     pub fn draw(stream: &mut Stream, duration: f64) -> Self {
         Self {
             bias: stream.between(-0.002, 0.002),
@@ -89,7 +89,7 @@ impl Constants {
 }
 
 impl Rows {
-    /// How long `runs` runs take, s.
+    /// Duration of `runs` runs, s.
     pub fn length(path: Path, runs: usize) -> f64 {
         let period = if path == Path::Table { TABLE_PERIOD } else { LAP_PERIOD };
         period * runs as f64

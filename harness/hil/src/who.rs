@@ -1,4 +1,4 @@
-//! Who is at work, and when: for records and leases, and for no decision.
+//! The user and the time of day, for records and leases; no decision depends on them.
 
 use std::time::SystemTime;
 

@@ -1,7 +1,8 @@
-//! Who has a bench: one user at a time, among all users of this machine.
+//! Leases on benches: one user at a time, among all users of this machine.
 //!
-//! A lease is a lock on a file for each port of the bench, and on one for the bench file where that has commands. The files say who
-//! holds them. The kernel gives the locks back when the process is gone, however it went; what a file says then is old.
+//! A lease is a lock on a file for each port of the bench, and on one for the bench file if it has commands. The files
+//! name the holder. The kernel releases the locks when the process ends, for whatever reason; the content of a file is
+//! then out of date.
 
 use plan::bench_file::{AttachPlace, BenchFile, ControllerSection, PortText};
 use ports::PortSpec;
@@ -24,9 +25,9 @@ const SHARED_FILE: u32 = 0o666;
 const WRITABLE_BY_ALL: u32 = 0o002;
 /// The longest file name that is made of what is leased; a longer one keeps its end.
 const NAME_LEN_MAX: usize = 200;
-/// Read of what somebody else has written.
+/// Maximum number of bytes read of a holder's text.
 const HOLDER_BYTES_MAX: u64 = 4_096;
-/// Kept of what a holder says.
+/// Maximum number of characters kept of each of the holder's texts.
 const TEXT_CHARS_MAX: usize = 200;
 
 /// Who holds a lease.
@@ -42,17 +43,17 @@ pub struct Holder {
     pub command: String,
 }
 
-/// What somebody else has.
+/// A part that another user holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Taken {
     /// A port or a bench file.
     pub what: String,
-    /// Who has it, where that can be read.
+    /// The holder, if the file is readable.
     pub by: Option<Holder>,
 }
 
-/// The holder as one would say it, `now_unix_s`.
 impl Taken {
+    /// Describes the holder in words, as of `now_unix_s`.
     pub fn told(&self, now_unix_s: i64) -> String {
         let Some(holder) = &self.by else { return format!("{} is in use", self.what) };
         let plain = |text: &str| -> String {
@@ -73,7 +74,7 @@ impl Taken {
     }
 }
 
-/// Why no lease can be had, whoever holds it.
+/// Why a lease cannot be taken, regardless of the holder.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {source}", path.display())]
 pub struct LeaseError {
@@ -151,7 +152,7 @@ pub fn folder() -> PathBuf {
 }
 
 impl Lease {
-    /// Takes all of it, or nothing where somebody has a part.
+    /// Takes all parts, or none if another user holds one.
     ///
     /// # Errors
     ///
@@ -184,7 +185,7 @@ impl Lease {
         Ok(Ok(lease))
     }
 
-    /// The first part that somebody has. Nothing is made or changed.
+    /// Returns the first part that another user holds. Creates and changes nothing.
     pub fn look(folder: &Path, leased: &Leased) -> Option<Taken> {
         leased.0.iter().find_map(|what| {
             let file = File::open(folder.join(file_name(what))).ok()?;
@@ -220,7 +221,7 @@ fn open(path: &Path) -> io::Result<File> {
         options
     };
     loop {
-        // Where it is there it is not created: the kernel may refuse that for a file of somebody else.
+        // Opens an existing file without creating it: the kernel may refuse creation for another user's file.
         match plain().open(path) {
             Ok(file) if file.metadata()?.is_file() => return Ok(file),
             Ok(_) => return Err(io::Error::other("is no plain file")),

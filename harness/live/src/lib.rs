@@ -2,9 +2,9 @@
 //!
 //! * [`mod@world`]: the loop in real time, for a plan. [`emulation`]: the same for any controller (`hil emulate`).
 //! * [`at_ports`]: rigs with some nodes at ports of the system.
-//! * [`attached`]: a device under test that runs already. [`process`]: one that is started here.
+//! * [`attached`]: a device under test that is already running. [`process`]: one that is started here.
 //! * [`command`]: its command line, with the names of its ports filled in. [`lines`]: where the lines of a running rig are, for
-//!   programs beside it. [`lease`]: who has a bench.
+//!   programs beside it. [`lease`]: the user of a bench.
 //! * [`crossing`]: lines in virtual time that cross the kernel.
 //! * `program` (feature `programs`): programs under test in virtual time.
 

@@ -183,7 +183,7 @@ impl Director {
         }
     }
 
-    /// There is no bench that could do it; whoever has one does it before this is asked.
+    /// Records that a command was not run, for worlds without a bench. A world with a bench runs it before this call.
     fn pass_over(&mut self, now: Timestamp, sink: &mut impl RecordSink, command: &str) {
         if CommandSummary::passed_over(&mut self.commands, command) {
             let note = format!("`{command}` was not run: in virtual time there is no bench");

@@ -1,4 +1,4 @@
-//! Effects that have a name (devices of this class, IEEE Std 952 and the odometry of wheeled robots).
+//! Named effects (devices of this class, IEEE Std 952 and the odometry of wheeled robots).
 
 use super::names::{acts, constant, over};
 use super::{Candidate, Family};
@@ -10,11 +10,11 @@ use crate::problem::{Aggregate, Block, Channel, Channels, rotation_driver};
 pub(super) const OPEN: [Acts; 5] =
     [Acts::Bias, Acts::Scale, Acts::Turn, Acts::Curvature, Acts::Drive];
 
-/// How many time constants are tried for a lag, and over which share of the span.
+/// Number of time constants tried for a lag.
 const LAGS: usize = 10;
 /// Half widths of a hysteresis, as shares of a channel's span.
 const PLAYS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.35];
-/// A delay is tried at these multiples of the interval.
+/// Delays tried, as multiples of the sample interval.
 const DELAYS: [f64; 10] = [-4.0, -2.0, -1.0, -0.4, -0.1, 0.1, 0.4, 1.0, 2.0, 4.0];
 
 struct Builder<'a> {
@@ -23,7 +23,7 @@ struct Builder<'a> {
     found: Vec<Candidate>,
 }
 
-/// The named effects that these data could show.
+/// Named effects that these data could show.
 pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let mut builder = Builder { block, channels, found: Vec::new() };
     for on in OPEN.into_iter().filter(|on| block.exposure(*on).is_some()) {
@@ -74,7 +74,7 @@ impl Builder<'_> {
             return;
         }
         if channel.role == Role::ReferenceRate {
-            // Its own reference is the rotation itself.
+            // The axis's own reference is the rotation itself.
             if on == Acts::Bias && channel.name != self.channels.rotation_name {
                 let driver = Driver::plain(&channel.name);
                 let shape = Shape::new("misaligned_axis", Acts::Axis, driver, Form::Linear);
@@ -88,17 +88,17 @@ impl Builder<'_> {
         }
         let plain = |form| Shape::new(&name(Wrap::Plain, form), on, driver(Wrap::Plain), form);
         self.push(Family::Library, plain(Form::Linear).with("origin", origin));
-        // A bias test is one figure a run: it has no curve and no rate.
+        // A bias test yields one number per run: it has no curve and no rate.
         if channel.is_angle() || matches!(channel.role, Role::Duration | Role::Bias) {
             return;
         }
         self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));
         if self.block.aggregate != Aggregate::Row && on != Acts::Bias && on != Acts::Scale {
-            // A path of a minute has no thermal memory to speak of.
+            // A path of a minute has no measurable thermal memory.
             return;
         }
         let is_temperature = channel.role == Role::Temperature;
-        // Nothing feels a jerk.
+        // No known effect depends on jerk.
         if channel.unit.dimension() != Dimension::Acceleration {
             let wrap = Wrap::RateOf;
             let rate = Shape::new(&name(wrap, Form::Linear), on, driver(wrap), Form::Linear);
@@ -137,7 +137,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A steering angle that is read wrong by a factor turns the robot by it over the way.
+    /// A scale error of the steering angle turns the robot in proportion to that angle over the distance.
     fn over_steering(&mut self, on: Acts, channel: &Channel) {
         let driver = Driver::plain(&channel.name);
         let shape = match on {
@@ -150,9 +150,9 @@ impl Builder<'_> {
         self.push(Family::Library, shape.with("origin", 0.0));
     }
 
-    /// A rotation about another axis that leaks in.
+    /// Cross-axis sensitivity: a rotation about another axis leaks in.
     fn other_axis(&mut self, on: Acts, channel: &Channel) {
-        // At rest every axis shares what heats all of them.
+        // At rest, all axes share the same heat source.
         let turns = self.block.exposure(Acts::Scale).is_some();
         if on == Acts::Bias && turns && channel.name != self.block.label {
             let shape = Shape::new(
@@ -196,7 +196,7 @@ impl Builder<'_> {
         }
     }
 
-    /// What a sensor makes of what it measures: a curve, a hysteresis, cycles a turn.
+    /// Errors of a sensor over the quantity it measures: a curve, a hysteresis, cycles per turn.
     fn over_reference(&mut self, on: Acts) {
         if on != Acts::Bias {
             return;
@@ -270,7 +270,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Two causes at once.
+    /// Products of two causes.
     fn products(&mut self, on: Acts) {
         let Some(temperature) = self.channels.of(Role::Temperature) else {
             return;
@@ -297,7 +297,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Errors in the rate that neither a bias nor a scale factor is.
+    /// Rate errors beyond a bias and a scale factor.
     fn rate_errors(&mut self) {
         if self.channels.rotation.is_empty() {
             return;
@@ -373,7 +373,7 @@ impl Builder<'_> {
     }
 }
 
-/// Name of an error that comes so many times a turn.
+/// Name of an error that repeats that many times per turn.
 fn cycles(order: u8) -> String {
     match order {
         1 => "once_a_turn".to_owned(),
@@ -382,7 +382,7 @@ fn cycles(order: u8) -> String {
     }
 }
 
-/// Where a channel counts as zero: its middle, rounded to three digits of its span.
+/// Zero of a channel: its middle, rounded to three digits of its span.
 fn origin(channel: &Channel) -> f64 {
     let middle = mean(&channel.values);
     let digit = 10_f64.powf((channel.span() / 100.0).log10().floor());
@@ -393,7 +393,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Does the block know terms that act so?
+/// Whether the block has terms that act so.
 pub(super) fn is_open(block: &Block, on: Acts) -> bool {
     exposure(block, on).is_some()
 }

@@ -1,4 +1,4 @@
-//! What a model might lack: candidate shapes in families, each with its share of the risk of a false alarm.
+//! Candidate shapes that a model might lack, in families, each with its share of the risk of a false alarm.
 
 mod library;
 mod names;
@@ -15,7 +15,7 @@ pub use timed::{periodic, steps};
 /// A family of candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Family {
-    /// Effects with a name.
+    /// Named effects.
     Library,
     /// Effects with a memory: lags and hysteresis.
     Memory,
@@ -25,14 +25,14 @@ pub enum Family {
     Narrow,
     /// Any function of two drivers.
     Pair,
-    /// A period that nobody knows.
+    /// An unknown period.
     Periodic,
-    /// A step at a moment that nobody knows.
+    /// A step at an unknown time.
     Step,
 }
 
 impl Family {
-    /// Its share of the risk of a false alarm, and how many independent tests it is worth (measured on noise; the
+    /// Share of the risk of a false alarm, and the equivalent number of independent tests (measured on noise; the
     /// memory and narrow families overlap heavily).
     const fn risk(self) -> (f64, f64) {
         match self {
@@ -46,14 +46,14 @@ impl Family {
         }
     }
 
-    /// What is taken off a surprise for having looked at so many candidates, in nats. `tests` replaces the usual
-    /// number where the data say it.
+    /// Penalty for multiple testing, subtracted from a surprise, in nats. `tests` replaces the usual number of tests if
+    /// the data determine it.
     pub fn toll(self, tests: Option<f64>) -> f64 {
         let (share, usual) = self.risk();
         (tests.unwrap_or(usual).max(1.0) / share).ln()
     }
 
-    /// How many independent tests so many candidates are worth: neighbours on a grid overlap.
+    /// Equivalent number of independent tests of these candidates: neighbours on a grid overlap.
     pub fn tests<'a>(self, candidates: impl Iterator<Item = &'a Candidate>) -> f64 {
         let mut labels: Vec<String> = Vec::new();
         let mut members = 0_usize;
@@ -69,19 +69,19 @@ impl Family {
     }
 }
 
-/// What a further place on a grid is worth, as an independent test.
+/// Fraction of an independent test that each further grid point adds.
 const GRID_OVERLAP: f64 = 0.2;
 
 /// A shape that may be missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// What it looks like.
+    /// Its shape.
     pub shape: Shape,
-    /// Where it comes from.
+    /// Its family.
     pub family: Family,
 }
 
-/// Every candidate that is tried in each round.
+/// Every candidate tried in each round.
 pub fn all(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let mut found = library(block, channels);
     found.extend(smooth(block, channels));
@@ -93,18 +93,18 @@ pub fn all(block: &Block, channels: &Channels) -> Vec<Candidate> {
     found
 }
 
-/// A memory of a device takes minutes: over less, time stands for whatever was driven (assumption; gyros of this class
-/// warm up for 5 to 30 minutes). A time without a unit says nothing of it.
+/// Shortest record in which a device's memory can show: below it, time merely stands for what was driven (assumption;
+/// gyros of this class warm up for 5 to 30 minutes). A time without a unit is not checked.
 const MEMORY_MIN_S: f64 = 300.0;
 
-/// Do the data last so long that a device could change by itself?
+/// Whether the record is long enough for a device to change by itself.
 fn lasts(channels: &Channels) -> bool {
     let first = channels.time.iter().copied().fold(f64::INFINITY, f64::min);
     let last = channels.time.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     channels.time_unit != Unit::Second || last - first >= MEMORY_MIN_S
 }
 
-/// Does it follow time alone, and slowly?
+/// Whether the shape follows time alone, and slowly.
 fn follows_time(shape: &Shape) -> bool {
     let slowly = |driver: &Driver| matches!(driver.wrap, Wrap::Step | Wrap::Trend);
     shape.form == Form::Exponential || shape.drivers.iter().any(slowly)

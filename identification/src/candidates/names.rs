@@ -4,7 +4,7 @@ use crate::dataset::{Role, Unit};
 use crate::model::{Acts, Form, Wrap};
 use crate::problem::Channel;
 
-/// The word of the contract for what a term acts on.
+/// The contract's word for what a term acts on.
 pub(super) fn acts(acts: Acts) -> &'static str {
     match acts {
         Acts::Bias => "bias",
@@ -64,7 +64,7 @@ pub(super) fn over(on: Acts, channel: &Channel, wrap: Wrap, form: Form) -> Strin
     }
 }
 
-/// Name of a constant that a plain model lacks.
+/// Name of a constant that the plain model lacks.
 pub(super) fn constant(on: Acts) -> &'static str {
     match on {
         Acts::Turn => "effective_track",

@@ -1,4 +1,4 @@
-//! Shapes that no library names: splines, hinges, bumps and sigmoids of a driver, surfaces over two.
+//! Unnamed shapes: splines, hinges, bumps and sigmoids of a driver, surfaces over two.
 
 use super::library::{OPEN, is_open};
 use super::names::acts;
@@ -9,15 +9,15 @@ use crate::problem::{Block, Channels};
 
 /// Knots of a spline.
 const KNOTS: usize = 8;
-/// Knots of a surface, each way.
+/// Knots of a surface along each axis.
 const SURFACE_KNOTS: usize = 4;
 /// Places where a hinge or a bump is tried.
 const PLACES: usize = 12;
-/// A driver with fewer different values is no continuous one.
+/// A driver with fewer distinct values is not continuous.
 const DIFFERENT_MIN: usize = 5;
 
-/// Drivers of which something may be a smooth function. Time is none: a device warms up, ages or jumps, and each of
-/// these has its form; any other function of time only says when the run was made.
+/// Drivers of smooth functions. Time is excluded: warm-up, ageing and jumps have their own forms, and any other
+/// function of time only states when the run was made.
 fn drivers(channels: &Channels) -> Vec<Driver> {
     let mut found = Vec::new();
     for channel in &channels.channels {
@@ -42,7 +42,7 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
     found
 }
 
-/// Are there values in most of the range? Two rates, one for each direction, are no continuous driver.
+/// Whether values cover most of the range. Two rates, one per direction, are not a continuous driver.
 fn fills_its_range(values: &[f64]) -> bool {
     const PARTS: usize = 10;
     let (low, high) =
@@ -55,7 +55,7 @@ fn fills_its_range(values: &[f64]) -> bool {
     counts.iter().filter(|count| **count * 200 >= values.len()).count() >= DIFFERENT_MIN
 }
 
-/// What a name says of a driver.
+/// The driver's part of a name.
 fn word(driver: &Driver) -> String {
     match driver.wrap {
         Wrap::RateOf => format!("rate_of_{}", driver.field),
@@ -116,7 +116,7 @@ pub fn narrow_on(channels: &Channels, on: Acts, driver: &Driver) -> Vec<Candidat
     found
 }
 
-/// Every product of two channels: the simplest function of both, each from a zero of its own.
+/// Every product of two channels, each with its own zero: the simplest function of both.
 pub fn products(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let plain: Vec<(Driver, f64)> = drivers(channels)
         .into_iter()

@@ -6,7 +6,7 @@ use super::{Candidate, Family};
 use crate::model::{Acts, Driver, Form, Shape, Wrap};
 use crate::problem::{Block, Channels};
 
-/// Moments at which a step is tried.
+/// Number of times at which a step is tried.
 const MOMENTS: usize = 48;
 /// A step must leave this share of the rows on each side.
 const MARGIN: f64 = 0.02;

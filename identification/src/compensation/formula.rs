@@ -1,4 +1,4 @@
-//! Arithmetic that is both evaluated and written down, so that what is judged is what a firmware takes over.
+//! Arithmetic that is both evaluated and written, so that firmware runs exactly what was judged.
 
 use std::fmt::Write as _;
 use std::ops::{Add, Div, Mul, Sub};
@@ -6,24 +6,24 @@ use std::ops::{Add, Div, Mul, Sub};
 /// A formula over the names of a [`Program`](super::Program).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Formula {
-    /// A number, of as many digits as are written.
+    /// A number, with as many digits as are written.
     Number(f64),
-    /// What this name stands for now.
+    /// Current value of this name.
     Now(usize),
-    /// What it stood for at the reading before.
+    /// Value of this name at the previous reading.
     Before(usize),
-    /// Two of them with `+`, `-`, `*` or `/` between.
+    /// Two operands joined by `+`, `-`, `*` or `/`.
     Infix(char, Box<[Formula; 2]>),
-    /// To the power of a small whole number.
+    /// A small integer power.
     Power(Box<Formula>, i32),
-    /// A function by its name.
+    /// A named function.
     Call(&'static str, Vec<Formula>),
 }
 
-/// Significant digits that are written.
+/// Significant digits written.
 const DIGITS: usize = 9;
 
-/// A number as it is written.
+/// A number, rounded as it is written.
 pub(super) fn number(value: f64) -> Formula {
     let written: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     Formula::Number(written)
@@ -50,7 +50,7 @@ impl Formula {
         Self::Infix(operator, Box::new([left, right]))
     }
 
-    /// Its value where names stand for these.
+    /// Evaluates the formula for these values of the names.
     pub(super) fn value(&self, now: &[f64], before: &[f64]) -> f64 {
         let of = |one: &Self| one.value(now, before);
         match self {
@@ -73,7 +73,7 @@ impl Formula {
                     "floor" => at(0).floor(),
                     "max" => at(0).max(at(1)),
                     "min" => at(0).min(at(1)),
-                    // No panic where an end is no number.
+                    // Must not panic if a bound is NaN.
                     "clamp" => at(0).max(at(1)).min(at(2)),
                     "at_least" => f64::from(u8::from(at(0) >= at(1))),
                     "sign" if at(0) == 0.0 => 0.0,
@@ -84,14 +84,14 @@ impl Formula {
         }
     }
 
-    /// As it is written, with these names.
+    /// The formula as text, with these names.
     pub(super) fn text(&self, names: &[String]) -> String {
         let mut text = String::new();
         self.write(names, 0, &mut text);
         text
     }
 
-    /// Binds as tightly as that or stands in brackets: 1 sums, 2 products, 3 powers.
+    /// Writes the formula, in brackets unless it binds at least this tightly: 1 sums, 2 products, 3 powers.
     fn write(&self, names: &[String], tightness: u8, text: &mut String) {
         let mine = match self {
             Self::Infix('+' | '-', _) => 1,
@@ -107,7 +107,7 @@ impl Formula {
         }
         match self {
             Self::Number(value) => {
-                // To a string nothing fails.
+                // Writing to a string cannot fail.
                 let _ = match value.abs() {
                     size if size != 0.0 && !(1e-4..1e9).contains(&size) => {
                         write!(text, "{value:e}")

@@ -1,8 +1,8 @@
-//! What a firmware does with the readings of a sensor so that they err less: a model of its errors, turned round.
+//! Compensation: what firmware does with readings to reduce their errors, as the inverse of an error model.
 //!
-//! What is measured is `r + e(r, ...)`, with `r` the truth. From a reading `x` the truth is found by taking off what the
-//! errors are at the estimate so far, a few times over. What comes late is led by its slope, low-passed as far as that
-//! pays: the slope of noise is noise.
+//! A reading is `r + e(r, ...)`, with `r` the truth. From a reading `x` the truth is estimated by subtracting the
+//! errors at the current estimate, repeated a few times. A late reading is led by its slope, which is low-passed as far
+//! as that pays: the slope of noise is noise.
 
 mod formula;
 mod program;
@@ -22,14 +22,14 @@ pub use reading::{Reading, reading};
 use std::f64::consts::{PI, TAU};
 use terms::{Estimate, Fields, adds, sees_reference, slope, within_half};
 
-/// Slopes are low-passed over so many readings, as far as that pays.
+/// Low-pass lengths tried for slopes, in readings.
 const SMOOTHINGS: [f64; 5] = [0.0, 2.0, 5.0, 12.0, 30.0];
-/// How often errors are taken off at the estimate so far.
+/// Maximum number of passes that subtract the errors at the current estimate.
 const PASSES_MAX: usize = 3;
-/// A shorter way is taken where its error is larger by no more than this share.
+/// A simpler way is preferred if its error is larger by no more than this share.
 const AS_GOOD: f64 = 1e-3;
 
-/// A model of a sensor with what is needed to turn it round.
+/// A model of a sensor with what its inversion needs.
 struct Sensor<'a> {
     dataset: &'a Dataset,
     channels: &'a Channels,
@@ -37,20 +37,20 @@ struct Sensor<'a> {
     truth: &'a Column,
     /// The shapes of its terms.
     shapes: Vec<Shape>,
-    /// The least angle that it reads, where its angle begins anew after a turn; SI.
+    /// Smallest angle that the sensor reads, if its angle wraps after a turn; SI.
     wraps_at: Option<f64>,
 }
 
-/// How a model is turned round.
+/// How a model is inverted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Way {
-    /// Whether what is late is led, and by slopes over how many readings.
+    /// Low-pass length of the slope that leads a late reading, in readings; `None` without a lead.
     led_over: Option<f64>,
     passes: usize,
 }
 
-/// The compensation of a sensor of these terms and coefficients, where it makes readings better. The first of `shapes`
-/// that `fixed` has a value for was set right before anything was fitted.
+/// The compensation of a sensor with these terms and coefficients, if it improves the readings. The first of `shapes`
+/// that `fixed` has a value for was corrected before anything was fitted.
 pub(crate) fn compensation(
     dataset: &Dataset,
     data: Data<'_>,
@@ -114,7 +114,7 @@ pub(crate) fn compensation(
     Some(Compensation { of: reading.name.clone(), unit, inputs, steps, held_out, left_out })
 }
 
-/// Where an angle that is read begins anew: at zero or at minus half a turn. None where it goes on.
+/// Where the angle wraps: at zero or at minus half a turn. `None` if it does not wrap.
 fn wraps_at(reading: &Column, run: &[usize]) -> Option<f64> {
     let values: Vec<f64> = reading.si().collect();
     let jumps = (1..values.len())
@@ -125,7 +125,7 @@ fn wraps_at(reading: &Column, run: &[usize]) -> Option<f64> {
 }
 
 impl Sensor<'_> {
-    /// The shortest way that is as good as any on these rows, and what it leaves out.
+    /// The simplest way that is as good as any on these rows, and the terms it leaves out.
     fn best(&self, coefficients: &[f64], rows: &[bool]) -> (Program, Vec<LeftOut>) {
         let made = |way| {
             let (program, left_out) = self.program(coefficients, way);
@@ -168,7 +168,7 @@ impl Sensor<'_> {
         })
     }
 
-    /// The model turned round.
+    /// The inverted model.
     fn program(&self, coefficients: &[f64], way: Way) -> (Program, Vec<LeftOut>) {
         let mut program = Program::default();
         let mut left_out = Vec::new();
@@ -250,7 +250,7 @@ impl Sensor<'_> {
         (program, left_out)
     }
 
-    /// What it comes to with `program`, less what is true, SI; not a number where one of them is missing.
+    /// Output of `program` minus the truth, SI; NaN where either is missing.
     fn errors(&self, program: &Program) -> Vec<f64> {
         let mut errors = vec![f64::NAN; self.dataset.rows()];
         let fields: Vec<(&str, &[f64])> = program
@@ -261,7 +261,7 @@ impl Sensor<'_> {
         let turns = self.reading.unit.dimension() == Dimension::Angle;
         for range in &self.channels.segments {
             let mut running = Running::new(program);
-            // A field that says nothing says what it did.
+            // A field keeps its last value where it has none.
             let mut last = vec![f64::NAN; fields.len()];
             for row in range.clone() {
                 for (last, (_, values)) in last.iter_mut().zip(&fields) {

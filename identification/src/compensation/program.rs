@@ -1,18 +1,18 @@
-//! Steps that a firmware does with every reading, in order.
+//! The steps that firmware performs for each reading, in order.
 
 use super::formula::Formula;
 use crate::finding::{CompensationInput, CompensationStep};
 
-/// What a name stands for that comes from outside.
+/// An external input of a program.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Input {
     /// The reading, in the unit of its field.
     Reading,
-    /// The same as it was a latency ago.
+    /// The reading one latency earlier.
     Late,
     /// Time, s.
     Time,
-    /// Time since the reading before, s.
+    /// Time since the previous reading, s.
     Interval,
     /// A field, in its own unit.
     Field(String),
@@ -22,12 +22,12 @@ pub(super) enum Input {
 #[derive(Debug, Clone, PartialEq)]
 struct Step {
     name: usize,
-    /// At the first reading of all, where that is another one.
+    /// The formula at the first reading, if it differs.
     first: Option<Formula>,
     always: Formula,
 }
 
-/// Steps over inputs; what it comes to is the last one.
+/// Steps over inputs; the last step is the output.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Program {
     names: Vec<String>,
@@ -41,7 +41,7 @@ impl Program {
         self.names.len() - 1
     }
 
-    /// What an input stands for.
+    /// The name of an input.
     pub(super) fn input(&mut self, input: Input) -> Formula {
         if let Some((_, name)) = self.inputs.iter().find(|(known, _)| *known == input) {
             return Formula::Now(*name);
@@ -58,7 +58,7 @@ impl Program {
         Formula::Now(name)
     }
 
-    /// A name made of letters, digits and underscores that nothing has yet.
+    /// An unused name made of letters, digits and underscores.
     fn free_name(&self, field: &str) -> String {
         let last = field.rsplit('.').next().unwrap_or(field);
         let name: String =
@@ -71,12 +71,12 @@ impl Program {
         name
     }
 
-    /// Adds a step, which stands under its name; numbered where there is one of that name.
+    /// Adds a step under its name, numbered if that name exists.
     pub(super) fn step(&mut self, name: &str, always: Formula) -> Formula {
         self.add(name, None, |_| always)
     }
 
-    /// Adds a step that is another one at the first reading, and may look at itself as it was before.
+    /// Adds a step that differs at the first reading and may refer to its own previous value.
     pub(super) fn remembering(
         &mut self,
         name: &str,
@@ -104,7 +104,7 @@ impl Program {
         Formula::Now(name)
     }
 
-    /// The fields that it reads.
+    /// Fields that the program reads.
     pub(super) fn fields(&self) -> impl Iterator<Item = &str> {
         self.inputs.iter().filter_map(|(input, _)| match input {
             Input::Field(field) => Some(field.as_str()),
@@ -112,7 +112,7 @@ impl Program {
         })
     }
 
-    /// As the contract writes it; `unit_of` says the unit of the reading and of fields.
+    /// The program in the form of the contract; `unit_of` returns the unit of the reading and of fields.
     pub(super) fn written(
         &self,
         reading: &str,
@@ -137,12 +137,12 @@ impl Program {
     }
 }
 
-/// A program at work.
+/// A running program.
 pub(super) struct Running<'a> {
     program: &'a Program,
     now: Vec<f64>,
     before: Vec<f64>,
-    /// When the reading before was.
+    /// Time of the previous reading.
     at: Option<f64>,
 }
 
@@ -152,13 +152,13 @@ impl<'a> Running<'a> {
         Self { program, now: none.clone(), before: none, at: None }
     }
 
-    /// What it comes to with the next reading. `field` is asked for what a field says.
+    /// Output for the next reading. `field` returns the value of a field.
     pub(super) fn next(&mut self, time: f64, reading: f64, field: impl Fn(&str) -> f64) -> f64 {
         let is_first = self.at.is_none();
         std::mem::swap(&mut self.before, &mut self.now);
         for (input, name) in &self.program.inputs {
             self.now[*name] = match input {
-                // Only what is emulated is made late.
+                // Only emulated readings are delayed.
                 Input::Reading | Input::Late => reading,
                 Input::Time => time,
                 Input::Interval => self.at.map_or(0.0, |at| time - at),

@@ -1,4 +1,4 @@
-//! A model of a sensor as steps that make readings of what is true: for one that is emulated.
+//! A model of a sensor as steps that compute readings from the truth, for an emulated sensor.
 
 use super::formula::number;
 use super::program::{Input, Program};
@@ -9,23 +9,24 @@ use crate::model::{Acts, Form, Model, Shape, Wrap};
 use crate::problem::Channels;
 use std::collections::BTreeMap;
 
-/// How a sensor reads: steps over what is true, in its own unit. As in the model, its other errors go with what is true now.
+/// How a sensor reads: steps over the truth, in its own unit. As in the model, all errors but a delay depend on the
+/// current truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// What the steps see: what is true as `x`, and what else the model sees by its field.
+    /// Inputs of the steps: the truth as `x`, and other inputs of the model by field.
     pub inputs: Vec<CompensationInput>,
     /// The steps, as of a [`Compensation`](crate::finding::Compensation).
     pub steps: Vec<CompensationStep>,
-    /// So long ago was what `late` stands for true, s.
+    /// Age of the truth that `late` stands for, s.
     pub delay_s: f64,
 }
 
-/// How a sensor reads by `model`, where one of its unit is `si`. Temperatures come in degC, headings in deg, and other
-/// fields in SI.
+/// How a sensor reads according to `model`; `si` is one of its unit in SI. Temperatures come in degC, headings in deg,
+/// and other fields in SI.
 ///
 /// # Errors
 ///
-/// The terms that say nothing of how it reads.
+/// The terms that cannot be turned into readings.
 pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
     let named = |role: Role, otherwise: &'static str| {
         let found = model.fields.iter().find(|(_, known)| **known == role);
@@ -89,7 +90,7 @@ fn is_lag(shape: &Shape) -> bool {
     shape.drivers.first().is_some_and(|driver| driver.wrap == Wrap::LagOf)
 }
 
-/// No data: units of what a term says are in its text.
+/// Channels without data: the terms carry their units as text.
 fn nothing(model: &Model) -> Channels {
     Channels::new(&Dataset {
         name: String::new(),

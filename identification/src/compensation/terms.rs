@@ -1,30 +1,30 @@
-//! What terms add to a reading, as formulas over what a firmware knows.
+//! What terms add to a reading, as formulas over what firmware knows.
 
 use super::formula::{Formula, call, number};
 use super::program::{Input, Program};
 use crate::model::{Acts, Driver, Form, SPLINE_REACH, Shape, Wrap, spline_pieces};
 use std::f64::consts::TAU;
 
-/// What names of fields mean, and in which units they come.
+/// Meaning and units of field names.
 pub(super) struct Fields<'a> {
     /// Name of the field of the reference.
     pub(super) reference: &'a str,
     /// Name of the field of time.
     pub(super) time: &'a str,
-    /// What one of a field's unit is in SI.
+    /// One of a field's unit, in SI.
     pub(super) si: &'a dyn Fn(&str) -> f64,
-    /// Over how many readings slopes are low-passed.
+    /// Low-pass length of slopes, in readings.
     pub(super) smoothing: f64,
 }
 
-/// What is measured, as it is known so far: SI.
+/// Current estimate of the measured quantity, SI.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate(pub(super) Formula);
 
 /// Why a term has no formula.
 pub(super) type Refused = String;
 
-/// Does the term see what is measured?
+/// Whether the term depends on the measured quantity.
 pub(super) fn sees_reference(shape: &Shape, fields: &Fields<'_>) -> bool {
     shape.acts == Acts::Scale
         || matches!(shape.form, Form::DeadZone | Form::Saturation)
@@ -33,7 +33,7 @@ pub(super) fn sees_reference(shape: &Shape, fields: &Fields<'_>) -> bool {
 
 impl Fields<'_> {
     fn is_reference(&self, driver: &Driver) -> bool {
-        // The other two are what models of kinds of old call it.
+        // The other two are names from older models.
         [self.reference, crate::problem::ROTATION, "table_rate"].contains(&driver.field.as_str())
     }
 }
@@ -67,7 +67,7 @@ fn fixed(shape: &Shape, name: &str) -> Result<f64, Refused> {
     shape.number(name).ok_or_else(|| format!("its `{name}` is missing"))
 }
 
-/// What a driver of the shape shows, SI.
+/// Value of a driver of the shape, SI.
 fn seen(
     program: &mut Program,
     (shape, which): (&Shape, usize),
@@ -115,7 +115,7 @@ fn seen(
     })
 }
 
-/// The slope of `level`, low-passed over so many readings.
+/// Slope of `level`, low-passed over that many readings.
 pub(super) fn slope(program: &mut Program, level: &Formula, smoothing: f64) -> Formula {
     let Formula::Now(name) = level else { return number(0.0) };
     let interval = program.input(Input::Interval);
@@ -126,7 +126,7 @@ pub(super) fn slope(program: &mut Program, level: &Formula, smoothing: f64) -> F
     })
 }
 
-/// `angle` to within half a turn of zero.
+/// `angle` wrapped to within half a turn of zero.
 pub(super) fn within_half(angle: Formula, turn: f64) -> Formula {
     let turns = angle.clone() / number(turn) + number(0.5);
     angle - number(turn) * call("floor", [turns])
@@ -136,7 +136,7 @@ pub(super) fn within_half(angle: Formula, turn: f64) -> Formula {
 pub(super) fn lagged(program: &mut Program, level: &Formula, time_constant: f64) -> Formula {
     let Formula::Now(name) = level else { return level.clone() };
     let interval = program.input(Input::Interval);
-    // What comes in is straight from reading to reading: its mean counts.
+    // The input is linear between readings, so its mean counts.
     let mean = (level.clone() + Formula::Before(*name)) * number(0.5);
     let keeps = call("exp", [interval * number(-1.0 / time_constant)]);
     program.remembering("lagged", level.clone(), |before| mean.clone() + (before - mean) * keeps)
@@ -200,7 +200,7 @@ fn form(
     })
 }
 
-/// A natural cubic spline as a straight line and what each knot bends it by, in a coordinate from 0 to 1.
+/// A natural cubic spline as a straight line plus a bend at each knot, in a coordinate from 0 to 1.
 fn spline(program: &mut Program, shape: &Shape, values: &[f64], x: Formula) -> Formula {
     let (knots, length) = match (shape.knots.first(), shape.knots.last()) {
         (Some(first), Some(last)) if last > first => (&shape.knots, last - first),

@@ -1,4 +1,4 @@
-//! Measured data, as one of the four kinds of the contract has them. Reading files is the caller's.
+//! Measured data of the four kinds of the contract. The caller reads the files.
 
 mod role;
 mod rules;
@@ -18,18 +18,18 @@ pub struct Constant {
     pub unit: Unit,
 }
 
-/// One field of numbers. A missing cell is NaN; nothing else is ever not finite.
+/// A numeric field. A missing cell is NaN; no other value is non-finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// Name of the field in the file.
     pub name: String,
-    /// What it is.
+    /// Its role.
     pub role: Role,
-    /// Which axis, where there are several.
+    /// Its axis, if there are several.
     pub axis: Option<Axis>,
     /// Unit of `values`, as in the file.
     pub unit: Unit,
-    /// One a row, in `unit`.
+    /// One per row, in `unit`.
     pub values: Vec<f64>,
 }
 
@@ -42,20 +42,20 @@ pub struct Dataset {
     pub kind: Kind,
     /// How the robot is driven, for `odometry`.
     pub drive: Option<Drive>,
-    /// What the package declares.
+    /// Constants that the package declares.
     pub constants: BTreeMap<String, Constant>,
-    /// Fields of numbers; the run is not among them.
+    /// Numeric fields, without the run.
     pub columns: Vec<Column>,
-    /// Run of each row, an index into `run_labels`. Rows of one run lie together. Data without runs are one run.
+    /// Run of each row, as an index into `run_labels`. Rows of one run are contiguous. Data without runs are one run.
     pub run_of_row: Vec<usize>,
     /// Labels of the runs, in order of appearance.
     pub run_labels: Vec<String>,
-    /// What was left out or mended while reading, one sentence each.
+    /// What was left out or repaired while reading, one sentence each.
     pub notices: Vec<String>,
 }
 
 impl Dataset {
-    /// These columns, with the run of each row, counted from 0; the labels of the runs are their numbers.
+    /// A data set of these columns with the run of each row, counted from 0; the run numbers serve as labels.
     pub fn new(name: &str, kind: Kind, columns: Vec<Column>, run_of_row: Vec<usize>) -> Self {
         let runs = run_of_row.iter().max().map_or(0, |last| last + 1);
         Self {
@@ -70,7 +70,7 @@ impl Dataset {
         }
     }
 
-    /// How many rows there are.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.run_of_row.len()
     }
@@ -85,14 +85,14 @@ impl Dataset {
         self.columns.iter().filter(move |column| column.role == role)
     }
 
-    /// The column of that name.
+    /// The column with that name.
     pub fn named(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
     }
 }
 
 impl Column {
-    /// A column that is of no axis.
+    /// A column without an axis.
     pub fn new(name: &str, role: Role, unit: Unit, values: Vec<f64>) -> Self {
         Self { name: name.to_owned(), role, axis: None, unit, values }
     }

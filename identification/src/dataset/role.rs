@@ -1,4 +1,4 @@
-//! What a field of a data set is to the identification, and the kinds of data sets.
+//! Roles of fields in a data set, and the kinds of data sets.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

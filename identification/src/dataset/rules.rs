@@ -1,19 +1,19 @@
-//! What the contract asks of fields and of kinds: names, units that a role can have, roles that a kind needs.
+//! What the contract requires of fields and kinds: names, the units of each role, the roles of each kind.
 
 use super::{Dimension, Drive, Kind, Role};
 
 macro_rules! named {
     ($enum:ident: $($variant:ident = $name:literal),* $(,)?) => {
         impl $enum {
-            /// Every one.
+            /// Every variant.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// As a data package writes it.
+            /// Name in a data package.
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
             }
 
-            /// The one of that name.
+            /// The variant with that name.
             pub fn parse(name: &str) -> Option<Self> {
                 Self::ALL.iter().copied().find(|one| one.name() == name)
             }
@@ -42,7 +42,7 @@ named! { Role:
 }
 
 impl Role {
-    /// What a field of this role measures; empty where it may be anything.
+    /// Dimensions that a field of this role may have; empty if any.
     pub const fn dimensions(self) -> &'static [Dimension] {
         use Dimension as D;
         match self {
@@ -71,7 +71,7 @@ impl Role {
         }
     }
 
-    /// It says what really was: a cell of it may be missing in any row, and it is no cause.
+    /// Whether the role is a reference: its cells may be missing in any row, and it is not a cause.
     pub const fn is_reference(self) -> bool {
         matches!(
             self,
@@ -84,22 +84,22 @@ impl Role {
         )
     }
 
-    /// Any number of fields can have it, with an axis or without.
+    /// Whether any number of fields can have this role, with an axis or without.
     pub const fn repeats(self) -> bool {
         matches!(self, Self::Auxiliary | Self::Ignore)
     }
 
-    /// Several fields can have it when each has an axis of its own.
+    /// Whether several fields can have this role, each with its own axis.
     pub const fn has_axes(self) -> bool {
         !matches!(self, Self::Time | Self::Run | Self::Direction)
     }
 }
 
-/// Groups of roles: all of one of them must be there.
+/// Groups of roles, of which one must be complete.
 pub type Alternatives = &'static [&'static [Role]];
 
 impl Kind {
-    /// What a set of this kind needs.
+    /// What a data set of this kind needs.
     pub const fn required(self) -> &'static [Alternatives] {
         use Role as R;
         match self {
@@ -128,8 +128,8 @@ impl Kind {
         }
     }
 
-    /// Rows are samples of one course of time: time moves on from row to row of a run, and one row alone says
-    /// nothing.
+    /// Whether rows are samples in time: time advances from row to row of a run, and a single row carries no
+    /// information.
     pub const fn is_sampled(self) -> bool {
         matches!(self, Self::Series | Self::Odometry | Self::Sensor)
     }

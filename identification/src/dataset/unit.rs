@@ -1,4 +1,4 @@
-//! Units of measured data, as a data package names them, and what each is in SI.
+//! Units of measured data as data packages name them, and their SI values.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -15,17 +15,17 @@ macro_rules! units {
             /// Every unit.
             pub const ALL: &[Self] = &[$(Self::$variant),*];
 
-            /// As a data package writes it.
+            /// Text in a data package.
             pub const fn text(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }
 
-            /// What one of it is in the SI unit of its dimension.
+            /// One of it in the SI unit of its dimension.
             pub const fn si(self) -> f64 {
                 match self { $(Self::$variant => $si,)* }
             }
 
-            /// What it measures.
+            /// Its dimension.
             pub const fn dimension(self) -> Dimension {
                 match self { $(Self::$variant => Dimension::$dimension,)* }
             }
@@ -33,7 +33,7 @@ macro_rules! units {
     };
 }
 
-/// What a unit measures.
+/// Dimension of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Dimension {
@@ -90,12 +90,12 @@ units! {
 }
 
 impl Unit {
-    /// The unit of that text.
+    /// The unit with that text.
     pub fn parse(text: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|unit| unit.text() == text)
     }
 
-    /// How a difference or a rate of it is written: a temperature difference is in kelvin.
+    /// Text of its differences and rates: a temperature difference is in kelvin.
     pub const fn difference_text(self) -> &'static str {
         match self {
             Self::Celsius => "K",

@@ -1,4 +1,4 @@
-//! Pairs of an effect and a rival, and what the given rows say of them.
+//! Pairs of an effect and a rival, and what the given rows say about them.
 
 use super::contest::{Contest, Triangle, Valued, lambda};
 use crate::dataset::Axis;
@@ -8,7 +8,7 @@ use crate::noise::Whitener;
 use crate::robust;
 use crate::select::{BlockFit, Data, Found, fit_terms};
 
-/// Pairs that are looked at, the strongest effect's first.
+/// Maximum number of pairs, taken from the strongest effect on.
 const PAIRS_MAX: usize = 12;
 
 /// An effect and a rival.
@@ -29,19 +29,19 @@ pub(super) struct Pair {
 pub(crate) struct Doubt<'a> {
     /// The data.
     pub data: Data<'a>,
-    /// What was found in them.
+    /// The fit to it.
     pub fit: &'a BlockFit,
 }
 
-/// A pair with both contests and what the given rows say of them.
+/// A pair with both contests and what the given rows say about them.
 pub(super) struct Case {
-    /// Who.
+    /// The pair.
     pub pair: Pair,
-    /// Which block.
+    /// Index of its block.
     pub doubt: usize,
     /// The effect true, and the rival true.
     pub contests: [Contest; 2],
-    /// Columns of what is true.
+    /// Number of columns of the true cause in each contest.
     pub widths: [usize; 2],
     /// What the given rows say.
     pub given: [Triangle; 2],
@@ -114,7 +114,7 @@ fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<
     })
 }
 
-/// Standard deviation of what the model leaves, whitened.
+/// Standard deviation of the whitened residual.
 fn sigma(data: Data<'_>, terms: &[Valued], whitener: &Whitener) -> f64 {
     let mut basis = Basis::default();
     for column in terms.iter().flat_map(|valued| data.columns(&valued.shape)) {

@@ -1,31 +1,31 @@
-//! How far apart two causes are on given and on planned rows.
+//! Distance between two causes on given and on planned rows.
 //!
 //! With A true, B in its place leaves `lambda = min |x_A th_A - [J, x_B] th|^2 / sigma^2` unexplained: the
-//! non-centrality of the test that then refuses B. J is the rest of the model with the derivatives of its numbers.
-//! All columns are whitened by the noise that was found. QR keeps of a thousand rows a triangle with the same sums of
-//! products, so that given and planned rows are joined by stacking triangles.
+//! non-centrality of the test that then refuses B. J is the rest of the model with the derivatives of its numbers. All
+//! columns are whitened with the noise that was found. QR reduces a thousand rows to a triangle with the same sums of
+//! products, so that stacking triangles joins given and planned rows.
 
 use crate::model::{Acts, Shape};
 use crate::noise::Whitener;
 use crate::select::{Data, combine};
 use nalgebra::DMatrix;
 
-/// Numbers of a rival (a time constant, say) are tried at these multiples of the best value.
+/// Multiples of the best value at which a rival's number (a time constant, say) is tried.
 const MULTIPLES: [f64; 9] = [0.125, 0.25, 0.5, 0.71, 1.0, 1.41, 2.0, 4.0, 8.0];
-/// Share of a number by which it is moved for a derivative.
+/// Relative step of a numerical derivative.
 const NUDGE: f64 = 0.01;
 
 /// A shape with its coefficients.
 #[derive(Debug, Clone)]
 pub(super) struct Valued {
-    /// Its numbers at their best.
+    /// The shape, with its numbers at their best.
     pub shape: Shape,
-    /// One a column.
+    /// One per column.
     pub coefficients: Vec<f64>,
 }
 
 impl Valued {
-    /// Its columns; zero where nothing of it is seen.
+    /// Its columns; zero if the data do not show it.
     fn columns(&self, data: Data<'_>) -> Vec<Vec<f64>> {
         let found = data.columns(&self.shape);
         if found.is_empty() {
@@ -35,7 +35,7 @@ impl Valued {
         }
     }
 
-    /// Its columns, and how its sum changes with each of its numbers.
+    /// Its columns, and the derivatives of their sum by each of its numbers.
     fn tangent(&self, data: Data<'_>) -> Vec<Vec<f64>> {
         let mut columns = self.columns(data);
         for name in self.shape.nonlinear() {
@@ -54,7 +54,7 @@ impl Valued {
         columns
     }
 
-    /// It, with its one number at several values.
+    /// Copies with its one number at several values.
     fn variants(&self) -> Vec<Self> {
         let [name] = self.shape.nonlinear()[..] else {
             return vec![self.clone()];
@@ -76,25 +76,25 @@ impl Valued {
 pub(super) struct Contest {
     /// The rest of the model.
     pub rest: Vec<Valued>,
-    /// What is true.
+    /// The true cause.
     pub truth: Valued,
-    /// What is fitted instead.
+    /// The cause fitted in its place.
     pub instead: Valued,
 }
 
-/// What rows say about a contest: a triangle over its columns.
+/// What rows say about a contest, as a triangle over its columns.
 pub(super) struct Triangle {
     r: DMatrix<f64>,
-    /// How many columns are of the rest of the model.
+    /// Number of columns of the rest of the model.
     rest: usize,
-    /// Columns of each variant of what is fitted instead, one after the other behind those of the rest; the truth is
-    /// last.
+    /// Columns of each variant of the cause fitted in its place, one variant after the other behind those of the rest;
+    /// the truth is last.
     variants: Vec<usize>,
 }
 
 impl Contest {
-    /// What the rows of `data` say, in units of `sigma`. `planned` rows come after another power-up: their bias is
-    /// free.
+    /// The information in the rows of `data`, in units of `sigma`. `planned` rows follow another power-up, so their
+    /// bias is free.
     pub(super) fn seen(
         &self,
         data: Data<'_>,
@@ -128,7 +128,7 @@ impl Contest {
     }
 }
 
-/// The least that stays unexplained on all rows together.
+/// The smallest unexplained distance on all rows together.
 pub(super) fn lambda(seen: &[&Triangle]) -> f64 {
     let Some(first) = seen.first() else {
         return 0.0;

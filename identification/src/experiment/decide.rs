@@ -1,8 +1,8 @@
-//! What a distance between causes is worth: how probably data refuse the wrong one.
+//! The probability that data at a given distance refuse the wrong cause.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
-/// A rival is refused where chi-squared exceeds as much once in 200 times: as rivals are found.
+/// Chi-squared quantile at which a rival is refused: once in 200 times by chance, as in the search for rivals.
 const REFUSED_AT: f64 = 0.995;
 
 /// Probability that a rival at the distance `lambda` is refused by a cause of `width` columns: the non-central

@@ -1,4 +1,4 @@
-//! What a plan brings to pairs of causes.
+//! What a plan gains for pairs of causes.
 
 use super::case::{Case, Doubt};
 use super::contest::lambda;
@@ -13,18 +13,18 @@ use crate::problem::{Aggregate, Block, Channel, Channels, Problem};
 use crate::select::Data;
 use crate::signal::Smooth;
 
-/// What a plan brings to a pair.
+/// What a plan gains for a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Gain {
     /// Distance on the given rows.
     pub now: f64,
-    /// Distance on these and the planned ones.
+    /// Distance on the given and the planned rows.
     pub then: f64,
     /// Probability that the wrong cause is then refused, whichever it is.
     pub probability: f64,
 }
 
-/// What `programme` brings to each case; `None` where data of this kind see nothing of it.
+/// What `programme` gains for each case; `None` if data of this kind do not show the programme.
 pub(super) fn gains(
     dataset: &Dataset,
     problem: &Problem,
@@ -69,7 +69,7 @@ pub(super) fn gains(
 }
 
 /// Noise of planned rows that are each the mean of `samples`. Coloured noise is stated for the mean duration of the
-/// rows of a block, which may be another in the planned one.
+/// rows of a block, which may differ in the planned block.
 fn noise_of_means(
     noise: &NoiseModel,
     given: &Block,
@@ -100,7 +100,7 @@ fn noise_of_means(
     noise
 }
 
-/// Adds the causes that a plan holds constant: they are no channels of their own there.
+/// Adds causes that a plan holds constant: they are not channels there.
 fn complete(channels: &mut Channels, rows: &Dataset, given: &Channels) {
     for channel in &given.channels {
         if channels.named(&channel.name).is_some() {

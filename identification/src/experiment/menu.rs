@@ -1,10 +1,9 @@
-//! The menu of the rotary table.
+//! Plans for the rotary table.
 
 use super::step::{Carrier, Programme, Step, TURN_RAMP, table_run};
 use super::surroundings::{Level, ROOM};
 
-/// How far the room's temperature is moved to each side, K (assumption: a small climate chamber or a heater and an
-/// open window).
+/// Change of the room temperature to each side, K (assumption: a small climate chamber or a heater and an open window).
 pub(super) const AMBIENT_SWING: f64 = 12.0;
 /// Rates of the ladder, deg/s (assumption: a stepper table reaches 60).
 const LADDER: [f64; 12] = [2.0, 4.0, 6.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 60.0];
@@ -13,12 +12,12 @@ const RUNS_PER_HOUR: usize = 75;
 /// A low and a high rate, deg/s.
 const SLOW: f64 = 10.0;
 const FAST: f64 = 60.0;
-/// At rest for so long, a gyro is seen to be (assumption: some states of the controller, one a second).
+/// Time at rest after which the gyro counts as resting (assumption: some states of the controller, one a second).
 const SETTLED_S: f64 = 5.0;
 /// Headings at which the table stops.
 const STATIONS: usize = 8;
 
-/// What a table can do; those that take less time first.
+/// Plans that a table can run, in order of increasing duration.
 pub(super) fn table(levels: &[Level]) -> Vec<Programme> {
     let mut menu = vec![
         plan(
@@ -140,7 +139,7 @@ fn hot_restart() -> Programme {
 }
 
 /// Whole turns at each rate, a bias test before each pair. A bias test is refused while the last second's mean rate
-/// looks like motion, which it still does after a slow turn.
+/// looks like motion, which is still the case after a slow turn.
 fn ladder() -> Vec<Step> {
     LADDER
         .into_iter()
@@ -165,7 +164,7 @@ fn slow_and_fast() -> Vec<Step> {
     [Step::Rest(SETTLED_S), Step::BiasTest].into_iter().chain(turns).collect()
 }
 
-/// An hour at the room's temperature, then `periods` of a sine in `count` steps a period, table runs all the while.
+/// An hour at room temperature, then `periods` of a sine in `count` steps a period, with table runs throughout.
 fn runs_in_a_sine(period_s: f64, count: usize, periods: usize) -> Vec<Step> {
     const RUN_S: f64 = 48.0;
     let runs = (period_s / count as f64 / RUN_S).floor();
@@ -185,13 +184,13 @@ fn runs_in_a_sine(period_s: f64, count: usize, periods: usize) -> Vec<Step> {
 fn sine(count: usize, periods: usize) -> Vec<f64> {
     let value = |k: usize| {
         let phase = std::f64::consts::TAU * k as f64 / count as f64;
-        // Rooms are set to tenths of a degree.
+        // Room temperatures are set to tenths of a degree.
         ((ROOM + AMBIENT_SWING * phase.sin()) * 10.0).round() / 10.0
     };
     (1..=count * periods).map(value).collect()
 }
 
-/// Fields that a person sets: each at its lowest and highest value in turn, the others left alone.
+/// Fields that a person sets: each at its lowest and highest value in turn, the others unchanged.
 fn by_hand(levels: &[Level]) -> Programme {
     let mut steps = Vec::new();
     for level in levels {

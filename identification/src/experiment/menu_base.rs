@@ -1,13 +1,13 @@
-//! The menu of the robot's base.
+//! Plans for the robot's base.
 
 use super::menu::AMBIENT_SWING;
 use super::step::{Carrier, Programme, RATE, SIDE, SPEED, Step, laps};
 use super::surroundings::ROOM;
 
-/// From lap to lap in the paper's 40 runs in 16 hours, s.
+/// Time from lap to lap in the paper's 40 runs in 16 hours, s.
 const LAP_PERIOD_S: f64 = 1440.0;
 
-/// What a base can do; those that take less time first.
+/// Plans that a base can run, in order of increasing duration.
 pub(super) fn base() -> Vec<Programme> {
     vec![
         plan(

@@ -1,8 +1,8 @@
 //! The next experiment: from a finite menu of plans, the one that best tells an effect from its rivals.
 //!
-//! For each plan and rival the distance is the smaller of both directions: the effect true and the rival fitted, and
-//! the reverse, on the given and the planned rows together. The plan with the largest least distance over the rivals
-//! wins; what is more than enough counts no further, so that a shorter plan is then taken.
+//! For each plan and rival the distance is the smaller of both directions (the effect true and the rival fitted, and
+//! the reverse) on the given and the planned rows together. The plan with the largest minimum distance over the rivals
+//! wins; distances are capped, so that of two sufficient plans the shorter wins.
 
 mod case;
 mod contest;
@@ -29,38 +29,38 @@ use gain::{Gain, gains};
 use step::Programme;
 use surroundings::levels;
 
-/// Distances above this are more than enough: a rival that far is refused with certainty.
+/// Cap on distances: a rival that far is refused with certainty.
 const ENOUGH: f64 = 100.0;
-/// A plan decides between two causes where it refuses the wrong one this probably.
+/// Probability of refusing the wrong cause from which a plan decides between two causes.
 const DECIDES: f64 = 0.8;
-/// A plan that brings no more than this to any rival is of no use for it.
+/// Minimum gain in distance to any rival; a plan with less is useless.
 const GAIN_MIN: f64 = 1.0;
 
 /// A plan that would decide between an effect and its rivals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Experiment {
-    /// Name of the plan; its file is that and `.toml`.
+    /// Name of the plan, and of its file without `.toml`.
     pub name: String,
     /// The plan.
     pub plan_toml: String,
-    /// Names of the effect and of the rivals that it tells apart.
+    /// Names of the effect and of the rivals that the plan separates from it.
     pub separates: Vec<String>,
-    /// What it brings, in words with a figure.
+    /// Expected gain, in words with a figure.
     pub expected_gain: String,
-    /// Least distance of the effect from a rival that the plan brings, squared, in units of the noise.
+    /// Smallest distance of the effect from a rival under the plan, squared, in units of the noise.
     pub lambda: f64,
-    /// The same of each rival.
+    /// The same for each rival.
     pub by_rival: Vec<(String, f64)>,
     decided: Vec<Pair>,
 }
 
 impl Experiment {
-    /// Name of the file of the plan.
+    /// File name of the plan.
     pub fn file(&self) -> String {
         format!("{}.toml", self.name)
     }
 
-    /// Notes it in a finding: as the next experiment, and at each rival that it decides about.
+    /// Enters the plan in a finding: as the next experiment, and at each rival that it decides.
     pub fn note(&self, finding: &mut Finding) {
         for effect in &mut finding.effects {
             for rival in &mut effect.rivals {
@@ -83,8 +83,8 @@ impl Experiment {
     }
 }
 
-/// Every plan of the menu for data of that kind, with bias tests throughout and with one alone: name and text. `by_hand` are fields that a person moves: name, unit,
-/// lowest and highest value.
+/// Every plan for data of that kind, with bias tests throughout and with only one: name and text. `by_hand` lists
+/// fields that a person sets: name, unit, lowest and highest value.
 pub fn plans(kind: Kind, by_hand: &[(&str, &'static str, f64, f64)]) -> Vec<(String, String)> {
     let levels: Vec<_> = by_hand
         .iter()
@@ -112,7 +112,7 @@ fn menu(kind: Kind, levels: &[surroundings::Level]) -> Vec<Programme> {
     }
 }
 
-/// The plan that best separates what is in doubt; `None` where nothing has a rival.
+/// The plan that best separates an effect from its rivals; `None` if there are no rivals.
 pub(crate) fn next(
     dataset: &Dataset,
     problem: &Problem,
@@ -144,7 +144,7 @@ pub(crate) fn next(
             Some((programme, gains(dataset, problem, doubts, programme, &cases)?))
         })
         .collect();
-    // What no plan can separate does not choose between them.
+    // Rivals that no plan can separate do not affect the choice.
     let separable = |rival: &usize| {
         offers.iter().any(|(_, gains)| gains[*rival].then - gains[*rival].now > GAIN_MIN)
     };
@@ -186,7 +186,7 @@ pub(crate) fn next(
     })
 }
 
-/// Does a term add to the rate, so that a bias test would take a part of it away?
+/// Whether a term adds to the rate, so that a bias test would remove part of it.
 fn is_bias(acts: Acts) -> bool {
     matches!(acts, Acts::Bias | Acts::DeadZone | Acts::Noise)
 }

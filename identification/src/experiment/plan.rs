@@ -1,14 +1,14 @@
-//! A programme as a plan that `hil run` carries out.
+//! A programme as a plan for `hil run`.
 
 use super::step::{Programme, Step, TURN_RAMP};
 use std::fmt::Write;
 
-/// Longest text shown to an operator, in bytes: what a plan takes.
+/// Longest operator prompt that a plan accepts, in bytes.
 const PROMPT_MAX: usize = 500;
-/// One observation of a log so often, s.
+/// Interval between observations of a log, s.
 const LOG_INTERVAL_S: f64 = 10.0;
 
-/// The plan; `notes` stand above it, a line of comment each.
+/// The plan as TOML, with `notes` above it as comments, one per line.
 pub(super) fn toml(programme: &Programme, notes: &[String]) -> String {
     let mut out = String::new();
     for note in notes {
@@ -102,7 +102,7 @@ fn simple(step: &Step) -> String {
             "lap = {{ direction = \"{}\", side_m = {side}, speed_m_per_s = {speed}, turn_rate_deg_per_s = {rate} }}",
             if *ccw { "ccw" } else { "cw" }
         ),
-        // Written by `steps`.
+        // `steps` writes these.
         Step::Repeat { .. } | Step::Sweep { .. } => String::new(),
     }
 }

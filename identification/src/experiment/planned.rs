@@ -1,18 +1,18 @@
-//! The rows that a programme would give, in the fields of the data that there are. What would be measured is not
-//! known and stands there as nominal: only causes and times matter.
+//! The rows that a programme would yield, in the fields of the existing data. Measured values are unknown and set to
+//! nominal: only causes and times matter.
 
 use super::timeline::{Motion, Phase};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role, Unit};
 use std::collections::BTreeMap;
 
-/// Most rows of a planned series; a longer one is thought of as means.
+/// Maximum rows of a planned series; each row of a longer one stands for the mean of several.
 const ROWS_MAX: usize = 6000;
-/// From row to row of a driven path, s (assumption).
+/// Time from row to row of a driven path, s (assumption).
 const ODOMETRY_INTERVAL_S: f64 = 0.5;
-/// Radians of a lap.
+/// Angle of a lap, rad.
 const LAP: f64 = std::f64::consts::TAU;
 
-/// What holds in a row, SI.
+/// State in one row, SI.
 struct Row {
     time: f64,
     duration: f64,
@@ -24,7 +24,7 @@ struct Row {
     celsius: f64,
     ambient: f64,
     direction: f64,
-    /// Is the pose measured here?
+    /// Whether the pose is measured here.
     measured: bool,
     run: usize,
     levels: Vec<(String, f64)>,
@@ -55,12 +55,12 @@ impl Row {
 pub(super) struct Planned {
     /// As a data set.
     pub dataset: Dataset,
-    /// How many samples of the data that there are each row is the mean of.
+    /// Number of samples of the existing data that each row is the mean of.
     pub samples: f64,
 }
 
-/// The rows of `phases`, in the fields of `existing`, `interval` being its time from row to row. Rotation is about
-/// `axis`. `None` where the kind of data sees nothing of the programme.
+/// The rows of `phases`, in the fields of `existing`, whose rows are `interval` apart. Rotation is about `axis`. `None`
+/// if the kind of data does not show the programme.
 pub(super) fn planned(
     existing: &Dataset,
     interval: f64,
@@ -73,7 +73,7 @@ pub(super) fn planned(
         Kind::Laps => (laps(phases, &celsius), 1.0),
         Kind::Odometry => (drive(phases, &celsius), 1.0),
         Kind::Series => series(phases, interval, &celsius),
-        // No bench of ours moves what a custom sensor measures.
+        // No bench of this project moves what a custom sensor measures.
         Kind::Sensor => return None,
     };
     if rows.is_empty() {
@@ -82,7 +82,7 @@ pub(super) fn planned(
     let step = rows.get(1).map_or(1.0, |second| second.time - rows[0].time);
     let columns =
         existing.columns.iter().map(|column| fill(existing, column, axis, &rows, step)).collect();
-    // Runs are counted from 0, without a gap.
+    // Runs are counted from 0 without gaps.
     let mut known: BTreeMap<usize, usize> = BTreeMap::new();
     let run_of_row: Vec<usize> = rows
         .iter()
@@ -112,7 +112,7 @@ fn turns(phases: &[Phase], celsius: &impl Fn(&Phase, f64) -> f64) -> Vec<Row> {
         .filter_map(|phase| {
             let Motion::Turn { angle, rate } = phase.motion else { return None };
             let mut row = Row::new(phase, phase.end(), celsius(phase, phase.end()));
-            // The heading before the turn, and the rate that was told.
+            // The heading before the turn, and the commanded rate.
             (row.heading, row.angle, row.rate) = (phase.heading, angle, rate);
             Some(row)
         })
@@ -130,7 +130,7 @@ fn laps(phases: &[Phase], celsius: &impl Fn(&Phase, f64) -> f64) -> Vec<Row> {
             row.duration = last.end() - first.start;
             row.angle = row.direction * LAP;
             row.rate = row.angle / row.duration;
-            // The way back to where it began.
+            // The way back to the start.
             row.heading = 0.0;
             Some(row)
         })
@@ -153,7 +153,7 @@ fn series(
             at += 1;
         }
         let mut row = Row::new(&phases[at], time, celsius(&phases[at], time));
-        // One recording, whatever is done in it.
+        // One recording, whatever happens in it.
         row.run = 0;
         row.angle = row.rate * step;
         rows.push(row);
@@ -171,7 +171,7 @@ fn drive(phases: &[Phase], celsius: &impl Fn(&Phase, f64) -> f64) -> Vec<Row> {
             (run, position) = (phase.run, (0.0, 0.0));
         }
         let count = (phase.duration / ODOMETRY_INTERVAL_S).ceil();
-        // Pauses between the motions are not waited for.
+        // Pauses between the motions are skipped.
         let step = phase.duration / count;
         for k in 0..=count as usize {
             let time = phase.start + k as f64 * step;
@@ -207,7 +207,7 @@ fn fill(
         .iter()
         .find(|(name, _)| ["wheelbase", "track", "track_width"].contains(&name.as_str()));
     let half = track.map_or(0.0, |(_, constant)| constant.value * constant.unit.si() / 2.0);
-    // The wheels tell speeds, whatever they told before: the constants that counts need are not looked at.
+    // The wheels report speeds, whatever they reported before: the constants for counts are not needed.
     let unit = match column.role {
         Role::WheelLeft | Role::WheelRight | Role::DriveDistance => Unit::MetrePerSecond,
         Role::SteerAngle => Unit::RadianPerSecond,

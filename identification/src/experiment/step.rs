@@ -1,4 +1,4 @@
-//! What is done on the bench: the one source of both the plan that is written and the rows that it would give.
+//! Steps on the bench: the one source of both the written plan and the rows it would yield.
 
 /// Rate of the paper's turns, deg/s.
 pub(super) const RATE: f64 = 30.0;
@@ -16,7 +16,7 @@ pub(super) const SIDE: f64 = 4.0;
 /// A step.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
-    /// The temperature of the room is set, degC.
+    /// Sets the room temperature, degC.
     Ambient(f64),
     /// A log at rest, s.
     Rest(f64),
@@ -24,21 +24,21 @@ pub(super) enum Step {
     BiasTest,
     /// A turn of the table: degrees, counter-clockwise positive, and deg/s without sign.
     TableTurn(f64, f64),
-    /// A person is asked for something.
+    /// A prompt for a person.
     Ask(String),
     /// A person sets a field that no device of the bench controls.
     Level { field: String, unit: &'static str, value: f64 },
-    /// The robot is brought to the origin, with that heading in degrees.
+    /// Placing the robot at the origin, with that heading in degrees.
     Place(f64),
-    /// A straight line: metres, backward negative, and m/s.
+    /// A straight line: metres, negative backwards, and m/s.
     Straight(f64, f64),
     /// A turn of the robot on the spot: degrees and deg/s.
     Turn(f64, f64),
     /// A lap of the square path, counter-clockwise or not: side in m, speed in m/s, turns in deg/s.
     Lap { ccw: bool, side: f64, speed: f64, rate: f64 },
-    /// Steps again and again, from begin to begin in so many seconds.
+    /// Repeated steps, with that many seconds from start to start.
     Repeat { times: usize, period_s: Option<f64>, steps: Vec<Step> },
-    /// Steps at each of these temperatures of the room, degC.
+    /// Steps at each of these room temperatures, degC.
     Sweep { ambient: Vec<f64>, steps: Vec<Step> },
 }
 
@@ -49,7 +49,7 @@ impl Step {
     }
 }
 
-/// Who carries the gyro.
+/// What carries the gyro.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Carrier {
     /// The rotary table.
@@ -59,7 +59,7 @@ pub(super) enum Carrier {
 }
 
 impl Carrier {
-    /// The shipped device file with such a bench.
+    /// The shipped device file for such a bench.
     pub(super) const fn devices(self) -> &'static str {
         match self {
             Self::Table => "paper-table",
@@ -73,21 +73,21 @@ impl Carrier {
 pub(super) struct Programme {
     /// Name of the plan, and of its file.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// Its title, in one line.
     pub title: &'static str,
-    /// Why it tells causes apart.
+    /// How it separates causes.
     pub reason: &'static str,
-    /// Who carries the gyro.
+    /// What carries the gyro.
     pub carrier: Carrier,
-    /// Has the gyro its steady temperature when time begins? Else it begins at that of the room.
+    /// Whether the gyro is at its steady temperature when time starts; otherwise it starts at room temperature.
     pub warm: bool,
-    /// What is done, in order.
+    /// The steps, in order.
     pub steps: Vec<Step>,
 }
 
 impl Programme {
-    /// With a bias test at the begin alone, logs at rest in place of the others: what acts on the bias is then not
-    /// subtracted before it is seen.
+    /// The programme with a bias test at the start alone and logs at rest in place of the others: effects on the bias
+    /// then show before a test subtracts them.
     pub(super) fn with_one_bias_test(mut self) -> Self {
         fn logs(steps: &mut [Step]) {
             for step in steps {

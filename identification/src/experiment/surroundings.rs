@@ -1,4 +1,4 @@
-//! What a planned experiment takes for given of the room and the device.
+//! Assumptions of a planned experiment about the room and the device.
 
 use crate::dataset::{Dataset, Dimension, Role};
 
@@ -6,32 +6,32 @@ use crate::dataset::{Dataset, Dimension, Role};
 pub(super) const ROOM: f64 = 22.0;
 /// Time constant of a gyro's temperature, s (this class: 30 to 40 min).
 const THERMAL_TIME_CONSTANT_S: f64 = 2100.0;
-/// How much warmer than the room a gyro gets by its own power, K: what the data show, within these (assumption), and
-/// where they show nothing.
+/// Self-heating of a gyro above room temperature, K: bounds on the value from the data (assumption), and the value used
+/// without data.
 const SELF_HEATING: (f64, f64) = (5.0, 25.0);
 const SELF_HEATING_USUAL: f64 = 15.0;
 
 /// A field that a person moves.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Level {
-    /// Its name.
+    /// Name of the field.
     pub field: String,
     /// Its unit as the contract writes it.
     pub unit: &'static str,
-    /// The lowest and highest value that the data hold, in that unit.
+    /// Lowest value in the data, in that unit.
     pub low: f64,
-    /// See `low`.
+    /// Highest value in the data, in that unit.
     pub high: f64,
 }
 
-/// First-order model of the gyro's temperature: it tends to the room's plus its own heat.
+/// First-order model of the gyro's temperature: it tends to room temperature plus self-heating.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Thermal {
     self_heating: f64,
 }
 
 impl Thermal {
-    /// That of the gyro of `dataset`: its steady temperature is taken for the highest that it had.
+    /// The model for the gyro of `dataset`: its highest temperature counts as steady.
     pub(super) fn of(dataset: &Dataset) -> Self {
         let highest = dataset.column(Role::Temperature).and_then(|column| {
             column.si().filter(|value| value.is_finite()).max_by(f64::total_cmp)
@@ -42,19 +42,19 @@ impl Thermal {
         Self { self_heating }
     }
 
-    /// Temperature that the gyro tends to in a room of `ambient`.
+    /// Steady temperature of the gyro in a room of `ambient`.
     pub(super) fn steady(self, ambient: f64) -> f64 {
         ambient + self.self_heating
     }
 
-    /// Temperature `after_s` a room of `ambient` began to act on a gyro of `celsius`.
+    /// Temperature of a gyro that started at `celsius`, after `after_s` in a room of `ambient`.
     pub(super) fn after(self, celsius: f64, ambient: f64, after_s: f64) -> f64 {
         let steady = self.steady(ambient);
         steady + (celsius - steady) * (-after_s / THERMAL_TIME_CONSTANT_S).exp()
     }
 }
 
-/// Fields of `dataset` among `names` that only a person can move: voltages, currents, fields.
+/// Fields of `dataset` among `names` that only a person can change: voltages, currents, fields.
 pub(super) fn levels(dataset: &Dataset, names: &[&str]) -> Vec<Level> {
     let by_hand = [Dimension::Voltage, Dimension::Current, Dimension::MagneticField];
     dataset

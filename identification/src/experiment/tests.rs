@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 const RUNS: usize = 150;
 const NOISE_DEG: f64 = 0.01;
 
-/// Turns both ways while the gyro warms from 22 to 40 degC; `rates` take turns.
+/// Turns both ways while the gyro warms from 22 to 40 degC; `rates` alternate.
 fn warm_up(rates: &[f64]) -> Dataset {
     let mut values: [Vec<f64>; 7] = Default::default();
     let mut run_of_row = Vec::new();
@@ -56,7 +56,7 @@ fn warm_up(rates: &[f64]) -> Dataset {
     Dataset::new("warm-up", Kind::Turns, columns, run_of_row)
 }
 
-/// The experiment for `effect` of that size (coefficient, SI) against `rivals`, and what each plan brings.
+/// The experiment for `effect` of that size (coefficient, SI) against `rivals`, and each plan's gains.
 fn experiment(
     dataset: &Dataset,
     effect: &Shape,
@@ -162,7 +162,7 @@ fn a_warm_up_against_temperature_takes_a_restart_or_a_changing_room() {
     let rivals = [over_temperature, shupe()];
     let (found, each) = experiment(&warm_up(&[30.0]), &warm_up_term, 2e-5, &rivals);
     assert!(found.name == "hot-restart" || changes_the_room(&found), "{found:?}");
-    // One warm-up says nothing between them, and another like it neither.
+    // One warm-up does not separate them, and a second one like it does not either.
     assert!(each["hot-restart"].iter().all(|gain| gain.now < 1.0), "{each:?}");
     assert!(found.lambda > each["heading-stations"][0].then);
     assert!(found.by_rival.len() == 2);
@@ -187,7 +187,7 @@ fn more_rows_never_bring_causes_nearer() {
     }
 }
 
-/// What a robot gives that drives `steps` from a cold start, in `fields`.
+/// Data of a robot that drives `steps` from a cold start, in `fields`.
 fn driven(kind: Kind, fields: &[(&str, Role, Unit)], steps: Vec<Step>) -> Dataset {
     let mut template = warm_up(&[30.0]);
     template.kind = kind;

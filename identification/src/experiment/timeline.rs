@@ -1,9 +1,9 @@
-//! What happens when a programme is carried out: motions in time, with the gyro's temperature.
+//! The timeline of a programme: motions in time, with the gyro's temperature.
 
 use super::step::{BIAS_TEST_S, Programme, SPEED_RAMP, Step, TURN_RAMP};
 use super::surroundings::{ROOM, Thermal};
 
-/// What moves, SI; signed.
+/// Motion, SI; signed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Motion {
     /// Nothing.
@@ -17,28 +17,28 @@ pub(super) enum Motion {
 /// A stretch of time with one motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Phase {
-    /// When it begins and how long it takes, s.
+    /// Start time, s.
     pub start: f64,
-    /// See `start`.
+    /// Duration, s.
     pub duration: f64,
-    /// What moves.
+    /// The motion.
     pub motion: Motion,
-    /// Heading when it begins, rad.
+    /// Heading at the start, rad.
     pub heading: f64,
-    /// Temperature of the room, and of the gyro when it begins, degC.
+    /// Room temperature, degC.
     pub ambient: f64,
-    /// See `ambient`.
+    /// Temperature of the gyro at the start, degC.
     pub celsius: f64,
     /// Values of the fields that a person has set so far.
     pub levels: Vec<(String, f64)>,
-    /// How often the bias has been taken anew, or the robot placed.
+    /// Number of bias tests and placements of the robot so far.
     pub run: usize,
-    /// Which lap it is a part of, and its direction.
+    /// Index of the lap and its direction, during a lap.
     pub lap: Option<(usize, f64)>,
 }
 
 impl Phase {
-    /// When it ends, s.
+    /// End time, s.
     pub(super) fn end(&self) -> f64 {
         self.start + self.duration
     }
@@ -175,7 +175,7 @@ impl Bench {
     }
 }
 
-/// Time of a move from rest to rest, with equal ramps.
+/// Duration of a move from rest to rest, with equal ramps.
 fn trapezoid(way: f64, speed: f64, ramp: f64) -> f64 {
     if way >= speed * speed / ramp { way / speed + speed / ramp } else { 2.0 * (way / ramp).sqrt() }
 }

@@ -1,14 +1,14 @@
-//! What an experiment is good for, in words.
+//! The use of an experiment, in words.
 
 use super::Gain;
 use super::step::Programme;
 
-/// A rival counts as told apart where it is refused more probably than not.
+/// Probability of refusal from which a rival counts as separated.
 const TOLD_APART: f64 = 0.5;
-/// Probabilities above this are written as such.
+/// Probabilities above this are written as "more than 99 %".
 const CERTAIN: f64 = 0.99;
 
-/// Names of the effect and of the rivals that it tells apart; of the farthest rival where it tells none.
+/// Names of the effect and of the rivals that the plan separates from it; of the farthest rival if it separates none.
 pub(super) fn separates(effect: &str, rivals: &[(String, Gain)]) -> Vec<String> {
     let mut told: Vec<String> = rivals
         .iter()
@@ -24,7 +24,7 @@ pub(super) fn separates(effect: &str, rivals: &[(String, Gain)]) -> Vec<String> 
     names
 }
 
-/// What it brings, rival by rival.
+/// The plan's gain, rival by rival.
 pub(super) fn gain(effect: &str, rivals: &[(String, Gain)]) -> String {
     let (told, open): (Vec<_>, Vec<_>) =
         rivals.iter().partition(|(_, gain)| gain.probability >= TOLD_APART);
@@ -51,7 +51,7 @@ fn figure(lambda: f64) -> String {
     if lambda < 10.0 { format!("{lambda:.1}") } else { format!("{lambda:.0}") }
 }
 
-/// Why the plan is as it is, and what a reader should know before it is run.
+/// The reason for the plan, and what a reader should know before running it.
 pub(super) fn why(programme: &Programme) -> Vec<String> {
     let mut notes = vec![format!("Why: {}.", programme.reason)];
     if programme.warm {

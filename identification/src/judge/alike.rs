@@ -1,41 +1,41 @@
-//! Whether what is left may be called noise: noise does not know the input. It is as large at rest as in motion, and
+//! Whether a residual may be called noise. Noise does not depend on the input: it is as large at rest as in motion, and
 //! as large in a ramp as on a plateau.
 
 use crate::finding::Left;
 use crate::robust;
 
-/// An input, and what is left beside it: one value an observation each.
+/// An input beside the residual, one value per observation.
 pub struct Beside<'a> {
     /// Name of the input.
     pub name: &'a str,
-    /// Its size.
+    /// Its magnitude.
     pub input: &'a [f64],
 }
 
-/// How the size of what is left goes with the size of an input.
+/// Dependence of the residual's size on the size of an input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goes {
     /// Name of the input.
     pub with: String,
-    /// Spread where the input is large over that where it is small.
+    /// Spread at large input over spread at small input.
     pub ratio: f64,
     /// Rank correlation over its standard error.
     pub deviations: f64,
 }
 
-/// Noise that is so much louder at one end of an input than at the other knows it...
+/// Noise that is this many times larger at one end of an input than at the other depends on it...
 const RATIO_MIN: f64 = 1.5;
 /// ...if the ranks of both agree by as many standard errors (one false alarm in ten thousand tests).
 const DEVIATIONS_MIN: f64 = 4.0;
-/// Observations that are ranked, at most.
+/// Maximum number of observations to rank.
 const RANKED_MAX: usize = 6000;
-/// Fewer say nothing.
+/// Minimum number of observations.
 const RANKED_MIN: usize = 60;
 /// Share of the observations that count as one end of an input.
 const END: f64 = 0.25;
 
-/// The input with which the size of `white` goes most, if it goes with any: `white` is new in every observation, zero
-/// where one does not count.
+/// The input on which the size of `white` depends most, if it depends on any. `white` is the innovation of each
+/// observation, zero for one that does not count.
 pub fn goes_with(white: &[f64], inputs: &[Beside<'_>]) -> Option<Goes> {
     let stride = white.len().div_ceil(RANKED_MAX).max(1);
     let at: Vec<usize> = (0..white.len()).step_by(stride).filter(|&i| white[i] != 0.0).collect();
@@ -67,7 +67,7 @@ pub fn goes_with(white: &[f64], inputs: &[Beside<'_>]) -> Option<Goes> {
 }
 
 impl Goes {
-    /// As the contract writes it.
+    /// The dependence in the form of the contract.
     pub fn left(&self, label: &str) -> Left {
         Left {
             drivers: vec![format!("abs({})", self.with)],

@@ -5,7 +5,7 @@ use super::{Errors, Metric};
 
 /// A model on the path, from plain to rich, with its held-out errors.
 pub(crate) struct Standing<'a> {
-    /// How many numbers were fitted beyond the plain model.
+    /// Number of parameters fitted beyond the plain model.
     pub numbers: usize,
     /// Its errors in each metric; all models of a path have the same metrics.
     pub metrics: &'a [Metric],
@@ -14,9 +14,9 @@ pub(crate) struct Standing<'a> {
 /// Two errors count as equal when they differ by no more than this many standard errors.
 const ERRORS: f64 = 1.0;
 
-/// By how much the mean square of `one` may be above the `best` and count as equal. Where what is left `is_noise`, two
-/// models differ by what runs do not share: their difference has a small standard error. Where it is not, some runs
-/// have errors that no model knows, and a difference only counts if it is more than the error of the error itself.
+/// Margin within which the mean square of `one` counts as equal to the `best`. If the residual `is_noise`, two models
+/// differ only by what runs do not share, and their difference has a small standard error. Otherwise some runs have
+/// errors that no model explains, and a difference counts only if it exceeds the error of the best model's own error.
 pub(crate) fn margin(one: &Metric, best: &Metric, is_noise: bool) -> f64 {
     let paired = one.errors.beyond(&best.errors).1;
     let alone = best.errors.standard_error();
@@ -30,7 +30,7 @@ pub(crate) fn best(path: &[Standing<'_>], metric: usize) -> usize {
     (0..path.len()).min_by(|a, b| square(*a).total_cmp(&square(*b))).unwrap_or(0)
 }
 
-/// Is model `rich` worse than `simple` in some metric, beyond the standard error?
+/// Whether model `rich` is worse than `simple` in some metric, beyond the standard error.
 fn is_worse(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
     rich.metrics.iter().zip(simple.metrics).any(|(rich, simple)| {
         let (more, error) = rich.errors.beyond(&simple.errors);
@@ -57,8 +57,8 @@ pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
     if let Some(&found) = order.iter().find(|&&index| as_good(index) && is_sound(index)) {
         return found;
     }
-    // What is best in one metric is not in another: the one that falls most over all, as long as it is worse than no
-    // simpler one; and of those that are about as good as it, the simplest.
+    // No model is best in every metric: of those that are not worse than a simpler one, the model with the largest
+    // total fall leads, and the simplest that is about as good wins.
     let fall = |index: usize| -> f64 {
         let pairs = path[index].metrics.iter().zip(first.metrics);
         pairs
@@ -72,8 +72,8 @@ pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
     sound.into_iter().find(|&index| fall(index) >= FALL_SHARE * most).unwrap_or(0)
 }
 
-/// Errors of the choice itself: of each run, those of the model that would be chosen without the fold that held the run
-/// out.
+/// Errors of the choice itself: for each run, those of the model that would be chosen without the fold that held the
+/// run out.
 pub(crate) fn nested(path: &[Standing<'_>], is_noise: bool) -> Vec<Metric> {
     let Some(first) = path.first() else { return Vec::new() };
     let folds = first.metrics.iter().map(|metric| metric.errors.folds).max().unwrap_or(0);
@@ -104,7 +104,7 @@ pub(crate) fn nested(path: &[Standing<'_>], is_noise: bool) -> Vec<Metric> {
     found
 }
 
-/// Share of the largest fall that is enough where metrics disagree.
+/// Share of the largest fall that is enough if metrics disagree.
 const FALL_SHARE: f64 = 0.95;
 
 #[cfg(test)]
@@ -143,7 +143,7 @@ mod tests {
             vec![metric(&[10.0, 14.0, 12.0, 11.0])],
             vec![metric(&[9.9, 13.9, 11.9, 10.9])],
         ];
-        // Better in every run by a little: it counts where the rest is noise, and not where it is not.
+        // A little better in every run: it counts if the residual is noise, and does not otherwise.
         assert_eq!(chosen(&path, true), 2);
         assert_eq!(chosen(&path, false), 1);
     }

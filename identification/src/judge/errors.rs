@@ -1,4 +1,4 @@
-//! Squared errors on data that took no part, run by run, and how sure a difference between two models is.
+//! Squared errors on held-out data, run by run, and the certainty of a difference between two models.
 
 use rand::{RngExt, SeedableRng};
 
@@ -8,11 +8,11 @@ const DRAWS: usize = 400;
 /// Squared errors, run by run.
 #[derive(Debug, Clone, Default)]
 pub struct Errors {
-    /// For each run that has any: its index, the sum of squared errors and their number.
+    /// Index, sum of squared errors and their number, for each run that has any.
     pub runs: Vec<(usize, f64, f64)>,
-    /// The fold of each of them that held it out.
+    /// The fold that held each of them out.
     pub held_by: Vec<usize>,
-    /// In how many folds they were had.
+    /// Number of folds.
     pub folds: usize,
 }
 
@@ -36,7 +36,7 @@ impl Errors {
         }
     }
 
-    /// Those of the runs that a fold held out, or of all others.
+    /// The runs that `fold` held out, or all others.
     pub fn part(&self, fold: usize, held_out: bool) -> Self {
         let mut part = Self { folds: self.folds, ..Self::default() };
         for (run, held_by) in self.runs.iter().zip(&self.held_by) {
@@ -48,7 +48,7 @@ impl Errors {
         part
     }
 
-    /// With the runs of `other`.
+    /// Adds the runs of `other`.
     pub fn join(&mut self, other: Self) {
         self.runs.extend(other.runs);
         self.held_by.extend(other.held_by);
@@ -60,15 +60,15 @@ impl Errors {
         self.rmse().powi(2)
     }
 
-    /// Standard error of the mean square, runs being drawn at random.
+    /// Standard error of the mean square, with runs drawn at random.
     pub fn standard_error(&self) -> f64 {
         let runs = self.runs.iter().map(|run| (run.0, 0.0, run.2)).collect();
         let zero = Self { runs, ..Self::default() };
         self.beyond(&zero).1
     }
 
-    /// By how much the mean square is above that of `other` over the same runs, and the standard error of that. Of a
-    /// ratio of sums, by its linear part (Cochran 1977, section 2.11).
+    /// Difference of the mean square to that of `other` over the same runs, and its standard error: that of a ratio of
+    /// sums, by its linear part (Cochran 1977, section 2.11).
     pub fn beyond(&self, other: &Self) -> (f64, f64) {
         let pairs: Vec<(f64, f64)> = self
             .runs
@@ -91,7 +91,7 @@ impl Errors {
         (mean, (square * n / (n - 1.0)).sqrt() / count)
     }
 
-    /// In what share of the runs the error is above that of `other`.
+    /// Share of the runs in which the error is above that of `other`.
     pub fn share_above(&self, other: &Self) -> f64 {
         let above = self
             .runs

@@ -14,7 +14,7 @@ struct White {
 }
 
 impl White {
-    /// `train` says of each fold which observations it uses.
+    /// `train` lists, for each fold, the observations that it uses.
     fn new(
         data: Data<'_>,
         columns: &[Vec<f64>],
@@ -57,17 +57,17 @@ impl White {
 /// How runs are held out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Holding {
-    /// Every so many runs together.
+    /// Runs at regular intervals form a fold.
     Spread,
-    /// Runs that follow one another together, since what is slow goes on from one to the next.
+    /// Consecutive runs form a fold, since slow noise continues from one run to the next.
     Together,
 }
 
-/// Stretches that count as one where runs are held out together.
+/// Number of stretches that serve as clusters if consecutive runs are held out.
 const STRETCHES: usize = 15;
 
 impl Holding {
-    /// The folds of observations in these runs, and what counts as one of each observation.
+    /// The folds of observations in these runs, and the cluster of each observation.
     fn folds(self, run: &[usize]) -> (Vec<Fold>, Vec<usize>) {
         if self == Self::Spread {
             return (folds(run), run.to_vec());
@@ -78,7 +78,7 @@ impl Holding {
 }
 
 impl Data<'_> {
-    /// Squares of what is new in held-out observations, with `terms`: the loss under the noise.
+    /// Squared innovations of held-out observations, with `terms`: the loss under the noise.
     pub(crate) fn innovations_held_out(
         &self,
         terms: &[Shape],
@@ -135,7 +135,7 @@ impl Data<'_> {
         let run = &self.layout.run;
         let alone = clusters.iter().all(|other| *other == clusters[0]);
         for (number, fold) in folds.iter().enumerate() {
-            // Of one run alone, each fold stands for itself.
+            // With a single run, each fold is its own cluster.
             let of = |i: usize| if alone { number } else { clusters[i] };
             let coefficients = white.train(number);
             let fitted = combine(&columns, &coefficients);
@@ -149,11 +149,11 @@ impl Data<'_> {
                 if self.block.aggregate == Aggregate::Row {
                     errors.add(of(i), error(i).powi(2), number);
                 } else {
-                    // A level counts from where its stretch begins.
+                    // A level counts from the start of its stretch.
                     let key =
                         (run[i], self.block.pose.as_ref().map(|pose| pose.component[i] as usize));
                     if key.1.is_some_and(|component| component > 0) {
-                        // Of one run alone, the heading.
+                        // With a single run, only the heading.
                         continue;
                     }
                     match start {
@@ -170,8 +170,8 @@ impl Data<'_> {
     }
 }
 
-/// Final position errors (m) and heading errors (rad) of dead reckoning over held-out runs; `None` where there is one
-/// run only. `blocks` are the heading's and the distance's.
+/// Final position errors (m) and heading errors (rad) of dead reckoning over held-out runs; `None` if there is only one
+/// run. `blocks` are the heading's and the distance's.
 pub(crate) fn path_errors(
     path: &Path,
     blocks: &[(Data<'_>, Vec<Shape>, &NoiseModel, &[bool])],
@@ -214,7 +214,7 @@ pub(crate) fn path_errors(
     Some((positions, headings))
 }
 
-/// Adds what `terms` say of each row.
+/// Adds the contribution of `terms` to each row.
 pub(crate) fn add_driven(data: Data<'_>, terms: &[Shape], coefficients: &[f64], added: &mut Added) {
     let mut at = 0;
     for term in terms {

@@ -1,5 +1,5 @@
-//! How well a model predicts runs that took no part in its fit, in the quantities that its user has: the position and
-//! the heading at the end of a path, the rate of each axis.
+//! How well a model predicts held-out runs, in the quantities that matter to its user: the position and the heading at
+//! the end of a path, the rate of each axis.
 
 mod alike;
 mod choice;
@@ -31,16 +31,16 @@ pub struct Metric {
 /// Judges models of one block.
 #[derive(Clone, Copy)]
 pub struct Judge<'a> {
-    /// The readings as they are.
+    /// The readings before any correction.
     pub data: Data<'a>,
-    /// The path, where one was driven.
+    /// The path, for a driven robot.
     pub path: Option<&'a Path>,
     /// How runs are held out.
     pub holding: Holding,
 }
 
 impl Judge<'_> {
-    /// Errors of `terms` in each metric of the block, on runs that took no part.
+    /// Errors of `terms` in each metric of the block, on held-out runs.
     pub fn judge(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Vec<Metric> {
         let block = self.data.block;
         if block.aggregate == Aggregate::Pose
@@ -68,7 +68,7 @@ impl Judge<'_> {
         }]
     }
 
-    /// The error from one reading to the next: what says most where what is left is noise.
+    /// The error from one reading to the next: the most informative one if the residual is noise.
     pub fn innovation(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Metric {
         Metric {
             name: "innovation".to_owned(),
@@ -79,7 +79,7 @@ impl Judge<'_> {
 }
 
 impl Metric {
-    /// As the contract writes it: this the error after, `before` the one before. `quantity` is named where there are
+    /// Both errors in the form of the contract, with `before` as the error before. The quantity is named if there are
     /// several.
     pub fn held_out(&self, before: &Self, is_one_of_several: bool, seed: u64) -> HeldOut {
         let si = self.unit.si;

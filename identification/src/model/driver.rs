@@ -1,4 +1,4 @@
-//! What an effect sees: a field of the data, or a function of one, as the contract writes it.
+//! Drivers: a field of the data, or a function of one, in the form of the contract.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -12,17 +12,17 @@ pub enum Wrap {
     Plain,
     /// Its rate of change with time.
     RateOf,
-    /// It, through a first-order lag.
+    /// The field through a first-order lag.
     LagOf,
-    /// It, with play: the branch of a hysteresis.
+    /// The field through play: the branch of a hysteresis.
     BranchOf,
-    /// Without its sign.
+    /// Absolute value of the field.
     Abs,
-    /// Its sign.
+    /// Sign of the field.
     Sign,
-    /// Cosine and sine of so many times an angle, 1 to [`Wrap::HARMONICS`].
+    /// Cosine and sine of that multiple of an angle, 1 to [`Wrap::HARMONICS`].
     Harmonic(u8),
-    /// Zero before a moment, one after.
+    /// Zero before a time, one after it.
     Step,
     /// Cosine and sine of a period.
     Periodic,
@@ -31,7 +31,7 @@ pub enum Wrap {
 }
 
 impl Wrap {
-    /// Most cycles a turn.
+    /// Maximum cycles per turn.
     pub const HARMONICS: u8 = 32;
 
     const WRAPPED: [(Self, &'static str); 8] = [
@@ -45,7 +45,7 @@ impl Wrap {
         (Self::Trend, "trend"),
     ];
 
-    /// The one of that name.
+    /// The function of that name.
     fn parse(name: &str) -> Option<Self> {
         if let Some(order) = name.strip_prefix("harmonic_") {
             let order = order.parse().ok().filter(|order| (1..=Self::HARMONICS).contains(order));
@@ -55,7 +55,7 @@ impl Wrap {
     }
 }
 
-/// What an effect sees.
+/// What an effect depends on.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Driver {
     /// The function.
@@ -75,7 +75,7 @@ impl Driver {
         Self { wrap, field: field.to_owned() }
     }
 
-    /// As the contract writes it; `None` for a function that it does not know.
+    /// Parses the form of the contract; `None` for an unknown function.
     pub fn parse(text: &str) -> Option<Self> {
         let Some(inner) = text.strip_suffix(')') else {
             return (!text.is_empty() && !text.contains('(')).then(|| Self::plain(text));

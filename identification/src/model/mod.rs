@@ -185,7 +185,7 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// What is wrong and where.
+    /// The error in the text and its position.
     pub fn from_toml(text: &str) -> Result<Self, toml::de::Error> {
         toml::from_str(text)
     }

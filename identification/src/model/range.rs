@@ -1,48 +1,49 @@
-//! Physical ranges of what a term may do, each with its source. What lies outside is no calibration but another fault.
+//! Physical ranges of terms, each with its source. A value outside is not a calibration but a different fault.
 
 use super::{Acts, Form, Shape};
 use crate::dataset::Dimension;
 use crate::problem::Channels;
 
-/// What filters and buffers hold back is counted in samples: so many of them, at most.
+/// Maximum delay of filters and buffers, in samples.
 const SAMPLES_LATE_MAX: f64 = 10.0;
 
-/// Where the values of a kind of term lie, SI. `None` where nothing is known.
+/// Range of the values of a kind of term, SI. `None` if unknown.
 pub fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
     Some(match acts {
-        // A gyro that reads nothing has a scale error of -1; one that reads twice the rate is another unit or gyro
-        // (data sheets of MEMS parts state 3 % and less). What has the wrong sign is found before.
+        // A gyro that reads nothing has a scale error of -1; one that reads twice the rate has another unit or is
+        // another gyro (data sheets of MEMS parts state 3 % and less). A wrong sign is corrected earlier.
         Acts::Scale => [-1.05, 1.0],
         // Effective track of a skid-steered robot: one to five times the geometric one (Mandow et al. 2007, figure 6:
         // 1.3 to 2.4; on ice more). A track that is too wide by half is a wrong file.
         Acts::Turn => [-0.8, 0.5],
-        // A wheel that is half or twice as large as its file says is a wrong file.
+        // A wheel half or twice as large as stated means a wrong file.
         Acts::Drive => [-0.5, 1.0],
         // Unequal wheels: 10 % over a track of 0.1 m.
         Acts::Curvature => [-1.0, 1.0],
-        // Slip takes away, and not all.
+        // Slip removes a part of the distance, not all of it.
         Acts::Slip => [-1.0, 1.0],
         // A clock of ceramic or RC is within some per cent (data sheets of microcontrollers).
         Acts::Clock => [-0.05, 0.05],
         // A sensor sits on the robot.
         Acts::Reference => [-5.0, 5.0],
-        // Whoever is later than a second, and than some samples where these are slow, is another recording.
+        // Data later than a second, or than some samples at a slow rate, belong to another recording.
         Acts::Delay => {
             let late = (SAMPLES_LATE_MAX * channels.interval()).max(1.0);
             [-late, late]
         }
-        // The share of a rotation about another axis: the sine of an angle, a little more where it is scaled.
+        // Share of a rotation about another axis: the sine of an angle, plus some scale error.
         Acts::Axis => [-1.1, 1.1],
         _ => return None,
     })
 }
 
-/// How much an acceleration may change the bias of a gyro, rad/s/(m/s^2): 1 deg/s/g, five to ten times what data sheets
-/// state (ADXRS150: 0.2, MPU-6050: 0.1 deg/s/g). What follows an acceleration more than that follows the rotation or
-/// the warmth that the acceleration goes with.
+/// Maximum sensitivity of a gyro's bias to acceleration, rad/s/(m/s^2): 1 deg/s/g, five to ten times what data sheets
+/// state (ADXRS150: 0.2, MPU-6050: 0.1 deg/s/g). A larger sensitivity belongs to the rotation or the temperature that
+/// varies with the acceleration.
 const OF_ACCELERATION_MAX: f64 = 0.017_453 / 9.806_65;
 
-/// Is what `shape` adds with `coefficients` within the range? `columns` are its columns over the rows.
+/// Whether the contribution of `shape` with `coefficients` is within the range. `columns` are its columns over the
+/// rows.
 pub fn is_physical(
     shape: &Shape,
     channels: &Channels,
@@ -62,14 +63,14 @@ pub fn is_physical(
         return coefficients.iter().all(|value| inside(*value));
     }
     let rows = columns.first().map_or(0, Vec::len);
-    // Every so many rows say it.
+    // A subset of the rows is enough.
     let stride = rows.div_ceil(2000).max(1);
     (0..rows).step_by(stride).all(|row| {
         inside(columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum())
     })
 }
 
-/// Is the part of a gyro's bias that goes with an acceleration within the range?
+/// Whether the part of a gyro's bias that depends on an acceleration is within the range.
 fn bears_acceleration(
     shape: &Shape,
     channels: &Channels,
@@ -106,12 +107,12 @@ mod tests {
         let mut channels = channels();
         let line = Shape::new("any", Acts::Bias, Driver::plain("jolt"), Form::Linear);
         let column = line.per_row(&channels).unwrap();
-        // 0.2 deg/s/g, and 5 of them.
+        // 0.2 deg/s/g, and five times that.
         assert!(is_physical(&line, &channels, &column, &[3.6e-4]));
         assert!(!is_physical(&line, &channels, &column, &[-9e-3]));
         let late = Shape::new("bandwidth", Acts::Delay, Driver::plain("jolt"), Form::Delay);
         assert!(!is_physical(&late, &channels, &column, &[1200.0]));
-        // A pressure sensor is no gyro, and a thermometer is slow.
+        // A pressure sensor is not a gyro, and a thermometer is slow.
         channels.of_sensor = true;
         assert!(is_physical(&line, &channels, &column, &[-9e-3]));
         assert!(is_physical(&late, &channels, &column, &[20.0]));

@@ -1,11 +1,11 @@
-//! What a driver shows in each row.
+//! The value of a driver in each row.
 
 use super::{Driver, Wrap};
 use crate::problem::{Channel, Channels};
 use crate::signal;
 use std::borrow::Cow;
 
-/// The numbers that a driver and a form need beside the data, in SI: `time_constant`, `origin` ...
+/// Numbers that a driver and a form need besides the data, in SI: `time_constant`, `origin` ...
 pub type Fixed = Vec<(String, f64)>;
 
 /// The number of that name.
@@ -13,7 +13,7 @@ pub fn fixed(all: &Fixed, name: &str) -> Option<f64> {
     all.iter().find(|(key, _)| key == name).map(|(_, value)| *value)
 }
 
-/// The number of that name, or what holds where there is none.
+/// The number of that name, or `otherwise` if there is none.
 pub fn fixed_or(all: &Fixed, name: &str, otherwise: f64) -> f64 {
     fixed(all, name).unwrap_or(otherwise)
 }
@@ -84,7 +84,7 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
         Wrap::BranchOf => {
             let level = level(&found, plain);
             let half = fixed(numbers, "half_width")?;
-            // The branch beside the middle one; or, where all of the driver goes through the play, the branch itself.
+            // The branch beside the middle one; or the branch itself, if all of the driver goes through the play.
             let own = 1.0 - fixed_or(numbers, "through", 0.0);
             let branch = channels.by_segment(&level, |_, values| signal::play(values, half));
             branch.iter().zip(level.iter()).map(|(branch, level)| branch - own * level).collect()

@@ -1,4 +1,4 @@
-//! A term without its linear coefficients: what it looks like over the rows.
+//! A term without its linear coefficients: its shape over the rows.
 
 use super::see::{Field, Fixed, field, fixed, fixed_or, see};
 use super::spline::{REACH, cardinal, hats};
@@ -8,7 +8,7 @@ use crate::problem::{Block, Channels, Exposure, Over};
 use crate::signal::interpolate_along;
 use std::f64::consts::TAU;
 
-/// The numbers that say between which values each driver was seen.
+/// Names of the numbers that hold the observed range of each driver.
 pub const SEEN: [[&str; 2]; 2] = [["seen_from", "seen_to"], ["seen_from_2", "seen_to_2"]];
 
 /// A term without its coefficients.
@@ -20,9 +20,9 @@ pub struct Shape {
     pub known: bool,
     /// What it acts on.
     pub acts: Acts,
-    /// What it sees.
+    /// Its drivers.
     pub drivers: Vec<Driver>,
-    /// How it depends on that.
+    /// How it depends on them.
     pub form: Form,
     /// Knots, SI.
     pub knots: Vec<f64>,
@@ -33,7 +33,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A term of the library over one driver.
+    /// A library term over one driver.
     pub fn new(name: &str, acts: Acts, driver: Driver, form: Form) -> Self {
         Self {
             name: name.to_owned(),
@@ -52,14 +52,14 @@ impl Shape {
         Self { drivers: Vec::new(), ..Self::new(name, acts, Driver::plain("time"), Form::Constant) }
     }
 
-    /// With a number.
+    /// Adds a number.
     #[must_use]
     pub fn with(mut self, name: &str, value: f64) -> Self {
         self.set(name, value);
         self
     }
 
-    /// As something that no library names.
+    /// Marks it as unnamed by any library.
     #[must_use]
     pub fn unnamed(mut self) -> Self {
         self.known = false;
@@ -79,7 +79,7 @@ impl Shape {
         fixed(&self.fixed, name)
     }
 
-    /// Numbers that the data can tell but the columns are not linear in.
+    /// Numbers that the data can determine but the columns are not linear in.
     pub fn nonlinear(&self) -> Vec<&'static str> {
         let mut found = Vec::new();
         for driver in &self.drivers {
@@ -102,8 +102,8 @@ impl Shape {
         found
     }
 
-    /// Is it a straight line or a lower power of what `other`, a power or a product with a zero of its own, is made
-    /// of?
+    /// Whether it is a straight line or a lower power of the drivers of `other`, a power or a product with its own
+    /// zero.
     pub fn is_lower_order_of(&self, other: &Self) -> bool {
         let order = |form| match form {
             Form::Linear => 1,
@@ -116,7 +116,7 @@ impl Shape {
             Form::Product => mine == 1,
             form => mine > 0 && mine < order(form),
         };
-        // What is straight over time is called a trend.
+        // A straight line over time is called a trend.
         let same = |driver: &Driver| {
             let wrap = self.drivers[0].wrap;
             self.drivers[0].field == driver.field
@@ -130,18 +130,18 @@ impl Shape {
             && other.drivers.iter().any(same)
     }
 
-    /// Does what it adds depend on what was before?
+    /// Whether its contribution depends on the past.
     pub fn remembers(&self) -> bool {
         let wraps = [Wrap::RateOf, Wrap::LagOf, Wrap::BranchOf];
         self.form == Form::Delay || self.drivers.iter().any(|driver| wraps.contains(&driver.wrap))
     }
 
-    /// Does it say the same as `other`, up to its numbers?
+    /// Whether it equals `other` up to its numbers.
     pub fn says(&self, other: &Self) -> bool {
         self.acts == other.acts && self.form == other.form && self.drivers == other.drivers
     }
 
-    /// How many coefficients it has.
+    /// Number of coefficients.
     pub fn width(&self) -> usize {
         match self.form {
             Form::Harmonic | Form::Periodic => 2,
@@ -151,8 +151,8 @@ impl Shape {
         }
     }
 
-    /// Does it go on beyond what was seen of its drivers? What is a law of the sensor itself, and not of its
-    /// surroundings, holds there; what has knots, waves or two levels says nothing new there.
+    /// Whether it extrapolates beyond the observed range of its drivers. A law of the sensor itself, and not of its
+    /// surroundings, does; a shape with knots, waves or two levels does not.
     fn extrapolates(&self) -> bool {
         matches!(
             self.form,
@@ -167,7 +167,7 @@ impl Shape {
         ) && self.acts != Acts::Axis
     }
 
-    /// With the range in which `channels` show its drivers: a curve that was fitted there is held beyond it.
+    /// Adds the range in which `channels` show its drivers: a fitted curve is held beyond it.
     #[must_use]
     pub fn within_seen(mut self, channels: &Channels) -> Self {
         let drivers = if self.extrapolates() { self.drivers.clone() } else { Vec::new() };
@@ -186,14 +186,14 @@ impl Shape {
         self
     }
 
-    /// Without the range of what was seen: other data have their own.
+    /// Removes the observed range: other data have their own.
     #[must_use]
     pub fn anywhere(mut self) -> Self {
         self.fixed.retain(|(name, _)| !SEEN.as_flattened().contains(&name.as_str()));
         self
     }
 
-    /// Between which values the driver of that number may be, if that is said: a little beyond what was seen of it.
+    /// Limits of that driver, if set: a little beyond its observed range.
     pub fn limits(&self, driver: usize) -> Option<[f64; 2]> {
         let [from, to] = SEEN.get(driver)?;
         let (from, to) = (self.number(from)?, self.number(to)?);
@@ -201,13 +201,13 @@ impl Shape {
         Some([from - reach, to + reach])
     }
 
-    /// Its columns over the rows, one a coefficient: what the term is when that coefficient is 1. `None` where the
-    /// data lack a driver.
+    /// Its columns over the rows, one per coefficient: the term with that coefficient at 1. `None` if the data lack a
+    /// driver.
     pub fn per_row(&self, channels: &Channels) -> Option<Vec<Vec<f64>>> {
         self.at_share(channels, 1.0)
     }
 
-    /// The same where the rotation is this share of what the channels say.
+    /// The same with the rotation scaled to this share.
     fn at_share(&self, channels: &Channels, share: f64) -> Option<Vec<Vec<f64>>> {
         if self.form == Form::Constant {
             return Some(vec![vec![1.0; channels.time.len()]]);
@@ -219,7 +219,7 @@ impl Shape {
                 seen.to_mut().iter_mut().for_each(|value| *value *= share);
             }
             if let Some([low, high]) = self.limits(which) {
-                // No panic where an end is no number.
+                // Must not panic if a bound is NaN.
                 seen.to_mut().iter_mut().for_each(|value| *value = value.max(low).min(high));
             }
             Some(seen)
@@ -295,7 +295,7 @@ impl Shape {
         })
     }
 
-    /// Its columns over the rows, each their mean over what the row is of.
+    /// Its columns over the rows, each value the mean over the row's duration.
     fn within_rows(&self, channels: &Channels) -> Option<Vec<Vec<f64>>> {
         let Some(turning) = &channels.turning else { return self.per_row(channels) };
         let over = if self.acts == Acts::Scale { Over::Angle } else { Over::Time };
@@ -314,7 +314,7 @@ impl Shape {
         }
     }
 
-    /// Which harmonic it is.
+    /// Order of its harmonic.
     fn order(&self) -> f64 {
         match self.drivers.first().map(|driver| driver.wrap) {
             Some(Wrap::Harmonic(order)) => f64::from(order),
@@ -322,7 +322,7 @@ impl Shape {
         }
     }
 
-    /// What a delay, a clock or a bandwidth makes of the rotation, over its number.
+    /// Effect of a delay, a clock or a bandwidth on the rotation, per unit of its number.
     fn delayed(&self, channels: &Channels) -> Option<Vec<f64>> {
         let rate = &channels.rotation;
         let Some(Field::Rotation | Field::Time) = field(channels, &self.drivers[0]) else {
@@ -352,8 +352,7 @@ impl Shape {
         Some(found)
     }
 
-    /// Its columns over the observations of `block`. `None` where the block knows no such term or the data lack a
-    /// driver.
+    /// Its columns over the observations of `block`. `None` if the block has no such term or the data lack a driver.
     pub fn observed(&self, block: &Block, channels: &Channels) -> Option<Vec<Vec<f64>>> {
         let exposure = exposure(block, self.acts)?;
         let columns = self.within_rows(channels)?;
@@ -370,21 +369,21 @@ impl Shape {
         )
     }
 
-    /// What would tell two shapes apart, in a word.
+    /// A word that distinguishes two shapes.
     pub fn label(&self) -> String {
         let drivers: Vec<String> = self.drivers.iter().map(ToString::to_string).collect();
         format!("{:?}[{}]{:?}", self.acts, drivers.join(","), self.form)
     }
 }
 
-/// Is what the driver shows proportional to the rate of rotation, or its size?
+/// Whether the driver is proportional to the rate of rotation, or to its magnitude.
 fn goes_with_rate(channels: &Channels, driver: &Driver) -> bool {
     matches!(driver.wrap, Wrap::Plain | Wrap::Abs)
         && matches!(field(channels, driver), Some(Field::Rotation))
 }
 
-/// What a unit of a term that `acts` so adds to the observations of `block`. What adds to a rate is exposed as a
-/// bias is; slip as the distance is.
+/// What one unit of a term that `acts` so adds to the observations of `block`. Additions to a rate have the exposure of
+/// a bias; slip has that of the distance.
 pub fn exposure(block: &Block, acts: Acts) -> Option<&Exposure> {
     let like = match acts {
         Acts::Delay | Acts::Clock | Acts::DeadZone | Acts::Saturation | Acts::Axis => Acts::Bias,

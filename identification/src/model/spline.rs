@@ -1,10 +1,9 @@
-//! Natural cubic splines by their values at the knots.
+//! Natural cubic splines, defined by their values at the knots.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Columns that a spline through `knots` is made of: column i is the spline that is 1 at knot i and 0 at the others.
-/// Beyond the ends it goes on straight for a little ([`REACH`]) and is held from there: a shape that nobody can
-/// explain says nothing of what it has not seen.
+/// Columns of a spline through `knots`: column i is the spline that is 1 at knot i and 0 at the others. Beyond the ends
+/// it continues straight for a little ([`REACH`]) and is then held: an unexplained shape does not extrapolate.
 pub fn cardinal(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
     let k = knots.len();
     let mut columns = vec![vec![1.0; at.len()]; k];
@@ -22,8 +21,8 @@ pub fn cardinal(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// The spline through `values` at `knots` as a straight line from the first knot on, of that slope, and what each knot
-/// adds: `bend (x - knot)^3` beyond it.
+/// The spline through `values` at `knots` as a straight line from the first knot on, with its slope, and a bend at each
+/// knot: `bend (x - knot)^3` beyond it.
 pub fn pieces(knots: &[f64], values: &[f64]) -> (f64, Vec<f64>) {
     let k = knots.len();
     if k < 2 {
@@ -46,7 +45,7 @@ pub fn pieces(knots: &[f64], values: &[f64]) -> (f64, Vec<f64>) {
     (slope, bends.collect())
 }
 
-/// How far a spline goes on beyond its ends, as a share of its length.
+/// How far a spline continues beyond its ends, as a share of its length.
 pub const REACH: f64 = 0.1;
 
 /// Second derivatives at the knots of the natural spline that is 1 at knot `which`.
@@ -77,7 +76,7 @@ fn second_derivatives(knots: &[f64], which: usize) -> Vec<f64> {
     found
 }
 
-/// Where a place lies among the knots: all splines share it.
+/// Position of a value among the knots, which all splines share.
 struct Place {
     /// The knot before.
     knot: usize,
@@ -87,7 +86,7 @@ struct Place {
 }
 
 impl Place {
-    /// Of `x` among at least two `knots`; beyond them on the straight line that the end continues.
+    /// Position of `x` among at least two `knots`; beyond them, on the straight continuation of the end.
     fn of(knots: &[f64], x: f64) -> Self {
         let last = knots.len() - 1;
         let knot = knots.partition_point(|knot| *knot <= x).clamp(1, last) - 1;
@@ -137,7 +136,7 @@ pub fn hats(knots: &[f64], at: &[f64]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// Knots at the quantiles of `values`, at most `count`, all different.
+/// Knots at the quantiles of `values`, at most `count`, all distinct.
 pub fn quantile_knots(values: &[f64], count: usize) -> Vec<f64> {
     let mut sorted: Vec<f64> = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -148,7 +147,7 @@ pub fn quantile_knots(values: &[f64], count: usize) -> Vec<f64> {
     let span = sorted[n - 1] - sorted[0];
     let mut knots: Vec<f64> = Vec::with_capacity(count);
     for i in 0..count {
-        // Half by rank, half by distance, so that a rare region has a knot too.
+        // Half by rank, half by distance, so that a sparse region gets a knot too.
         let share = i as f64 / (count - 1).max(1) as f64;
         let by_rank = sorted[((n - 1) as f64 * share).round() as usize];
         let knot = (by_rank + sorted[0] + share * span) / 2.0;

@@ -1,4 +1,4 @@
-//! Terms with their numbers in the units of the data, from shapes with numbers in SI, and back.
+//! Converts shapes with numbers in SI to terms in the units of the data, and back.
 
 use super::unit::{coefficient_unit, fixed_unit, place_unit};
 use super::{Acts, Form, SEEN, Shape, Term, Wrap, range};
@@ -6,15 +6,15 @@ use crate::finding::Parameter;
 use crate::problem::{Channels, DisplayUnit};
 use crate::units::si_factor;
 
-/// The parameters that say, by a value of 1, in which unit the knots are.
+/// Parameters that carry the unit of the knots, with the value 1.
 pub const KNOT: [&str; 2] = ["knot", "knot_2"];
 
-/// Does the parameter of that name say where on the axis of a driver a term is, and not how large it is?
+/// Whether the parameter of that name is a place on the axis of a driver, and not a size.
 pub fn is_place(name: &str) -> bool {
     ["origin", "origin_2"].contains(&name) || is_frame(name)
 }
 
-/// Does it say the unit of knots or the range that was seen?
+/// Whether it states the unit of knots or the observed range.
 pub fn is_frame(name: &str) -> bool {
     KNOT.contains(&name) || SEEN.as_flattened().contains(&name)
 }
@@ -28,7 +28,7 @@ pub struct Fitted {
     pub error: f64,
 }
 
-/// Does a coefficient say by itself how much the term does, so that the range of the term is its own?
+/// Whether a coefficient alone states how much the term does, so that the range of the term is its own.
 fn told_by_itself(shape: &Shape) -> bool {
     let set_right = ["reversed", "degrees_for", "radians_for"];
     let is_fault = set_right.iter().any(|start| shape.name.starts_with(start));
@@ -61,7 +61,7 @@ fn coefficient_names(shape: &Shape) -> Vec<String> {
 }
 
 impl Term {
-    /// The term of `shape` with its coefficients; `nonlinear` gives the errors of its fitted other numbers.
+    /// The term of `shape` with its coefficients; `nonlinear` holds the errors of its other fitted numbers.
     pub fn from_shape(
         shape: &Shape,
         coefficients: &[Fitted],
@@ -170,7 +170,7 @@ impl Term {
         }
         let scale = |which: usize| match self.parameter(KNOT[which]) {
             Some(said) => si(said),
-            // Without a word of it, the field's.
+            // Without a stated unit, that of the field.
             None => Ok(place_unit(channels, &shape, which).si),
         };
         let scales = [scale(0)?, scale(1)?];

@@ -1,4 +1,4 @@
-//! What is written of a term is read back, in the units that it was written in.
+//! A written term reads back in the units it was written in.
 
 use super::{Acts, Driver, Fitted, Form, KNOT, Shape, Term, Wrap};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
@@ -6,7 +6,7 @@ use crate::problem::{Channels, DisplayUnit};
 
 const ROWS: usize = 40;
 
-/// A temperature in degrees Celsius, an acceleration, and a rotation that is told in deg/s.
+/// A temperature in degrees Celsius, an acceleration, and a rotation in deg/s.
 pub(super) fn channels() -> Channels {
     let column = |name: &str, role, unit, value: &dyn Fn(f64) -> f64| {
         Column::new(name, role, unit, (0..ROWS).map(|row| value(row as f64)).collect())
@@ -119,7 +119,7 @@ fn what_is_written_is_read() {
     }
 }
 
-/// Models were written so before: the number is in degrees Celsius all the same.
+/// Older models were written so; the number is in degrees Celsius all the same.
 #[test]
 fn a_place_in_kelvin_is_the_same_number_of_degrees_celsius() {
     let mut term = written(&shape(Driver::plain("coil"), Form::Hinge, &[("at", 30.0)]));

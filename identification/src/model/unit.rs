@@ -1,7 +1,7 @@
-//! Units in which the numbers of a term are written.
+//! Units of the numbers of a term.
 //!
 //! A place on the axis of a field is in the field's own unit, a difference along it in the unit of differences: a
-//! temperature is in `Cel`, how wide a bump over it is in `K`.
+//! temperature is in `Cel`, the width of a bump over it in `K`.
 
 use super::see::{Field, fixed_or};
 use super::{Acts, Driver, Form, Shape, Wrap, field};
@@ -13,8 +13,8 @@ pub fn difference_unit(channels: &Channels, driver: &Driver) -> DisplayUnit {
     unit(channels, driver, crate::dataset::Unit::difference_text)
 }
 
-/// Unit of places on the axis of the `which`th driver of `shape`, as written and in SI. A rate of change and how far
-/// a play is from its input are differences.
+/// Unit of places on the axis of the `which`th driver of `shape`, as written and in SI. A rate of change and the
+/// distance of a play from its input are differences.
 pub fn place_unit(channels: &Channels, shape: &Shape, which: usize) -> DisplayUnit {
     let Some(driver) = shape.drivers.get(which) else {
         return DisplayUnit::new(channels.time_unit.text(), 1.0);

@@ -1,4 +1,4 @@
-//! The noise of a residual by maximum likelihood, part by part as long as a part pays.
+//! Fits the noise of a residual by maximum likelihood; each part must pay for itself.
 
 use super::search::Search;
 use super::{Layout, NoiseModel, Whitener};
@@ -10,22 +10,22 @@ use crate::robust;
 pub struct Evidence {
     /// Logarithm of the likelihood, with the scale at its best value.
     pub log_likelihood: f64,
-    /// That scale: standard deviation of a whitened observation.
+    /// The best scale: standard deviation of a whitened observation.
     pub scale: f64,
     /// Observations that took part.
     pub used: usize,
 }
 
-/// What a coloured part costs where it stands against a cause, in nats.
+/// Price of a coloured part when it competes with a cause, in nats.
 pub const PART_PRICE: f64 = 6.0;
-/// What follows time alone is as easily noise: it must show more, in nats.
+/// Extra evidence required of a cause that follows time alone, since noise explains it as easily, in nats.
 pub const TIME_CAUTION: f64 = 3.0;
-/// An observation this many standard deviations off has no say in the noise.
+/// An observation this many standard deviations off does not count for the noise.
 const OUTLIER: f64 = 4.5;
-/// A run with fewer observations has no noise level of its own.
+/// Minimum number of observations for a run to have its own noise level.
 const RUN_ROWS_MIN: usize = 40;
 
-/// Likelihood of `residual` less what `columns` explain, under `noise`.
+/// Likelihood of `residual`, minus what `columns` explain, under `noise`.
 pub fn evidence(
     layout: &Layout,
     residual: &[f64],
@@ -54,8 +54,8 @@ pub fn evidence(
     }
 }
 
-/// The noise of `residual` less what `columns` explain, beginning with `start`; and which observations are
-/// outliers under it.
+/// Fits the noise of `residual`, minus what `columns` explain, starting from `start`; also returns which observations
+/// are outliers under it.
 pub fn fit(
     layout: &Layout,
     residual: &[f64],
@@ -84,8 +84,9 @@ pub fn fit(
     (noise, left_out)
 }
 
-/// The parts of `start` tuned to `residual` less what `columns` explain, and the logarithm of the likelihood less
-/// the price of the parts. Parts may go; none is added. `left_out` stays as it is, so that likelihoods can be compared.
+/// Tunes the parts of `start` to `residual`, minus what `columns` explain, and returns the log-likelihood minus the
+/// price of the parts. Parts may be dropped; none is added. `left_out` does not change, so that likelihoods can be
+/// compared.
 pub fn retune(
     layout: &Layout,
     residual: &[f64],
@@ -110,7 +111,7 @@ pub fn retune(
     (noise, value)
 }
 
-/// The logarithm of the likelihood less the price of the parts.
+/// The log-likelihood minus the price of the parts.
 pub fn priced(
     layout: &Layout,
     residual: &[f64],
@@ -148,7 +149,7 @@ fn outliers(
     white.iter().map(|value| value.abs() > limit).collect()
 }
 
-/// Noise of each run over that of all. Differences from one observation to the next see little of what is slow.
+/// Noise of each run over that of all. Differences of consecutive observations suppress slow noise.
 fn run_scales(
     layout: &Layout,
     residual: &[f64],
@@ -158,15 +159,15 @@ fn run_scales(
     let runs = layout.runs();
     let differ = layout.spread.iter().any(|spread| spread.is_finite() && *spread != 1.0);
     if differ && layout.spread.iter().any(|spread| spread.is_infinite()) {
-        // Readings are rounded so coarsely that some say nothing: what is left takes few values, whose median says
-        // nothing of a run, and the noise of each is known.
+        // If readings are rounded so coarsely that some carry no information, the residual takes few values, whose
+        // median says nothing about a run, and the noise of each is known.
         return vec![1.0; runs];
     }
     let even = NoiseModel { run_scale: vec![1.0; runs], ..noise.clone() };
     let white = whitened(layout, residual, columns, &even);
     let mut of_run: Vec<Vec<f64>> = vec![Vec::new(); runs];
     for i in 1..white.len() {
-        // What says nothing is whitened to zero.
+        // Whitening sets an observation without information to zero.
         let counts = white[i] != 0.0 && white[i - 1] != 0.0;
         if counts && layout.run[i] == layout.run[i - 1] {
             of_run[layout.run[i]].push((white[i] - white[i - 1]) * std::f64::consts::FRAC_1_SQRT_2);
@@ -195,7 +196,7 @@ mod tests {
     fn readings_that_say_nothing_do_not_make_a_run_quiet() {
         let mut random = chacha20::ChaCha8Rng::seed_from_u64(1);
         let residual: Vec<f64> = (0..800).map(|_| StandardNormal.sample(&mut random)).collect();
-        // Of the second run, three stretches in four.
+        // In the second run, three of four stretches.
         let says_nothing = |i: usize| i >= 400 && i % 80 < 60;
         let spread = (0..800).map(|i| if says_nothing(i) { f64::INFINITY } else { 1.0 }).collect();
         let layout = Layout::of_rows(2, 400, 1.0).with_spread(spread);

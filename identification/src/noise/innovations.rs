@@ -1,43 +1,43 @@
-//! The innovations of columns of observations, by gains that are known.
+//! Innovations of columns of observations, for known gains.
 
-/// Most states: the level and the coloured parts.
+/// Maximum number of states: the level and the coloured parts.
 pub const STATES_MAX: usize = 5;
-/// Columns that are filtered together, at most: one column waits for its own last state in each step, several keep the
-/// processor busy.
+/// Maximum number of columns filtered together: a single column waits for its own last state at each step, several keep
+/// the processor busy.
 const LANES: usize = 8;
 
-/// What an observation does to the state.
+/// Effect of an observation on the state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gains {
-    /// What each state keeps of itself.
+    /// Share of itself that each state keeps.
     pub keep: [f64; STATES_MAX],
-    /// What each takes of the innovation.
+    /// Share of the innovation that each state takes.
     pub gain: [f64; STATES_MAX],
 }
 
-/// The Kalman filter for given times and a given noise. Where it has settled, observations share their gains.
+/// The Kalman filter for given times and a given noise. Observations share their gains once it has settled.
 #[derive(Debug, Clone, Default)]
 pub struct Filter {
-    /// How many states there are, the level included.
+    /// Number of states, including the level.
     pub states: usize,
-    /// Whether the first state is a level that takes up the sum of the others.
+    /// Whether the first state is a level that accumulates the sum of the others.
     pub levels: bool,
-    /// Does the state start anew at an observation?
+    /// Whether the state restarts at each observation.
     pub starts: Vec<bool>,
-    /// Time since the observation before.
+    /// Time since the previous observation.
     pub step: Vec<f64>,
-    /// How much of the states an observation sees.
+    /// Gain from the states to each observation.
     pub seen: Vec<f64>,
-    /// One over the standard deviation of the innovation; 0 for an observation that is not used.
+    /// One over the standard deviation of the innovation; 0 for an unused observation.
     pub weight: Vec<f64>,
-    /// Which gains an observation has.
+    /// Index of the gains of each observation.
     pub which: Vec<u32>,
-    /// The gains that there are.
+    /// The distinct gains.
     pub gains: Vec<Gains>,
 }
 
 impl Filter {
-    /// Notes the gains of the next observation; under which number.
+    /// Stores the gains of the next observation and returns their index.
     pub fn push(&mut self, gains: Gains) -> u32 {
         let which = self.gains.len() as u32;
         self.gains.push(gains);
@@ -121,9 +121,9 @@ impl Filter {
     }
 }
 
-/// What an observation is of.
+/// What an observation measures.
 trait Observation {
-    /// Brings the states of each lane to the next observation; what it is expected to be.
+    /// Advances the states of each lane to the next observation and returns its expected value.
     fn expected<const S: usize, const N: usize>(
         state: &mut [[f64; N]; S],
         keep: &[f64; STATES_MAX],
@@ -132,7 +132,7 @@ trait Observation {
     ) -> [f64; N];
 }
 
-/// It sees the sum of all states.
+/// The observation is the sum of all states.
 struct Rows;
 
 impl Observation for Rows {
@@ -154,7 +154,7 @@ impl Observation for Rows {
     }
 }
 
-/// It sees the first state, which takes up the others as they were.
+/// The observation is the first state, which accumulates the previous values of the others.
 struct Levels;
 
 impl Observation for Levels {

@@ -1,26 +1,26 @@
-//! When observations were made: all that whitening needs to know of them.
+//! Times of observations: all that whitening needs to know about them.
 
 use crate::problem::{Aggregate, Block, Channels};
 
-/// Errors of where each run of poses began, over the observations, and the observations of each run.
+/// Errors of the starting pose of each run, over the observations, and the observations of each run.
 type UnknownStarts = (Vec<Vec<f64>>, Vec<std::ops::Range<usize>>);
 
-/// When observations were made: all that whitening needs to know of them.
+/// Times of observations: all that whitening needs to know about them.
 #[derive(Debug, Clone)]
 pub struct Layout {
-    /// Time since the observation before, s.
+    /// Time since the previous observation, s.
     pub(super) step: Vec<f64>,
-    /// Activity since the observation before.
+    /// Activity since the previous observation.
     pub(super) activity: Vec<f64>,
-    /// Does a new stretch begin here?
+    /// Whether a new stretch starts here.
     pub(super) starts: Vec<bool>,
-    /// Does a new run begin here?
+    /// Whether a new run starts here.
     pub(super) new_run: Vec<bool>,
     /// Run of each observation.
     pub run: Vec<usize>,
-    /// How much of a rate each observation sees: 1, or the time that a turn took.
+    /// Sensitivity of each observation to a rate: 1, or the duration of a turn.
     pub(super) gain: Vec<f64>,
-    /// Noise of each observation over that of the others; empty where all are alike.
+    /// Noise of each observation relative to the others; empty if all are equal.
     pub(super) spread: Vec<f64>,
     pub(super) levels: bool,
     /// Errors of the pose at the start of each run, over the observations; and the observations of each run.
@@ -28,7 +28,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of the observations of `block`.
+    /// The layout of the observations of `block`.
     pub fn new(block: &Block, channels: &Channels) -> Self {
         let levels = block.aggregate != Aggregate::Row;
         let mut segment_of = vec![0; channels.time.len()];
@@ -70,7 +70,7 @@ impl Layout {
         layout
     }
 
-    /// So many runs of so many rows, each as long after the one before.
+    /// That many runs of that many rows, at equal intervals.
     #[cfg(test)]
     pub(super) fn of_rows(runs: usize, rows: usize, step: f64) -> Self {
         let n = runs * rows;
@@ -88,8 +88,8 @@ impl Layout {
         }
     }
 
-    /// The same observations where each took `durations`: a coloured rate adds up over the time, and where `white`
-    /// too, white noise of the rate does (an angle random walk).
+    /// The same observations with these `durations`: a coloured rate accumulates over the time, and with `white`, so
+    /// does white noise of the rate (an angle random walk).
     pub fn over(&self, durations: &[f64], white: bool) -> Self {
         let mean = durations.iter().sum::<f64>() / durations.len().max(1) as f64;
         let mut layout = self.clone();
@@ -101,7 +101,7 @@ impl Layout {
         layout
     }
 
-    /// How many observations there are.
+    /// Number of observations.
     pub fn len(&self) -> usize {
         self.step.len()
     }
@@ -139,7 +139,7 @@ impl Layout {
         self.activity.iter().sum::<f64>() / self.activity.len().max(1) as f64
     }
 
-    /// Every `block` observations as one, their mean. Only for observations that are of rows.
+    /// The means of every `block` observations. Only for observations of single rows.
     pub fn thinned(&self, block: usize) -> (Self, Vec<std::ops::Range<usize>>) {
         let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
         for i in 0..self.len() {
@@ -195,12 +195,12 @@ impl Layout {
         part
     }
 
-    /// The same observations, with the noise of each over that of the others.
+    /// The same observations, with the relative noise of each.
     pub fn with_spread(&self, spread: Vec<f64>) -> Self {
         Self { spread, ..self.clone() }
     }
 
-    /// How much each observation says of a mean; nothing, where it is `left_out`.
+    /// Weight of each observation in a mean; zero if it is `left_out`.
     pub fn weights(&self, left_out: &[bool]) -> Vec<f64> {
         let weight = |i: usize| {
             let out = left_out.get(i).copied().unwrap_or(false);
@@ -209,7 +209,7 @@ impl Layout {
         (0..self.len()).map(weight).collect()
     }
 
-    /// How many runs there are.
+    /// Number of runs.
     pub fn runs(&self) -> usize {
         self.run.iter().max().map_or(0, |last| last + 1)
     }

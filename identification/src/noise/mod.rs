@@ -1,7 +1,7 @@
-//! Noise: white, random walk, and anything coloured as a sum of first-order Gauss-Markov processes.
+//! Noise models: white noise, random walk, and coloured noise as a sum of first-order Gauss-Markov processes.
 //!
-//! Flicker noise over some decades is such a sum with equal variances, a random walk is one with a long
-//! correlation time, an offset that differs from run to run one with an endless correlation time.
+//! Flicker noise over some decades is such a sum with equal variances, a random walk one with a long correlation time,
+//! a different offset in each run one with an infinite correlation time.
 
 mod fit;
 mod innovations;
@@ -24,20 +24,20 @@ pub struct Coloured {
     pub variance: f64,
 }
 
-/// A model of the noise. Variances are relative; the scale is estimated beside.
+/// A model of the noise. Variances are relative; the scale is estimated separately.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseModel {
-    /// Variance of the white noise of an observation: 1, or 0 where there is none.
+    /// Variance of the white noise of an observation: 1, or 0 without white noise.
     pub white: f64,
-    /// Variance that a unit of activity brings to a level.
+    /// Variance that a unit of activity adds to a level.
     pub walk: f64,
-    /// Coloured parts. On a level they are rates that add up.
+    /// Coloured parts. On a level they are rates that accumulate.
     pub coloured: Vec<Coloured>,
     /// Standard deviation of each run's noise over that of all.
     pub run_scale: Vec<f64>,
 }
 
-/// How noise adds up over rows that took different times: equally, or as a rate would; the likeliest.
+/// How noise accumulates over rows of different durations, equally or like a rate: the likelier of the two.
 pub fn likeliest_layout(
     plain: Layout,
     durations: &[f64],
@@ -66,10 +66,10 @@ pub fn likeliest_layout(
     best.1
 }
 
-/// What noise that adds up like a rate must explain beyond noise that is alike in all rows, in nats: an effect that
-/// grows with the duration looks like it too. Where it is so, hundreds of rows say it with tens of nats.
+/// Extra evidence required of noise that accumulates like a rate, in nats: an effect that grows with the duration looks
+/// the same. Hundreds of rows provide tens of nats if it does.
 const LAYOUT_GAIN_MIN: f64 = 8.0;
-/// Durations that differ by less than this factor are alike.
+/// Durations within this factor count as equal.
 const DIFFERENT_FROM: f64 = 1.1;
 
 impl NoiseModel {
@@ -78,7 +78,7 @@ impl NoiseModel {
         Self { white: 1.0, walk: 0.0, coloured: Vec::new(), run_scale: vec![1.0; runs] }
     }
 
-    /// Is there anything but white noise?
+    /// Whether there is anything but white noise.
     pub fn is_coloured(&self) -> bool {
         !self.coloured.is_empty()
     }

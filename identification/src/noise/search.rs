@@ -1,4 +1,4 @@
-//! The search for the parts of a noise: correlation times are proposed by views of the record, and judged on all of it.
+//! Search for the parts of a noise: views of the record propose correlation times, the whole record judges them.
 
 use super::fit::evidence;
 use super::whiten::COLOURED_MAX;
@@ -6,21 +6,21 @@ use super::{Coloured, Layout, NoiseModel};
 use std::borrow::Cow;
 use std::cell::RefCell;
 
-/// Coloured parts beyond this explain nothing that fewer do not.
+/// Maximum number of coloured parts; more explain nothing further.
 const PARTS_MAX: usize = 3;
-/// What a coloured part has to add to the logarithm of the likelihood (two parameters).
+/// Gain in log-likelihood required of a coloured part (two parameters).
 const PART_GAIN_MIN: f64 = 3.0;
-/// Longest correlation time, as a share of the longest stretch: what is slower is a constant, and constants are
-/// causes, not noise.
+/// Longest correlation time, as a share of the longest stretch: slower noise is a constant, and constants are causes,
+/// not noise.
 const CORRELATION_MAX: f64 = 0.5;
-/// Observations above which the search looks at means of several, and at a stretch of single ones.
+/// Number of observations above which the search uses means of several, and a stretch of single ones.
 const WHOLE_MAX: usize = 5000;
 /// Observations of a thinned record.
 const THINNED: usize = 2500;
-/// A correlation time this many times the distance of the thinned record shows in it.
+/// A correlation time shows in the thinned record from this multiple of its interval on.
 const SHOWS_FROM: f64 = 4.0;
 
-/// The record, as a search for correlation times of one order looks at it.
+/// The record as the search for correlation times of one order sees it.
 struct View<'a> {
     layout: Cow<'a, Layout>,
     residual: Cow<'a, [f64]>,
@@ -28,7 +28,7 @@ struct View<'a> {
     left_out: Cow<'a, [bool]>,
     /// Variance of its white noise over that of a single observation.
     white: f64,
-    /// By how much the whole says more than it.
+    /// Information in the whole record over that in the view.
     weight: f64,
 }
 
@@ -42,15 +42,15 @@ impl View<'_> {
     }
 }
 
-/// Looks for the coloured parts and the walk of a noise.
+/// Searches for the coloured parts and the walk of a noise.
 pub(super) struct Search<'a> {
     /// The record itself: the views only propose.
     whole: View<'a>,
-    /// What is known of its likelihood already.
+    /// Likelihoods computed so far.
     known: RefCell<Vec<(NoiseModel, f64)>>,
-    /// For short correlation times.
+    /// View for short correlation times.
     fine: View<'a>,
-    /// For long ones, where the record is too long to look at whole.
+    /// View for long ones, if the record is too long to use whole.
     coarse: Option<(View<'a>, f64)>,
     correlations: Vec<f64>,
     unit: f64,
@@ -75,7 +75,7 @@ impl<'a> Search<'a> {
             white: 1.0,
             weight: 1.0,
         };
-        // On levels a coloured part is a rate: its variance is stated so that 1 brings much in one step.
+        // On levels a coloured part is a rate; its variance is scaled so that 1 adds much in one step.
         let unit = if layout.is_level() { layout.interval().powi(-2) * 1e-2 } else { 1.0 };
         let mut search = Self {
             whole: whole(),
@@ -132,12 +132,12 @@ impl<'a> Search<'a> {
         search
     }
 
-    /// The record is too long to be looked at whole but for a verdict.
+    /// Whether the record is so long that only the final decision uses all of it.
     pub(super) const fn proposes_by_views(&self) -> bool {
         self.coarse.is_some()
     }
 
-    /// The logarithm of the likelihood of the whole record.
+    /// Log-likelihood of the whole record.
     pub(super) fn on_whole(&self, noise: &NoiseModel) -> f64 {
         if let Some((_, value)) = self.known.borrow().iter().find(|(known, _)| known == noise) {
             return *value;
@@ -187,7 +187,7 @@ impl<'a> Search<'a> {
         noise.walk = ratio * unit;
     }
 
-    /// Adds coloured parts while they pay, then tunes all and drops what no longer pays.
+    /// Adds coloured parts while they pay, then tunes all and drops those that no longer pay.
     pub(super) fn parts(&self, noise: &mut NoiseModel) {
         self.tune(noise, PART_GAIN_MIN);
         let most = if self.is_level { 1 } else { PARTS_MAX.min(COLOURED_MAX) };
@@ -206,7 +206,7 @@ impl<'a> Search<'a> {
         noise.coloured.sort_by(|a, b| a.correlation_s.total_cmp(&b.correlation_s));
     }
 
-    /// A part of each correlation time that pays where it shows, the best first.
+    /// Parts of each correlation time that pay in their view, best first.
     fn proposals(&self, noise: &NoiseModel) -> Vec<Coloured> {
         let fine_now = self.fine.value(noise);
         let coarse_now = self.coarse.as_ref().map(|(view, _)| view.value(noise));
@@ -222,7 +222,7 @@ impl<'a> Search<'a> {
                 noise.coloured.push(Coloured { correlation_s, variance: variance * self.unit });
                 noise
             };
-            // A quick look first: most correlation times have nothing to give.
+            // A quick check first: most correlation times gain nothing.
             let quick = [0.0005, 0.005, 0.05, 0.5, 5.0].map(|variance| view.value(&with(variance)));
             if quick.iter().all(|value| *value < now + 0.5) {
                 continue;
@@ -237,7 +237,7 @@ impl<'a> Search<'a> {
         found.into_iter().map(|(_, part)| part).collect()
     }
 
-    /// Does a part pay on the whole record? What a stretch of it shows may be chance.
+    /// Whether a part pays on the whole record. What a stretch shows may be chance.
     fn pays(&self, noise: &NoiseModel, part: Coloured) -> bool {
         if self.coarse.is_none() {
             return true;
@@ -247,7 +247,7 @@ impl<'a> Search<'a> {
         self.on_whole(&with) - self.on_whole(noise) > PART_GAIN_MIN
     }
 
-    /// Much smaller parts are tried first: an effect may take all that a part stood for.
+    /// Tries much smaller parts first: an effect may explain all that a part stood for.
     pub(super) fn shrink(&self, noise: &mut NoiseModel) {
         for k in 0..noise.coloured.len() {
             let view = self.view(noise.coloured[k].correlation_s);
@@ -263,7 +263,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Brings the parts to their best values; what pays less than `price` goes.
+    /// Tunes the parts to their best values and drops those that gain less than `price`.
     pub(super) fn tune(&self, noise: &mut NoiseModel, price: f64) {
         let before = noise.clone();
         for step in [3.0, 1.8, 1.3] {
@@ -314,7 +314,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Correlation times that are tried.
+/// Correlation times to try.
 fn correlations(layout: &Layout) -> Vec<f64> {
     let (interval, span) = (layout.interval(), layout.span());
     let mut found = Vec::new();

@@ -1,48 +1,48 @@
-//! Noise with a long memory: a random walk of what is measured (the rate random walk of a gyro in IEEE Std 952) or noise
-//! that forgets after a good part of a record (exponentially correlated noise there).
+//! Noise with a long memory: a random walk of the measured quantity (rate random walk of a gyro in IEEE Std 952) or
+//! noise whose correlation time is a considerable part of the record (exponentially correlated noise there).
 //!
-//! Slow noise is set against noise that forgets within a tenth of a stretch, both at their likeliest, beside a shorter
-//! memory that either may have. Which of the two kinds it is, a record says only where it is many times as long as the
-//! memory.
+//! Slow noise competes with noise whose memory is shorter than a tenth of a stretch, both at their likeliest, and
+//! either may have a further, shorter memory. Only a record many times as long as the memory distinguishes the two
+//! kinds.
 
 use super::{Coloured, Layout, NoiseModel, Whitener};
 use crate::linear::{Basis, dot};
 use crate::significance::surprise_chi2;
 
-/// Noise that remembers for longer than a good part of a stretch.
+/// Noise with a memory of a considerable part of a stretch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slow {
-    /// Variance that it brings in a second, SI.
+    /// Variance added per second, SI.
     pub variance_per_s: f64,
-    /// Standard error of the logarithm of that.
+    /// Standard error of its logarithm.
     pub log_error: f64,
-    /// After which time it forgets, if that is likelier than that it never does.
+    /// Correlation time, if a finite one is likelier than a walk.
     pub correlation_s: Option<f64>,
-    /// Probability that it is of the other kind.
+    /// Probability of the other kind.
     pub other: f64,
-    /// How surprising it would be in noise that forgets soon, in nats.
+    /// Surprise under noise with a short memory, in nats.
     pub surprise: f64,
 }
 
-/// Noise that forgets over less than this share of a stretch is not slow.
+/// Noise with a memory below this share of a stretch is not slow.
 const SOON: f64 = 0.1;
-/// Memories of slow noise that are tried beside a walk, as shares of a stretch. What is longer is not told from a walk.
+/// Memories of slow noise tried besides a walk, as shares of a stretch. Longer ones are indistinguishable from a walk.
 const MEMORIES: [f64; 3] = [0.1, 0.17, 0.29];
-/// A memory beside it is over less than this share, or the two could not be told apart.
+/// Longest additional memory, as a share of a stretch; a longer one could not be told from the slow part.
 const SHORT: f64 = 0.03;
-/// A walk is a memory of so many stretches.
+/// Memory of a walk, in stretches.
 const LASTS: f64 = 30.0;
-/// Observations that are looked at: means of several.
+/// Number of observations used: means of several.
 const THINNED: usize = 1200;
-/// Fewer have no place for what is slow and what is not.
+/// Minimum number of observations to separate slow noise from fast.
 const OBSERVATIONS_MIN: usize = 100;
-/// Stretches beyond this are short ones.
+/// Maximum number of stretches; more are too short.
 const STRETCHES_MAX: usize = 40;
 /// Variances that are tried, in decades over that of a mean's white noise, and the finest step between them.
 const DECADES: std::ops::RangeInclusive<i32> = -4..=3;
 const FINEST: f64 = 0.1;
 
-/// The record in means of several observations, each stretch with an offset of its own: where a walk begins nobody knows.
+/// The record in means of several observations. Each stretch has its own offset, since the start of a walk is unknown.
 struct Means {
     layout: Layout,
     residual: Vec<f64>,
@@ -50,8 +50,8 @@ struct Means {
     left_out: Vec<bool>,
 }
 
-/// The slow noise in `residual` less what `columns` explain, if `noise` has a long memory and is likelier than any that
-/// forgets soon.
+/// The slow noise in `residual`, minus what `columns` explain, if `noise` has a long memory and is likelier than any
+/// with a short memory.
 pub fn slow(
     layout: &Layout,
     residual: &[f64],
@@ -70,17 +70,17 @@ pub fn slow(
     let forgetting = MEMORIES.map(|share| means.likeliest(&[share * span]));
     let memory = forgetting.into_iter().fold(Likeliest::NONE, better);
     let best = better(walking, memory);
-    // Any memory as likely beforehand as any other of these, and as a walk.
+    // A uniform prior over these memories and a walk.
     let evidence = forgetting.iter().map(|one| (one.value - best.value).exp()).sum::<f64>()
         / MEMORIES.len() as f64;
     let walks = (walking.value - best.value).exp();
     let is_walk = walks >= evidence;
     let kind = if is_walk { walking } else { memory };
     let bend = means.bend(&kind);
-    // How long it remembers is one number more, at the end of its range where it is none: half of chi-squared (Self and
-    // Liang 1987).
+    // The memory is one more parameter, at the end of its range if there is none: half of chi-squared (Self and Liang
+    // 1987).
     let surprise = surprise_chi2(2.0 * (best.value - soon.value).max(0.0), 1.0) + 2.0_f64.ln();
-    // A walk of the variance v by a memory of t brings 2 v / t in a second.
+    // A process of variance v and memory t adds a variance of 2 v / t per second.
     (bend > 0.0).then(|| Slow {
         variance_per_s: 2.0 * kind.slow.variance * kind.scale.powi(2) / kind.slow.correlation_s,
         log_error: bend.sqrt().recip(),
@@ -90,7 +90,7 @@ pub fn slow(
     })
 }
 
-/// The likeliest noise with a slow part; variances are over that of the white noise.
+/// The likeliest noise with a slow part; variances are relative to the white noise.
 #[derive(Clone, Copy)]
 struct Likeliest {
     value: f64,
@@ -145,7 +145,7 @@ impl Means {
         Some(Self { residual: of(residual), columns, left_out, layout: thin })
     }
 
-    /// Logarithm of the likelihood of what the columns say nothing of (Patterson and Thompson 1971), and the scale.
+    /// Restricted log-likelihood (Patterson and Thompson 1971), and the scale.
     fn value(&self, coloured: Vec<Coloured>) -> (f64, f64) {
         let noise = NoiseModel { coloured, ..NoiseModel::white(self.layout.runs()) };
         let whitener = Whitener::new(&self.layout, &noise, &self.left_out);
@@ -156,7 +156,7 @@ impl Means {
             let before = dot(&column, &column);
             basis.project(&mut column);
             let left = dot(&column, &column);
-            // What another column says already takes no more away.
+            // A column that depends on another removes nothing more.
             if basis.push(column) {
                 determinant += left.max(f64::MIN_POSITIVE * before).ln();
             }
@@ -173,11 +173,11 @@ impl Means {
         Likeliest { value, scale, slow, short }
     }
 
-    /// The likeliest noise with a slow part that remembers for as long as `memories` say, or for something between the
-    /// two, and with a shorter one where it pays.
+    /// The likeliest noise with a slow part whose memory is one of `memories` or between two of them, and with a
+    /// shorter memory if it pays.
     fn likeliest(&self, memories: &[f64]) -> Likeliest {
         let interval = self.layout.interval();
-        // By a memory of t a variance of v brings 2 v / t in a second: it is tried in equal steps of that.
+        // A process of variance v and memory t adds 2 v / t per second: the grid has equal steps in that.
         let slow = |memory: f64, step: f64| Coloured {
             correlation_s: memory,
             variance: step * memory / interval,
@@ -197,7 +197,7 @@ impl Means {
             }
             correlation_s *= 3.0;
         }
-        // All numbers at their best.
+        // Final tuning of all numbers.
         let bounds = memories
             .iter()
             .fold((f64::INFINITY, 0.0), |(low, high), memory| (memory.min(low), memory.max(high)));
@@ -228,7 +228,7 @@ impl Means {
         best
     }
 
-    /// How the likelihood bends over the logarithm of the slow part's variance: its information.
+    /// Curvature of the log-likelihood over the logarithm of the slow part's variance: its information.
     fn bend(&self, at: &Likeliest) -> f64 {
         let step: f64 = 0.5;
         let side = |sign: f64| {

@@ -1,30 +1,30 @@
 //! Whitening by the innovations of a Kalman filter: exact for irregular times, gaps and runs.
 //!
-//! State: the level (where observations are levels), then one for each coloured part. The gains depend on times
-//! alone, so they are computed once and applied to every column.
+//! State: the level (if observations are levels), then one for each coloured part. The gains depend on times alone, so
+//! they are computed once and applied to every column.
 
 use super::innovations::{Filter, Gains, STATES_MAX};
 use super::{Layout, NoiseModel};
 use crate::linear::{Basis, dot};
 
-/// Most coloured parts.
+/// Maximum number of coloured parts.
 pub const COLOURED_MAX: usize = STATES_MAX - 1;
 
-/// Turns columns of observations into columns of independent ones.
+/// Whitens columns: turns correlated observations into independent ones.
 #[derive(Debug, Clone)]
 pub struct Whitener {
     filter: Filter,
     /// Sum of the logarithms of the innovations' variances.
     pub log_determinant: f64,
-    /// For each run of poses: its observations, and what errors of its start look like, whitened and orthonormal.
+    /// For each run of poses: its observations, and the effect of errors of its start, whitened and orthonormal.
     unknown_starts: Vec<(std::ops::Range<usize>, Vec<Vec<f64>>)>,
 }
 
-/// Variance of what is not known at all, over that of the white noise.
+/// Variance of an unknown state, over that of the white noise.
 const DIFFUSE: f64 = 1e8;
 
 impl Whitener {
-    /// For observations as in `layout` under `noise`. Those that are `left_out` get no weight.
+    /// A whitener for observations as in `layout` under `noise`. Those that are `left_out` get no weight.
     pub fn new(layout: &Layout, noise: &NoiseModel, left_out: &[bool]) -> Self {
         let n = layout.len();
         let levels = layout.is_level();
@@ -32,7 +32,7 @@ impl Whitener {
         let m = noise.coloured.len().min(COLOURED_MAX);
         let states = m + offset;
         let plain = states == 0;
-        // White noise needs nothing of what went before.
+        // White noise does not depend on the past.
         let filter = if plain {
             Filter::default()
         } else {
@@ -41,7 +41,7 @@ impl Whitener {
         };
         let mut whitener = Self { filter, log_determinant: 0.0, unknown_starts: Vec::new() };
         whitener.filter.weight.reserve_exact(n);
-        // Logarithms of the variances of runs: there are fewer than observations.
+        // Logarithms per run: there are fewer runs than observations.
         let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
         let mut last = Last::default();
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
@@ -102,7 +102,7 @@ impl Whitener {
                         part.variance * (1.0 - keep[k + offset] * keep[k + offset]);
                 }
             }
-            // What an observation sees: the level, or the sum of the coloured parts.
+            // What an observation measures: the level, or the sum of the coloured parts.
             let mut h = [0.0; STATES_MAX];
             if levels {
                 h[0] = 1.0;
@@ -156,24 +156,24 @@ impl Whitener {
         whitener
     }
 
-    /// Whether each whitened value is its own value, weighed.
+    /// Whether each whitened value is a weighted copy of the original value.
     pub fn is_by_row(&self) -> bool {
         self.filter.states == 0 && self.unknown_starts.is_empty()
     }
 
-    /// The whitened column, without what an error of where a run began could be.
+    /// Whitens a column and removes the part that errors of a run's start could cause.
     pub fn apply(&self, column: &[f64]) -> Vec<f64> {
         let mut whitened = self.filter.innovations(&[column]);
         self.forget_starts(&mut whitened);
         whitened.swap_remove(0)
     }
 
-    /// The same of many columns at once.
+    /// The same for many columns at once.
     pub fn apply_all(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         self.apply_each(columns)
     }
 
-    /// The same, whoever has the columns.
+    /// The same for owned or borrowed columns.
     pub fn apply_each<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
         let mut whitened = self.filter.innovations(columns);
         self.forget_starts(&mut whitened);
@@ -194,12 +194,12 @@ impl Whitener {
         }
     }
 
-    /// One over the standard deviation of each innovation; 0 where it is not used.
+    /// One over the standard deviation of each innovation; 0 for an unused observation.
     pub fn weights(&self) -> &[f64] {
         &self.filter.weight
     }
 
-    /// How many observations have a weight.
+    /// Number of observations with a weight.
     pub fn used(&self) -> usize {
         let unknown: usize =
             self.unknown_starts.iter().map(|(_, directions)| directions.len()).sum();
@@ -207,7 +207,7 @@ impl Whitener {
     }
 }
 
-/// What the covariance after an observation depends on, beside that before it.
+/// Inputs that determine the covariance after an observation, besides the previous covariance.
 #[derive(Clone, Copy, PartialEq)]
 struct Inputs {
     step: f64,
@@ -217,7 +217,7 @@ struct Inputs {
     new_run: bool,
 }
 
-/// The observation before: where the covariance has settled, the next has the same gains.
+/// The previous observation: once the covariance has settled, the next has the same gains.
 #[derive(Default)]
 struct Last {
     inputs: Option<Inputs>,
@@ -227,9 +227,9 @@ struct Last {
     is_settled: bool,
 }
 
-/// Steps of time that differ by less than this share are equal: the rest is rounding of their difference.
+/// Time steps that differ by less than this share are equal: the rest is rounding.
 const STEP_EQUAL: f64 = 1e-9;
-/// A covariance has settled where an observation changes it by less than this share.
+/// The covariance has settled once an observation changes it by less than this share.
 const SETTLED: f64 = 1e-14;
 
 impl Last {
@@ -253,7 +253,7 @@ fn has_settled(
     pairs.into_iter().all(|(before, after)| (before - after).abs() <= SETTLED * after.abs())
 }
 
-/// `p` to `F p F'`: each coloured part decays; the level takes up their sum times the step.
+/// Propagates `p` to `F p F'`: each coloured part decays; the level adds their sum times the step.
 fn predict(
     p: &mut [[f64; STATES_MAX]; STATES_MAX],
     keep: &[f64; STATES_MAX],
@@ -346,7 +346,7 @@ mod tests {
         }
     }
 
-    /// Gains that are shared once they have settled are those that each observation would have.
+    /// Shared gains after settling equal those computed for each observation.
     #[test]
     fn settled_gains_are_the_gains() {
         let n = 4000;

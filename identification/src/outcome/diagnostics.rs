@@ -1,4 +1,4 @@
-//! What a report draws of a block.
+//! Report data of a block.
 
 use super::residual;
 use crate::finding::Parameter;
@@ -8,19 +8,19 @@ use crate::noise::Whitener;
 use crate::problem::Aggregate;
 use crate::select::{BlockFit, Data, Found, combine};
 
-/// Lags of the autocorrelation that are drawn.
+/// Lags of the autocorrelation plot.
 const LAGS: usize = 60;
 /// Points of a fitted curve.
 const POINTS: usize = 80;
 
-/// Numbers with a name and a unit.
+/// Named numbers with a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name.
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// One an observation.
+    /// One per observation.
     pub values: Vec<f64>,
 }
 
@@ -29,15 +29,15 @@ pub struct Series {
 pub struct EffectCurve {
     /// Name of the effect.
     pub name: String,
-    /// What it is drawn over.
+    /// Driver on the horizontal axis.
     pub driver: String,
     /// Unit of the driver.
     pub driver_unit: String,
-    /// Unit of the effect: what it adds to an observation.
+    /// Unit of the effect's contribution to an observation.
     pub unit: String,
-    /// Driver and effect, by rising driver.
+    /// Driver and effect, sorted by driver.
     pub points: Vec<(f64, f64)>,
-    /// Driver and residual without this effect, one an observation.
+    /// Driver and residual without this effect, one per observation.
     pub observed: Vec<(f64, f64)>,
 }
 
@@ -48,14 +48,14 @@ pub struct RunError {
     pub run: usize,
     /// Root mean square before.
     pub before: f64,
-    /// And after.
+    /// Root mean square after.
     pub after: f64,
 }
 
-/// What a report draws of one observed quantity.
+/// Report data of one observed quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlockDiagnostics {
-    /// What is observed.
+    /// The quantity.
     pub label: String,
     /// Unit of residuals.
     pub unit: String,
@@ -65,13 +65,13 @@ pub struct BlockDiagnostics {
     pub time_unit: String,
     /// Run of each observation.
     pub run: Vec<usize>,
-    /// Residual of the model given.
+    /// Residual of the given model.
     pub before: Vec<f64>,
-    /// Residual with what was found.
+    /// Residual of the model found.
     pub after: Vec<f64>,
     /// Which observations count as outliers.
     pub outliers: Vec<bool>,
-    /// What may be a cause.
+    /// Possible causes.
     pub channels: Vec<Series>,
     /// The effects that were added.
     pub effects: Vec<EffectCurve>,
@@ -85,16 +85,16 @@ pub struct BlockDiagnostics {
     pub noise: Vec<Parameter>,
 }
 
-/// What a report draws.
+/// Report data.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Diagnostics {
-    /// One an observed quantity.
+    /// One per observed quantity.
     pub blocks: Vec<BlockDiagnostics>,
     /// Labels of the runs.
     pub run_labels: Vec<String>,
 }
 
-/// A level without where each stretch began.
+/// A level relative to the start of each stretch.
 fn from_start(data: Data<'_>, mut values: Vec<f64>) -> Vec<f64> {
     if data.block.aggregate == Aggregate::Level {
         let run = &data.layout.run;
@@ -116,7 +116,7 @@ fn autocorrelation(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Overlapping Allan deviation of values that follow one another.
+/// Overlapping Allan deviation of consecutive values.
 fn allan(values: &[f64], interval: f64) -> Vec<(f64, f64)> {
     let n = values.len();
     let mut sums = vec![0.0; n + 1];
@@ -154,7 +154,7 @@ fn curve(data: Data<'_>, all: &[Found], index: usize) -> Option<EffectCurve> {
     let mut others = all.to_vec();
     others.remove(index);
     let left = residual(data, &others);
-    // The residual per unit of exposure, where the exposure says enough.
+    // The residual per unit of exposure, if the exposure is large enough.
     let observed = if data.block.aggregate == Aggregate::Row {
         let largest = exposed.per_row.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         data.block
@@ -177,7 +177,7 @@ fn curve(data: Data<'_>, all: &[Found], index: usize) -> Option<EffectCurve> {
     })
 }
 
-/// What a report draws of a block.
+/// Report data of a block.
 pub(crate) fn diagnose(
     data: Data<'_>,
     plain: &[Found],
@@ -236,7 +236,7 @@ fn longest_run(runs: &[usize]) -> std::ops::Range<usize> {
             start = i;
         }
     }
-    // Many short runs (turns of a table) are one record.
+    // Many short runs (turns of a table) count as one record.
     if best.len() * 8 < runs.len() { 0..runs.len() } else { best }
 }
 

@@ -1,4 +1,4 @@
-//! Effects and terms as the contract writes them.
+//! Effects and terms in the form of the contract.
 
 use crate::finding::{Effect, Rival};
 use crate::model::{Fitted, Form, Term, exposure};
@@ -19,7 +19,7 @@ fn form(form: crate::model::Form) -> String {
         .unwrap_or_default()
 }
 
-/// The term of the model.
+/// A term of the model.
 pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
     let unit = exposure(data.block, found.shape.acts)
         .map_or_else(|| DisplayUnit::new("1", 1.0), |exposure| exposure.unit.clone());
@@ -35,7 +35,7 @@ pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
     term
 }
 
-/// The effect of the finding.
+/// An effect of the finding.
 pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> Effect {
     let term = term(data, found);
     let weight = |behind: f64| (-behind).exp();
@@ -68,7 +68,7 @@ pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> 
     }
 }
 
-/// A constant beside a straight line over a driver says where the line has its zero: the line is named first.
+/// Moves a straight line over a driver before the constant beside it, which only states the zero of the line.
 pub(crate) fn lines_before_their_zero(effects: &mut Vec<Effect>) {
     for at in 0..effects.len() {
         let constant = &effects[at];

@@ -1,4 +1,4 @@
-//! From fits to what the contract says: findings, models, predictions, and what a report draws.
+//! Turns fits into the output of the contract: findings, models, predictions and report data.
 
 mod diagnostics;
 mod effects;
@@ -19,7 +19,7 @@ pub(crate) use unmended::{rounding, slow_noise};
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};
 pub(crate) use whiteness::{of_innovations, stretches, whiteness};
 
-/// What `found` leaves of a block, in SI.
+/// Residual of a block after `found`, in SI.
 fn residual(data: Data<'_>, found: &[Found]) -> Vec<f64> {
     let mut left = data.block.residual.clone();
     for found in found {

@@ -1,10 +1,10 @@
-//! The paths of all blocks as one, as the contract writes it.
+//! The paths of all blocks as one, in the form of the contract.
 
 use crate::finding::{PathError, PathModel};
 use crate::select::{BlockFit, Waypoint};
 
-/// Models of all blocks together, from plain to rich: each adds the term that helps most, until every block is where
-/// it was chosen; then what would follow.
+/// Models of all blocks together, from plain to rich: each adds the term that helps most, until every block is at its
+/// chosen model; then the further ones.
 pub(crate) fn path(fits: &[&BlockFit]) -> Vec<PathModel> {
     let mut at = vec![0; fits.len()];
     let mut models = Vec::new();
@@ -20,14 +20,14 @@ pub(crate) fn path(fits: &[&BlockFit]) -> Vec<PathModel> {
             at[next] += 1;
         }
         if !is_last {
-            // The chosen one is where the rest begins.
+            // The second part starts with the chosen model.
             models.pop();
         }
     }
     models
 }
 
-/// By how much the error falls from one model to the next, as a logarithm.
+/// Logarithm by which the error falls from one model to the next.
 fn fall(pair: &[Waypoint]) -> f64 {
     let [before, after] = pair else { return 0.0 };
     let errors = before.metrics.iter().zip(&after.metrics);
@@ -43,7 +43,7 @@ fn model(fits: &[&BlockFit], at: &[usize], chosen: bool) -> PathModel {
             let (value, si) = (metric.errors.rmse(), metric.unit.si);
             let error = PathError {
                 value: value / si,
-                // Of a mean square, as a root.
+                // Converted from a mean square to a root.
                 standard_error: ((value * value + margin).sqrt() - value) / si,
                 unit: metric.unit.text.clone(),
             };

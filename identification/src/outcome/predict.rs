@@ -1,4 +1,4 @@
-//! A model applied to other data.
+//! Applies a model to other data.
 
 use crate::dataset::Dataset;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
@@ -10,7 +10,7 @@ use crate::problem::{Added, Aggregate, Block, Closing, Path, PathError, Problem}
 use crate::robust::root_mean_square;
 use crate::select::{Data, combine};
 
-/// Shapes and coefficients of the terms that a block knows.
+/// Shapes and coefficients of the terms that apply to a block.
 fn of_block(
     terms: &[Term],
     block: &Block,
@@ -39,7 +39,7 @@ fn of_block(
     Ok((shapes, coefficients))
 }
 
-/// What is left of a block by terms; a level counts from the start of its run.
+/// Residual of a block after terms; a level counts from the start of its run.
 fn left(data: Data<'_>, terms: &(Vec<Shape>, Vec<f64>)) -> Vec<f64> {
     let fitted = combine(&data.all_columns(&terms.0), &terms.1);
     let mut left: Vec<f64> = data
@@ -61,7 +61,7 @@ fn left(data: Data<'_>, terms: &(Vec<Shape>, Vec<f64>)) -> Vec<f64> {
     left
 }
 
-/// Applies `model` to `dataset`, and changes nothing.
+/// Applies `model` to `dataset` without changing it.
 ///
 /// # Errors
 ///
@@ -99,7 +99,7 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
         for (i, &row) in block.rows.iter().enumerate() {
             residual[row] = Some(after[i] / block.unit.si);
             if block.aggregate == Aggregate::Row {
-                // In the unit of the residual; counts are a rate here.
+                // In the unit of the residual; counts are converted to a rate.
                 predicted[row] = Some((block.measured(i) - after[i]) / block.unit.si);
             } else {
                 predicted[row] = Some((block.residual[i] - after[i]) / block.unit.si);
@@ -135,7 +135,7 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
     })
 }
 
-/// The readings at the ends of laps, each in its own unit. Predicted is the error of the odometry.
+/// Readings at the ends of laps, each in its own unit. The prediction is the error of the odometry.
 fn readings(
     closing: &Closing,
     block: &Block,
@@ -171,12 +171,12 @@ fn readings(
         .collect()
 }
 
-/// Final positions of dead reckoning, one a run (in its last row): distance from the reference.
+/// Final positions of dead reckoning, one per run (in its last row): distance from the reference.
 fn positions(path: &Path, plain: &Added, all: &Added) -> PredictedQuantity {
     finals(path, plain, all, ("final_position", "m", 1.0), |error| error.position)
 }
 
-/// Final headings, likewise.
+/// Final headings, in the same way.
 fn headings(path: &Path, plain: &Added, all: &Added) -> PredictedQuantity {
     let degree = crate::dataset::Unit::Degree.si();
     finals(path, plain, all, ("final_heading", "deg", degree), |error| error.heading)

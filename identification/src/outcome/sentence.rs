@@ -1,9 +1,9 @@
-//! Causes as an engineer says them to another.
+//! Causes in sentences, as one engineer would write them to another.
 
 use crate::finding::{Effect, Parameter};
 use crate::model::{Driver, Wrap};
 
-/// A sentence for each cause. Powers of the same driver are one polynomial, and axes that are late have one delay.
+/// A sentence for each cause. Powers of the same driver form one polynomial, and late axes share one delay.
 pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
     let same = |one: &Effect, other: &Effect| {
         (&one.term, one.axis, &one.drivers) == (&other.term, other.axis, &other.drivers)
@@ -37,7 +37,7 @@ fn is_delay(effect: &Effect) -> bool {
     (effect.term.as_str(), effect.name.as_str()) == ("delay", "delay")
 }
 
-/// What is measured is late or early, on all of these axes by about as much; `None` where they are not alike.
+/// Sentence for a common delay or lead of all these axes; `None` if they differ.
 fn delay(effects: &[&Effect]) -> Option<String> {
     let sizes = effects.iter().map(|effect| effect.parameters.first().map(|one| one.value));
     let sizes: Vec<f64> = sizes.collect::<Option<_>>()?;
@@ -65,10 +65,10 @@ fn delay(effects: &[&Effect]) -> Option<String> {
     Some(format!("What is measured{of} comes {size} ms {way} than the reference."))
 }
 
-/// Delays of axes that differ by less than this factor are one.
+/// Delays of axes within this factor are one delay.
 const SAME_DELAY: f64 = 1.5;
 
-/// Which power of its driver an effect is.
+/// The power of the driver in an effect.
 fn order(effect: &Effect) -> Option<usize> {
     ["linear", "quadratic", "cubic"].iter().position(|form| *form == effect.form).map(|at| at + 1)
 }
@@ -77,7 +77,7 @@ pub(super) fn plain(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// With three digits that count.
+/// The value with three significant digits.
 pub(super) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -89,7 +89,7 @@ pub(super) fn short(value: f64) -> String {
     format!("{value:.places$}")
 }
 
-/// What the effect changes.
+/// The quantity that the effect changes.
 fn subject(effect: &Effect) -> String {
     let what = match effect.term.as_str() {
         "scale" => "scale factor",
@@ -105,7 +105,7 @@ fn of_axis(effect: &Effect) -> String {
     effect.axis.map_or(String::new(), |axis| format!(" of axis {axis:?}").to_lowercase())
 }
 
-/// What the effect sees.
+/// A driver of the effect, in words.
 fn seen(effect: &Effect, at: usize) -> String {
     let Some(text) = effect.drivers.get(at) else { return "nothing".to_owned() };
     let Some(Driver { wrap, field }) = Driver::parse(text) else { return text.clone() };
@@ -137,7 +137,7 @@ fn quantity(value: f64, unit: &str) -> String {
     format!("{} {unit}", short(value)).trim_end().to_owned()
 }
 
-/// A cause in a sentence.
+/// A cause as a sentence.
 fn cause(effect: &Effect) -> String {
     let first = effect.parameters.first();
     let value = first.map_or(f64::NAN, |one| one.value);
@@ -332,7 +332,7 @@ mod tests {
             found[0],
             "What is measured of axes z, x and y comes 4.12 to 4.24 ms later than the reference."
         );
-        // Unlike ones stay apart.
+        // Different delays stay separate.
         assert_eq!(causes(&[late(Axis::Z, 4e-3), late(Axis::X, -4e-3)]).len(), 2);
     }
 

@@ -1,4 +1,4 @@
-//! What readings do that no model mends and that has a name: rounding, and noise with a long memory.
+//! Named errors of readings that no model corrects: rounding, and noise with a long memory.
 
 use super::effects::word;
 use super::residual;
@@ -8,7 +8,7 @@ use crate::noise;
 use crate::problem::Aggregate;
 use crate::select::{BlockFit, Data, Found, RISK};
 
-/// Readings in steps that are coarser than their noise.
+/// Readings in steps coarser than their noise.
 pub(crate) fn rounding(data: Data<'_>, fit: &BlockFit, step: f64) -> Effect {
     let unit = &data.block.unit;
     let parameter = Parameter {
@@ -21,18 +21,18 @@ pub(crate) fn rounding(data: Data<'_>, fit: &BlockFit, step: f64) -> Effect {
     effect(data, fit, ("rounding", Acts::Quantisation), vec![parameter], 0.0)
 }
 
-/// Noise with a memory of a good part of the record, or without an end.
+/// Noise whose memory is a considerable part of the record, or infinite.
 pub(crate) struct SlowNoise {
-    /// How it stands among the effects.
+    /// Its entry among the effects.
     pub effect: Effect,
     /// What else it may be.
     pub notice: Option<String>,
 }
 
-/// A kind of slow noise that is less probable is excluded.
+/// Probability below which a kind of slow noise is excluded.
 const EXCLUDED: f64 = 0.05;
 
-/// Slow noise, where it is no chance: `share` is the share of the risk that this quantity has.
+/// Slow noise, if it is significant; `share` is this quantity's share of the risk of a false alarm.
 pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<SlowNoise> {
     if data.block.aggregate != Aggregate::Row {
         return None;
@@ -55,7 +55,7 @@ pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<S
         unit: unit.to_owned(),
         range: None,
     };
-    // Of a logarithm of a square.
+    // From the logarithm of a variance to a standard deviation.
     let relative = 0.5 * slow.log_error;
     let after_1 = slow.variance_per_s.sqrt() / unit.si;
     let error = Some(relative * after_1);

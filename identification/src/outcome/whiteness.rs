@@ -1,9 +1,9 @@
-//! Whether what a model leaves is white: new in every observation, but for the memory that the noise model declares.
+//! Tests whether a residual is white, apart from the memory that the noise model declares.
 //!
-//! A portmanteau test of the innovations, after Ljung and Box (1978): products of observations a lag apart, with the
-//! lags of each octave added up so that a weak memory over a long time shows too, each octave over what those very
-//! products scatter by (as Lobato, Nankervis and Savin 2001: noise that is louder at times is no memory). Only a
-//! positive memory counts: what is estimated from the same data leaves a slightly negative one.
+//! A portmanteau test of the innovations, after Ljung and Box (1978): products of observations a lag apart, summed over
+//! the lags of each octave so that a weak memory over a long time shows too. Each sum is scaled by the observed scatter
+//! of its own products (as in Lobato, Nankervis and Savin 2001: noise that is louder at times is not memory). Only a
+//! positive memory counts: fitting a model to the same data leaves a slightly negative one.
 
 use super::residual;
 use crate::finding::Left;
@@ -12,30 +12,30 @@ use crate::problem::Aggregate;
 use crate::select::{BlockFit, Data, Found};
 use std::ops::Range;
 
-/// How often white noise is taken for something that remembers, all quantities of a data set together.
+/// Probability that white noise fails the test, over all quantities of a data set together.
 pub const WHITENESS_LEVEL: f64 = 0.01;
-/// The longest lag is this share of the observations: the products of fewer stretches do not add up to anything normal
-/// (assumption, measured on white noise by the tests of this module).
+/// The longest lag, as a share of the observations: sums over fewer stretches are not normal (assumption, measured on
+/// white noise by the tests of this module).
 const LAG_SHARE: f64 = 1.0 / 40.0;
-/// Fewer observations say nothing of a memory (assumption).
+/// Minimum number of observations for the test (assumption).
 const OBSERVATIONS_MIN: usize = 20;
-/// With this a memory is named.
+/// Words that name a memory.
 const CORRELATED: &str = "correlated over";
 
-/// What the innovations of an observed quantity show.
+/// Result of the test on an observed quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Whiteness {
-    /// Probability of as much memory in white noise, with all octaves looked at.
+    /// Probability that white noise shows as much memory, corrected for the number of octaves.
     pub p_value: f64,
-    /// Longest lag that was looked at, in observations.
+    /// Longest lag tested, in observations.
     pub lag_max: usize,
     /// Upper end of the octave of lags with the clearest memory, in observations.
     pub lag: usize,
-    /// Mean correlation over that octave: the share of the variance that is remembered so long.
+    /// Mean correlation over that octave: the share of the variance with a memory of that length.
     pub correlation: f64,
 }
 
-/// Judges what is left of a block by its fit. `None` where there are too few observations.
+/// Tests the residual of a block. `None` if there are too few observations.
 pub(crate) fn whiteness(data: Data<'_>, fit: &BlockFit) -> Option<Whiteness> {
     let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
     let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
@@ -43,7 +43,7 @@ pub(crate) fn whiteness(data: Data<'_>, fit: &BlockFit) -> Option<Whiteness> {
     of_innovations(&innovations, &stretches(data))
 }
 
-/// Observations that follow one another: within a stretch of time and, of a path, one component.
+/// Ranges of consecutive observations: within a stretch of time and, for a path, one component.
 pub(crate) fn stretches(data: Data<'_>) -> Vec<Range<usize>> {
     let block = data.block;
     let mut segment_of = vec![0; data.channels.time.len()];
@@ -52,7 +52,7 @@ pub(crate) fn stretches(data: Data<'_>) -> Vec<Range<usize>> {
     }
     let key = |i: usize| {
         let component = block.pose.as_ref().map(|pose| pose.component[i] as usize);
-        // A level begins anew in each run.
+        // A level restarts in each run.
         let run = (block.aggregate != Aggregate::Row).then(|| data.layout.run[i]);
         (segment_of[block.rows[i]], component, run)
     };
@@ -96,10 +96,10 @@ pub(crate) fn of_innovations(innovations: &[f64], stretches: &[Range<usize>]) ->
     Some(Whiteness { p_value: (octaves * normal_above(deviations)).min(1.0), ..found })
 }
 
-/// Over pairs of observations that are more than `above` and at most `up_to` apart.
+/// Sums over pairs of observations that are more than `above` and at most `up_to` apart.
 struct Sums {
     products: f64,
-    /// Of the products: their variance, where there is no memory.
+    /// Sum of squared products: its variance without memory.
     squares: f64,
     pairs: f64,
 }
@@ -109,7 +109,7 @@ impl Sums {
         let mut sums = Self { products: 0.0, squares: 0.0, pairs: 0.0 };
         for stretch in stretches {
             let values = &values[stretch.clone()];
-            // Sums of the values that are in reach of the one in hand, and of their squares.
+            // Sums over the values within reach of the current one, and over their squares.
             let (mut sum, mut square, mut count) = (0.0, 0.0, 0.0);
             for i in above + 1..values.len() {
                 let enters = values[i - above - 1];
@@ -139,12 +139,12 @@ fn normal_above(deviations: f64) -> f64 {
 }
 
 impl Whiteness {
-    /// Is it white at [`WHITENESS_LEVEL`], as one of so many `quantities`?
+    /// Whether it is white at [`WHITENESS_LEVEL`], as one of that many `quantities`.
     pub fn is_white(&self, quantities: usize) -> bool {
         self.p_value * quantities.max(1) as f64 >= WHITENESS_LEVEL
     }
 
-    /// What remembers, as the contract writes it; of several `quantities`, with which.
+    /// The memory in the form of the contract; with several `quantities`, it names this one.
     pub(crate) fn left(&self, data: Data<'_>, quantities: usize) -> Left {
         let of = if quantities > 1 { format!(" in {}", data.block.label) } else { String::new() };
         Left {
@@ -166,7 +166,7 @@ impl Whiteness {
         )
     }
 
-    /// So many observations as a time, with two digits that count.
+    /// That many observations as a time, with two significant digits.
     fn duration(&self, data: Data<'_>, lag: usize) -> String {
         let time = lag as f64 * data.layout.interval();
         let unit = data.channels.time_unit.text();
@@ -181,7 +181,7 @@ impl Whiteness {
 }
 
 impl Left {
-    /// Whether it is a memory of the residual that no noise model declares, and not a cause that was tried.
+    /// Whether this is a memory of the residual that no noise model declares, and not a cause that was tried.
     pub fn is_memory(&self) -> bool {
         self.shape.starts_with(CORRELATED)
     }
@@ -200,7 +200,7 @@ mod tests {
         (0..n).map(|_| StandardNormal.sample(random)).collect()
     }
 
-    /// How many of the trials are taken for a memory.
+    /// Number of trials that are taken for a memory.
     fn alarms(n: usize, runs: usize, shape: impl Fn(&mut chacha20::ChaCha8Rng, &mut [f64])) -> f64 {
         let mut random = chacha20::ChaCha8Rng::seed_from_u64(7);
         let stretches: Vec<_> = (0..runs).map(|run| run * n / runs..(run + 1) * n / runs).collect();
@@ -214,7 +214,7 @@ mod tests {
         found as f64 / TRIALS as f64
     }
 
-    /// At the level of 1 %, 1500 trials give 15 +- 4: 30 are as good as never seen.
+    /// At the level of 1 %, 1500 trials give 15 +- 4 alarms: 30 are practically impossible.
     #[test]
     fn white_noise_is_white_at_the_level() {
         let plain = |_: &mut chacha20::ChaCha8Rng, _: &mut [f64]| {};
@@ -257,7 +257,7 @@ mod tests {
         assert!(found.p_value < 1e-6, "{found:?}");
         assert!((8..=32).contains(&found.lag), "{found:?}");
         assert!((0.1..0.4).contains(&found.correlation), "{found:?}");
-        // Across a break in time there is no memory.
+        // There is no memory across a break in time.
         let pairs: Vec<_> = (0..n / 2).map(|pair| 2 * pair..2 * pair + 2).collect();
         assert_eq!(of_innovations(&values, &pairs).unwrap().lag_max, 1);
     }

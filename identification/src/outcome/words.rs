@@ -1,11 +1,11 @@
-//! A finding as one would say it to a colleague.
+//! A finding in plain words.
 
 use super::sentence::{causes, plain, short};
 use crate::dataset::Kind;
 use crate::finding::{Finding, HeldOut, Verdict};
 
 impl Finding {
-    /// What was found, in a few sentences: the causes, what they bring on runs that took no part, and what else would.
+    /// The finding in a few sentences: the causes, their gain on held-out runs, and what else would help.
     pub fn in_words(&self) -> Vec<String> {
         let mut said = causes(&self.effects);
         if said.len() > CAUSES_MAX {
@@ -62,7 +62,7 @@ impl Finding {
         })
     }
 
-    /// What the richest model of the path would still bring.
+    /// Further gain of the richest model of the path.
     fn beyond(&self) -> Option<String> {
         let chosen = self.path.iter().position(|model| model.chosen)?;
         let model = &self.path[chosen];
@@ -85,5 +85,5 @@ impl Finding {
     }
 }
 
-/// Causes that are said one by one.
+/// Maximum number of causes listed one by one.
 const CAUSES_MAX: usize = 4;

@@ -1,4 +1,4 @@
-//! What effects can see: channels at every row, with slopes where somebody asks for them.
+//! Channels that effects can depend on, at every row, with slopes on demand.
 
 use super::Turning;
 use super::segments::segments;
@@ -6,7 +6,7 @@ use crate::dataset::{Dataset, Dimension, Kind, Role, Unit};
 use crate::signal::{self, Smooth};
 use std::ops::Range;
 
-/// One field that may be a cause.
+/// A field that may be a cause.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
     /// Name of the field.
@@ -15,9 +15,9 @@ pub struct Channel {
     pub role: Role,
     /// Unit as in the file.
     pub unit: Unit,
-    /// SI but for what has no SI in the contract; missing values bridged.
+    /// SI where the contract has an SI unit; missing values are bridged.
     pub values: Vec<f64>,
-    /// Level and slope without the noise of the sensor.
+    /// Level and slope without sensor noise.
     pub smooth: Smooth,
     /// Smallest and largest value.
     pub range: (f64, f64),
@@ -29,13 +29,13 @@ impl Channel {
         self.range.1 - self.range.0
     }
 
-    /// Is it an angle that repeats after a turn?
+    /// Whether it is an angle that repeats after a turn.
     pub fn is_angle(&self) -> bool {
         self.unit.dimension() == Dimension::Angle
     }
 }
 
-/// What effects can see, at every row.
+/// Channels at every row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channels {
     /// Time of each row, s (or sample number).
@@ -46,34 +46,34 @@ pub struct Channels {
     pub time_name: String,
     /// Run of each row.
     pub run: Vec<usize>,
-    /// Where time goes on without a break.
+    /// Ranges in which time advances without a break.
     pub segments: Vec<Range<usize>>,
     /// Fields that may be a cause and are not constant.
     pub channels: Vec<Channel>,
-    /// The rotation itself, rad/s; empty where there is none. Filled by the kind.
+    /// The rotation itself, rad/s; empty if there is none. Filled according to the kind of data.
     pub rotation: Vec<f64>,
-    /// Name of the rotation as a driver.
+    /// Driver name of the rotation.
     pub rotation_name: String,
     /// Unit in which the rotation is stated.
     pub rotation_unit: Unit,
-    /// Name of the field of direction, where there is one.
+    /// Name of the direction field, if there is one.
     pub direction_name: Option<String>,
-    /// What happens within the turn that a row is; `None` where a row is none.
+    /// Rate and heading within the turn of each row; `None` if rows are not turns.
     pub turning: Option<Turning>,
-    /// Whether a row is a sample, so that delays and clocks can show.
+    /// Whether rows are samples, so that delays and clocks can show.
     pub sampled: bool,
-    /// Whether the rotation stands for what any sensor measures.
+    /// Whether the rotation stands for the measured quantity of any sensor.
     pub of_sensor: bool,
     /// Names of fields that are constant.
     pub constant: Vec<String>,
 }
 
-/// Roles that are causes where they are there.
+/// Roles that count as causes.
 const CAUSES: [Role; 5] =
     [Role::Temperature, Role::Heading, Role::Auxiliary, Role::Bias, Role::Duration];
 
 impl Channels {
-    /// Those of `dataset`.
+    /// The channels of `dataset`.
     pub fn new(dataset: &Dataset) -> Self {
         let rows = dataset.rows();
         let (time, time_unit, time_name): (Vec<f64>, Unit, String) =
@@ -108,7 +108,7 @@ impl Channels {
         found
     }
 
-    /// Adds a field that may be a cause; a constant one is only noted.
+    /// Adds a field that may be a cause; a constant field is only listed by name.
     pub fn add(&mut self, name: &str, role: Role, unit: Unit, mut values: Vec<f64>) {
         let wraps = unit.dimension() == Dimension::Angle;
         if wraps {
@@ -131,7 +131,7 @@ impl Channels {
         self.channels.push(Channel { name: name.to_owned(), role, unit, values, smooth, range });
     }
 
-    /// An angle that goes on beyond a turn, stretch by stretch.
+    /// Unwraps an angle, stretch by stretch.
     pub(super) fn unwrap_angle(&self, values: &mut [f64]) {
         for range in &self.segments {
             let mut last: Option<f64> = None;
@@ -157,7 +157,7 @@ impl Channels {
         whole
     }
 
-    /// The channel of that name.
+    /// The channel with that name.
     pub fn named(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|channel| channel.name == name)
     }

@@ -1,8 +1,8 @@
-//! Where a square path closes: heading, x and y at the end of a lap as three readings of one error.
+//! Closing error of a square path: heading, x and y at the end of a lap are three readings of one error.
 //!
 //! To first order an error that turns the robot by `q` over a lap (spread over the corners, or over the sides) moves
-//! its end by `lever * (q * direction, -q)`, with half a side as the lever (Borenstein and Feng's UMBmark, types A
-//! and B alike). So all three are readings of `q`, with different noise.
+//! its end by `lever * (q * direction, -q)`, with half a side as the lever (Borenstein and Feng's UMBmark, types A and
+//! B alike). So all three are readings of `q`, with different noise.
 
 use crate::linear::Basis;
 use crate::robust;
@@ -11,17 +11,17 @@ use crate::significance::surprise_chi2;
 /// The errors of laps: reference minus odometry.
 #[derive(Debug, Clone)]
 pub(super) struct Ends<'a> {
-    /// rad.
+    /// Heading, rad.
     pub heading: &'a [f64],
-    /// m.
+    /// x, m.
     pub x: &'a [f64],
-    /// m.
+    /// y, m.
     pub y: &'a [f64],
     /// +1 counter-clockwise, -1 clockwise.
     pub direction: &'a [f64],
 }
 
-/// How the three readings of a lap go together.
+/// Relation of the three readings of a lap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Closing {
     /// Names of the fields: heading, x, y.
@@ -35,7 +35,7 @@ pub struct Closing {
 }
 
 impl Closing {
-    /// What one of `q` moves an observation by, in its own unit (rad or m).
+    /// Displacement of an observation per unit of `q`, in its own unit (rad or m).
     pub fn lever_of(&self, observation: usize, row: usize) -> f64 {
         match self.component[observation] {
             0 => 1.0,
@@ -45,15 +45,15 @@ impl Closing {
     }
 }
 
-/// Sides between which a lap's is looked for, m.
+/// Range of the side length in the search, m.
 const SIDES_M: (f64, f64) = (0.2, 200.0);
-/// Side that is assumed where the data do not tell, m: the paper's.
+/// Side length if the data do not determine it, m: the paper's.
 const SIDE_ASSUMED_M: f64 = 4.0;
-/// Errors across the square's pattern that are this surprising say that the path is none.
+/// Surprise of the errors across the square's pattern from which the path is not a square, in nats.
 const NO_SQUARE: f64 = 9.2;
 
-/// The lever that fits the ends of laps best: half a side. `causes` are what errors may follow, one value a lap.
-/// `None` where the ends do not lie as a square's would.
+/// The lever that fits the ends of laps best: half a side. `causes` are possible causes of the errors, one value per
+/// lap. `None` if the ends do not fit a square.
 pub(super) fn lever(ends: &Ends<'_>, causes: &[Vec<f64>]) -> Option<f64> {
     let n = ends.heading.len();
     let mut basis = Basis::default();
@@ -78,7 +78,7 @@ pub(super) fn lever(ends: &Ends<'_>, causes: &[Vec<f64>]) -> Option<f64> {
     if surprise_chi2(off, basis.len() as f64) > NO_SQUARE {
         return None;
     }
-    // Total least squares of one on the other, each in units of its noise.
+    // Total least squares of the two on each other, each in units of its noise.
     let (mut hh, mut pp, mut hp) = (0.0, 0.0, 0.0);
     for (h, p) in shares(ends.heading).iter().zip(shares(&along)) {
         let (h, p) = (h / heading, p / position);
@@ -89,7 +89,7 @@ pub(super) fn lever(ends: &Ends<'_>, causes: &[Vec<f64>]) -> Option<f64> {
     let slope = (pp - hh + ((pp - hh).powi(2) + 4.0 * hp * hp).sqrt()) / (2.0 * hp);
     let found = slope * position / heading;
     let fits = found.is_finite() && (SIDES_M.0..SIDES_M.1).contains(&(2.0 * found));
-    // With nothing but noise any lever will do.
+    // In pure noise any lever fits.
     let says = surprise_chi2(hh + pp, 2.0 * basis.len() as f64) > NO_SQUARE;
     match (fits, says) {
         (true, true) => Some(found),
@@ -126,7 +126,7 @@ mod tests {
         let ends = Ends { heading: &heading, x: &x, y: &y, direction: &d };
         let found = lever(&ends, &ones).unwrap();
         assert!((found - 3.0).abs() < 0.2, "{found}");
-        // A path of another shape.
+        // A path that is not a square.
         let ends = Ends { heading: &heading, x: &x, y: &heading, direction: &d };
         assert_eq!(lever(&ends, &ones), None);
     }

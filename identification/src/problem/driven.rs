@@ -1,4 +1,4 @@
-//! A driven path: the heading and the distance that the wheels tell, against the reference.
+//! A driven path: heading and distance from the wheels, against the reference.
 
 use super::channels::Channels;
 use super::gyro::missing;
@@ -11,11 +11,11 @@ use crate::identify::IdentifyError;
 use crate::model::Acts;
 use std::ops::Range;
 
-/// Metres driven that bring as much random walk of the heading as a turn of one radian (assumption: half the track
-/// of a small robot; it only shares out noise between rows).
+/// Distance driven that adds as much random walk of the heading as a turn of one radian, m (assumption: half the track
+/// of a small robot; it only distributes noise among rows).
 const METRES_PER_RADIAN: f64 = 0.1;
 
-/// Observations of poses, at most: of a denser reference, means are looked at.
+/// Maximum number of pose observations; a denser reference is averaged.
 const OBSERVATIONS_MAX: usize = 6000;
 
 pub(super) fn odometry(
@@ -88,7 +88,7 @@ fn runs(run_of_row: &[usize]) -> Vec<Range<usize>> {
     found
 }
 
-/// Brings the position of a reference that sits `ahead` of the axle, m, to the axle.
+/// Moves the position of a reference that sits `ahead` of the axle, m, to the axle.
 fn on_the_axle(reference: &mut [Vec<f64>; 3], ahead: f64) {
     let [xs, ys, headings] = reference;
     for ((x, y), heading) in xs.iter_mut().zip(ys).zip(headings) {
@@ -97,14 +97,14 @@ fn on_the_axle(reference: &mut [Vec<f64>; 3], ahead: f64) {
     }
 }
 
-/// With fewer runs, windows of them are judged: the ends of so few say little.
+/// Minimum number of runs; with fewer, windows of them are judged, since so few ends carry little information.
 const RUNS_MIN: usize = 5;
-/// So many windows over all.
+/// Total number of windows.
 const WINDOWS: usize = 24;
-/// Rows of a window, at least.
+/// Minimum number of rows in a window.
 const WINDOW_ROWS_MIN: usize = 10;
 
-/// The runs; where there are few, cut into windows that last equally long.
+/// The runs; if they are few, cut into windows of equal duration.
 fn windows(
     channels: &Channels,
     runs: Vec<Range<usize>>,
@@ -138,7 +138,7 @@ fn windows(
     found
 }
 
-/// Heading at every row: the references, and the odometry between them with its error shared out evenly.
+/// Heading at every row: the references, and the odometry between them with its error distributed evenly.
 fn dense_heading(path: &Path) -> Vec<f64> {
     let headings = &path.reference[2];
     let mut dense = vec![0.0; headings.len()];
@@ -193,7 +193,7 @@ fn add_channels(dataset: &Dataset, channels: &mut Channels, motion: &Motion, hea
     }
 }
 
-/// By how much the heading turns in each row.
+/// Turn of the heading in each row.
 fn turned(heading: &[f64], runs: &[Range<usize>]) -> Vec<f64> {
     let mut found = vec![0.0; heading.len()];
     for row in runs.iter().flat_map(|run| run.start + 1..run.end) {
@@ -202,7 +202,7 @@ fn turned(heading: &[f64], runs: &[Range<usize>]) -> Vec<f64> {
     found
 }
 
-/// The poses of all runs against dead reckoning from where each began.
+/// The poses of all runs against dead reckoning from the start of each.
 fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
     let n = path.distance.len();
     let mut pose = Pose {
@@ -260,7 +260,7 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
         pose.starts.push(start);
         pose.references_of_run.push(first..errors.len());
     }
-    // Noise of each component, from one reference to the next.
+    // Noise of each component, between consecutive references.
     let heading = crate::robust::spread(&by_component[0]).max(1e-9);
     let position =
         crate::robust::spread(&[by_component[1].clone(), by_component[2].clone()].concat())
@@ -300,7 +300,7 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
                 unit: DisplayUnit::new("deg/m", degree),
             },
             Exposure { acts: Acts::Drive, per_row: path.distance.clone(), unit: one },
-            // A reference that sits ahead of the axle swings aside as the robot turns.
+            // A reference ahead of the axle moves sideways as the robot turns.
             Exposure {
                 acts: Acts::Reference,
                 per_row: turned(true_heading, &path.runs),

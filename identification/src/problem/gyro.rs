@@ -6,7 +6,7 @@ use crate::dataset::{Column, Dataset, Role, Unit};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
 
-/// What the plain model of a gyro fits: a bias and a scale factor.
+/// Constants that the plain model of a gyro fits: a bias and a scale factor.
 pub(super) const GYRO_CONSTANTS: [Constant; 2] = [
     Constant { acts: Acts::Bias, name: "bias" },
     Constant { acts: Acts::Scale, name: "scale_factor" },
@@ -16,7 +16,7 @@ pub(super) fn missing(what: &str) -> IdentifyError {
     IdentifyError::Data(format!("no {what}"))
 }
 
-/// The unit of a rate that belongs to a unit of angle, and the reverse.
+/// The unit of rate that belongs to a unit of angle, and vice versa.
 pub(super) fn rate_unit(unit: Unit) -> DisplayUnit {
     match unit {
         Unit::Degree | Unit::DegreePerSecond => {
@@ -42,7 +42,7 @@ pub(super) fn angle_exposures(unit: Unit, duration: Vec<f64>, angle: Vec<f64>) -
     ]
 }
 
-/// Time that each row took: told, or from the rate, or from row to row; one where nothing says.
+/// Duration of each row: stated, or from the rate; 1 if neither is known.
 pub(super) fn durations(dataset: &Dataset, channels: &Channels, angle: &[f64]) -> Vec<f64> {
     if let Some(column) = dataset.column(Role::Duration) {
         return column.si().collect();
@@ -58,7 +58,7 @@ pub(super) fn durations(dataset: &Dataset, channels: &Channels, angle: &[f64]) -
     vec![1.0; dataset.rows()]
 }
 
-/// Is the angle written without its sign?
+/// Whether the angle is written without its sign.
 fn is_unsigned(values: &[f64], direction: &[f64]) -> bool {
     direction.iter().any(|d| *d < 0.0) && values.iter().all(|value| !(*value < 0.0))
 }
@@ -85,7 +85,7 @@ pub(super) fn rotation_of(
         if let Some(column) = dataset.column(Role::TableRate)
             && column.values.iter().all(|value| value.is_finite())
         {
-            // The rate of the table itself; ramps make the mean over a turn less.
+            // The rate of the table itself; ramps lower the mean over a turn.
             channels.rotation = angle
                 .iter()
                 .zip(column.si())
@@ -133,7 +133,7 @@ pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem
     })
 }
 
-/// One angle a row, against a reference angle of the row.
+/// A block of one angle per row, against the reference angle of that row.
 pub(super) fn angle_block(
     dataset: &Dataset,
     gyro: &Column,

@@ -1,4 +1,4 @@
-//! Laps of a closed path: what the gyro and the odometry say at the end of each.
+//! Laps of a closed path: readings of gyro and odometry at the end of each.
 
 use super::channels::Channels;
 use super::closing::{self, Closing, Ends};
@@ -9,7 +9,7 @@ use crate::identify::IdentifyError;
 use crate::model::Acts;
 use crate::robust;
 
-/// The angle of one lap, where nothing says otherwise.
+/// The default angle of one lap.
 const LAP: f64 = std::f64::consts::TAU;
 
 pub(super) fn laps(
@@ -25,7 +25,7 @@ pub(super) fn laps(
         dataset.column(Role::ReferenceHeading).map(|c| c.si().collect());
     let angle: Vec<f64> = match (dataset.column(Role::ReferenceAngle), &headings) {
         (Some(reference), _) => signed(reference, &direction),
-        // Only the heading at the end: the turned angle is the one nearest to the gyro's.
+        // Only the heading at the end: the angle turned is the one nearest to the gyro's.
         (None, Some(headings)) => measured
             .iter()
             .zip(headings)
@@ -34,8 +34,7 @@ pub(super) fn laps(
         (None, None) => direction.iter().map(|direction| LAP * direction).collect(),
     };
     let duration = durations(dataset, &channels, &angle);
-    // Of the lap that was meant: the angle really turned holds the error of the odometry, which must not be its own
-    // cause.
+    // Of the intended lap: the actual angle contains the error of the odometry, which must not be its own cause.
     let meant: Vec<f64> = direction.iter().map(|direction| LAP * direction).collect();
     rotation_of(&mut channels, dataset, &meant, &duration);
     let mut blocks = vec![angle_block(dataset, gyro, &measured, &angle, &duration)];
@@ -69,7 +68,7 @@ pub(super) fn laps(
     })
 }
 
-/// What the odometry lacks at the end of a lap: reference minus odometry, of one reading.
+/// Error of the odometry at the end of a lap: reference minus odometry, for one reading.
 struct End {
     label: String,
     unit: DisplayUnit,
@@ -77,7 +76,7 @@ struct End {
     raw: Vec<f64>,
 }
 
-/// Of heading, x and y, as far as both odometry and reference tell it.
+/// Errors of heading, x and y, as far as both odometry and reference have them.
 fn end_errors(dataset: &Dataset) -> [Option<End>; 3] {
     let degree = DisplayUnit::new("deg", crate::dataset::Unit::Degree.si());
     let metre = DisplayUnit::new("m", 1.0);
@@ -101,7 +100,7 @@ fn end_errors(dataset: &Dataset) -> [Option<End>; 3] {
     })
 }
 
-/// What errors of laps may follow, to find out how their ends lie: nothing, the time, every channel.
+/// Possible causes of lap errors, to find how the ends are related: none, the time, every channel.
 fn causes(channels: &Channels) -> Vec<Vec<f64>> {
     let centred = |values: &[f64]| -> Vec<f64> {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -135,7 +134,7 @@ fn closing_block(ends: &[Option<End>; 3], direction: &[f64], lever: f64) -> Bloc
             rows.push(row);
             own.push(end.error[row] / closing.lever_of(rows.len() - 1, row));
         }
-        // From one lap to the next of the same direction: what is slow is no noise.
+        // Between consecutive laps of the same direction, slow errors cancel.
         let steps: Vec<f64> = own
             .windows(3)
             .map(|three| (three[2] - three[0]) * std::f64::consts::FRAC_1_SQRT_2)
@@ -177,8 +176,8 @@ fn closing_block(ends: &[Option<End>; 3], direction: &[f64], lever: f64) -> Bloc
     }
 }
 
-/// One reading by itself, where the ends do not lie as a square's would. A wrong turn changes sign with the direction,
-/// a curvature does not; along the first side it is the other way round (type A and type B errors of UMBmark).
+/// One reading by itself, if the ends do not fit a square. A turning error changes sign with the direction, a curvature
+/// does not; along the first side it is the reverse (type A and type B errors of UMBmark).
 fn end_block(end: &End, direction: &[f64], size: f64, swaps: bool) -> Block {
     let rows: Vec<usize> = (0..end.error.len()).filter(|&row| end.error[row].is_finite()).collect();
     let odd: Vec<f64> = direction.iter().map(|direction| size * direction).collect();

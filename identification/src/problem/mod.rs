@@ -1,5 +1,5 @@
-//! A data set as equations: for each observed quantity, measured minus nominal, and what each kind of term would
-//! add to it per unit.
+//! A data set as equations: for each observed quantity, measured minus nominal, and the contribution of each kind of
+//! term per unit.
 
 mod channels;
 mod closing;
@@ -24,18 +24,18 @@ pub use pose::{Component, Moves, Pose};
 use std::rc::Rc;
 pub use turning::{Over, Turning};
 
-/// How rows add up to observations.
+/// How rows accumulate to observations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aggregate {
-    /// An observation is of its row alone.
+    /// An observation depends on its row alone.
     Row,
     /// An observation is the sum over its run up to its row: a heading, a travelled distance.
     Level,
-    /// An observation is a heading, an x or a y of a driven path, which began at a pose that nobody knows exactly.
+    /// An observation is a heading, an x or a y of a driven path with an uncertain start.
     Pose,
 }
 
-/// A unit for people: its text and what one of it is in SI.
+/// A unit for display: its text and one of it in SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DisplayUnit {
     /// As the contract writes it.
@@ -51,18 +51,18 @@ impl DisplayUnit {
     }
 }
 
-/// What one kind of term does to an observation.
+/// Effect of one kind of term on an observation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exposure {
     /// The kind of term.
     pub acts: Acts,
-    /// What a unit of the term adds in each row, in SI.
+    /// Contribution of one unit of the term in each row, in SI.
     pub per_row: Vec<f64>,
     /// Unit of the term's values.
     pub unit: DisplayUnit,
 }
 
-/// Terms that the plain model has already; their values are fitted.
+/// A term that the plain model already has; its value is fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Constant {
     /// What it acts on.
@@ -74,42 +74,43 @@ pub struct Constant {
 /// One observed quantity over all rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// What is observed, for people: `gyro_z`, `heading`.
+    /// Name of the quantity for display: `gyro_z`, `heading`.
     pub label: String,
-    /// Which axis of a gyro.
+    /// Axis of a gyro.
     pub axis: Option<Axis>,
-    /// The label again, where terms of this block are of no other.
+    /// The label again, if terms of this block apply to no other.
     pub apart: Option<String>,
-    /// How rows add up.
+    /// How rows accumulate.
     pub aggregate: Aggregate,
     /// Row of each observation.
     pub rows: Vec<usize>,
-    /// Measured minus nominal, one an observation, in SI.
+    /// Measured minus nominal, one per observation, in SI.
     pub residual: Vec<f64>,
-    /// What was measured, as it was written (its lattice shows there), one an observation, and its unit in SI.
+    /// The measurement as written (its lattice shows there), one per observation.
     pub raw: Vec<f64>,
-    /// What one of `raw` is in SI.
+    /// One of `raw`, in SI.
     pub raw_si: f64,
-    /// Noise of each observation over that of the others, where it is known to differ; infinite for one that says
-    /// nothing. Empty where all are alike.
+    /// Noise of each observation relative to the others, if it is known to differ; infinite for one without
+    /// information. Empty if all are equal.
     pub spread: Vec<f64>,
-    /// What terms of each kind add.
+    /// Contribution of each kind of term.
     pub exposures: Vec<Exposure>,
-    /// What the plain model fits.
+    /// Constants that the plain model fits.
     pub constants: Vec<Constant>,
     /// Unit of the residual.
     pub unit: DisplayUnit,
-    /// How much of the random walk each row brings (seconds, or metres driven); `None` where rows are alone.
+    /// Random walk that each row adds, in units of activity (seconds, or metres driven); `None` if rows are
+    /// independent.
     pub activity: Option<Vec<f64>>,
-    /// Where the path lies, for poses.
+    /// Geometry of the path, for poses.
     pub pose: Option<Pose>,
-    /// How readings go together, for the ends of laps.
+    /// Relation of the readings, for the ends of laps.
     pub closing: Option<Closing>,
-    /// What effects of this block see, where it is not what those of all others do: the rotation about its own axis.
+    /// Channels of this block, if they differ from those of the others: the rotation about its own axis.
     pub own: Option<Rc<Channels>>,
 }
 
-/// What a model brings to data beside its terms.
+/// What a model contributes to data besides its terms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
     /// Counts per rad/s of the gyro.
@@ -123,22 +124,22 @@ pub struct Known {
 pub struct Problem {
     /// What one row is.
     pub kind: Kind,
-    /// What effects can see.
+    /// Channels that effects can depend on.
     pub channels: Channels,
-    /// What is observed.
+    /// The observed quantities.
     pub blocks: Vec<Block>,
     /// The driven path, for `odometry`.
     pub path: Option<Path>,
-    /// Counts per rad/s, where the gyro tells counts.
+    /// Counts per rad/s, if the gyro reports counts.
     pub counts_per_unit: Option<f64>,
     /// Half a side of the square, for `laps` whose ends lie as a square's do, m.
     pub closing_lever_m: Option<f64>,
-    /// What a reader should know.
+    /// Notes for the reader.
     pub notices: Vec<String>,
 }
 
 impl Problem {
-    /// The equations of `dataset`. What is not `known` is what the data say.
+    /// The equations of `dataset`. Values that are not `known` come from the data.
     ///
     /// # Errors
     ///
@@ -156,29 +157,30 @@ impl Problem {
 }
 
 impl Problem {
-    /// What effects of `block` see.
+    /// Channels that effects of `block` depend on.
     pub fn channels_of<'a>(&'a self, block: &'a Block) -> &'a Channels {
         block.own.as_deref().unwrap_or(&self.channels)
     }
 
-    /// What a model of these data has to bring to others.
+    /// Values that a model of these data must carry over to others.
     pub const fn known(&self) -> Known {
         Known { counts_per_unit: self.counts_per_unit, closing_lever_m: self.closing_lever_m }
     }
 }
 
 impl Block {
-    /// What was measured at an observation, in SI, where observations are of rows.
+    /// The measurement at an observation, in SI, for observations of single rows.
     pub fn measured(&self, observation: usize) -> f64 {
         self.raw[observation] * self.raw_si
     }
 
-    /// What a unit of a term of that kind adds in each row.
+    /// Contribution of one unit of a term of that kind in each row.
     pub fn exposure(&self, acts: Acts) -> Option<&Exposure> {
         self.exposures.iter().find(|exposure| exposure.acts == acts)
     }
 
-    /// Sums or picks what a term that `acts` so adds `per_row` into observations. `runs` is the run of each row.
+    /// Sums or selects `per_row`, the contribution of a term that `acts` so, into observations. `runs` is the run of
+    /// each row.
     pub fn observe(&self, acts: Acts, per_row: Vec<f64>, runs: &[usize]) -> Vec<f64> {
         match self.aggregate {
             Aggregate::Pose => {
@@ -214,7 +216,7 @@ pub fn wrap(angle: f64) -> f64 {
     if rest > std::f64::consts::PI { rest - turn } else { rest }
 }
 
-/// The driver that is the rotation itself, where no field has it.
+/// Driver name of the rotation itself, if no field has it.
 pub const ROTATION: &str = "reference_rate";
 
 /// A driver over the rotation.

@@ -1,9 +1,9 @@
-//! Dead reckoning of a driven path, and how far it ends from the reference.
+//! Dead reckoning of a driven path, and its final distance from the reference.
 
 use super::Moves;
 use std::ops::Range;
 
-/// A driven path: what the odometry says of each row, and where the reference says the robot was.
+/// A driven path: the motion of each row by odometry, and the reference poses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
     /// Nominal distance of each row, m.
@@ -27,24 +27,24 @@ pub struct PathError {
     pub position_mean_square: f64,
 }
 
-/// What a model adds to each row.
+/// Contribution of a model to each row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Added {
-    /// To the turn, rad.
+    /// Turn, rad.
     pub turn: Vec<f64>,
-    /// To the distance, m.
+    /// Distance, m.
     pub along: Vec<f64>,
-    /// To the left, m: of a reference that does not sit on the axle.
+    /// Displacement to the left, m: of a reference that does not sit on the axle.
     pub aside: Vec<f64>,
 }
 
 impl Added {
-    /// Nothing, to so many rows.
+    /// Zero contribution to that many rows.
     pub fn nothing(rows: usize) -> Self {
         Self { turn: vec![0.0; rows], along: vec![0.0; rows], aside: vec![0.0; rows] }
     }
 
-    /// To what terms that move so add.
+    /// The part that terms with these `moves` add to.
     pub fn of(&mut self, moves: Moves) -> &mut [f64] {
         match moves {
             Moves::Turns => &mut self.turn,
@@ -77,7 +77,7 @@ impl Path {
         found
     }
 
-    /// Dead reckoning of run `run` from its first whole reference, with what was `added` to each row.
+    /// Error of dead reckoning of run `run` from its first whole reference, with `added` in each row.
     pub fn error(&self, run: usize, added: &Added) -> Option<PathError> {
         let [xs, ys, headings] = &self.reference;
         let rows = self.runs.get(run)?.clone();

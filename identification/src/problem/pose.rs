@@ -1,9 +1,9 @@
-//! How errors of each row add up to the pose of a driven path: headings turn everything that is driven after them.
+//! How row errors accumulate to the pose of a driven path: a heading error rotates all later motion.
 
 use crate::model::Acts;
 use std::ops::Range;
 
-/// What an observation of a pose is.
+/// Component of a pose that an observation measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Component {
     /// Heading.
@@ -14,19 +14,19 @@ pub enum Component {
     Y,
 }
 
-/// What an error of a row does to a pose.
+/// Effect of a row's error on a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Moves {
-    /// It turns.
+    /// A rotation.
     Turns,
-    /// It goes along the path.
+    /// A displacement along the path.
     Along,
-    /// It goes to the left of the path.
+    /// A displacement to the left of the path.
     Aside,
 }
 
 impl Moves {
-    /// What terms that act so do.
+    /// Effect of terms that act so.
     pub const fn of(acts: Acts) -> Self {
         match acts {
             Acts::Drive | Acts::Slip => Self::Along,
@@ -36,30 +36,30 @@ impl Moves {
     }
 }
 
-/// Where the path lies.
+/// Geometry of the path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pose {
-    /// Row of each reference, and what it is.
+    /// Row and component of each reference.
     pub references: Vec<(usize, Component)>,
     /// References of each run: its headings, then its x, then its y.
     pub references_of_run: Vec<Range<usize>>,
-    /// References whose mean is one observation: a dense reference need not be looked at one by one.
+    /// Groups of references whose mean is one observation: a dense reference is averaged.
     pub groups: Vec<Range<usize>>,
-    /// What each observation is.
+    /// Component of each observation.
     pub component: Vec<Component>,
     /// Observations of each run.
     pub of_run: Vec<Range<usize>>,
     /// First row of each run.
     pub starts: Vec<usize>,
-    /// Displacement of each row, m, in the direction between the one the odometry believes and the true one: what an
-    /// error of heading turns.
+    /// Displacement of each row, m, along the mean of the direction by odometry and the true one: the part that a
+    /// heading error rotates.
     pub displacement: [Vec<f64>; 2],
     /// Direction of each row.
     pub direction: [Vec<f64>; 2],
 }
 
 impl Pose {
-    /// What an error of each row, which `moves` so, adds to each observation.
+    /// Contribution of a row error of kind `moves` to each observation.
     pub fn observe(&self, per_row: &[f64], moves: Moves) -> Vec<f64> {
         let mut observed = vec![0.0; self.references.len()];
         for (range, &start) in self.references_of_run.iter().zip(&self.starts) {
@@ -78,7 +78,7 @@ impl Pose {
                             (Component::X, Moves::Aside) => moved -= error * ahead_y,
                             (Component::Y, Moves::Aside) => moved += error * ahead_x,
                             (_, Moves::Turns) => {
-                                // Half of a row's error turns its own displacement.
+                                // Half of a row's error rotates its own displacement.
                                 let middle = turned + error / 2.0;
                                 turned += error;
                                 moved += if component == Component::X {
@@ -105,7 +105,7 @@ impl Pose {
             .collect()
     }
 
-    /// Makes observations of up to `size` references that follow one another in one run and component.
+    /// Averages up to `size` consecutive references of one run and component into an observation.
     pub fn group(&mut self, size: usize) {
         for range in &self.references_of_run {
             let first = self.groups.len();
@@ -124,7 +124,7 @@ impl Pose {
         }
     }
 
-    /// What an error of the heading, the x and the y at the start of each run adds to its observations.
+    /// Contribution of an error of the heading, x and y at the start of each run to its observations.
     pub fn start_errors(&self) -> [Vec<f64>; 3] {
         let n = self.references.len();
         let mut found = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
@@ -157,7 +157,7 @@ impl Pose {
 mod tests {
     use super::{Component, Moves, Pose};
 
-    /// A straight line along x: a turn at the start swings the end sideways.
+    /// A straight line along x: a turn at the start moves the end sideways.
     #[test]
     fn a_wrong_turn_moves_what_comes_after() {
         let mut pose = Pose {

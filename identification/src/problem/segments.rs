@@ -1,7 +1,7 @@
-//! Where time goes on without a break.
+//! Ranges in which time advances without a break.
 
-/// Ranges of rows over which time goes on: a new one where time goes back, or where a new run begins after a
-/// gap much longer than those between rows.
+/// Ranges of rows in which time advances: a new one starts where time goes back, or where a new run starts after a gap
+/// much longer than the row interval.
 pub fn segments(times: &[f64], runs: &[usize]) -> Vec<std::ops::Range<usize>> {
     const GAP: f64 = 10.0;
     let mut steps: Vec<f64> =

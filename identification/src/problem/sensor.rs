@@ -1,4 +1,4 @@
-//! Any sensor against the quantity that it measures.
+//! Any sensor against the quantity it measures.
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, missing};
@@ -21,7 +21,7 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
     let values: Vec<f64> = measured.si().collect();
     let mut truth: Vec<f64> = reference.si().collect();
     if turns {
-        // Runs that follow one another without a break are one motion: a jump between them would look like one that is late.
+        // Consecutive runs without a break are one motion: a jump between them would look like a late one.
         channels.unwrap_angle(&mut truth);
     }
     channels.rotation = bridged(&channels, &truth, &values);
@@ -57,7 +57,7 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
         rows,
         spread: Vec::new(),
         exposures,
-        // An angle that turns on and on has no error that grows with it.
+        // An angle that keeps turning has no error that grows with it.
         constants: GYRO_CONSTANTS[..if moves && !turns { 2 } else { 1 }].to_vec(),
         unit,
         activity: None,
@@ -76,7 +76,7 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
     })
 }
 
-/// Errors are differences.
+/// Unit of errors, which are differences.
 fn unit_of(measured: &Column) -> DisplayUnit {
     DisplayUnit::new(measured.unit.difference_text(), measured.unit.si())
 }
@@ -87,12 +87,12 @@ fn spread(values: &[f64]) -> f64 {
     high - low
 }
 
-/// Rows at either end of a stretch that say nothing of what comes late: what was true before it, nobody has recorded.
+/// Rows at either end of a stretch without information on delays: the truth before it was not recorded.
 const ENDS: usize = 4;
-/// Shorter stretches have no row to spare.
+/// Minimum length of a stretch that can spare those rows.
 const SPARES_FROM: usize = 50;
 
-/// Rows whose surroundings are known.
+/// Rows with known surroundings.
 fn inner(channels: &Channels) -> Vec<bool> {
     let mut inner = vec![true; channels.time.len()];
     for range in channels.segments.iter().filter(|range| range.len() >= SPARES_FROM) {

@@ -8,11 +8,11 @@ use crate::identify::IdentifyError;
 use crate::model::Acts;
 use std::rc::Rc;
 
-/// The rate of a gyro at every row, in rad/s or counts, missing values left.
+/// Rate of a gyro at every row, in rad/s or counts, with missing values.
 struct Rate<'a> {
     column: &'a Column,
     values: Vec<f64>,
-    /// Is a value the mean since the row before?
+    /// Whether a value is the mean since the previous row.
     is_mean: bool,
 }
 
@@ -34,7 +34,7 @@ fn rates<'a>(dataset: &'a Dataset, channels: &Channels) -> Vec<Rate<'a>> {
     found
 }
 
-/// Time since the row before; the typical one at the start of a stretch.
+/// Time since the previous row; the typical one at the start of a stretch.
 fn steps(channels: &Channels) -> Vec<f64> {
     let typical = channels.interval();
     let mut found = vec![typical; channels.time.len()];
@@ -79,7 +79,7 @@ pub(super) fn series(
     if blocks.is_empty() {
         return Err(missing("reference"));
     }
-    // A rotation about another axis may be what is measured.
+    // A rotation about another axis may be the measured one.
     let turns_about: Vec<&Column> =
         dataset.columns_of(Role::ReferenceRate).filter(|column| column.axis.is_some()).collect();
     let mut measured_apart = true;
@@ -93,8 +93,8 @@ pub(super) fn series(
             channels.add(&reference.name, Role::ReferenceRate, reference.unit, values);
         }
     }
-    // Another axis of the gyro, or another gyro, may leak in: each is a channel for the others, where no reference
-    // says better how that axis turned.
+    // Another axis of the gyro, or another gyro, may leak in: each is a channel for the others, unless a reference
+    // provides a better record of that axis.
     if rates.len() > 1 && !measured_apart {
         for rate in &rates {
             let name = rate.column.name.clone();
@@ -113,7 +113,7 @@ pub(super) fn series(
     })
 }
 
-/// Where each axis has a reference of its own, the rotation that its effects see is that one.
+/// With a reference for each axis, effects depend on the rotation about their own axis.
 fn each_its_own_rotation(
     blocks: &mut [Block],
     references: &[Option<&Column>],
@@ -136,7 +136,7 @@ fn each_its_own_rotation(
     }
 }
 
-/// Counts per unit of rotation, from the data: a line through the medians would do, least squares does better.
+/// Counts per unit of rotation, by least squares.
 fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
     let both: Vec<(f64, f64)> = counts
         .iter()
@@ -210,7 +210,8 @@ fn against_rate(
     }
 }
 
-/// The rotation, or whatever is measured, at every row: the reference where it is dense, else the gyro's own, corrected to it.
+/// The rotation, or whatever is measured, at every row: the reference where it is dense, otherwise the gyro's own,
+/// corrected to it.
 pub(super) fn bridged(channels: &Channels, reference: &[f64], measured: &[f64]) -> Vec<f64> {
     let present = reference.iter().filter(|value| value.is_finite()).count();
     if 2 * present > reference.len() {
@@ -259,8 +260,8 @@ fn against_heading(
             Unit::DegreePerSecond
         };
     }
-    // The true angle of each row is not known between references; the nominal one is close enough for a
-    // correction of a few per cent of it.
+    // The true angle of each row is unknown between references; the nominal one is accurate enough for a correction of
+    // a few per cent.
     let mut measured = 0.0;
     let mut rows = Vec::new();
     let mut residual = Vec::new();
@@ -308,7 +309,7 @@ fn against_heading(
     }
 }
 
-/// A gyro that rode along with a robot whose heading was measured.
+/// A gyro on a robot whose heading was measured.
 pub(super) fn beside_odometry(dataset: &Dataset, channels: &mut Channels) -> Vec<Block> {
     let Some(reference) = dataset.column(Role::ReferenceHeading) else {
         return Vec::new();
@@ -336,8 +337,7 @@ fn heading_between(channels: &Channels, headings: &[f64], nominal: &[f64]) -> Ve
     dense
 }
 
-/// Counts per rad/s where only headings are there: turned counts against turned headings, from one reference
-/// to the next.
+/// Counts per rad/s if only headings are known: turned counts against turned headings, between consecutive references.
 fn counts_from_heading(
     rate: &Rate<'_>,
     headings: &[f64],

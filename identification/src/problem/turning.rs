@@ -1,7 +1,7 @@
-//! What happens within one turn of a table: its rate rises, stays and falls, and it passes through headings.
+//! Motion within one turn of a table: its rate rises, stays and falls, and it passes through headings.
 //!
-//! A row says what was so over a whole turn, so a term that goes with the rate or the heading is seen as its mean
-//! over the turn: over the time where it adds to the rate, over the angle where it scales it.
+//! A row covers a whole turn, so a term that depends on the rate or the heading appears as its mean over the turn: over
+//! time if it adds to the rate, over the angle if it scales it.
 
 /// One turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,12 +14,12 @@ struct Turn {
     ramp_of_angle: f64,
 }
 
-/// What a mean over a turn goes by.
+/// Variable of a mean over a turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Over {
-    /// Time: for what adds to the rate.
+    /// Time: for terms that add to the rate.
     Time,
-    /// Angle: for what scales it.
+    /// Angle: for terms that scale it.
     Angle,
 }
 
@@ -29,7 +29,7 @@ pub struct Turning {
     turns: Vec<Turn>,
 }
 
-/// Nodes and weights of Gauss and Legendre on 0 to 1: exact for polynomials up to the ninth degree.
+/// Nodes and weights of Gauss-Legendre quadrature on 0 to 1: exact for polynomials up to the ninth degree.
 const NODES: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
@@ -38,17 +38,17 @@ const NODES: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_5),
 ];
 
-/// Ramps are divided into so many pieces that a harmonic's phase (rad) grows by this much a piece, as a mean over the
-/// ramp; in the last piece it grows by at most twice as much. The mean over a turn is then right to 1e-6.
+/// Phase of a harmonic (rad) per piece of a ramp, as a mean over the ramp; in the last piece it grows by at most twice
+/// as much. The mean over a turn is then accurate to 1e-6.
 const PIECE: f64 = std::f64::consts::FRAC_PI_2;
 
-/// Ramps of less than this share of a turn are rounding of its duration.
+/// Shortest ramp, as a share of a turn: shorter ones are rounding of its duration.
 const RAMP_MIN: f64 = 1e-6;
 
 impl Turning {
     /// Turns by `angle` (rad) that took `duration` (s). With the steady rate of each, in rad/s, a turn is a trapezoid
-    /// from rest to rest: what it took longer than at that rate is the time of one ramp. A turn that took no longer, or
-    /// of which the ramps would be more than the whole, is taken as steady.
+    /// from rest to rest: the time beyond that at steady rate is the time of one ramp. A turn without extra time, or
+    /// whose ramps would exceed the whole turn, counts as steady.
     pub fn new(angle: &[f64], duration: &[f64], rate: Option<&[f64]>) -> Self {
         let turn = |row: usize| {
             let (angle, duration) = (angle[row], duration[row]);
@@ -66,8 +66,8 @@ impl Turning {
         Self { turns: (0..angle.len()).map(turn).collect() }
     }
 
-    /// Means over each turn of columns that depend on the rate. `at` gives them where every turn is at that share of
-    /// its steady rate.
+    /// Means over each turn of columns that depend on the rate. `at` returns them with every turn at that share of its
+    /// steady rate.
     pub fn mean(
         &self,
         over: Over,
@@ -87,7 +87,7 @@ impl Turning {
             }
         }
         for (share, weight) in NODES {
-            // The rate rises evenly in time; of the angle more goes by at a higher one.
+            // The rate rises linearly in time, so the angle grows faster at a higher rate.
             let weight = match over {
                 Over::Time => weight,
                 Over::Angle => 2.0 * share * weight,
@@ -101,7 +101,7 @@ impl Turning {
         Some(columns)
     }
 
-    /// Means over each turn of the cosine and the sine of `order` times the heading; `heading` (rad) is that before
+    /// Means over each turn of the cosine and the sine of `order` times the heading; `heading` (rad) is the one before
     /// the turn.
     pub fn harmonic(&self, over: Over, order: f64, heading: &[f64]) -> Vec<Vec<f64>> {
         let (mut cosines, mut sines) = (Vec::new(), Vec::new());
@@ -140,9 +140,9 @@ impl Turn {
     }
 }
 
-/// Means of cosine and sine of `order` times a heading that goes evenly from one to the other.
+/// Means of cosine and sine of `order` times a heading that moves uniformly between two values.
 fn between(order: f64, from: f64, to: f64) -> (f64, f64) {
-    /// A whole number of periods has no mean but that of rounding.
+    /// The mean over a whole number of periods is only rounding.
     const ROUNDING: f64 = 1e-9;
     let half = order * (to - from) / 2.0;
     let (sin, cos) = (order * (from + to) / 2.0).sin_cos();
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn what_is_no_trapezoid_is_steady() {
-        // Took no longer than at its rate, less, or more than twice as long.
+        // No longer than at its steady rate, less, or more than twice as long.
         for duration in [2.0, 1.5, 4.5] {
             let turning = Turning::new(&[1.0], &[duration], Some(&[0.5]));
             let found = turning.mean(Over::Angle, |share| Some(vec![vec![share]])).unwrap();

@@ -1,4 +1,4 @@
-//! What the wheels say: distance and turn of each row.
+//! Motion by the wheels: distance and turn of each row.
 
 use super::channels::Channels;
 use super::gyro::missing;
@@ -8,15 +8,15 @@ use crate::identify::IdentifyError;
 
 /// Nominal motion in each row.
 pub(super) struct Motion {
-    /// Travelled, m.
+    /// Distance, m.
     pub distance: Vec<f64>,
-    /// Turned, rad.
+    /// Turn, rad.
     pub turn: Vec<f64>,
-    /// Of a tricycle: name of the steering angle and the angle between each row and the one before, rad.
+    /// For a tricycle: name of the steering angle, and that angle between each row and the previous one, rad.
     pub steer: Option<(String, Vec<f64>)>,
 }
 
-/// A cumulative reading ranges over many times its largest step.
+/// Ratio of range to largest step from which a reading counts as cumulative.
 const CUMULATIVE: f64 = 20.0;
 
 pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, IdentifyError> {
@@ -61,8 +61,8 @@ pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
     Ok(Motion { distance, turn, steer: None })
 }
 
-/// One steered wheel that drives, `wheelbase` ahead of an axle: the axle goes by the cosine of the steering angle, and
-/// the robot turns by its sine over the wheelbase.
+/// One steered and driven wheel, `wheelbase` ahead of an axle: the axle advances by the cosine of the steering angle,
+/// and the robot turns by its sine over the wheelbase.
 fn tricycle(
     dataset: &Dataset,
     distance: &[f64],
@@ -73,7 +73,7 @@ fn tricycle(
         .ok_or_else(|| missing("constant `wheelbase` in the package"))?;
     let scale = number(dataset, &["steer_scale"]).unwrap_or(1.0);
     let angles: Vec<f64> = steer.si().map(|angle| scale * finite(angle)).collect();
-    // The way of a row was driven at the angles of both its ends.
+    // The steering angle of a row is the mean of those at both ends.
     let middle: Vec<f64> = (0..angles.len())
         .map(|row| match row {
             0 => angles[0],
@@ -145,7 +145,7 @@ fn travelled(
     })
 }
 
-/// A speed, times the time since the row before.
+/// A speed times the time since the previous row.
 fn by_time(column: &Column, channels: &Channels) -> Vec<f64> {
     let values: Vec<f64> = column.si().map(finite).collect();
     let mut found = vec![0.0; values.len()];
@@ -158,7 +158,7 @@ fn by_time(column: &Column, channels: &Channels) -> Vec<f64> {
     found
 }
 
-/// Steps of a reading that is cumulative, or the reading itself where it is steps already.
+/// Steps of a cumulative reading, or the reading itself if it consists of steps.
 fn increments(column: &Column, channels: &Channels, wraps: bool) -> Vec<f64> {
     let values: Vec<f64> = column.si().collect();
     let mut steps = vec![0.0; values.len()];

@@ -1,4 +1,4 @@
-//! The whole of one block: a path of models, and which of them is reported.
+//! Search over one block: a path of models, and the choice of the one to report.
 
 use super::choose::Contender;
 use super::data::Data;
@@ -18,48 +18,48 @@ use crate::noise::{NoiseModel, Whitener};
 use crate::outcome::{Whiteness, of_innovations, stretches};
 use crate::problem::Aggregate;
 
-/// The risk of a false alarm that is taken for a whole data set.
+/// Risk of a false alarm for a whole data set.
 pub const RISK: f64 = 0.005;
 
 /// An effect that was found.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// What it is; its numbers at their best.
+    /// The shape, with its numbers at their best.
     pub shape: Shape,
     /// Its coefficients and their standard errors.
     pub coefficients: Vec<(f64, f64)>,
-    /// Its other numbers that were fitted, with their standard errors.
+    /// Its other fitted numbers, with their standard errors.
     pub numbers: Vec<(String, f64)>,
-    /// How surprising it would be in noise, in nats, after the toll.
+    /// Surprise under noise alone, in nats, after the penalty for multiple testing.
     pub strength: f64,
-    /// What could stand in its place.
+    /// Causes that could stand in its place.
     pub rivals: Vec<RivalFound>,
 }
 
-/// What came of a block.
+/// Result for a block.
 #[derive(Debug, Clone)]
 pub struct BlockFit {
-    /// Terms of the model that was given, with their values.
+    /// Terms of the given model, with their values.
     pub base: Vec<Found>,
-    /// What was added.
+    /// Terms that were added.
     pub effects: Vec<Found>,
     /// The noise that remains.
     pub noise: NoiseModel,
-    /// Standard deviation of what is new in a reading.
+    /// Standard deviation of the innovation of a reading.
     pub floor: f64,
-    /// Standard deviation that a variance of 1 in `noise` stands for.
+    /// Standard deviation of a variance of 1 in `noise`.
     pub scale: f64,
-    /// Strongest candidates that did not pass, with their strength.
+    /// Strongest candidates below the threshold.
     pub left: Vec<Contender>,
     /// Outliers under the final model.
     pub left_out: Vec<bool>,
     /// The models from plain to rich.
     pub path: Vec<Waypoint>,
-    /// Which of them was chosen.
+    /// Index of the chosen model.
     pub chosen: usize,
-    /// Held-out errors of the choice: of each run, those of the model that would be chosen without it.
+    /// Held-out errors of the choice: for each run, those of the model that would be chosen without it.
     pub nested: Vec<Metric>,
-    /// The input that what is left goes with, if it does: then it is no noise.
+    /// The input that the residual depends on, if any: the residual is then not noise.
     pub goes: Option<Goes>,
 }
 
@@ -70,31 +70,31 @@ pub struct Waypoint {
     pub effects: Vec<String>,
     /// Its held-out errors.
     pub metrics: Vec<Metric>,
-    /// For each metric, by how much its mean square may be above the best one and count as equal.
+    /// For each metric, the margin in mean square within which the model counts as equal to the best.
     pub margins: Vec<f64>,
 }
 
 impl BlockFit {
-    /// Shapes of the model given and of what was added.
+    /// Shapes of the given model and of the added terms.
     pub fn shapes(&self) -> Vec<Shape> {
         self.base.iter().chain(&self.effects).map(|found| found.shape.clone()).collect()
     }
 }
 
-/// What the caller of an identification of a block decides.
+/// Options of the caller for a block.
 #[derive(Clone, Copy)]
 pub struct Asked<'a> {
     /// This block's share of the risk of a false alarm.
     pub share: f64,
-    /// Most effects.
+    /// Maximum number of effects.
     pub effects_max: usize,
-    /// Its noise, where it is known.
+    /// Its noise, if known.
     pub noise: Option<&'a NoiseModel>,
-    /// The only way of being late that it may have, where other axes say it.
+    /// The only kind of delay that it may have, if other axes determine it.
     pub timing: Option<Timing>,
 }
 
-/// After so many effects what is left should be noise.
+/// Number of effects after which the residual should be noise.
 const PATIENCE: usize = 3;
 
 /// A model with its held-out errors.
@@ -107,7 +107,7 @@ pub(super) struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    /// Judged.
+    /// Judges the model of `state`.
     pub fn new(state: State<'a>, judge: &Judge<'_>) -> Self {
         let metrics = judge.judge(&state.terms, &state.noise, &state.left_out);
         Self { state, metrics }
@@ -119,7 +119,7 @@ impl<'a> Step<'a> {
     }
 }
 
-/// Finds what the `base` terms lack to explain a block. `judge` says how well a model predicts what took no part.
+/// Finds what the `base` terms lack to explain a block. `judge` measures how well a model predicts held-out data.
 pub fn identify_block(
     data: Data<'_>,
     judge: &Judge<'_>,
@@ -146,8 +146,8 @@ pub fn identify_block(
     let mut path = vec![Step::new(state.clone(), judge)];
     let mut left = Vec::new();
     let material = Material::new(judge, &record);
-    // Where what is left knows the input or has a memory that no noise has, it is no noise, and no probability that
-    // takes it for noise means anything: then what matters to the user is looked for, whatever the rest is.
+    // A residual that depends on the input or has a memory unlike noise is not noise, and probabilities under noise are
+    // meaningless for it: the search then looks for causes that matter to the user, whatever the rest is.
     let base = state.clone();
     if remains(&base).goes.is_some() {
         let rough = material.path(&base, asked);
@@ -172,7 +172,7 @@ pub fn identify_block(
                 }
                 state.refit();
                 state.prune();
-                // What was added went again: the next round would be this one.
+                // The added term was dropped again: the next round would repeat this one.
                 if state.terms == before {
                     break;
                 }
@@ -187,8 +187,8 @@ pub fn identify_block(
     if !remains(&state).is_noise() {
         return reported(material.path(&base, asked), left, asked, judge, &material);
     }
-    // Noise can swallow what is sparse, as its colour or as its outliers: what is left is looked at as it is, too. What is slow goes on from
-    // run to run and must not help to predict the next.
+    // Noise can absorb a sparse cause, as colour or as outliers: the raw residual is searched as well. Slow noise
+    // continues from run to run and must not help to predict the next run.
     if asked.noise.is_none() && is_swallowing(&state, &path[path.len() - 1].metrics) {
         let together = Judge { holding: Holding::Together, ..*judge };
         let material = Material::new(&together, &record);
@@ -198,7 +198,7 @@ pub fn identify_block(
     reported(path, left, asked, judge, &material)
 }
 
-/// The model of the path that is reported, with the path.
+/// Returns the reported model with the path.
 fn reported(
     path: Vec<Step<'_>>,
     left: Vec<Contender>,
@@ -209,7 +209,7 @@ fn reported(
     let mut path = path;
     let is_noise = remains(&path[path.len() - 1].state).is_noise();
     if !is_noise {
-        // What was sure while the rest counted as noise may not be so.
+        // A term that was certain while the residual counted as noise may no longer be.
         let mut is_plain = true;
         path.retain(|step| std::mem::take(&mut is_plain) || is_sure(&step.state));
     }
@@ -218,7 +218,7 @@ fn reported(
         .iter()
         .map(|step| Standing { numbers: step.numbers(), metrics: &step.metrics })
         .collect();
-    // Where what is left is noise, what is new from one reading to the next says most of all.
+    // If the residual is noise, the innovation of each reading is the most informative.
     let innovations: Vec<Metric> = path
         .iter()
         .filter(|_| is_noise)
@@ -267,10 +267,10 @@ fn reported(
     fit
 }
 
-/// An error this many times the white noise may hide a cause, which counts as colour or as outliers of the noise.
+/// Ratio of error to white noise from which the noise may hide a cause, as colour or as outliers.
 const SWALLOWING: f64 = 5.0;
 
-/// Is the error of readings so far above the white noise that there may be a cause in it?
+/// Whether the error of readings is so far above the white noise that it may hide a cause.
 fn is_swallowing(state: &State<'_>, metrics: &[Metric]) -> bool {
     let scene = state.scene(&state.terms);
     let floor = scene.floor(&state.noise);
@@ -278,16 +278,16 @@ fn is_swallowing(state: &State<'_>, metrics: &[Metric]) -> bool {
     is_row && metrics.iter().any(|metric| metric.errors.rmse() > SWALLOWING * floor)
 }
 
-/// What a model leaves.
+/// Properties of a residual.
 struct Remains {
-    /// The input with which its size goes, if it goes with one.
+    /// The input that its size depends on, if any.
     goes: Option<Goes>,
-    /// Whether it is new in every observation.
+    /// Whether it is white.
     whiteness: Option<Whiteness>,
 }
 
-/// A memory this improbable in noise is none of noise. What a model misses of an effect that it names must not count as
-/// one (assumption, measured on synthetic sets).
+/// Probability under noise below which a memory is not noise. An effect that the model names but fits imperfectly must
+/// not count as one (assumption, measured on synthetic sets).
 const MEMORY: f64 = 1e-10;
 
 impl Remains {
@@ -296,7 +296,7 @@ impl Remains {
     }
 }
 
-/// Looks at what `state` leaves.
+/// Examines the residual of `state`.
 fn remains(state: &State<'_>) -> Remains {
     let data = state.data;
     let whitener = Whitener::new(data.layout, &state.noise, &[]);
@@ -332,7 +332,7 @@ fn remains(state: &State<'_>) -> Remains {
     Remains { goes: goes_with(&white, &beside), whiteness }
 }
 
-/// `terms` fitted as they are.
+/// Fits `terms` as they are.
 pub fn fit_terms(
     data: Data<'_>,
     terms: &[Shape],

@@ -1,4 +1,4 @@
-//! One round: is anything missing, and what?
+//! One round: decides whether anything is missing, and what.
 
 use super::data::Data;
 use super::held_back::holds_back_all;
@@ -15,23 +15,23 @@ use crate::significance::surprise_chi2;
 /// A candidate with its numbers at their best.
 #[derive(Debug, Clone)]
 pub struct Contender {
-    /// What it is.
+    /// The candidate.
     pub candidate: Candidate,
     /// What it explains.
     pub score: Score,
-    /// Surprise less the toll of having looked at many, in nats.
+    /// Surprise minus the penalty for multiple testing, in nats.
     pub strength: f64,
-    /// Strength less half the logarithm of the observations for each number that was fitted beside the coefficients
-    /// (Schwarz): by this contenders are ranked.
+    /// Strength minus half the logarithm of the observations for each number fitted besides the coefficients (Schwarz);
+    /// ranks contenders.
     pub rank: f64,
-    /// What it must show beyond the threshold, in nats.
+    /// Extra strength required beyond the threshold, in nats.
     pub caution: f64,
-    /// Terms of a lower order that come with it, since they say where its zero is.
+    /// Lower-order terms that come with it, since they determine its zero.
     pub beside: Vec<Candidate>,
 }
 
 impl Contender {
-    /// Ranked among `observations`.
+    /// A contender ranked among `observations`.
     pub fn new(candidate: Candidate, score: Score, strength: f64, observations: f64) -> Self {
         let numbers = candidate.shape.nonlinear().len() as f64;
         let simple = if candidate.shape.drivers.is_empty() { SIMPLEST } else { 0.0 };
@@ -39,33 +39,33 @@ impl Contender {
         Self { candidate, score, strength, rank, caution: 0.0, beside: Vec::new() }
     }
 
-    /// All that it adds.
+    /// All candidates that it adds.
     pub fn all(&self) -> impl Iterator<Item = &Candidate> {
         self.beside.iter().chain(std::iter::once(&self.candidate))
     }
 
-    /// Columns of all that it adds.
+    /// Columns of all candidates that it adds.
     fn columns(&self, data: Data<'_>) -> Vec<Vec<f64>> {
         self.all().flat_map(|candidate| data.columns(&candidate.shape)).collect()
     }
 }
 
-/// A constant is preferred to what has a driver, by so many nats.
+/// Preference for a constant over a term with a driver, in nats.
 pub(super) const SIMPLEST: f64 = 2.0;
-/// Contenders of one family that are refined.
+/// Number of contenders in a family to refine.
 const REFINED: usize = 3;
-/// A spline as surprising as this is worth a look at hinges and bumps.
+/// Surprise of a spline from which hinges and bumps are tried.
 const NARROW_FROM: f64 = 5.0;
-/// And if it is not so much behind the best named effect.
+/// Maximum distance of that spline behind the best named effect.
 const NARROW_BEHIND: f64 = 4.0;
-/// Contenders that are measured on every row.
+/// Number of contenders measured on every row.
 const EXACT: usize = 12;
-/// What something that only follows time, and a shape without a name, must show beyond the rest where the noise is
-/// coloured, in nats.
+/// Extra strength required of a cause that only follows time, and of an unnamed shape, if the noise is coloured, in
+/// nats.
 const NATS_OF_TIME: f64 = 0.5;
 const NATS_OF_SHAPE: f64 = 1.0;
 
-/// Measures every candidate in `scene`; the strongest first.
+/// Measures every candidate in `scene`; strongest first.
 pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     let data = scene.data;
     let mut scored: Vec<(Candidate, Score, f64)> = Vec::new();
@@ -87,7 +87,7 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     for candidate in &found {
         look(candidate, scene.record.view(&candidate.shape), tests);
     }
-    // Where a named effect says as much as any smooth function of a driver, hinges and bumps have nothing to add.
+    // If a named effect explains as much as any smooth function of a driver, hinges and bumps add nothing.
     let named = scored
         .iter()
         .filter(|(candidate, _, _)| candidate.shape.known)
@@ -114,9 +114,9 @@ pub fn contenders(scene: &Scene<'_>) -> Vec<Contender> {
     refined(scene, scored)
 }
 
-/// Powers and products, each with what is missing beside it of a lower order in `terms` (the principle of marginality,
-/// Nelder 1977): alone it would have its zero where the data happen to have their middle, and what has it elsewhere
-/// shows in none of its parts.
+/// Powers and products, each with the lower orders that `terms` lack (the principle of marginality, Nelder 1977):
+/// alone, its zero would be at the arbitrary middle of the data, and an effect with its zero elsewhere shows in none of
+/// its parts.
 pub fn with_lower_orders(scene: &Scene<'_>, terms: &[Shape]) -> Vec<Contender> {
     let every: Vec<&Candidate> =
         scene.record.candidates().iter().map(|seen| &seen.candidate).collect();
@@ -143,7 +143,7 @@ pub fn with_lower_orders(scene: &Scene<'_>, terms: &[Shape]) -> Vec<Contender> {
     found
 }
 
-/// Without the groups of which one term says the most: that one goes first and the rest, if need be, after it.
+/// Drops groups in which one term explains the most: that term goes first and the others, if needed, later.
 pub fn without_superfluous(contenders: &mut Vec<Contender>) {
     let alone: Vec<(Shape, f64)> = contenders
         .iter()
@@ -160,8 +160,8 @@ pub fn without_superfluous(contenders: &mut Vec<Contender>) {
     contenders.sort_by(|a, b| b.rank.total_cmp(&a.rank));
 }
 
-/// What an engineer would try first goes first, if it passes `threshold`: a constant that the plain model lacks, then
-/// a named effect that explains a good part of what the strongest contender does.
+/// Puts the plainest explanation first, if it passes `threshold`: a constant that the plain model lacks, then a named
+/// effect that explains a good part of what the strongest contender does.
 pub fn plainest_first(contenders: &mut Vec<Contender>, threshold: f64) {
     let Some(first) = contenders.first() else { return };
     let most = first.score.statistic;
@@ -183,10 +183,10 @@ pub fn plainest_first(contenders: &mut Vec<Contender>, threshold: f64) {
     }
 }
 
-/// How much of what a nameless shape explains a named effect must explain to be preferred.
+/// Share of an unnamed shape's explanation from which a named effect is preferred.
 const NAMED_SHARE: f64 = 0.6;
 
-/// Surfaces over two drivers: looked at when nothing else is left.
+/// Surfaces over two drivers, tried only when nothing else is left.
 pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
     let scored = scene
         .record
@@ -200,7 +200,7 @@ pub fn surfaces(scene: &Scene<'_>) -> Vec<Contender> {
     refined(scene, scored)
 }
 
-/// The best few of each family and kind of term with their numbers refined.
+/// Refines the numbers of the best few of each family and kind of term.
 fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<Contender> {
     scored.sort_by(|a, b| b.2.total_cmp(&a.2));
     let best = scored.first().map_or(0.0, |first| first.2);
@@ -219,7 +219,7 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
                 }
             };
             *count += 1;
-            // Only what could still win or be a rival is worth the search.
+            // Refines only what could still win or be a rival.
             let worth = if candidate.family == Family::Narrow { 6.0 } else { 12.0 };
             if *count <= REFINED && strength > best - worth && score.surprise > 3.0 {
                 let toll = score.surprise - strength;
@@ -247,7 +247,7 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
     found
 }
 
-/// Something that only follows time is easily coloured noise.
+/// Extra strength for causes that only follow time, which coloured noise imitates easily.
 fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
     if !noise.is_coloured() {
         return 0.0;
@@ -261,8 +261,8 @@ fn caution(candidate: &Candidate, noise: &NoiseModel) -> f64 {
     step + shape + if in_time { NATS_OF_TIME } else { 0.0 }
 }
 
-/// What it must show beyond the threshold where the noise is coloured, in nats: slow noise looks like what follows
-/// nothing but time, and like what hardly follows anything.
+/// Extra strength required if the noise is coloured, in nats: slow noise looks like a cause that follows only time, or
+/// one that is nearly an offset or a trend.
 fn caution_of(data: Data<'_>, candidate: &Candidate) -> f64 {
     let is_slow = follows_time(candidate)
         || data.columns(&candidate.shape).iter().any(|column| is_offset_or_trend(column));
@@ -275,7 +275,7 @@ fn follows_time(candidate: &Candidate) -> bool {
         || candidate.shape.form == crate::model::Form::Exponential
 }
 
-/// Share of a column that an offset and a trend explain, from which it counts as one.
+/// Share of a column that an offset and a trend explain, from which it counts as slow.
 const SLOW_SHARE: f64 = 0.98;
 
 fn is_offset_or_trend(column: &[f64]) -> bool {
@@ -288,8 +288,8 @@ fn is_offset_or_trend(column: &[f64]) -> bool {
     dot(&left, &left) < (1.0 - SLOW_SHARE) * dot(column, column)
 }
 
-/// What a candidate explains where the noise is fitted anew with it and without it: under coloured noise a slow
-/// effect and the noise stand for one another.
+/// Measures a candidate with the noise fitted anew with it and without it: under coloured noise a slow effect and the
+/// noise can replace one another.
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
     let mut columns = null.columns.to_vec();
     columns.extend(contender.columns(scene.data));
@@ -298,7 +298,7 @@ pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) ->
         noise::retune(layout, &block.residual, &columns, null.noise, null.left_out);
     let mut null_likelihood = null.likelihood;
     if !scene.record.means.is_empty() {
-        // Of a long record a noise that is tuned a little better gains more than most effects: both sides have it.
+        // On a long record, slightly better noise gains more than most effects, so both sides get it.
         let also = noise::priced(layout, &block.residual, null.columns, &noise, null.left_out);
         null_likelihood = null_likelihood.max(also);
     }
@@ -317,7 +317,7 @@ pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) ->
     found
 }
 
-/// The model without anything new, under noise fitted to it.
+/// The model without new terms, under noise fitted to it.
 pub struct Profile<'a> {
     /// Columns of the model so far.
     pub columns: &'a [Vec<f64>],

@@ -1,4 +1,4 @@
-//! Whole runs held out.
+//! Folds of whole runs.
 
 use super::data::combine;
 use super::scene::Scene;
@@ -6,12 +6,12 @@ use crate::linear::solve;
 use crate::robust;
 use std::ops::Range;
 
-/// Folds, at most.
+/// Maximum number of folds.
 pub const FOLDS_MAX: usize = 5;
-/// Blocks into which data without runs are split, and the share of a block that is left out beside it.
+/// Gap on each side of a held-out stretch of data without runs, as a share of the stretch.
 const BLOCK_GAP: f64 = 0.1;
 
-/// For each fold, which of `runs` (the run of each observation) it holds out; and what it does not use at all.
+/// The runs that a fold holds out, and the observations that it uses, over `runs` (the run of each observation).
 #[derive(Debug, Clone)]
 pub struct Fold {
     /// Held out.
@@ -20,7 +20,7 @@ pub struct Fold {
     pub train: Vec<bool>,
 }
 
-/// Folds that never split a run. One run alone is split into stretches with gaps between them.
+/// Folds that never split a run. A single run is split into stretches with gaps between them.
 pub fn folds(runs: &[usize]) -> Vec<Fold> {
     let mut order: Vec<usize> = Vec::new();
     for &run in runs {
@@ -63,8 +63,8 @@ pub fn folds(runs: &[usize]) -> Vec<Fold> {
         .collect()
 }
 
-/// How much less (in nats) the held-out whitened error is with `new` columns beside `old` ones; wild values count as
-/// much as large ones.
+/// Reduction of the held-out whitened error, in nats, by `new` columns beside `old` ones; outliers count only as large
+/// values.
 pub fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
     let (old, new) = (scene.whitener.apply_all(old), scene.whitener.apply_all(new));
     let both: Vec<Vec<f64>> = old.iter().chain(&new).cloned().collect();
@@ -93,7 +93,7 @@ pub fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
     total / (2.0 * scene.scale * scene.scale)
 }
 
-/// `column` where `keep` says so, zero elsewhere.
+/// `column` where `keep` is set, zero elsewhere.
 pub fn mask(column: &[f64], keep: &[bool]) -> Vec<f64> {
     column.iter().zip(keep).map(|(value, keep)| if *keep { *value } else { 0.0 }).collect()
 }

@@ -7,26 +7,26 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-/// The data of one block, which never change.
+/// The constant data of one block.
 #[derive(Clone, Copy)]
 pub struct Data<'a> {
     /// The equations.
     pub block: &'a Block,
-    /// What effects see.
+    /// Channels that effects depend on.
     pub channels: &'a Channels,
-    /// When observations were made.
+    /// Times of the observations.
     pub layout: &'a Layout,
-    /// Columns of the terms of models, which are asked for again and again.
+    /// Cache of the columns of model terms.
     pub memory: Option<&'a Memory>,
 }
 
-/// Columns of shapes over the observations of one block, the latest last.
+/// Cached columns of shapes over the observations of one block, latest last.
 #[derive(Debug, Default)]
 pub struct Memory(RefCell<VecDeque<(Shape, Columns)>>);
 
 type Columns = Rc<Vec<Vec<f64>>>;
 
-/// Values that are remembered, at most: 64 MB; and shapes, which are compared one by one.
+/// Maximum number of cached values (64 MB), and of shapes, which are compared one by one.
 const VALUES_MAX: usize = 8_000_000;
 const SHAPES_MAX: usize = 40;
 
@@ -50,14 +50,14 @@ impl Memory {
 }
 
 impl<'a> Data<'a> {
-    /// Without a memory: its columns are asked for once.
+    /// Data without a cache, for a single use of its columns.
     pub fn new(block: &'a Block, channels: &'a Channels, layout: &'a Layout) -> Self {
         Self { block, channels, layout, memory: None }
     }
 }
 
 impl Data<'_> {
-    /// Columns of `shape` over the observations; none where it cannot be had.
+    /// Columns of `shape` over the observations; empty if the data lack a driver.
     pub fn columns(&self, shape: &Shape) -> Vec<Vec<f64>> {
         let columns = shape.observed(self.block, self.channels).unwrap_or_default();
         if columns.iter().flatten().all(|value| value.is_finite()) { columns } else { Vec::new() }
@@ -75,18 +75,18 @@ impl Data<'_> {
         found
     }
 
-    /// How many columns a term of a model has.
+    /// Number of columns of a model term.
     pub fn width(&self, term: &Shape) -> usize {
         self.of_term(term).len()
     }
 
-    /// Columns of all `terms`, one after the other.
+    /// Columns of all `terms`, concatenated.
     pub fn all_columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
         terms.iter().flat_map(|term| self.of_term(term).to_vec()).collect()
     }
 
-    /// How the observations change with each number of each term that they are not linear in, at `coefficients`
-    /// (one a column of `all_columns`).
+    /// Derivatives of the observations by each nonlinear number of each term, at `coefficients` (one per column of
+    /// `all_columns`).
     pub fn derivatives(&self, terms: &[Shape], coefficients: &[f64]) -> Vec<Derivative> {
         let mut found = Vec::new();
         let mut at = 0;
@@ -115,11 +115,11 @@ impl Data<'_> {
     }
 }
 
-/// How the observations change with a number.
+/// Derivative of the observations by a number.
 pub struct Derivative {
     /// Index of the term.
     pub term: usize,
-    /// Which number.
+    /// Name of the number.
     pub name: &'static str,
     /// Change of each observation per unit of it.
     pub column: Vec<f64>,

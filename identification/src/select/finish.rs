@@ -1,4 +1,4 @@
-//! From the terms that were chosen to their values, errors and rivals.
+//! From the chosen terms to their values, errors and rivals.
 
 use super::block::{BlockFit, Found};
 use super::choose::{Contender, contenders};
@@ -19,8 +19,8 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     let linear = white.len();
     let first = robust_fit(&white, &target);
     let derivatives = data.derivatives(&state.terms, &first.coefficients);
-    // The numbers are at their best, so that what is left has nothing along the derivatives: they only widen the
-    // errors of the rest.
+    // The numbers are at their best, so the residual has no component along the derivatives: they only widen the errors
+    // of the rest.
     let fitted = combine(&white, &first.coefficients);
     let residual: Vec<f64> = if fitted.is_empty() {
         target.clone()
@@ -29,14 +29,14 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     };
     white.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
     if let Some(closing) = &data.block.closing {
-        // The lever comes from the same ends of laps: where they lie says little of how large their error is.
+        // The lever comes from the same ends of laps: its fit carries little information on the size of their error.
         let fitted = combine(&columns, &first.coefficients);
         let by_lever = |(fitted, component): (&f64, &usize)| match component {
             0 => 0.0,
             _ => *fitted,
         };
         let by_lever: Vec<f64> = fitted.iter().zip(&closing.component).map(by_lever).collect();
-        // Where there is no term, there is nothing for the lever to act on.
+        // Without a term, the lever has nothing to act on.
         if !by_lever.is_empty() {
             white.push(whitener.apply(&by_lever));
         }

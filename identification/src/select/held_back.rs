@@ -1,15 +1,15 @@
-//! A dead zone holds back all of a small rate: what holds back a small part of it is another effect at the same
-//! rates. (Of a saturation a part is enough: a gyro's gain falls before it ends.)
+//! A dead zone suppresses small rates completely; an effect that suppresses a small part of them is a different one at
+//! the same rates. (For a saturation a part is enough: a gyro's gain falls before its limit.)
 
 use super::scene::Scene;
 use crate::linear::dot;
 use crate::model::{Acts, Shape};
 
-/// How far from the whole the part that is held back may lie, or `ERRORS` of its standard errors where these are more.
+/// Maximum deviation of the suppressed part from the whole, unless `ERRORS` of its standard errors are more.
 const OFF_MAX: f64 = 0.3;
 const ERRORS: f64 = 3.0;
 
-/// Can `shape` be what it says, by the part of the rate that it would have to hold back in `scene`?
+/// Whether `shape` can be a dead zone, by the part of the rate that it would suppress in `scene`.
 pub fn holds_back_all(scene: &Scene<'_>, shape: &Shape) -> bool {
     if shape.acts != Acts::DeadZone {
         return true;
@@ -19,7 +19,7 @@ pub fn holds_back_all(scene: &Scene<'_>, shape: &Shape) -> bool {
     let mut column = scene.whitener.apply(column);
     scene.project(&mut column);
     let length = dot(&column, &column);
-    // Not the scores of the residual: of these what is large is cut off.
+    // Uses the residual, not its scores, which cut off large values.
     let part = dot(&column, &scene.white) / length;
     let error = scene.scale / length.sqrt();
     (part - 1.0).abs() <= OFF_MAX.max(ERRORS * error)

@@ -1,5 +1,5 @@
-//! Causes that matter to the user, where what is left is no noise and probabilities mean nothing: constants before
-//! functions, functions before shapes, each judged by what it brings on runs that took no part.
+//! Causes that matter to the user, for a residual that is not noise and has no meaningful probabilities: constants
+//! before functions, functions before shapes, each judged by its gain on held-out runs.
 
 use super::block::{Asked, Step};
 use super::data::{Data, combine};
@@ -16,19 +16,19 @@ use crate::noise::{NoiseModel, Whitener};
 use crate::robust::root_mean_square;
 use std::cell::OnceCell;
 
-/// Observations on which candidates are compared, at most.
+/// Maximum number of observations on which candidates are compared.
 const SAMPLE: usize = 6000;
-/// Candidates of a class that are judged on runs that took no part.
+/// Number of candidates in a class judged on held-out runs.
 const JUDGED: usize = 5;
-/// A candidate that explains less of what is left is not judged.
+/// Minimum share of the residual that a candidate must explain to be judged.
 const SHARE_MIN: f64 = 0.002;
-/// A reading this many times the root mean square off has no say.
+/// A reading this many times the root mean square off is ignored.
 const GROSS: f64 = 6.0;
-/// By so much the logarithm of an error falls where a model is clearly better.
+/// Fall in the logarithm of an error from which a model is clearly better.
 const BETTER: f64 = 0.05;
-/// Rounds in which the numbers of a term are brought to their best.
+/// Rounds of tuning the numbers of a term.
 const SWEEPS: usize = 4;
-/// Looks for causes by what they bring to the user.
+/// Searches for causes by their benefit to the user.
 pub(super) struct Material<'a> {
     data: Data<'a>,
     judge: &'a Judge<'a>,
@@ -37,10 +37,10 @@ pub(super) struct Material<'a> {
     sampled: OnceCell<Vec<Vec<Vec<f64>>>>,
 }
 
-/// How many classes there are.
+/// Number of classes.
 const CLASSES: usize = 3;
 
-/// What the user would do first goes first.
+/// Class of a shape: what a user would try first goes first.
 fn class(shape: &Shape) -> usize {
     let is_alignment = matches!(shape.form, Form::Delay) || shape.acts == crate::model::Acts::Axis;
     if shape.drivers.is_empty() || is_alignment {
@@ -53,7 +53,7 @@ fn class(shape: &Shape) -> usize {
 }
 
 impl<'a> Material<'a> {
-    /// Of the candidates of `record`.
+    /// A search over the candidates of `record`.
     pub fn new(judge: &'a Judge<'a>, record: &Record<'a>) -> Self {
         let candidates = record
             .candidates()
@@ -71,8 +71,8 @@ impl<'a> Material<'a> {
         path
     }
 
-    /// The last model of `path` again, with a say for the readings that counted as outliers of its noise and without
-    /// what could then be zero, where that predicts better.
+    /// Refits the last model of `path` with the readings that counted as outliers and without the terms that could then
+    /// be zero, if that predicts better.
     pub fn look_again<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>) {
         let Some(last) = path.last() else { return };
         let mut state = self.fitted(last.state.clone());
@@ -87,7 +87,7 @@ impl<'a> Material<'a> {
         }
     }
 
-    /// Goes on from the last model of `path`, one term at a time.
+    /// Continues from the last model of `path`, one term at a time.
     pub fn extend<'s>(&self, path: &mut Vec<Step<'s>>, judge: &Judge<'_>, asked: Asked<'_>) {
         let Some(last) = path.last() else { return };
         let Step { state: mut now, mut metrics } =
@@ -99,11 +99,11 @@ impl<'a> Material<'a> {
         }
     }
 
-    /// With the noise that weighs all rows alike; of levels, the noise stays.
+    /// Uses noise that weighs all rows equally; for levels, the noise stays.
     pub fn fitted<'s>(&self, mut state: State<'s>) -> State<'s> {
         if self.data.layout.is_level() {
             state.left_out = Vec::new();
-            // Errors of levels that are alike, and a walk that brings as much over a step.
+            // Equal errors of levels, and a walk that adds as much over a step.
             state.noise = NoiseModel {
                 walk: self.data.layout.mean_activity().max(f64::MIN_POSITIVE).recip(),
                 ..NoiseModel::white(self.data.layout.runs())
@@ -129,7 +129,7 @@ impl<'a> Material<'a> {
         state
     }
 
-    /// The model with the term that brings most, of the first class that has one that matters.
+    /// The model with the most beneficial term, from the first class that has one that matters.
     fn step<'s>(&self, state: &State<'s>, before: &[Metric]) -> Option<(State<'s>, Vec<Metric>)> {
         let scored = self.scored(state);
         (0..CLASSES).find_map(|class| {
@@ -144,14 +144,14 @@ impl<'a> Material<'a> {
         })
     }
 
-    /// The strongest candidates of each class beside `state`, judged.
+    /// The strongest candidates of each class added to `state`, judged.
     pub fn contenders<'s>(&self, state: &State<'s>) -> Vec<(State<'s>, Vec<Metric>)> {
         let scored = self.scored(state);
         (0..CLASSES).flat_map(|class| self.judged(state, &scored, class)).collect()
     }
 
-    /// Candidates by how much of what `state` leaves they explain, the most first. Constants are always among them: a
-    /// small share of what is left from row to row can be much at the end of a path.
+    /// Candidates by the share of the residual of `state` that they explain, largest first. Constants are always
+    /// included: a small share from row to row can be large at the end of a path.
     fn scored(&self, state: &State<'_>) -> Vec<Candidate> {
         let sample = Sample::new(self.data, state);
         let share = |(index, candidate): (usize, &Candidate)| {
@@ -192,7 +192,7 @@ impl<'a> Material<'a> {
         found
     }
 
-    /// Columns of each candidate at the observations `at`, which are the same every time.
+    /// Columns of each candidate at the observations `at`, which are the same in every call.
     fn sampled(&self, at: &[usize]) -> &[Vec<Vec<f64>>] {
         self.sampled.get_or_init(|| {
             let picked = |column: &Vec<f64>| at.iter().map(|&i| column[i]).collect();
@@ -201,7 +201,7 @@ impl<'a> Material<'a> {
         })
     }
 
-    /// Those of a class, each beside `state`.
+    /// The candidates of a class, each added to `state` and judged.
     fn judged<'s>(
         &self,
         state: &State<'s>,
@@ -219,11 +219,11 @@ impl<'a> Material<'a> {
             .collect()
     }
 
-    /// `state` with `candidate` and what it lacks of a lower order, its numbers at their best; `None` where that is
-    /// outside physics, balances another term or leaves one that could be zero.
+    /// `state` with `candidate` and the lower orders it lacks, all numbers at their best; `None` if the result is
+    /// unphysical, balances another term or contains one that could be zero.
     fn with<'s>(&self, state: &State<'s>, candidate: &Candidate) -> Option<State<'s>> {
         let mut tried = state.clone();
-        // What has no name finds its own zero.
+        // An unnamed shape finds its own zero.
         let is_named = candidate.shape.known;
         let below =
             |other: &&Candidate| is_named && other.shape.is_lower_order_of(&candidate.shape);
@@ -254,8 +254,8 @@ fn fall(before: &[Metric], after: &[Metric]) -> f64 {
         .sum()
 }
 
-/// Does the error of some metric fall by more than it is known, and in most runs, and none rise beyond its standard
-/// error?
+/// Whether the error of some metric falls beyond its uncertainty and in most runs, and none rises beyond its standard
+/// error.
 fn matters(before: &[Metric], after: &[Metric]) -> bool {
     let falls = before.iter().zip(after).any(|(before, after)| {
         let (less, _) = before.errors.beyond(&after.errors);
@@ -268,7 +268,7 @@ fn matters(before: &[Metric], after: &[Metric]) -> bool {
     falls && !rises
 }
 
-/// Brings the number of each delay to its coefficient; false where none moved.
+/// Sets the number of each delay to its coefficient; returns false if none moved.
 fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     if state.terms.iter().all(|term| term.form != Form::Delay) {
         return false;
@@ -296,7 +296,7 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     moved
 }
 
-/// A part of the observations, with the model so far taken out.
+/// A part of the observations, with the model so far subtracted.
 struct Sample<'a> {
     data: Data<'a>,
     at: Vec<usize>,
@@ -333,7 +333,7 @@ impl<'a> Sample<'a> {
         self.whitener.apply_all(columns).iter().map(pick).collect()
     }
 
-    /// Columns at the observations of the sample, each value with its weight.
+    /// Columns at the observations of the sample, weighted.
     fn weighed(&self, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let weights = self.whitener.weights();
         let weigh = |column: &Vec<f64>| {
@@ -342,7 +342,7 @@ impl<'a> Sample<'a> {
         columns.iter().map(weigh).collect()
     }
 
-    /// How much of what is left `shape` explains.
+    /// Share of the residual that `shape` explains.
     fn share(&self, shape: &Shape) -> f64 {
         self.share_of(self.picked(&self.data.columns(shape)))
     }
@@ -354,7 +354,7 @@ impl<'a> Sample<'a> {
         self.basis.beyond(picked).explained(&self.left) / self.total
     }
 
-    /// `shape` with its numbers where it explains most: by factors, since what is sought are orders first.
+    /// `shape` with its best numbers, searched in factors since only orders of magnitude matter at first.
     fn refined(&self, shape: &Shape) -> Shape {
         let mut best = (self.share(shape), shape.clone());
         for name in shape.nonlinear() {

@@ -1,4 +1,4 @@
-//! A long record by the means of rows that follow one another: on these a slow shape loses nothing and costs little.
+//! Means of consecutive rows of a long record: a slow shape loses nothing in them and costs little.
 
 use super::data::Data;
 use crate::model::Shape;
@@ -7,12 +7,12 @@ use crate::problem::{Block, Channel, Channels, Exposure};
 use crate::signal::Smooth;
 use std::ops::Range;
 
-/// Stretches of the record on which a shape is tried both ways, and their rows together.
+/// Number of stretches of the record on which a shape is tried both ways, and their total rows.
 const PROBES: usize = 60;
 const PROBE_ROWS: usize = 24_000;
-/// Means in a stretch, at least.
+/// Minimum number of means in a stretch.
 const PROBE_MEANS_MIN: usize = 4;
-/// A shape that loses more than this share of its variance in means is too fast for them.
+/// Share of variance lost in means from which a shape is too fast for them.
 const LOST_MAX: f64 = 0.01;
 
 /// Equations of the means of groups of observations.
@@ -23,22 +23,22 @@ pub struct Means {
     probe: Probe,
 }
 
-/// What columns of shapes are made from.
+/// Equations from which columns of shapes are computed.
 struct Equations {
     block: Block,
     channels: Channels,
 }
 
-/// Some stretches of the record, row by row and by means.
+/// Some stretches of the record, row by row and in means.
 struct Probe {
     whole: Equations,
     means: Equations,
-    /// How many rows each mean has.
+    /// Number of rows in each mean.
     sizes: Vec<usize>,
 }
 
 impl Means {
-    /// Of every `size` observations of `data`, each of a row alone.
+    /// Means of every `size` observations of `data`, each of a single row.
     pub fn new(data: Data<'_>, size: usize) -> Self {
         let (layout, groups) = data.layout.thinned(size);
         let segments = segment_of_rows(data.channels);
@@ -50,13 +50,13 @@ impl Means {
         Self { probe: Probe::new(data, &groups, size, begins), equations, layout, groups }
     }
 
-    /// The means as data. What was measured is not among them.
+    /// The means as data, without the raw measurements.
     pub fn data(&self) -> Data<'_> {
         let Equations { block, channels } = &self.equations;
         Data::new(block, channels, &self.layout)
     }
 
-    /// Means of `values`, one an observation, each with its weight.
+    /// Weighted means of `values`, one per observation.
     pub fn of(&self, values: &[f64], weights: &[f64]) -> Vec<f64> {
         let mean = |group: &Range<usize>| {
             let (mut sum, mut weight) = (0.0, 0.0);
@@ -69,16 +69,16 @@ impl Means {
         self.groups.iter().map(mean).collect()
     }
 
-    /// When the means were made; the white noise of each is that of its observations together.
+    /// Times of the means; the white noise of each is that of its observations together.
     pub fn layout(&self, weights: &[f64]) -> Layout {
         let spread = |group: &Range<usize>| weights[group.clone()].iter().sum::<f64>().powf(-0.5);
         self.layout.with_spread(self.groups.iter().map(spread).collect())
     }
 
-    /// Is `shape` so slow that the means show all of it?
+    /// Whether `shape` is so slow that the means show all of it.
     pub fn show(&self, shape: &Shape) -> bool {
         let (whole, means) = (self.probe.whole.columns(shape), self.probe.means.columns(shape));
-        // All columns together: of a wide shape one may stand for a few rows only.
+        // All columns together: one column of a wide shape may cover only a few rows.
         let (lost, total) = whole
             .iter()
             .zip(&means)
@@ -97,7 +97,8 @@ fn segment_of_rows(channels: &Channels) -> Vec<usize> {
 }
 
 impl Equations {
-    /// Of the means of `groups` of observations. A stretch of time begins with each group that `begins` one.
+    /// Equations of the means of `groups` of observations. A stretch of time starts at each group for which `begins` is
+    /// true.
     fn new(data: Data<'_>, groups: &[Range<usize>], begins: impl Fn(usize) -> bool) -> Self {
         let Data { block, channels, .. } = data;
         let mean = |values: &[f64]| -> Vec<f64> {
@@ -206,8 +207,8 @@ impl Probe {
         }
     }
 
-    /// Sum of squares that a column loses, if the mean stands for each of its rows, and its sum of squares about its
-    /// own mean.
+    /// Sum of squares that a column loses if the mean replaces each of its rows, and its sum of squares about its own
+    /// mean.
     fn lost(&self, whole: &[f64], means: &[f64]) -> (f64, f64) {
         let middle = whole.iter().sum::<f64>() / whole.len().max(1) as f64;
         let (mut lost, mut total) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Periods that nobody knows, by the fast Fourier transform of what is left.
+//! Unknown periods, by the fast Fourier transform of the residual.
 
 use super::scene::Scene;
 use crate::candidates::{Candidate, periodic};
@@ -6,16 +6,16 @@ use crate::model::{Acts, exposure};
 use crate::problem::Aggregate;
 use realfft::RealFftPlanner;
 
-/// Samples of the transform, at most.
+/// Maximum number of samples of the transform.
 const SAMPLES_MAX: usize = 1 << 21;
-/// A period must fit this often.
+/// Minimum number of cycles of a period in the record.
 const CYCLES_MIN: f64 = 3.0;
-/// A period is searched between the frequencies of the transform too: each is worth so many independent tests.
+/// Independent tests per frequency of the transform, since periods between frequencies are searched too.
 const TESTS_PER_FREQUENCY: f64 = 2.5;
-/// Peaks that are looked at for each kind of term.
+/// Number of peaks examined for each kind of term.
 const PEAKS: usize = 2;
 
-/// The likeliest periods, and how many were looked at.
+/// The likeliest periods, and the number of independent tests.
 pub fn periods(scene: &Scene<'_>) -> (Vec<Candidate>, f64) {
     let (block, channels) = (scene.data.block, scene.data.channels);
     let interval = scene.data.layout.interval();

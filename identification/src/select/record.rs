@@ -1,4 +1,4 @@
-//! The data of one block with what is made of them once: means of a long record, and the candidates.
+//! The data of one block with what is computed from them once: means of a long record, and the candidates.
 
 use super::data::Data;
 use super::means::Means;
@@ -8,7 +8,7 @@ use crate::model::Shape;
 use crate::problem::Aggregate;
 use std::cell::OnceCell;
 
-/// Rows above which a record is long, and to about how many means it is then brought, the fewest first.
+/// Number of rows from which a record is long, and the approximate numbers of means it is reduced to, fewest first.
 const LONG_FROM: usize = 50_000;
 const MEANS: [usize; 2] = [6_000, 30_000];
 
@@ -16,30 +16,30 @@ const MEANS: [usize; 2] = [6_000, 30_000];
 pub struct Record<'a> {
     /// The data.
     pub data: Data<'a>,
-    /// A long record by means, the fewest first.
+    /// Means of a long record, fewest first.
     pub means: Vec<Means>,
     timing: Option<Timing>,
     candidates: OnceCell<Vec<Seen>>,
     pairs: OnceCell<Vec<Seen>>,
 }
 
-/// Where a shape is looked at: the index of the means, or their number for every row.
+/// Where a shape is measured: the index of the means, or their number for every row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct View(pub usize);
 
-/// A candidate and where it is looked at.
+/// A candidate and its view.
 pub struct Seen {
     /// The candidate.
     pub candidate: Candidate,
-    /// Where it shows.
+    /// The view in which it shows.
     pub view: View,
 }
 
 impl<'a> Record<'a> {
-    /// Of `data`, with one way of being late or any.
+    /// A record of `data`, restricted to one kind of delay if `timing` is set.
     pub fn new(data: Data<'a>, timing: Option<Timing>) -> Self {
         let n = data.block.rows.len();
-        // Rows without an observation would be missing in means.
+        // Means would lack rows without an observation.
         let is_dense = 10 * n >= 9 * data.channels.time.len();
         let is_long = data.block.aggregate == Aggregate::Row && is_dense && n > LONG_FROM;
         let means = if is_long {
@@ -50,12 +50,12 @@ impl<'a> Record<'a> {
         Self { data, means, timing, candidates: OnceCell::new(), pairs: OnceCell::new() }
     }
 
-    /// The fewest means that show all of `shape`.
+    /// The view with the fewest means that show all of `shape`.
     pub fn view(&self, shape: &Shape) -> View {
         View(self.means.iter().take_while(|means| !means.show(shape)).count())
     }
 
-    /// Every candidate that is tried in each round.
+    /// Every candidate tried in each round.
     pub fn candidates(&self) -> &[Seen] {
         self.candidates.get_or_init(|| {
             let mut found = all(self.data.block, self.data.channels);
@@ -87,7 +87,7 @@ mod tests {
     use crate::select::Data;
     use crate::select::scene::Scene;
 
-    /// An hour and more at 10 Hz: a slow temperature, a rate that changes all the time.
+    /// More than an hour at 10 Hz, with a slow temperature and a rate that changes all the time.
     fn problem() -> Problem {
         let n = LONG_FROM + 1000;
         let series =

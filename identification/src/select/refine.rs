@@ -1,4 +1,4 @@
-//! The numbers of a shape that its columns are not linear in, brought to their best values.
+//! Tunes the nonlinear numbers of a shape to their best values.
 
 use super::data::Data;
 use super::scene::{Scene, robust_fit};
@@ -8,10 +8,10 @@ use crate::model::{Form, Shape};
 const STEPS: usize = 10;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// `shape` with its numbers where it explains most in `scene`, and how much that is.
+/// `shape` with the numbers that explain most in `scene`, and how much that is.
 pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
     let mut best = shape.clone();
-    // One view throughout: values of different ones would not compare.
+    // A single view throughout: values of different views are not comparable.
     let view = scene.record.view(shape);
     let mut value = scene.look_at(&best, view).statistic;
     if shape.form == Form::Delay {
@@ -40,7 +40,7 @@ pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
     (best, value)
 }
 
-/// Where a number may be: about where it is now, wide enough to reach the next value that was tried.
+/// Range of a number: around its present value, wide enough to reach the next value that was tried.
 fn bounds(shape: &Shape, data: Data<'_>, name: &str, now: f64, sweep: usize) -> (f64, f64) {
     let narrow = if sweep == 0 { 1.0 } else { 0.4 };
     match name {
@@ -79,7 +79,7 @@ fn spread_of(shape: &Shape, data: Data<'_>, driver: usize) -> f64 {
     })
 }
 
-/// Largest of `f` between `low` and `high`, and where.
+/// Maximum of `f` between `low` and `high`, and its position.
 fn golden(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     let (mut a, mut b) = (low, high);
     let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
@@ -98,7 +98,7 @@ fn golden(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     if fc > fd { (fc, c) } else { (fd, d) }
 }
 
-/// A delay is its own coefficient: the number at which the fit gives back the number.
+/// A delay is its own coefficient: finds the fixed point at which the fit returns the number.
 fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
     const ROUNDS: usize = 6;
     let name = best.fixed.iter().map(|(name, _)| name.clone()).next().unwrap_or_default();
@@ -108,7 +108,7 @@ fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
         if !found.is_finite() || found == 0.0 || (found - now).abs() < 1e-3 * now.abs() {
             break;
         }
-        // Half steps where it would run away; a lag cannot be negative.
+        // Half steps if it would diverge; a lag cannot be negative.
         let next = found.clamp(now - 4.0 * now.abs(), now + 4.0 * now.abs());
         let next = if name == "time_constant" { next.max(now / 4.0) } else { next };
         let mut tried = best.clone();

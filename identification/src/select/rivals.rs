@@ -1,29 +1,29 @@
-//! What else could have been the cause.
+//! Rivals: other possible causes.
 
 use super::choose::Contender;
 use super::scene::Scene;
 use crate::model::{Driver, Form, Shape};
 use crate::significance::surprise_chi2;
 
-/// A rival explains at most this much less than the effect, in nats.
+/// Maximum distance of a rival behind the effect, in nats.
 const BEHIND_MAX: f64 = 12.0;
-/// The effect adds less than this to a rival, as a surprise: what chi-squared exceeds once in 200 times.
+/// Maximum surprise that the effect adds to a rival: what chi-squared exceeds once in 200 times.
 const ADDS_MAX: f64 = 5.3;
-/// Rivals that are named, at most.
+/// Maximum number of rivals named.
 const RIVALS_MAX: usize = 6;
-/// Contenders that are looked at.
+/// Number of contenders examined.
 const LOOKED_AT: usize = 60;
 
 /// Another cause that the data cannot exclude.
 #[derive(Debug, Clone)]
 pub struct RivalFound {
-    /// What it is.
+    /// Its shape.
     pub shape: Shape,
-    /// By how much it ranks behind the effect, in nats.
+    /// Its distance behind the effect in rank, in nats.
     pub behind: f64,
 }
 
-/// Contenders in `scene` (the model without the effect) that the effect adds nothing to.
+/// Contenders in `scene` (the model without the effect) to which the effect adds nothing.
 pub fn rivals(scene: &Scene<'_>, mine: &Contender, contenders: &[Contender]) -> Vec<RivalFound> {
     let effect = &mine.candidate.shape;
     let best = mine.rank;
@@ -37,7 +37,7 @@ pub fn rivals(scene: &Scene<'_>, mine: &Contender, contenders: &[Contender]) -> 
         let named_already = found.iter().any(|rival| {
             rival.shape.acts == shape.acts && same_drivers(&rival.shape.drivers, &shape.drivers)
         });
-        // A wide or nameless shape can stand for anything: it is a rival only of its like.
+        // A wide or unnamed shape can imitate anything: it is a rival only to its like.
         let unfair = (is_wide || !shape.known) && effect.known;
         if same
             || named_already

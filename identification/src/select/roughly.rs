@@ -1,5 +1,5 @@
-//! Values, errors and rivals where what is left is no noise: least squares, with errors that hold whatever is left as
-//! long as runs are alike (Liang and Zeger 1986), and rivals that predict as well what took no part.
+//! Values, errors and rivals for a residual that is not noise: least squares, with errors that are valid for any
+//! residual if runs are alike (Liang and Zeger 1986), and rivals that predict held-out data as well.
 
 use super::block::{BlockFit, Found};
 use super::choose::SIMPLEST;
@@ -14,11 +14,11 @@ use crate::noise::Whitener;
 use crate::robust;
 use crate::significance::surprise;
 
-/// Fewer runs are cut into so many stretches.
+/// Minimum number of runs; fewer are cut into this many stretches.
 const CLUSTERS_MIN: usize = 6;
 const STRETCHES: usize = 12;
 
-/// Which observations go together: runs, or stretches where there are few.
+/// Cluster of each observation: its run, or its stretch if runs are few.
 fn clusters(run: &[usize]) -> Vec<usize> {
     let mut of: Vec<usize> = Vec::with_capacity(run.len());
     let mut count = 0;
@@ -32,7 +32,7 @@ fn clusters(run: &[usize]) -> Vec<usize> {
     (0..run.len()).map(|i| i * STRETCHES / run.len()).collect()
 }
 
-/// Covariance of least-squares coefficients, and from how many clusters.
+/// Covariance of least-squares coefficients, and the number of clusters behind it.
 fn covariance(
     columns: &[Vec<f64>],
     left: &[f64],
@@ -64,8 +64,7 @@ fn covariance(
     (found, count)
 }
 
-/// A least-squares fit of the terms of a state, each with its coefficients, its other numbers, and how surprising it
-/// would be, in nats.
+/// A least-squares fit of the terms of a state: coefficients, other numbers, and surprise, in nats.
 struct Estimates {
     terms: Vec<Found>,
     left: Vec<f64>,
@@ -103,7 +102,7 @@ fn estimates(state: &State<'_>) -> Estimates {
                 (derivative.name.to_owned(), covariance[linear + i][linear + i].sqrt())
             })
             .collect();
-        // The largest deviation of a coefficient, all of them looked at.
+        // The largest deviation of a coefficient, corrected for their number.
         let wald = coefficients
             .iter()
             .map(|(value, error)| (value / error).powi(2))
@@ -117,11 +116,11 @@ fn estimates(state: &State<'_>) -> Estimates {
     Estimates { terms, left }
 }
 
-/// A term that could be zero at this probability says nothing, whatever it brings on the runs that there are.
+/// Probability of being zero from which a term is doubtful, whatever its gain on the existing runs.
 const DOUBTFUL: f64 = 0.01;
 
-/// The least sure of the terms that were added and could be zero. Constants and lower orders only say where another has
-/// its zero.
+/// The least certain of the added terms that could be zero. Constants and lower orders only determine the zero of
+/// another term.
 pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
     let terms = estimates(state).terms;
     let is_zero_of_another = |shape: &Shape| {
@@ -133,13 +132,13 @@ pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
         .min_by(|a, b| terms[*a].strength.total_cmp(&terms[*b].strength))
 }
 
-/// Is no term that was added doubtful?
+/// Whether no added term is doubtful.
 pub(super) fn is_sure(state: &State<'_>) -> bool {
     doubtful(state).is_none()
 }
 
 impl Material<'_> {
-    /// Values, errors and rivals of the terms of `state`, which was judged by `metrics`.
+    /// Values, errors and rivals of the terms of `state`, which `metrics` judged.
     pub fn finish(&self, state: &State<'_>, metrics: &[Metric]) -> BlockFit {
         let Estimates { mut terms, left } = estimates(state);
         for index in state.base..terms.len() {
@@ -162,7 +161,7 @@ impl Material<'_> {
         }
     }
 
-    /// What predicts as well in the place of a term.
+    /// Causes that predict as well in the place of a term.
     fn rivals(&self, state: &State<'_>, index: usize, metrics: &[Metric]) -> Vec<RivalFound> {
         let mut without = state.clone();
         let effect = without.terms.remove(index);
@@ -198,7 +197,8 @@ impl Material<'_> {
     }
 }
 
-/// Standard deviation of the white part of what is left: of rows, from one to the next, since what is slow cancels.
+/// Standard deviation of the white part of the residual: for rows, from consecutive differences, in which slow noise
+/// cancels.
 fn floor(data: Data<'_>, left: &[f64]) -> f64 {
     let run = &data.layout.run;
     let steps: Vec<f64> = (1..left.len())
@@ -221,7 +221,7 @@ mod tests {
         let columns = vec![vec![1.0; 80]];
         let fit = solve(&columns, &y);
         let (found, count) = covariance(&columns, &y, &fit.inverse, &clusters(&run));
-        // Eight means with a sum of squares of 15: variance 15/7, of their mean an eighth of it.
+        // Eight means with a sum of squares of 15: variance 15/7, and an eighth of it for their mean.
         assert_eq!(count, 8);
         assert!((found[0][0] - 15.0 / 7.0 / 8.0).abs() < 1e-12, "{}", found[0][0]);
         assert_eq!(clusters(&[0, 0, 0, 0]).len(), 4);

@@ -7,7 +7,7 @@ use crate::model::Shape;
 use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Aggregate, Block, Channels};
 
-/// The block with the rounding of a coarse lattice taken out, as far as `base` predicts the readings; and the step.
+/// The block without the rounding of a coarse lattice, as far as `base` predicts the readings; and the step.
 pub fn without_rounding(
     block: &Block,
     channels: &Channels,
@@ -39,7 +39,7 @@ pub fn without_rounding(
         let predicted: Vec<f64> =
             left.iter().enumerate().map(|(i, left)| block.measured(i) - left).collect();
         let found = lattice::correct(&left, &predicted, step)?;
-        // The corrected rest, with what the model explains put back.
+        // The corrected residual plus what the model explains.
         working.residual = found
             .residual
             .iter()

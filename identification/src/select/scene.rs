@@ -1,4 +1,4 @@
-//! One block of equations with the model so far taken out: where candidates are measured.
+//! One block of equations with the model so far subtracted, in which candidates are measured.
 
 use super::data::{Data, combine};
 use super::means::Means;
@@ -13,28 +13,28 @@ use std::rc::Rc;
 /// How much a candidate would explain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
-    /// Sum of squares that it explains, over the variance of the noise.
+    /// Explained sum of squares, over the variance of the noise.
     pub statistic: f64,
-    /// How many independent columns it brings.
+    /// Number of independent columns it adds.
     pub width: usize,
     /// `-ln` of the probability of as much in noise.
     pub surprise: f64,
 }
 
-/// Nothing.
+/// A candidate that explains nothing.
 pub const NOTHING: Score = Score { statistic: 0.0, width: 0, surprise: 0.0 };
 
-/// A block with the model so far taken out.
+/// A block with the model so far subtracted.
 pub struct Scene<'a> {
     /// The record.
     pub record: &'a Record<'a>,
     /// Its data.
     pub data: Data<'a>,
-    /// What makes its noise white.
+    /// Whitens its noise.
     pub whitener: Rc<Whitener>,
-    /// The whitened residual without what the model explains of it.
+    /// The whitened residual of the model.
     pub white: Rc<[f64]>,
-    /// Huber's scores of the whitened residual, and their mean square.
+    /// Huber's scores of the whitened residual.
     pub scores: Vec<f64>,
     /// Mean square of the scores.
     pub variance: f64,
@@ -46,7 +46,7 @@ pub struct Scene<'a> {
     means: Vec<OnMeans>,
 }
 
-/// The scene as the means of a long record show it.
+/// The scene in the means of a long record.
 #[derive(Clone)]
 struct OnMeans {
     whitener: Rc<Whitener>,
@@ -56,7 +56,7 @@ struct OnMeans {
     weights: Rc<[f64]>,
 }
 
-/// The whitened record with every few rows summed: slow candidates lose nothing by it.
+/// The whitened record in sums of a few rows: slow candidates lose nothing in them.
 #[derive(Clone)]
 struct Thin {
     block: usize,
@@ -64,13 +64,13 @@ struct Thin {
     scores: Vec<f64>,
 }
 
-/// Rows above which candidates are first measured on sums, and rows of those.
+/// Number of rows above which candidates are first measured on sums, and number of those sums.
 const WHOLE_MAX: usize = 6000;
 const THINNED: usize = 3000;
-/// A candidate that keeps less than this share of its length in sums is measured whole.
+/// Minimum share of its length that a candidate must keep in sums; otherwise it is measured on all rows.
 const KEPT_MIN: f64 = 0.96;
 
-/// Sums of `block` values each, of the same variance as a value.
+/// Sums of `block` values each, scaled to the variance of a value.
 fn sums(values: &[f64], block: usize) -> Vec<f64> {
     let factor = 1.0 / (block as f64).sqrt();
     values.chunks(block).map(|chunk| chunk.iter().sum::<f64>() * factor).collect()
@@ -91,7 +91,7 @@ impl Thin {
 }
 
 impl<'a> Scene<'a> {
-    /// With `columns` (of the model so far, derivatives included) taken out under `noise`.
+    /// The scene under `noise`, with `columns` (of the model so far, derivatives included) subtracted.
     pub fn new(
         record: &'a Record<'a>,
         noise: &NoiseModel,
@@ -116,7 +116,7 @@ impl<'a> Scene<'a> {
         let means = if record.means.is_empty() {
             Vec::new()
         } else {
-            // What is wild counts in means as in the scores.
+            // Outliers count in means as in the scores.
             let residual: Vec<f64> = data
                 .block
                 .residual
@@ -136,14 +136,14 @@ impl<'a> Scene<'a> {
         Self { record, data, whitener, white, scores, variance, scale, basis, used, thin, means }
     }
 
-    /// Degrees of freedom that are left.
+    /// Remaining degrees of freedom.
     pub fn free(&self) -> f64 {
         (self.used as f64 - self.basis.len() as f64).max(1.0)
     }
 
-    /// Standard deviation of what is new in a reading: of white noise and of what a coloured one brings since the
-    /// reading before. The white part alone is nothing that readings can tell from a colour that is as short as the
-    /// time between them. Of levels, that of the white noise.
+    /// Standard deviation of the innovation of a reading: white noise plus what coloured noise added since the previous
+    /// reading. Readings cannot separate the white part from a colour as short as their interval. For levels, that of
+    /// the white noise.
     pub fn floor(&self, noise: &NoiseModel) -> f64 {
         if self.data.layout.is_level() {
             return self.scale * noise.white.sqrt();
@@ -158,12 +158,12 @@ impl<'a> Scene<'a> {
         self.score_columns(&self.data.columns(shape))
     }
 
-    /// About what `shape` would explain: of a long record, slow shapes are measured on means of rows.
+    /// Estimate of what `shape` would explain: on a long record, slow shapes are measured on means of rows.
     pub fn look(&self, shape: &Shape) -> Score {
         self.look_at(shape, self.record.view(shape))
     }
 
-    /// The same where it is known which view shows `shape`.
+    /// The same if the view of `shape` is known.
     pub fn look_at(&self, shape: &Shape, view: View) -> Score {
         if let (Some(on), Some(means)) = (self.means.get(view.0), self.record.means.get(view.0)) {
             let columns = means.data().columns(shape);
@@ -217,19 +217,19 @@ impl<'a> Scene<'a> {
         let free = self.free();
         let k = width as f64;
         let below = free - k;
-        // The variance holds the effect too; what is left without it is the noise.
+        // The variance contains the effect too; the remainder without it is the noise.
         let rest = (free - statistic).max(1e-9 * free);
         let f = if below > 0.0 { (statistic / k) / (rest / below) } else { 0.0 };
         Score { statistic, width, surprise: surprise(f, k, below) }
     }
 
-    /// Takes the model so far out of a whitened column.
+    /// Subtracts the model so far from a whitened column.
     pub fn project(&self, column: &mut Vec<f64>) {
         self.basis.project(column);
         self.basis.project(column);
     }
 
-    /// The same scene with `columns` taken out as well.
+    /// The same scene with `columns` subtracted as well.
     pub fn with(&self, columns: &[Vec<f64>]) -> Scene<'a> {
         let mut basis = self.basis.clone();
         basis.extend(self.whitener.apply_all(columns));
@@ -286,7 +286,7 @@ impl OnMeans {
 
 /// A robust least-squares fit on whitened columns.
 pub struct RobustFit {
-    /// One a column.
+    /// One per column.
     pub coefficients: Vec<f64>,
     /// Their standard errors.
     pub errors: Vec<f64>,
@@ -295,7 +295,7 @@ pub struct RobustFit {
 /// Sweeps of re-weighting.
 const SWEEPS: usize = 6;
 
-/// Fits `columns` to `target`, both whitened; wild values count less (Huber's weights).
+/// Fits `columns` to `target`, both whitened; outliers count less (Huber's weights).
 pub fn robust_fit(columns: &[Vec<f64>], target: &[f64]) -> RobustFit {
     let mut weights: Vec<f64> = target.iter().map(|_| 1.0).collect();
     let mut found = solve(columns, target);
@@ -323,7 +323,7 @@ pub fn robust_fit(columns: &[Vec<f64>], target: &[f64]) -> RobustFit {
         residual = residual_of(&found.coefficients);
         scale = robust::spread(&residual);
     }
-    // Huber's proposal: (X'X)^-1 times E psi^2 / (E psi')^2, with the parameters taken off.
+    // Huber's proposal: (X'X)^-1 times E psi^2 / (E psi')^2, corrected for the number of parameters.
     let limit = robust::HUBER * scale;
     let used = target.iter().zip(&residual).filter(|(t, r)| **t != 0.0 || **r != 0.0).count().max(1)
         as f64;

@@ -1,16 +1,16 @@
-//! A wide shape gives way to narrow ones where it then adds nothing.
+//! Replaces a wide shape by narrow ones if it then adds nothing.
 
 use super::refine::refine;
 use super::scene::Scene;
 use crate::candidates::{Candidate, Family, narrow_on};
 use crate::model::{Driver, Form, Shape};
 
-/// Narrow shapes in the place of a wide one, at most.
+/// Maximum number of narrow shapes in the place of a wide one.
 const NARROW_MAX: usize = 2;
-/// What a wide shape may still add beyond them, in nats.
+/// Maximum that a wide shape may still add beyond them, in nats.
 const LEFT_MAX: f64 = 6.9;
 
-/// Narrow shapes that say all that `wide` says in `scene`, if there are any.
+/// Narrow shapes that explain all that `wide` explains in `scene`, if there are any.
 pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<Vec<Candidate>> {
     let driver = wide.drivers.first()?;
     let mut pool: Vec<Candidate> = named
@@ -53,7 +53,7 @@ pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<
     None
 }
 
-/// A straight line. Powers without a name are not offered: beyond what they have seen they run away.
+/// A straight line. Unnamed powers are not offered: they diverge beyond the data.
 fn line(wide: &Shape, driver: &Driver) -> Candidate {
     let origin = wide.knots.get(wide.knots.len() / 2).copied().unwrap_or(0.0);
     let name = wide.name.replace("shape", "line").replace("surface", "line");

@@ -1,20 +1,20 @@
-//! Whether the terms of a model make sense beside one another.
+//! Checks that the terms of a model make sense together.
 
 use super::state::State;
 use crate::linear::{Solution, solve};
 use crate::model::is_physical;
 use crate::noise::Whitener;
 
-/// Estimates that are so strongly correlated balance one another: one of them is enough.
+/// Correlation above which estimates balance one another: one of them is enough.
 const CORRELATION_MAX: f64 = 0.98;
 
-/// Is every term that was added within physics?
+/// Whether every added term is physical.
 pub(super) fn is_within_physics(state: &State<'_>) -> bool {
     fitted(state).is_some()
 }
 
-/// Is every term that was added within physics, and does none from `first` on balance another? Where noise is not white,
-/// nothing else says that one of the two is enough.
+/// Whether every added term is physical, and none from `first` on balances another. If noise is not white, nothing else
+/// shows that one of the two is enough.
 pub(super) fn is_sound(state: &State<'_>, first: usize) -> bool {
     let Some((fit, of_term)) = fitted(state) else { return false };
     for i in (0..of_term.len()).filter(|&i| of_term[i] >= first) {
@@ -28,7 +28,7 @@ pub(super) fn is_sound(state: &State<'_>, first: usize) -> bool {
     true
 }
 
-/// The fit, and the term of each of its coefficients; `None` where one is outside physics.
+/// The fit, and the term of each of its coefficients; `None` if one is unphysical.
 fn fitted(state: &State<'_>) -> Option<(Solution, Vec<usize>)> {
     let data = state.data;
     let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);

@@ -1,4 +1,4 @@
-//! The model of a block as it grows: one round asks whether anything is missing, and what.
+//! The model of a block as it grows, round by round.
 
 use super::choose::{
     Contender, Profile, contenders, plainest_first, profiled, surfaces, with_lower_orders,
@@ -16,13 +16,13 @@ use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
 
-/// A term whose removal is less surprising than this goes again (one in a thousand).
+/// A term whose removal is less surprising than this is dropped (one in a thousand).
 const KEEP_MIN: f64 = 6.9;
-/// What did not gain on held-out runs is still worth a word if it is stronger than the threshold by this, in nats.
+/// Strength above the threshold from which a contender without a held-out gain is still reported, in nats.
 const LEFT_FROM: f64 = 4.0;
-/// Contenders that are measured with the noise fitted anew.
+/// Number of contenders measured with the noise fitted anew.
 const PROFILED: usize = 8;
-/// Contenders that are tried one after the other in a round.
+/// Number of contenders tried in a round.
 const TRIED: usize = 4;
 
 /// The model of a block as it grows.
@@ -68,7 +68,7 @@ impl<'a> State<'a> {
         (self.noise, self.left_out) = (noise, left_out);
     }
 
-    /// Brings the numbers of every term to their best values, with the others in the fit.
+    /// Tunes the numbers of every term to their best values, with the others in the fit.
     pub fn refit(&mut self) {
         for index in 0..self.terms.len() {
             let term = &self.terms[index];
@@ -82,10 +82,10 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Removes what the other terms make superfluous.
+    /// Removes terms that the others make superfluous.
     pub fn prune(&mut self) {
         loop {
-            // A constant stays: a wide shape beside it can always stand for it.
+            // A constant stays: a wide shape beside it can always replace it.
             let weakest = (self.base..self.terms.len())
                 .filter(|&index| !self.terms[index].drivers.is_empty())
                 .map(|index| {
@@ -130,7 +130,7 @@ impl<'a> State<'a> {
         );
         let null =
             Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
-        // What looks strong where the noise is taken for white.
+        // Contenders that look strong under white noise.
         let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
         let white = Scene::new(self.record, &plain, &self.left_out, &columns);
         let naive = contenders(&white);
@@ -157,7 +157,7 @@ impl<'a> State<'a> {
         profiles
     }
 
-    /// Adds what is missing, if anything is; what did not pass comes back.
+    /// Adds the missing term, if any; returns the contenders that did not pass.
     pub fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
         let mut found = self.round(threshold);
         let rotation = &self.data.channels.rotation_name;
@@ -172,8 +172,8 @@ impl<'a> State<'a> {
             found.iter().filter(|contender| contender.strength >= threshold).take(TRIED)
         {
             if contender.strength - contender.caution < threshold {
-                // The likeliest cause may be noise after all; then, as long as nothing is known to be missing, a less
-                // likely one is none either.
+                // The likeliest cause may be noise after all; then, as long as no term was added, a less likely one is
+                // noise too.
                 if self.terms.len() == self.base {
                     break;
                 }
@@ -199,7 +199,7 @@ impl<'a> State<'a> {
                 continue;
             }
             let mut next = self.clone();
-            // A bump or a sigmoid with its middle off the data can balance a constant.
+            // A bump or a sigmoid with its middle outside the data can balance a constant.
             let is_narrow = chosen.iter().any(|one| !one.shape.known && one.shape.width() == 1);
             chosen.into_iter().for_each(|candidate| next.add(candidate));
             let is_balanced = is_narrow && !is_sound(&next, self.terms.len());

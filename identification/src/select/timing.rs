@@ -1,35 +1,35 @@
-//! Axes of one sensor share their clock and their filter: what delays one of them delays all.
+//! Axes of one sensor share their clock and their filter, so they share one delay.
 
 use super::block::BlockFit;
 use crate::candidates::Candidate;
 use crate::model::{Acts, Driver, Form, Shape, Wrap};
 
-/// A way of being late: a delay, a filter or a clock.
+/// A kind of delay: a delay, a filter or a clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timing(Acts, Wrap);
 
 impl Timing {
-    /// How `shape` is late, if that is what it says.
+    /// Kind of delay of `shape`, if it is one.
     pub fn of(shape: &Shape) -> Option<Self> {
         let wrap = shape.drivers.first().map_or(Wrap::Plain, |driver| driver.wrap);
         (shape.form == Form::Delay).then_some(Self(shape.acts, wrap))
     }
 
-    /// Takes other ways of being late out of `candidates`.
+    /// Removes other kinds of delay from `candidates`.
     pub fn keep(self, candidates: &mut Vec<Candidate>) {
         candidates.retain(|one| Self::of(&one.shape).is_none_or(|timing| timing == self));
     }
 
-    /// Is a block late in another way?
+    /// Whether a block has another kind of delay.
     pub fn is_against(self, fit: &BlockFit) -> bool {
         let ways: Vec<Self> = fit.effects.iter().filter_map(|one| Self::of(&one.shape)).collect();
         !ways.is_empty() && !ways.contains(&self)
     }
 }
 
-/// Does one of `terms` say already that it is late as `shape` says? How late is a number of that term: a second one would
-/// say the same again, and the two could balance each other. To first order a delay takes off the slope of the `rotation`,
-/// so an error that goes with that slope says the same as well.
+/// Whether one of `terms` already states the delay of `shape`. The delay is a number of that term: a second one would
+/// repeat it, and the two could balance each other. To first order a delay subtracts the slope of the `rotation`, so an
+/// error proportional to that slope repeats it as well.
 pub fn is_said_by(terms: &[Shape], shape: &Shape, rotation: &str) -> bool {
     let goes_with_slope = |shape: &Shape| {
         let slope = Driver::new(Wrap::RateOf, rotation);
@@ -43,7 +43,7 @@ pub fn is_said_by(terms: &[Shape], shape: &Shape, rotation: &str) -> bool {
     timing.is_some() && terms.iter().any(|term| of(term) == timing)
 }
 
-/// The way of being late that is likeliest for all axes that are late, if there is one that none excludes.
+/// The likeliest kind of delay for all late axes, if there is one that none excludes.
 pub fn agreed(fits: &[&BlockFit]) -> Option<Timing> {
     let ways: Vec<Vec<(Timing, f64)>> = fits
         .iter()
@@ -80,7 +80,7 @@ mod tests {
         Shape::new("any", Acts::Delay, Driver::new(wrap, "reference"), Form::Delay)
     }
 
-    /// A block that is late by `wrap`, or by another way at so many nats behind.
+    /// A block that is late by `wrap`, or in another way that many nats behind.
     fn fit(wrap: Wrap, rivals: &[(Wrap, f64)]) -> BlockFit {
         let rival =
             |(wrap, behind): &(Wrap, f64)| RivalFound { shape: late(*wrap), behind: *behind };
@@ -111,7 +111,7 @@ mod tests {
         let is_said = |terms: &[Shape], shape: &Shape| is_said_by(terms, shape, "reference");
         assert!(is_said(&terms, &late(Wrap::Plain)));
         assert!(!is_said(&terms[..1], &late(Wrap::Plain)));
-        // What goes with the slope of the reference is a delay; what goes with that of another field is not.
+        // An error over the slope of the reference is a delay; one over the slope of another field is not.
         let goes_with = |field: &str| {
             let driver = Driver::new(Wrap::RateOf, field);
             Shape::new("rate_dependence", Acts::Bias, driver, Form::Linear)
@@ -119,7 +119,7 @@ mod tests {
         assert!(is_said(&terms, &goes_with("reference")));
         assert!(is_said(&[goes_with("reference")], &late(Wrap::Plain)));
         assert!(!is_said(&terms, &goes_with("temperature")));
-        // Two that are not late say nothing of it.
+        // Two axes without delay carry no information on it.
         let constant = Shape { form: Form::Constant, ..late(Wrap::Plain) };
         assert!(!is_said(std::slice::from_ref(&constant), &constant));
     }
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(timing, Timing::of(&late(Wrap::Plain)));
         let against = |fit: &BlockFit| timing.is_some_and(|timing| timing.is_against(fit));
         assert_eq!([&x, &y, &z].map(against), [false, true, false]);
-        // One that excludes all others leaves nothing to agree on; one alone has nobody to agree with.
+        // One that excludes all others leaves nothing to agree on; a single axis has no other to agree with.
         assert_eq!(agreed(&[&fit(Wrap::LagOf, &[]), &fit(Wrap::Plain, &[])]), None);
         assert_eq!(agreed(&[&x]), None);
     }

@@ -1,6 +1,6 @@
 //! A first-order lag, exact for an input that is linear between samples.
 
-/// `values` through a first-order lag, in equilibrium at the first sample. Times rise.
+/// `values` through a first-order lag, in equilibrium at the first sample. Times are increasing.
 pub fn first_order(times: &[f64], values: &[f64], time_constant_s: f64) -> Vec<f64> {
     let mut lagged = Vec::with_capacity(values.len());
     let Some(&first) = values.first() else {

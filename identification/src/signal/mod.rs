@@ -1,4 +1,4 @@
-//! What effects make of a channel: its slope, its lagged self, its branch of a hysteresis.
+//! What effects derive from a channel: its slope, its lag, its branch of a hysteresis.
 
 mod lag;
 mod play;
@@ -8,12 +8,12 @@ pub use lag::first_order;
 pub use play::play;
 pub use smooth::{Smooth, smooth};
 
-/// Linear interpolation of `(times, values)` at `at`; the ends are held. `times` rise.
+/// Linear interpolation of `(times, values)` at `at`; the ends are held. `times` are increasing.
 pub fn interpolate(times: &[f64], values: &[f64], at: f64) -> f64 {
     between(times, values, at, times.partition_point(|&time| time <= at))
 }
 
-/// The same at each of `at`, each near the one before.
+/// The same for each of `at`, which lie near one another in sequence.
 pub fn interpolate_along(
     times: &[f64],
     values: &[f64],
@@ -31,7 +31,7 @@ pub fn interpolate_along(
     })
 }
 
-/// Where `above` times are not after `at`.
+/// Interpolation with `above` times at or before `at`.
 fn between(times: &[f64], values: &[f64], at: f64, above: usize) -> f64 {
     match above {
         0 => values.first().copied().unwrap_or(f64::NAN),

@@ -1,5 +1,5 @@
-//! Level and slope of a noisy channel: the cubic smoothing spline, as a Kalman smoother of an integrated
-//! Wiener process (Wahba 1978, Wecker and Ansley 1983). How much it smooths is the maximum of the likelihood.
+//! Level and slope of a noisy channel: the cubic smoothing spline, as a Kalman smoother of an integrated Wiener process
+//! (Wahba 1978, Wecker and Ansley 1983). Maximum likelihood sets the amount of smoothing.
 
 /// A channel, smoothed.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,14 +10,14 @@ pub struct Smooth {
     pub slope: Vec<f64>,
 }
 
-/// Samples from which the smoothing is chosen, at most.
+/// Maximum number of samples from which the smoothing is chosen.
 const CHOICE_SAMPLES_MAX: usize = 4000;
-/// Process noise over measurement noise is tried in steps of this factor, in units of the sample interval.
+/// Factor between tried ratios of process noise to measurement noise, in units of the sample interval.
 const RATIO_STEP: f64 = 10.0;
 const RATIO_EXPONENT_MIN: i32 = -12;
 const RATIO_EXPONENT_MAX: i32 = 6;
 
-/// Smooths `values` at rising `times`; missing values (NaN) are bridged.
+/// Smooths `values` at increasing `times`; missing values (NaN) are bridged.
 pub fn smooth(times: &[f64], values: &[f64]) -> Smooth {
     let present = values.iter().filter(|value| value.is_finite()).count();
     if present < 3 {
@@ -63,7 +63,7 @@ impl Filter {
         let n = values.len();
         let first = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
         let span = (times[n - 1] - times[0]).max(1e-9);
-        // Diffuse, in units of the measurement noise: as wide as the process wanders over the record, and more.
+        // A diffuse start, in units of the measurement noise: wider than the process wanders over the record.
         let wide = 1e7 * (1.0 + ratio * span.powi(3));
         let mut state: State = [first, 0.0];
         let mut p: Covariance = [wide, 0.0, wide / (span * span)];
@@ -94,7 +94,7 @@ impl Filter {
                 state[0] += gain[0] * e;
                 state[1] += gain[1] * e;
                 p = [p[0] / s, p[1] / s, p[2] - gain[1] * p[1]];
-                // The first two only find where the channel starts.
+                // The first two only locate the start of the channel.
                 if used >= 2 {
                     sum += e * e / s;
                     log_det += s.ln();

@@ -1,16 +1,16 @@
-//! Recordings of a gyro on a table, of any length, made from formulas.
+//! Simulated recordings of a gyro on a table, of any length, computed from formulas.
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::TAU;
 
-/// The same duration of a programme step at any sampling, s.
+/// Duration of a programme step, the same at any sampling rate, s.
 const STEP_S: f64 = 60.0;
 /// Ramp of the table, deg/s^2.
 const RAMP: f64 = 10.0;
 
-/// What happened in each row.
+/// The truth in each row.
 pub struct Recorded {
     pub time: Vec<f64>,
     pub run: Vec<usize>,
@@ -23,7 +23,7 @@ pub struct Recorded {
     pub supply: Vec<f64>,
 }
 
-/// So many runs of so many rows: steps of rate with ramps, a temperature and a supply that wander.
+/// That many runs of that many rows: steps of rate with ramps, a temperature and a supply that wander.
 pub fn recorded(runs: usize, rows: usize, interval_s: f64) -> Recorded {
     let mut found = Recorded {
         time: Vec::new(),
@@ -58,7 +58,7 @@ pub fn recorded(runs: usize, rows: usize, interval_s: f64) -> Recorded {
 }
 
 impl Recorded {
-    /// How many rows there are.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.time.len()
     }
@@ -94,7 +94,7 @@ impl Recorded {
     }
 }
 
-/// So many turns there and back with a scale factor that depends on the temperature.
+/// That many turns there and back with a scale factor that depends on the temperature.
 #[allow(dead_code, reason = "only the benchmark has turns")]
 pub fn turns(count: usize) -> Dataset {
     let recorded = recorded(1, count, 30.0);

@@ -39,7 +39,7 @@ impl<const MUTANT: usize> Machine<MUTANT> {
         }
     }
 
-    /// Checks that the running mission was broken off if the model says so, and still runs if not.
+    /// Checks that the running mission was broken off if the model predicts it, and still runs if not.
     fn broken_off(&mut self, model: &Model) {
         let Some(id) = self.runs else { return };
         let answer = self.rig.answer(id).map(|(_, answer)| answer);

@@ -26,12 +26,12 @@ fn holder() -> Holder {
     }
 }
 
-/// Takes the lease on the bench of that name, and waits for so long where somebody else has it. None where this machine has no
-/// place for leases, which is said.
+/// Takes the lease on the bench of that name; waits up to that time if another user holds it. `None`, with a notice, if
+/// this machine has no folder for leases.
 ///
 /// # Errors
 ///
-/// When somebody else has it then, or `stopped`.
+/// If another user still holds it then, or `stopped` is true.
 #[expect(clippy::disallowed_methods, reason = "a bench that others use is waited for in real time")]
 pub(super) fn take(
     (name, bench): (&str, &BenchFile),

@@ -245,7 +245,7 @@ impl SetupArguments {
     ///
     /// # Errors
     ///
-    /// When somebody else uses it.
+    /// If another user holds it.
     pub(super) fn lease(
         &self,
         setup: &Setup,

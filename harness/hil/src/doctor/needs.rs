@@ -145,7 +145,7 @@ impl Needs {
     }
 }
 
-/// Somebody else has the bench.
+/// Reports a bench that another user holds.
 fn in_use(name: &str, bench: &BenchFile) -> Option<Finding> {
     let taken = Lease::look(&lease::folder(), &Leased::of(name, bench))?;
     let mend = format!("# wait for it:\nhil run PLAN --clock real --bench {name} --wait 600");

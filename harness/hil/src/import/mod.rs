@@ -1,6 +1,6 @@
 //! Imports the log of a bench's CAN bus as a run folder, to be judged by a plan.
 //!
-//! Frames are told apart by their identifiers: `wire/dbc/k2a.dbc` states which are the base's and which its host's. The
+//! Identifiers distinguish the frames: `wire/dbc/k2a.dbc` states which are the base's and which its host's. The
 //! base's motion is cut into moves from rest to rest ([`moves`]), which are matched to the plan's steps ([`follow`]).
 //! The frames then yield those quantities that a run would have observed of the base:
 //!

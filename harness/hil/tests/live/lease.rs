@@ -44,7 +44,7 @@ fn a_second_user_is_told_who_has_the_bench_or_waits_until_that_one_is_gone() {
         assert_eq!(impatient.status.code(), Some(2), "{}", shown(&impatient));
         assert!(told(&impatient).contains("--wait 1 was not long enough"), "{}", shown(&impatient));
 
-        // Who is killed has no bench any more.
+        // A killed process holds no lease.
         let mut patient = run(folder, &bench, &folder.join("second"));
         patient.args(["--wait", "60"]).stderr(Stdio::piped()).stdout(Stdio::piped());
         let patient = patient.spawn().unwrap();

@@ -21,7 +21,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use wire::time::{Span, Timestamp};
 
-/// Between two looks at whether somebody wants it to end.
+/// Interval between checks for a stop request.
 const LOOK_PERIOD: Span = Span::from_millis(100);
 
 /// The file beside the record that keeps what a command writes; `log` is that of the device under test.
@@ -46,11 +46,11 @@ impl Ended {
     }
 }
 
-/// Why several were not carried out.
+/// Why several commands were not all run.
 enum Undone {
     /// One of them failed: why.
     Failed(String),
-    /// Somebody wanted it to end.
+    /// A stop was requested.
     Stopped,
 }
 
@@ -279,7 +279,7 @@ impl LiveWorld {
 }
 
 impl Running {
-    /// What is said of its end.
+    /// Describes how the command ended.
     fn told(self, exit: Exit) -> Ended {
         let Self { name, process, since, limit, overdue } = self;
         let last = process.last_words();

@@ -33,7 +33,7 @@ pub enum LiveError {
         /// Where that is kept.
         folder: PathBuf,
     },
-    /// Somebody wanted it to end before it began.
+    /// A stop was requested before the run began.
     #[error("stopped by request before the run began")]
     Stopped,
     /// The event loop could not be started.

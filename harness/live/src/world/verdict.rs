@@ -1,5 +1,4 @@
-//! Final judgement of a run in real time: who is to blame for its end, how well time was kept, and the traffic of the
-//! ports.
+//! Final judgement of a run in real time: the cause of its end, how well time was kept, and the traffic of the ports.
 
 use super::LiveWorld;
 use super::device_under_test::Running;
@@ -26,7 +25,7 @@ pub struct LiveEnd {
     pub ports: Vec<PortSummary>,
     /// Commands of the bench that the plan asked for.
     pub commands: Vec<CommandSummary>,
-    /// The files beside that of the device under test in which they are told what they wrote.
+    /// Files with the output of these commands, beside that of the device under test.
     pub artifacts: Vec<String>,
     /// Packets and frames dropped by lines within the harness.
     pub dropped: u64,

@@ -1,8 +1,8 @@
-//! Who is available to answer, and the error if an answer is missing.
+//! Whether a person can answer during a run, and the error if an answer is missing.
 
 use plan::library::LibraryError;
 
-/// Who is available to answer during the run.
+/// Whether a person can answer during the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Attendance {
     /// A person at a terminal.

@@ -86,7 +86,7 @@ impl Watch {
         }
     }
 
-    /// Returns the person at the terminal, who is asked in the view if there is one.
+    /// Returns the person at the terminal; questions appear in the view if there is one.
     pub(super) fn person(&self, terminal: &Terminal) -> Box<dyn Person> {
         match self {
             Self::Drawn(view) => Box::new(view.person(terminal)),

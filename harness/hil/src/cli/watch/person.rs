@@ -1,4 +1,4 @@
-//! The person at the terminal, who is asked in the view.
+//! The person at the terminal, with questions in the view.
 
 use super::super::terminal::Terminal;
 use super::stand::SharedStand;

@@ -74,7 +74,7 @@ impl View {
         }
     }
 
-    /// Returns the person at `terminal`, who is asked in the view.
+    /// Returns the person at `terminal`, with questions in the view.
     pub(super) fn person(&self, terminal: &Terminal) -> Viewer {
         Viewer { at: terminal.clone(), stand: self.stand.clone() }
     }
