@@ -96,10 +96,12 @@ impl Beginning {
         {
             self.advance();
         }
-        let is_before = |one: &&Underway<Memory>| {
+        let is_before = |one: &Underway<Memory>| {
             one.simulation.first_fault(schedule, seed) > one.simulation.now()
         };
-        let mut snapshot = self.snapshots.iter().rev().find(is_before)?.snapshot()?;
+        // The later a snapshot, the more faults are due.
+        let before = self.snapshots.partition_point(is_before);
+        let mut snapshot = self.snapshots.get(before.checked_sub(1)?)?.snapshot()?;
         snapshot.simulation = snapshot.simulation.with_faults(schedule, seed);
         Some(snapshot)
     }

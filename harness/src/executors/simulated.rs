@@ -52,21 +52,22 @@ impl Simulated {
     }
 
     fn run(&self, case: &Case) -> (Span, CaseResult) {
-        let prepared = struck(&self.prepared, case);
         let run = match self.beginning(case) {
             Some(underway) => underway.into_end(&mut NullSink),
             None => {
-                simulate_watched(&prepared, case.seed, &self.answers, &mut NullSink, &mut |_| true)
+                let (struck, answers) = (struck(&self.prepared, case), &self.answers);
+                simulate_watched(&struck, case.seed, answers, &mut NullSink, &mut |_| true)
             }
         };
-        (run.end - Timestamp::ZERO, self.result(&prepared, &run))
+        (run.end - Timestamp::ZERO, self.result(&run))
     }
 
-    fn result(&self, prepared: &Prepared, run: &run::Simulated) -> CaseResult {
+    fn result(&self, run: &run::Simulated) -> CaseResult {
         if !self.must_pass {
-            return result(prepared, run);
+            return result(&self.prepared, run);
         }
-        let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+        let measurements = &self.prepared.plan.measurements;
+        let (measurements, judged) = judge_all(measurements, &run.observations);
         passes::result(run, &measurements, judged)
     }
 
@@ -138,8 +139,7 @@ impl Executor for Simulated {
             }
             until += LOOK_EVERY;
             if !underway.run_before(until) {
-                let run = underway.into_end(&mut NullSink);
-                return self.result(&struck(&self.prepared, case), &run);
+                return self.result(&underway.into_end(&mut NullSink));
             }
         }
     }
