@@ -43,7 +43,7 @@ impl PoseDownload {
         Self { id, result, pose, counter, attempts: 0, retry_at: now }
     }
 
-    /// Checks the base's last answer, `None` if there is none since the last write.
+    /// Checks the base's last answer, `None` before the first answer since the last write.
     pub(crate) fn step(
         &mut self,
         now: Timestamp,

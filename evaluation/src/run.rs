@@ -47,7 +47,7 @@ pub struct Outcome {
     pub family: String,
     /// Requested size; 0 for a null.
     pub z: f64,
-    /// Actual size; absent if the effect has none.
+    /// Actual size; absent for effects without a size.
     pub z_reached: Option<f64>,
     /// Rows of the set.
     pub rows: usize,

@@ -24,7 +24,7 @@ impl Programs {
         Self { log: Some(log) }
     }
 
-    /// Starts the program of a node by its place; `None` if there is none to start.
+    /// Starts the program of a node by its place; `None` if the node is not a program.
     #[cfg(feature = "programs")]
     pub(crate) fn start(
         &self,

@@ -77,7 +77,7 @@ impl Basis {
         take_out(&self.columns, std::slice::from_mut(column));
     }
 
-    /// Adds the new part of `column`; returns false if there is none.
+    /// Adds the new part of `column`; returns false if `column` has no new part.
     pub fn push(&mut self, column: Vec<f64>) -> bool {
         let before = self.len();
         self.extend(vec![column]);

@@ -78,7 +78,7 @@ impl Batch {
         alike.chain(self.alone.iter().map(|(place, _)| vec![*place])).collect()
     }
 
-    /// Stores the value of each at its position; NaN if it has none.
+    /// Stores the value of each at its position; NaN if it cannot be evaluated.
     #[inline]
     pub(crate) fn values(&self, variables: &[f64], values: &mut [f64]) {
         for several in &self.alike {

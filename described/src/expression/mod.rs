@@ -136,7 +136,7 @@ impl Expression {
         self.variables.is_empty().then(|| self.value(&[]))
     }
 
-    /// Its value with these variables; NaN if it has none.
+    /// Its value with these variables; NaN if it cannot be evaluated.
     #[inline]
     pub(crate) fn value(&self, variables: &[f64]) -> f64 {
         self.program.run(variables)

@@ -320,7 +320,7 @@ impl Layout {
         }
     }
 
-    /// The writer for frames of an unprotected message; `None` if there is none.
+    /// The writer for frames of an unprotected message; `None` if it has no writer.
     #[inline]
     fn plain_writer(&self, message: usize) -> Option<&FrameWriter> {
         self.writers.get(message)?.as_ref().filter(|writer| !writer.is_protected())

@@ -117,7 +117,7 @@ impl Kinematics {
         (self.drive.rate(t), self.steer.rate(t))
     }
 
-    /// The next ramp end; [`Timestamp::MAX`] if there is none.
+    /// The next ramp end; [`Timestamp::MAX`] after the last.
     pub(super) const fn phase_end(&self) -> Timestamp {
         self.phase_end
     }

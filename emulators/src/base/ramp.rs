@@ -91,7 +91,7 @@ impl Ramp {
     /// The first time at which the integral reaches `sum`, for a rate that starts with the sign of `sum`.
     pub(super) fn adds_up_to(&self, sum: f64) -> Option<Span> {
         let settles_after = self.settles_after.as_secs_f64();
-        // The first root of rate t + acceleration t^2 / 2 = sum, written without cancellation; NaN if there is none.
+        // The first root of rate t + acceleration t^2 / 2 = sum, written without cancellation; NaN without a real root.
         let root = (self.rate * self.rate + 2.0 * self.acceleration * sum).sqrt().copysign(sum);
         let ramping = 2.0 * sum / (self.rate + root);
         if ramping <= settles_after {

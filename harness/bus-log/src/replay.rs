@@ -41,7 +41,7 @@ impl<I: Iterator<Item = Result<Entry, LogError>>> Replay<I> {
         replay
     }
 
-    /// When the next entry is due; [`Timestamp::MAX`] if there is none.
+    /// When the next entry is due; [`Timestamp::MAX`] after the last.
     pub const fn next_wakeup(&self) -> Timestamp {
         match &self.next {
             Next::Due(at, _) => *at,

@@ -51,7 +51,7 @@ pub fn fill<W: AsRef<str>>(
     words.iter().map(|word| fill_word(word.as_ref(), ports)).collect()
 }
 
-/// The program that a shell would start by that name or path; none where there is none that may be started.
+/// The program that a shell would start for that name or path; `None` if it cannot be started.
 pub fn find(program: &Path) -> Option<PathBuf> {
     let can_run = |path: &PathBuf| path.is_file() && access(path, Access::EXEC_OK).is_ok();
     if program.components().count() > 1 {

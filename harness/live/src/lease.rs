@@ -53,7 +53,7 @@ pub struct Taken {
 }
 
 impl Taken {
-    /// Describes the holder in words, as of `now_unix_s`.
+    /// Describes the holder, as of `now_unix_s`.
     pub fn told(&self, now_unix_s: i64) -> String {
         let Some(holder) = &self.by else { return format!("{} is in use", self.what) };
         let plain = |text: &str| -> String {

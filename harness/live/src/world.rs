@@ -110,7 +110,7 @@ pub struct LiveWorld {
     foreign: FloodWatch,
     /// Counts the reports of the device under test.
     talk: Talk,
-    /// Faults of the plan; `None` if it has none.
+    /// Faults of the plan; `None` if it schedules no faults.
     faults: Option<Box<Faults>>,
     /// Monitor of properties; `None` if none are to be judged.
     eyes: Option<Box<Eyes>>,

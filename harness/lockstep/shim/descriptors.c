@@ -19,7 +19,7 @@ bool is_guarded(int fd) {
     return false;
 }
 
-// Our first descriptor at or above a number; the highest number if there is none.
+// Our first descriptor at or above a number; the highest number if we have no such descriptor.
 unsigned next_guarded(unsigned from) {
     unsigned next = UINT32_MAX;
     for (int i = 0; i < guard_count; i++)

@@ -23,7 +23,7 @@ use wire::time::Span;
 /// The shim, built by `build.rs`.
 static SHIM: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/shim.so"));
 
-/// The tracer, for programs that load nothing; empty if there is none for this machine.
+/// The tracer, for programs that load nothing; empty if this machine is not supported.
 static TRACER: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/tracer"));
 
 /// Default date at the start of a run: 2023-11-14 22:13:20 UTC, in nanoseconds since 1970.

@@ -1,4 +1,4 @@
-//! Formats figures for people: the uncertainty sets the digits, bands are in words.
+//! Formats figures for people: the uncertainty sets the digits, bands read as text.
 
 /// Digits of an uncertainty (GUM 7.2.6: at most two).
 const UNCERTAINTY_DIGITS: i32 = 2;

@@ -114,7 +114,7 @@ impl Bus {
 pub struct Quantity {
     /// Name, as in observations.
     pub name: String,
-    /// Unit of its values; empty if it has none.
+    /// Unit of its values; empty without a unit.
     pub unit: String,
     /// Short description.
     pub title: String,

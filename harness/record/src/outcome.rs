@@ -133,7 +133,7 @@ pub struct Summary {
     /// Commands of the bench that the plan asked for, in the order in which it first did.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub commands: Vec<CommandSummary>,
-    /// Results of the plan's faults; absent if it has none.
+    /// Results of the plan's faults; absent if the plan schedules no faults.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub faults: Vec<FaultSummary>,
     /// Results of the plan's properties; absent if it declares none.

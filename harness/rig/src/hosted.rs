@@ -40,7 +40,7 @@ pub trait HostedController: fmt::Debug + Send {
     /// Returns the next report, oldest first.
     fn report(&mut self) -> Option<Report>;
 
-    /// Returns the next note, taken after the reports. A controller in Rust has none.
+    /// Returns the next note, taken after the reports. A controller in Rust returns no notes.
     fn news(&mut self) -> Option<News> {
         None
     }

@@ -57,7 +57,7 @@ pub struct Simulation<C> {
     /// The emulated nodes and the others, one bit each.
     pub(super) emulated: u64,
     pub(super) others: u64,
-    /// Faults of the plan; `None` if it has none.
+    /// Faults of the plan; `None` if it schedules no faults.
     pub(super) faults: Option<Box<Faults>>,
     /// Next wake-up of the plan.
     pub(super) plan_due: Timestamp,

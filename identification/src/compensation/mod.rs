@@ -261,7 +261,7 @@ impl Sensor<'_> {
         let turns = self.reading.unit.dimension() == Dimension::Angle;
         for range in &self.channels.segments {
             let mut running = Running::new(program);
-            // A field keeps its last value where it has none.
+            // A field without a new value keeps its last.
             let mut last = vec![f64::NAN; fields.len()];
             for row in range.clone() {
                 for (last, (_, values)) in last.iter_mut().zip(&fields) {

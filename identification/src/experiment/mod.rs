@@ -45,7 +45,7 @@ pub struct Experiment {
     pub plan_toml: String,
     /// Names of the effect and of the rivals that the plan separates from it.
     pub separates: Vec<String>,
-    /// Expected gain, in words with a figure.
+    /// Sentence with the expected gain.
     pub expected_gain: String,
     /// Smallest distance of the effect from a rival under the plan, squared, in units of the noise.
     pub lambda: f64,

@@ -1,4 +1,4 @@
-//! The use of an experiment, in words.
+//! Sentences on the use of an experiment.
 
 use super::Gain;
 use super::step::Programme;

@@ -13,7 +13,7 @@ pub fn fixed(all: &Fixed, name: &str) -> Option<f64> {
     all.iter().find(|(key, _)| key == name).map(|(_, value)| *value)
 }
 
-/// The number of that name, or `otherwise` if there is none.
+/// The number of that name, or `otherwise` if it is not set.
 pub fn fixed_or(all: &Fixed, name: &str, otherwise: f64) -> f64 {
     fixed(all, name).unwrap_or(otherwise)
 }

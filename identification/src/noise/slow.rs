@@ -77,7 +77,7 @@ pub fn slow(
     let is_walk = walks >= evidence;
     let kind = if is_walk { walking } else { memory };
     let bend = means.bend(&kind);
-    // The memory is one more parameter, at the end of its range if there is none: half of chi-squared (Self and Liang
+    // The memory is one more parameter, at the end of its range without slow noise: half of chi-squared (Self and Liang
     // 1987).
     let surprise = surprise_chi2(2.0 * (best.value - soon.value).max(0.0), 1.0) + 2.0_f64.ln();
     // A process of variance v and memory t adds a variance of 2 v / t per second.

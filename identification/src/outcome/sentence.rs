@@ -105,7 +105,7 @@ fn of_axis(effect: &Effect) -> String {
     effect.axis.map_or(String::new(), |axis| format!(" of axis {axis:?}").to_lowercase())
 }
 
-/// A driver of the effect, in words.
+/// Describes a driver of the effect.
 fn seen(effect: &Effect, at: usize) -> String {
     let Some(text) = effect.drivers.get(at) else { return "nothing".to_owned() };
     let Some(Driver { wrap, field }) = Driver::parse(text) else { return text.clone() };

@@ -50,7 +50,7 @@ pub struct Channels {
     pub segments: Vec<Range<usize>>,
     /// Fields that may be a cause and are not constant.
     pub channels: Vec<Channel>,
-    /// The rotation itself, rad/s; empty if there is none. Filled according to the kind of data.
+    /// The rotation itself, rad/s; empty without a rotation. Filled according to the kind of data.
     pub rotation: Vec<f64>,
     /// Driver name of the rotation.
     pub rotation_name: String,

@@ -101,12 +101,12 @@ impl ProtocolLocation {
 pub struct Transceiver(pub u8);
 
 impl Transceiver {
-    /// The fault of CANH, in words.
+    /// Describes the fault of CANH.
     pub const fn can_high(self) -> Option<&'static str> {
         fault(self.0 & 0x0F)
     }
 
-    /// The fault of CANL, in words.
+    /// Describes the fault of CANL.
     pub const fn can_low(self) -> Option<&'static str> {
         match self.0 & 0xF0 {
             0x80 => Some("short circuit to CANH"),

@@ -1,4 +1,4 @@
-//! Error frames in words, and the summary of a series of them.
+//! Descriptions of error frames, and the summary of a series of them.
 
 use super::{BusHealth, BusState, CanErrorEvent, ERROR_FLAG, ErrorCounters, ErrorKind};
 use insta::assert_snapshot;

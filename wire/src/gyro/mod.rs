@@ -78,7 +78,7 @@ impl Sequence {
 pub struct GyroSample {
     /// Rate, increment or angle.
     pub output: GyroOutput,
-    /// The stream's own validity bit; true if it has none (the Navigator then fails the built-in test). It stays true
+    /// The stream's own validity bit; true in formats without one (the Navigator then fails the built-in test). It stays true
     /// beyond the range (KVH DSP-3000 manual).
     pub valid: bool,
     /// Status bits.

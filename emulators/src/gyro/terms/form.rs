@@ -49,7 +49,7 @@ impl Form {
         }
     }
 
-    /// Its numbers by name, with their permitted values. A table has none.
+    /// Its numbers by name, with their permitted values. A table has no parameters.
     pub(super) fn numbers(&mut self) -> Vec<(&'static str, &mut f64, Domain)> {
         const ANY: Domain = Domain::FINITE;
         const ABOVE_ZERO: Domain = Domain::POSITIVE;

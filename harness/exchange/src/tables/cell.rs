@@ -79,7 +79,7 @@ pub struct Column {
     pub name: Cow<'static, str>,
     /// Type of its values.
     pub kind: Kind,
-    /// Unit of its values, as in plans (`deg/s`); empty if it has none.
+    /// Unit of its values, as in plans (`deg/s`); empty without a unit.
     pub unit: Cow<'static, str>,
     /// Meaning of its values.
     pub doc: Cow<'static, str>,

@@ -1,4 +1,4 @@
-//! Events in words: one row per event.
+//! The table of events: one row per event, with a description.
 
 use super::cell::Cell;
 use super::row::{Row, time};

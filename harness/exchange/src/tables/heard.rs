@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub struct SignalForm {
     /// Its name in the layout.
     pub name: String,
-    /// Unit of its values; empty if it has none.
+    /// Unit of its values; empty without a unit.
     pub unit: String,
     /// Meaning.
     pub doc: String,

@@ -8,7 +8,7 @@ pub(super) fn tamed(text: &str) -> Cow<'_, str> {
     written_out(text, colour_bytes)
 }
 
-/// Escapes control characters including colours: for text that should have none.
+/// Escapes control characters including colours: for text from outside.
 pub(super) fn plain(text: &str) -> Cow<'_, str> {
     written_out(text, |_| 0)
 }
@@ -39,7 +39,7 @@ fn is_wild(c: char) -> bool {
     c.is_control() && !matches!(c, '\n' | '\t')
 }
 
-/// Length in bytes of the colour sequence (SGR) at the start of the text; zero if there is none.
+/// Length in bytes of the colour sequence (SGR) at the start of the text; zero without one.
 fn colour_bytes(text: &str) -> usize {
     let Some(rest) = text.strip_prefix("\u{1b}[") else { return 0 };
     let end = rest.find(|c: char| !c.is_ascii_digit() && c != ';');

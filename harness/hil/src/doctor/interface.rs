@@ -63,7 +63,7 @@ pub struct CanInterface {
     pub up: bool,
     /// `vcan`, `slcan`, or `can` for hardware; `None` if unknown.
     pub kind: Option<String>,
-    /// State of the controller; a virtual interface has none.
+    /// State of the controller; a virtual interface has no state.
     pub state: Option<CanState>,
     /// Bits per second; a virtual bus has none.
     pub bitrate: Option<u64>,

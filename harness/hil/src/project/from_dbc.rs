@@ -129,7 +129,7 @@ fn bits(message: &Message) -> f64 {
     each * message.frames() as f64
 }
 
-/// Returns the bus load of these messages, with this period for those that have none.
+/// Returns the bus load of these messages, with this period for messages whose file states no period.
 fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
     let bits_per_s = messages.map(|message| bits(message) / period(message, assumed).as_secs_f64());
     bits_per_s.sum::<f64>() / BIT_RATE
@@ -142,7 +142,7 @@ fn wait_s(layout: &Layout, message: &Message) -> f64 {
     (BITS_FD + better.map(bits).sum::<f64>()) / BIT_RATE
 }
 
-/// Returns the period of messages that have none.
+/// Returns the period of messages whose file states no period.
 pub(super) fn assumed_period(layout: &Layout) -> Span {
     let [usual, .., longest] = PERIODS;
     let is_light = |period: &Span| load(layout.messages().iter(), *period) <= LOAD_MAX;

@@ -8,7 +8,7 @@ use skips::in_time;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// An oven of one's own, and a plan with these steps.
+/// A described oven, and a plan with these steps.
 pub fn project(folder: &Path, steps: &str) {
     if !folder.join("devices").exists() {
         write(folder, &Template::Serial.files(&Name::new("oven").unwrap())).unwrap();
@@ -287,7 +287,7 @@ fn a_bench_is_set_up_before_its_ports_are_opened_and_torn_down_after() {
         assert!(told(&output).contains(said), "{}", shown(&output));
         assert!(folder.join("torn-down").exists());
 
-        // A bench that cannot be switched off is broken, whatever the run came to.
+        // A bench that cannot be switched off is broken, even after a run that passed.
         let fails = "teardown = [\"off\"]\n".to_owned() + &shell("off", "exit 1", 10.0);
         let output = run(folder, &fails, &out);
         assert_eq!(output.status.code(), Some(3), "{}", shown(&output));

@@ -20,7 +20,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts a server, or skips the test if this machine has none.
+    /// Starts a server, or skips the test if no server is installed.
     pub fn start() -> Option<Self> {
         Self::start_with(&[])
     }

@@ -12,7 +12,7 @@ pub(super) struct Figure {
     pub(super) value: f64,
     pub(super) uncertainty: f64,
     pub(super) verdict: Verdict,
-    /// Kind of figure, in words.
+    /// Kind of figure, as shown to the user.
     pub(super) statistic: String,
 }
 

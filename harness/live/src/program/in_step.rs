@@ -20,7 +20,7 @@ pub(super) const STOPPING: Span = Span::from_secs(3);
 /// Longest interface name (`IFNAMSIZ`).
 const INTERFACE_BYTES_MAX: usize = 15;
 
-/// Starts the program of a node by its place; `None` if there is none to start. Its output goes to `log`.
+/// Starts the program of a node by its place; `None` if the node is not a program. Its output goes to `log`.
 pub fn start(
     log: Option<&Path>,
     rig: &Rig,

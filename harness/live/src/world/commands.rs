@@ -34,7 +34,7 @@ fn file_of(log: &Path, name: &str) -> PathBuf {
 pub(super) struct Ended {
     name: String,
     since: Timestamp,
-    /// How it ended, in words.
+    /// How it ended, for the summary.
     how: String,
     /// Why that is not well.
     why: Option<String>,

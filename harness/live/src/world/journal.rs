@@ -1,4 +1,4 @@
-//! Problems at the ports of a run, in words for the record and for the reason of its end.
+//! Describes problems at the ports of a run, for the record and for the reason of its end.
 
 use super::role_port::{PortEvent, RolePort};
 use super::verdict::blame_bench;

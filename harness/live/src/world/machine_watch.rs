@@ -76,7 +76,7 @@ impl MachineWatch {
         late
     }
 
-    /// How long a byte may have been under way; zero if there is none.
+    /// How long a byte may have been under way; zero otherwise.
     pub(super) fn late(&self, now: Timestamp) -> Span {
         if self.is_under_way { now - self.arrived } else { Span::ZERO }
     }

@@ -231,7 +231,7 @@ impl Ports {
         self.open.iter_mut().filter(move |open| open.plan.line == line)
     }
 
-    /// A message about a wrong rate set at the far side of a pty; `None` if there is none.
+    /// A message about a wrong rate set at the far side of a pty; `None` if the rate is right.
     pub(super) fn wrong_rate(&mut self, now: Timestamp) -> Option<String> {
         self.open.iter_mut().find_map(|OpenPort { plan, port, rate }| {
             let role = &plan.role;

@@ -21,7 +21,7 @@ pub enum Scheduling {
     RealTime,
 }
 
-/// Requests the scheduling, and returns the result in words. Without permission the run goes on normally.
+/// Requests the scheduling, and describes the result. Without permission the run goes on normally.
 pub(super) fn ask(scheduling: Scheduling) -> String {
     if scheduling == Scheduling::Normal {
         return "normal".to_owned();

@@ -45,7 +45,7 @@ run, with status 2.
 The table is generated from the program (`hil list faults` prints the same), and a test keeps it up to date.
 ";
 
-/// The possible targets of a kind, in words.
+/// Describes the possible targets of a kind.
 pub fn strikes(info: &'static KindInfo) -> &'static str {
     match info.reach {
         Reach::Line => "a serial line or bus",
@@ -59,7 +59,7 @@ pub fn strikes(info: &'static KindInfo) -> &'static str {
     }
 }
 
-/// The duration of a kind, in words.
+/// Describes the duration of a kind.
 pub fn lasts(info: &KindInfo) -> String {
     match (info.lasts, info.parameters.first()) {
         (Lasts::Scheduled, _) => "as scheduled".to_owned(),

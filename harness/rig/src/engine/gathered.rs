@@ -121,7 +121,7 @@ fn unit_of(parameter: &str) -> Unit {
         ("_s", Unit::Second),
     ];
     let ending = ENDINGS.iter().find(|(ending, _)| parameter.ends_with(ending));
-    // A quantity per something else has none of these units.
+    // A quotient of quantities is in none of these units.
     ending.filter(|_| parameter.matches("_per_").count() < 2).map_or(Unit::One, |(_, unit)| *unit)
 }
 

@@ -34,7 +34,7 @@ pub(super) struct Ends {
 }
 
 impl Ends {
-    /// Takes a state for each end that has none yet.
+    /// Takes a state for each end without a state.
     pub(super) fn take(&mut self, now: Timestamp, state: &State) {
         if self.state_before.is_none() {
             (self.state_before, self.began) = (Some(*state), Some(now));

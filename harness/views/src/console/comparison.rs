@@ -55,7 +55,7 @@ impl Judged<'_> {
     }
 }
 
-/// A measurement or a property of two runs, in words; those that a run lacks are `-`.
+/// A measurement or a property of two runs, as text; `-` if a run lacks it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Compared {
     pub(crate) name: String,

@@ -31,7 +31,7 @@ const MARKS_OVER_TIME_MAX: usize = 150;
 pub struct Run<'a, R> {
     /// How it is called.
     pub name: &'a str,
-    /// What it came to.
+    /// Its summary.
     pub summary: &'a Summary,
     /// What its record says of itself.
     pub header: &'a Header,

@@ -12,7 +12,7 @@ const SYNC_TIME: u8 = 1;
 /// A group of channels with common times.
 #[derive(Debug)]
 pub struct Group {
-    /// Its name in the file; empty if it has none.
+    /// Its name in the file; empty if unnamed.
     pub name: String,
     /// Its channels; components follow their structures.
     pub channels: Vec<Channel>,
@@ -36,7 +36,7 @@ pub struct Group {
 pub struct Channel {
     /// Its name.
     pub name: String,
-    /// Unit of its values in the file; empty if it has none.
+    /// Unit of its values in the file; empty without a unit.
     pub unit: String,
     /// Whether it is the time of the group's records, in seconds.
     pub is_time: bool,

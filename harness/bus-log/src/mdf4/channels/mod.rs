@@ -54,7 +54,7 @@ pub struct Form {
     pub name: String,
     /// Type of its values.
     pub kind: Kind,
-    /// Unit of its values; empty if it has none.
+    /// Unit of its values; empty without a unit.
     pub unit: String,
     /// Its meaning; may be empty.
     pub doc: String,

@@ -47,7 +47,7 @@ pub(super) enum Until {
     End,
 }
 
-/// Parses the command in a line, or explains why there is none.
+/// Parses the command in a line, or explains why it is not one.
 pub(super) fn asked(line: &str) -> Result<Asked, String> {
     let line = line.trim();
     let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));

@@ -1,4 +1,4 @@
-//! Effects added to the model, in words, with their alternatives.
+//! Sentences on the effects added to the model, with their alternatives.
 
 use super::meaning::{cause, meaning, title};
 use super::ruler::ends;
