@@ -46,7 +46,7 @@ pub fn shrink(
             shrinker.weaker(index);
             shrinker.rounder(index);
         }
-        if shrinker.best.case == before || shrinker.is_spent() {
+        if is_settled(&before.schedule, &shrinker.best.case.schedule) || shrinker.is_spent() {
             break;
         }
     }
@@ -55,6 +55,22 @@ pub fn shrink(
         best.result = executor.execute(&best.case);
     }
     best
+}
+
+/// Whether a round of changes gained so little that another is not worth its runs: the same faults at the same times, no
+/// number smaller by more than a tenth.
+fn is_settled(before: &Schedule, after: &Schedule) -> bool {
+    const LEAST_GAIN: f64 = 0.1;
+    let is_kept = |before: f64, after: f64| after >= (1.0 - LEAST_GAIN) * before;
+    before.faults.len() == after.faults.len()
+        && before.faults.iter().zip(&after.faults).all(|(before, after)| {
+            let seconds = |fault: &Fault| fault.duration.map_or(f64::INFINITY, Span::as_secs_f64);
+            is_kept(before.what.severity(), after.what.severity())
+                && is_kept(seconds(before), seconds(after))
+                && Fault { what: before.what, duration: before.duration, ..after.clone() }
+                    == *before
+                && before.what.name() == after.what.name()
+        })
 }
 
 struct Shrinker<'a, E> {
@@ -164,20 +180,27 @@ impl<E: Executor> Shrinker<'_, E> {
 
     /// Moves each kind of number towards its minimum: first all the way, then by bisection.
     fn shorter(&mut self, index: usize) {
-        let fault = self.fault(index);
-        if fault.what.info().lasts == Lasts::Scheduled
-            && let Some(duration) = fault.duration
-        {
+        if self.fault(index).what.info().lasts == Lasts::Scheduled {
+            self.bounded(index);
             let least = DURATION_MIN.as_secs_f64();
-            self.halve(index, least, duration.as_secs_f64(), |fault, seconds| {
-                fault.duration = Some(whole_ms(seconds));
-            });
+            if let Some(duration) = self.fault(index).duration {
+                self.halve(index, least, duration.as_secs_f64(), |fault, seconds| {
+                    fault.duration = Some(whole_ms(seconds));
+                });
+            }
+            // The instant that matters may be the last one.
+            if let (Some(begin), Some(duration)) =
+                (begin(self.fault(index)), self.fault(index).duration)
+            {
+                let end = begin + duration;
+                self.halve(index, least, duration.as_secs_f64(), |fault, seconds| {
+                    let duration = whole_ms(seconds);
+                    set_begin(fault, end - duration);
+                    fault.duration = Some(duration);
+                });
+            }
         }
-        let begin = match self.fault(index).when {
-            When::At(at) | When::Step { after: at, .. } => Some(at),
-            When::Always | When::During { .. } => None,
-        };
-        if let Some(begin) = begin {
+        if let Some(begin) = begin(self.fault(index)) {
             self.halve(index, 0.0, begin.as_secs_f64(), |fault, seconds| {
                 set_begin(fault, whole_ms(seconds));
             });
@@ -197,6 +220,25 @@ impl<E: Executor> Shrinker<'_, E> {
         }
     }
 
+    /// Gives a fault without an end one at the violation, after which nothing matters. A fault of a whole phase begins
+    /// with the phase.
+    fn bounded(&mut self, index: usize) {
+        let broken = &self.best.result.violated;
+        let broken = broken.iter().find(|violated| violated.property == self.property);
+        let Some(at_s) = broken.map(|violated| violated.at_s) else { return };
+        if self.fault(index).duration.is_some() || at_s <= 0.0 {
+            return;
+        }
+        self.with(index, |fault| {
+            fault.when = match fault.when.clone() {
+                When::Always => When::At(Span::ZERO),
+                When::During { phase, number } => When::Step { phase, number, after: Span::ZERO },
+                when @ (When::At(_) | When::Step { .. }) => when,
+            };
+            fault.duration = Some(whole_ms(at_s).max(DURATION_MIN));
+        });
+    }
+
     fn weaker(&mut self, index: usize) {
         let what = self.fault(index).what;
         let (least, _) = what.severity_range();
@@ -205,13 +247,14 @@ impl<E: Executor> Shrinker<'_, E> {
         });
     }
 
+    /// Bisects on a logarithmic scale where `least` is above zero: numbers range over decades.
     fn halve(&mut self, index: usize, least: f64, now: f64, set: impl Fn(&mut Fault, f64)) {
         if now <= least || self.with(index, |fault| set(fault, least)) {
             return;
         }
         let (mut holds, mut breaks) = (least, now);
         for _ in 0..HALVINGS {
-            let middle = 0.5 * (holds + breaks);
+            let middle = if holds > 0.0 { (holds * breaks).sqrt() } else { 0.5 * (holds + breaks) };
             if self.with(index, |fault| set(fault, middle)) {
                 breaks = middle;
             } else {
@@ -236,10 +279,7 @@ impl<E: Executor> Shrinker<'_, E> {
             }
         }
         for unit_ms in [1_000, 100, 10] {
-            let begin = match self.fault(index).when {
-                When::At(at) | When::Step { after: at, .. } => at,
-                When::Always | When::During { .. } => break,
-            };
+            let Some(begin) = begin(self.fault(index)) else { break };
             let rounded = Span::from_millis(begin.as_nanos() / 1_000_000 / unit_ms * unit_ms);
             if self.with(index, |fault| set_begin(fault, rounded)) {
                 break;
@@ -260,6 +300,14 @@ fn recast(fault: &Fault, what: FaultKind) -> Fault {
     let duration = if info.lasts == Lasts::Scheduled { lasting } else { None };
     let duration = duration.filter(|duration| *duration > Span::ZERO);
     Fault { what, toward, duration, ..fault.clone() }
+}
+
+/// Begin of a fault that begins at a fixed time of the run or of a phase.
+const fn begin(fault: &Fault) -> Option<Span> {
+    match fault.when {
+        When::At(at) | When::Step { after: at, .. } => Some(at),
+        When::Always | When::During { .. } => None,
+    }
 }
 
 fn set_begin(fault: &mut Fault, begin: Span) {
