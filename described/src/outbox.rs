@@ -13,6 +13,8 @@ pub struct Outbox {
     /// Its counters advance from message to message.
     encoder: Encoder,
     queue: VecDeque<Waiting>,
+    /// Those of the queue that are whole, in its order.
+    whole: VecDeque<Transmit>,
     /// Maximum number of waiting messages.
     room: usize,
     /// Present if messages are sent in parts.
@@ -24,11 +26,9 @@ pub struct Outbox {
 #[derive(Debug, Clone)]
 enum Waiting {
     /// A frame given by its first bytes: assembled when the line takes it, so that it is copied only once.
-    Plain {
-        message: usize,
-        first: [u8; DATA_BYTES_MAX],
-    },
-    Whole(Transmit),
+    Plain { message: usize, first: [u8; DATA_BYTES_MAX] },
+    /// The next of the whole ones.
+    Whole,
 }
 
 impl Outbox {
@@ -38,6 +38,7 @@ impl Outbox {
             transport: Transport::of(&layout, sender),
             encoder: Encoder::new(layout),
             queue: VecDeque::new(),
+            whole: VecDeque::new(),
             room,
             dropped: 0,
         }
@@ -68,7 +69,8 @@ impl Outbox {
         }
         match (self.encoder.encode(message, values, is_own), &mut self.transport) {
             (Ok(Encoded::Whole(what)), _) if self.queue.len() < self.room => {
-                self.queue.push_back(Waiting::Whole(what));
+                self.queue.push_back(Waiting::Whole);
+                self.whole.push_back(what);
             }
             (Ok(Encoded::InParts(parts)), Some(transport)) => transport.send(now, parts),
             (encoded, _) => {
@@ -101,21 +103,20 @@ impl Outbox {
     /// The next output for the line.
     #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
-        let next = match self.queue.front() {
+        match self.queue.pop_front() {
             Some(Waiting::Plain { message, first }) => {
-                self.encoder.plain_frame(*message, *first).map(Transmit::Frame)
+                self.encoder.plain_frame(message, first).map(Transmit::Frame)
             }
-            Some(Waiting::Whole(what)) => Some(*what),
-            None => return self.transport.as_mut()?.transmit().map(Transmit::Frame),
-        };
-        self.queue.pop_front();
-        next
+            Some(Waiting::Whole) => self.whole.pop_front(),
+            None => self.transport.as_mut()?.transmit().map(Transmit::Frame),
+        }
     }
 
     /// Discards the queue and resets the counters, like a device that loses power.
     pub fn reset(&mut self) {
         self.encoder.reset();
         self.queue.clear();
+        self.whole.clear();
         if let Some(transport) = &mut self.transport {
             transport.reset();
         }

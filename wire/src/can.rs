@@ -101,12 +101,14 @@ impl CanFrame {
         }
     }
 
-    /// Replaces the first bytes, as many as the frame has.
+    /// A frame of the same identifier, kind and length with these first bytes, as many as it has; the others are zero.
     #[inline]
-    pub fn set_first(&mut self, data: [u8; DATA_BYTES_MAX]) {
+    pub fn with_first(&self, data: [u8; DATA_BYTES_MAX]) -> Self {
         let behind = u64::BITS - u8::BITS * u32::from(self.length.min(DATA_BYTES_MAX as u8));
         let kept = u64::from_le_bytes(data) & u64::MAX.checked_shr(behind).unwrap_or(0);
-        self.data[..DATA_BYTES_MAX].copy_from_slice(&kept.to_le_bytes());
+        let mut bytes = [0; FD_BYTES_MAX];
+        bytes[..DATA_BYTES_MAX].copy_from_slice(&kept.to_le_bytes());
+        Self { id: self.id, kind: self.kind, length: self.length, data: bytes }
     }
 
     /// The identifier.

@@ -86,11 +86,14 @@ impl Sending {
     /// True if the values can be sent unchanged: all are in range, with no noise and no corrections.
     #[inline]
     fn is_sent_as_it_is(&self, values: &[f64]) -> bool {
-        let mut each = values.iter().zip(&self.limits);
-        // A NaN fails the comparison.
+        let each = values.iter().zip(&self.limits);
+        // A NaN fails the comparison. Usually all are in range: one branch for all of them.
+        let is_within = |(value, (least, greatest)): (&f64, &(f64, f64))| {
+            (least <= value) & (value <= greatest)
+        };
         self.noise.is_empty()
             && self.corrections.is_empty()
-            && each.all(|(value, (least, greatest))| least <= value && value <= greatest)
+            && each.fold(true, |all, one| all & is_within(one))
     }
 
     /// Next time at which it needs attention.
@@ -265,22 +268,25 @@ impl Device {
         if !sent.others.is_empty() {
             self.other_values(sent, index, &mut values);
         }
-        let sending = &mut self.senders[index];
-        match sending.is_sent_as_it_is(&values) {
-            true => sending.last.copy_from_slice(&values),
-            false => self.make_fit(sent, index, &mut values),
+        let as_it_is = self.senders[index].is_sent_as_it_is(&values);
+        if !as_it_is {
+            self.make_fit(sent, index, &mut values);
         }
         let sending = &mut self.senders[index];
+        if as_it_is {
+            std::mem::swap(&mut sending.last, &mut values);
+        }
+        let fit = if as_it_is { &sending.last } else { &values };
         // A nested multiplexer advances only after it was sent, so that all of its pages are sent.
         for place in &sending.multiplexers {
             let message = &self.description.layout().messages()[sent.message];
-            if message.carries(*place, &values) {
+            if message.carries(*place, fit) {
                 sending.pages[*place] = sending.pages[*place].wrapping_add(1);
             }
         }
         let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
         // Values are in range here; messages without room are counted.
-        let _ = self.outbox.send(now, sent.message, &values, is_own);
+        let _ = self.outbox.send(now, sent.message, fit, is_own);
         self.agenda.values = values;
     }
 

@@ -23,6 +23,8 @@ pub(crate) struct Batch {
 struct Alike {
     /// Missing lanes repeat the last one.
     places: [usize; LANES],
+    /// Each place follows the one before: the lanes are calculated where their values belong.
+    is_in_order: bool,
     steps: Box<[Step]>,
 }
 
@@ -108,19 +110,34 @@ impl Alike {
         };
         let steps: Option<Vec<_>> = (0..first.program.instructions().len()).map(step).collect();
         let place = |lane: usize| shape.get(lane).map_or(*last, |(place, _)| *place);
-        Some(Self { places: std::array::from_fn(place), steps: steps?.into() })
+        let places: [usize; LANES] = std::array::from_fn(place);
+        let is_in_order = places.windows(2).all(|pair| pair[0] + 1 == pair[1]);
+        Some(Self { places, is_in_order, steps: steps?.into() })
     }
 
     #[inline]
     fn values(&self, variables: &[f64], values: &mut [f64]) {
-        let mut hands = [f64::NAN; LANES];
-        for step in &self.steps {
-            hands = step.run(variables, hands);
+        let [first, ..] = self.places;
+        if let Some(hands) = values.get_mut(first..).and_then(<[f64]>::first_chunk_mut)
+            && self.is_in_order
+        {
+            self.run(variables, hands);
+            return;
         }
+        let mut hands = [f64::NAN; LANES];
+        self.run(variables, &mut hands);
         for (place, hand) in self.places.into_iter().zip(hands) {
             if let Some(value) = values.get_mut(place) {
                 *value = hand;
             }
+        }
+    }
+
+    /// Not inlined: the compiler would keep the lanes apart, and calculate with one at a time.
+    #[inline(never)]
+    fn run(&self, variables: &[f64], hands: &mut [f64; LANES]) {
+        for step in &self.steps {
+            *hands = step.run(variables, *hands);
         }
     }
 }

@@ -9,20 +9,45 @@ use wire::can::{CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX};
 /// Below this a double can have a fraction, and whole numbers are exact.
 const WHOLE_FROM: f64 = (1_u64 << 52) as f64;
 
-/// A signal prepared for writing: some bits of the eight bytes as one number.
+/// Number of signals written together: what a processor calculates at once. The last group is filled with fields of no
+/// bits.
+const LANES: usize = 4;
+
+/// Signals prepared for writing: some bits of the eight bytes as one number each.
 #[derive(Debug, Clone)]
-struct Field {
-    scale: Scale,
+struct Fields {
+    factor: [f64; LANES],
+    offset: [f64; LANES],
     /// Numbers in this range are truncated to a permitted count.
-    cut: (f64, f64),
-    mask: u64,
-    shift: u32,
-    order: ByteOrder,
+    least: [f64; LANES],
+    greatest: [f64; LANES],
+    mask: [u64; LANES],
+    shift: [u32; LANES],
+    /// All bits for a field whose most significant byte is sent first, else none.
+    big: [u64; LANES],
 }
 
-impl Field {
-    /// `None` for a signal outside the frame's bytes, one not in every frame, or one that is not an integer.
-    fn of(signal: &Signal) -> Option<Self> {
+impl Fields {
+    const NONE: Self = Self {
+        factor: [1.0; LANES],
+        offset: [0.0; LANES],
+        least: [-1.0; LANES],
+        greatest: [1.0; LANES],
+        mask: [0; LANES],
+        shift: [0; LANES],
+        big: [0; LANES],
+    };
+
+    /// `None` if one signal is outside the frame's bytes, is not in every frame, or is not an integer.
+    fn of(signals: &[Signal]) -> Option<Self> {
+        let mut fields = Self::NONE;
+        for (lane, signal) in signals.iter().enumerate() {
+            fields.set(lane, signal)?;
+        }
+        Some(fields)
+    }
+
+    fn set(&mut self, lane: usize, signal: &Signal) -> Option<()> {
         let Storage::Bits { field, coding } = signal.storage else { return None };
         if signal.carried.selection().is_some() || coding.is_float() {
             return None;
@@ -33,24 +58,38 @@ impl Field {
             [signal.minimum, signal.maximum].map(|end| libm::round(signal.scale.number(end)));
         let least = least.max(ends[0].min(ends[1])).max(1.0 - WHOLE_FROM);
         let greatest = greatest.min(ends[0].max(ends[1])).min(WHOLE_FROM - 1.0);
-        let first = if least > 0.0 { least } else { (least - 1.0).next_up() };
-        let last = if greatest < 0.0 { greatest } else { (greatest + 1.0).next_down() };
-        Some(Self {
-            scale: signal.scale,
-            cut: (first, last),
-            mask: u64::MAX >> (u64::BITS - bits),
-            shift: field.shift_in_word()?,
-            order: field.order(),
-        })
+        (self.factor[lane], self.offset[lane]) = (signal.scale.factor, signal.scale.offset);
+        self.least[lane] = if least > 0.0 { least } else { (least - 1.0).next_up() };
+        self.greatest[lane] = if greatest < 0.0 { greatest } else { (greatest + 1.0).next_down() };
+        self.mask[lane] = u64::MAX >> (u64::BITS - bits);
+        self.shift[lane] = field.shift_in_word()?;
+        self.big[lane] = if field.order() == ByteOrder::Big { u64::MAX } else { 0 };
+        Some(())
     }
 
-    /// The bits of the value; `None` if it is out of range, or so large that [`Signal::number_of`] must decide.
+    /// The bits of the values as a word of each byte order, little first; `None` if one is out of range, or so large that
+    /// [`Signal::number_of`] must decide.
     #[inline]
-    fn raw(&self, value: f64) -> Option<u64> {
-        let number = to_cut(self.scale.number(value));
+    fn words(&self, values: &[f64; LANES]) -> Option<[u64; 2]> {
+        let number = |lane: usize| {
+            let scale = Scale { factor: self.factor[lane], offset: self.offset[lane] };
+            to_cut(scale.number(values[lane]))
+        };
+        let numbers: [f64; LANES] = std::array::from_fn(number);
         // A NaN fails the comparison.
-        let is_within = self.cut.0 <= number && number <= self.cut.1;
-        is_within.then_some(number as i64 as u64 & self.mask)
+        let is_within = |lane: usize| {
+            (self.least[lane] <= numbers[lane]) & (numbers[lane] <= self.greatest[lane])
+        };
+        if !(0..LANES).fold(true, |all, lane| all & is_within(lane)) {
+            return None;
+        }
+        let [mut little, mut big] = [0; 2];
+        for lane in 0..LANES {
+            let bits = (numbers[lane] as i64 as u64 & self.mask[lane]) << self.shift[lane];
+            little |= bits & !self.big[lane];
+            big |= bits & self.big[lane];
+        }
+        Some([little, big])
     }
 }
 
@@ -66,8 +105,8 @@ fn to_cut(number: f64) -> f64 {
 /// The signals of a CAN message, each of which is in every frame.
 #[derive(Debug, Clone)]
 pub(super) struct FrameWriter {
-    /// One per signal.
-    fields: Box<[Field]>,
+    fields: Box<[Fields]>,
+    signals: usize,
     /// The empty frame.
     blank: CanFrame,
     /// True if a counter or a checksum is among the signals.
@@ -78,9 +117,10 @@ impl FrameWriter {
     /// `None` unless the message is a frame with all signals in its first eight bytes, and all frames carry the same
     /// signals.
     pub(super) fn of(message: &Message) -> Option<Self> {
-        let fields: Option<Vec<Field>> = message.signals.iter().map(Field::of).collect();
+        let fields: Option<Vec<Fields>> = message.signals.chunks(LANES).map(Fields::of).collect();
         Some(Self {
             fields: fields?.into(),
+            signals: message.signals.len(),
             blank: message.frame(&[0; FD_BYTES_MAX])?,
             is_protected: message.protected.is_some(),
         })
@@ -100,22 +140,24 @@ impl FrameWriter {
     /// The frame with these first bytes.
     #[inline]
     pub(super) fn frame(&self, first: [u8; DATA_BYTES_MAX]) -> CanFrame {
-        let mut frame = self.blank;
-        frame.set_first(first);
-        frame
+        self.blank.with_first(first)
     }
 
     /// The first bytes with these values; `None` if their number is wrong, or one is out of range.
     #[inline]
     pub(super) fn first_bytes(&self, values: &[f64]) -> Option<[u8; DATA_BYTES_MAX]> {
-        if values.len() != self.fields.len() {
+        if values.len() != self.signals {
             return None;
         }
-        let mut words = [0_u64; 2];
-        for (field, value) in self.fields.iter().zip(values) {
-            words[usize::from(field.order == ByteOrder::Big)] |= field.raw(*value)? << field.shift;
+        let [mut little, mut big] = [0; 2];
+        let (groups, rest) = values.as_chunks::<LANES>();
+        let mut last = [0.0; LANES];
+        last[..rest.len()].copy_from_slice(rest);
+        for (fields, group) in self.fields.iter().zip(groups.iter().chain([&last])) {
+            let words = fields.words(group)?;
+            little |= words[0];
+            big |= words[1];
         }
-        let [little, big] = words;
         Some((little | big.swap_bytes()).to_le_bytes())
     }
 }
