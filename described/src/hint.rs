@@ -12,6 +12,11 @@ pub fn explain(message: &str) -> (String, Option<String>) {
     if message.contains("wanted exactly 1 element") {
         return ("expected a table with exactly one key here".to_owned(), None);
     }
+    if message.starts_with("invalid type: unit variant, expected ") {
+        let help = "write a table in place of the name: `{ NAME = { PARAMETER = VALUE } }`; for parameters \
+                    see `hil list faults` and `hil list steps`";
+        return ("a name without its parameters".to_owned(), Some(help.to_owned()));
+    }
     // The same mistake as an unknown field, in toml's words for tables that are variants.
     let keys = message.strip_prefix("unexpected keys in table: ");
     if let Some((wrong, known)) = keys.and_then(|keys| keys.split_once(", available keys: ")) {

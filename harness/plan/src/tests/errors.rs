@@ -79,6 +79,12 @@ fn mistakes_of_meaning_are_shown_in_place() {
             )),
         ),
         (
+            "a fault without its parameters",
+            format!(
+                "{HEAD}steps = [{{ bias_test = {{}} }}]\n{TAIL}\n[[fault]]\ntarget = \"gyro\"\nwhat = \"disconnect\"\n"
+            ),
+        ),
+        (
             "an unknown quantity",
             with_measurement(
                 "name = \"m\"\ndoc = \"d\"\nquantity = \"table.eror\"\nunit = \"deg\"\ncheck = { all_within = [0, 1] }",
