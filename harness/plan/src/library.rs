@@ -47,7 +47,7 @@ pub struct Source {
 pub enum LibraryError {
     /// No shipped file has this name.
     #[error("no {kind} is called \"{name}\"")]
-    #[diagnostic(help("shipped: {known}; a path ends in .toml or holds a /"))]
+    #[diagnostic(help("shipped: {known}; a path ends in .toml or contains a /"))]
     UnknownName {
         /// `plan`, `device file`, ...
         kind: Kind,

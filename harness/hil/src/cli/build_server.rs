@@ -15,7 +15,7 @@ const STEP_SUMMARY: &str = "GITHUB_STEP_SUMMARY";
 /// Where the summary goes.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct SummaryArguments {
-    /// Append a summary in Markdown to this file. [default: what GITHUB_STEP_SUMMARY names]
+    /// Append a summary in Markdown to this file. [default: the file that GITHUB_STEP_SUMMARY names]
     #[arg(long, value_name = "FILE")]
     summary: Option<PathBuf>,
 }

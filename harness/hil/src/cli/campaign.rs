@@ -70,7 +70,7 @@ impl By {
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct CampaignArguments {
-    /// Name of a shipped plan (see `hil list plans`) or path: what ends in .toml or holds a /.
+    /// Name of a shipped plan (see `hil list plans`) or path: anything that ends in .toml or contains a /.
     #[arg(value_name = "PLAN")]
     pub(super) plan: String,
     /// How many cases.

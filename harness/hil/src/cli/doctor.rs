@@ -6,8 +6,8 @@ use record::outcome::Outcome;
 
 const STATUSES: &str = "\
 Exit status:
-  0  nothing lacks that the bench and the plans need
-  3  something lacks that they need";
+  0  everything that the bench and the plans need is there
+  3  something that they need is missing";
 
 /// Checks this machine and a bench: what is there, what is missing, and the command that fixes it.
 ///
@@ -22,7 +22,7 @@ pub(super) struct DoctorArguments {
     /// Bench to check: a name (see `hil list benches`) or a path.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
-    /// Print everything as JSON: outcome, findings, and the facts that they rest on.
+    /// Print everything as JSON: outcome, findings, and the facts behind them.
     #[arg(long)]
     pub(super) json: bool,
 }

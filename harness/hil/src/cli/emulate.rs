@@ -11,12 +11,12 @@ use wire::gyro::GyroFormat;
 
 const PORTS: &str = "\
 Ports:
-  pty  pty:LINK                  a pty that is made here; LINK leads to its other side
+  pty  pty:LINK                  a new pty; LINK leads to its other side
   /dev/ttyUSB0  serial:usb:0403:6001
                                  a serial port, at the other end of which the controller is
   can:vcan0                      a CAN interface (base)
-  slcan-pty  slcan-pty:LINK      a CAN adapter that is played here, on a pty (base)
-  slcan:/dev/ttyACM0             a CAN adapter that is used from here (base)
+  slcan-pty  slcan-pty:LINK      an emulated CAN adapter on a pty (base)
+  slcan:/dev/ttyACM0             a CAN adapter that is plugged in here (base)
 
 The standard input takes requests, a JSON line each, answered on the standard output:
   {\"id\":1,\"set\":{\"bias_deg_per_h\":30}}   {\"get\":\"truth\"}   {\"fault\":\"disconnect\"}   {\"list\":true}

@@ -44,9 +44,9 @@ impl From<Rows> for Kind {
 /// Writes a recorded run for other tools: as a data package (datapackage.json and a CSV table), or with --tables, --mcap,
 /// --mf4 or --bus as tables for notebooks, as a file for Foxglove, as measured channels, or as a bus log.
 ///
-/// A data package holds what somebody with the same bench would have noted down, and nothing that only an emulator
-/// knows. `hil identify` reads it as it reads anybody's data. Tables and MCAP hold everything that the record does; with
-/// --record full that is every byte and frame. MDF holds every quantity and signal as a channel.
+/// A data package holds what an experimenter at the same bench would have noted, and nothing that only an emulator knows.
+/// `hil identify` reads it like any other data. Tables and MCAP hold the whole record; with --record full, that includes
+/// every byte and frame. MDF holds each quantity and signal as a channel.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ExportArguments {
@@ -69,7 +69,7 @@ pub(super) struct ExportArguments {
     /// A folder for the run's tables instead: states, observations, events, measurements and more.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
     tables: Option<PathBuf>,
-    /// What the tables are written as.
+    /// File format of the tables.
     #[arg(long, value_enum, default_value_t, requires = "tables")]
     format: TableFormat,
     /// An MCAP file to write instead, for Foxglove: FILE.mcap.
@@ -79,7 +79,7 @@ pub(super) struct ExportArguments {
     /// measuring: FILE.mf4. Raw frames are in --bus FILE.mf4.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap"])]
     mf4: Option<PathBuf>,
-    /// With --tables, --mcap or --mf4: the plan whose rig says what the messages mean. [default: the one that the record holds]
+    /// With --tables, --mcap or --mf4: the plan whose rig is used to decode messages. [default: the one that the record holds]
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
     plan: Option<String>,
 }

@@ -15,10 +15,10 @@ use std::path::Path;
 /// What tables are written as.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum TableFormat {
-    /// Apache Parquet: small, and keeps the kinds of columns.
+    /// Apache Parquet: small, with typed columns.
     #[default]
     Parquet,
-    /// CSV: for whatever reads nothing else.
+    /// CSV: for tools that read nothing else.
     Csv,
 }
 

@@ -36,7 +36,7 @@ pub(super) struct IdentifyArguments {
     /// The model to begin with. [default: the plain model of the kind of data]
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
-    /// The folder for what is found. [default: findings/NAME, the name being that of the data set]
+    /// The folder for what is found. [default: findings/NAME, with the name of the data set]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Seed of whatever is drawn.

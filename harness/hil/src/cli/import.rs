@@ -16,29 +16,30 @@ use views::console::{self, Style};
 
 /// Turns a log of a bench's CAN bus into a run folder, and judges it by a plan.
 ///
-/// Of a rig, or of a device of your own, every node says what it says in the log, and the plan listens: its steps wait and
-/// hold as in a run, and what it would send or set is taken to be in the log. Channels of the log are lines by their names.
+/// With a rig or your own device, every node sends what it sent in the log, and the plan only listens: its steps wait and
+/// hold as in a run. What the plan would send or set is assumed to be in the log already. Channels of the log are matched
+/// to lines by name.
 ///
-/// Of the paper's robot the identifiers tell which frames are the base's. They say how far each straight line went and how
-/// often a pose was written: straight.stop_error and pose_write.retries are formed from them. What rests
-/// on the gyro, the table, the absolute measurement or the controller's own word is not on the bus: such
-/// a measurement is unset, and fails. `hil check RUN` judges the folder again.
+/// With the paper's robot, the identifiers show which frames belong to the base. They give straight.stop_error (how far
+/// each straight went) and pose_write.retries (how often a pose was written). Nothing of the gyro, the table, the absolute
+/// measurement or the controller's reports is on the bus: a measurement that needs them is not made, and fails. `hil check
+/// RUN` judges the folder again.
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct ImportArguments {
     /// The log: candump (.log), Vector ASC (.asc) or BLF (.blf), pcapng (.pcapng), PEAK TRC (.trc) or MDF 4 (.mf4).
     #[arg(value_name = "LOG")]
     log: PathBuf,
-    /// Plan that the bench carried out, name or path.
+    /// The plan that ran on the bench: a name or a path.
     #[arg(long, value_name = "PLAN")]
     plan: String,
     /// The run folder. [default: runs/PLAN-LOG]
     #[arg(long, value_name = "RUN")]
     out: Option<PathBuf>,
-    /// What LOG is. [default: by the end of its name]
+    /// Format of the log. [default: from the extension of its name]
     #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     from: Option<Format>,
-    /// Channel of the log that is meant. [default: that of the line's name, the only one, or that of the base's first frame]
+    /// Channel of the log to read. [default: that of the line's name, the only one, or that of the base's first frame]
     #[arg(long, value_name = "NAME", value_parser = channel)]
     channel: Option<Channel>,
 }

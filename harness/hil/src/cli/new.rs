@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
-  hil new oven                                 a temperature controller on CAN, to be changed
+  hil new oven                                 a temperature controller on CAN, to start from
   hil new oven --serial                        the same on a serial line
   hil new motor --dbc motor.dbc --node Motor   for a node of your own DBC
-  hil new rest --dbc car.dbc --except Motor    all other nodes of the DBC, for a motor that is real
+  hil new rest --dbc car.dbc --except Motor    all other nodes of the DBC, for a real motor
 
 The folder has a README that walks through it: test it, break it, make it yours, run it on the real device.";
 
@@ -25,16 +25,16 @@ The folder has a README that walks through it: test it, break it, make it yours,
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct NewArguments {
-    /// Folder to make; its name is the device's.
+    /// Folder to create; the device gets its name.
     #[arg(value_name = "FOLDER")]
     folder: PathBuf,
-    /// A device on a serial line; without, on CAN.
+    /// A device on a serial line instead of CAN.
     #[arg(long, conflicts_with = "dbc")]
     serial: bool,
-    /// A DBC of your own, which has the device as a node.
+    /// Your own DBC, with the device as a node.
     #[arg(long, value_name = "FILE")]
     dbc: Option<PathBuf>,
-    /// The device's name in the DBC; without, the only node that sends messages.
+    /// The device's name in the DBC. [default: the only node that sends messages].
     #[arg(long, value_name = "NODE", requires = "dbc")]
     node: Option<String>,
     /// The rest of the bus: emulates all nodes of the DBC but this one, which is yours. May be given several times.

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 /// Applies a model to measured data without changing the model. Writes prediction.json.
 ///
-/// Exit status as of `hil identify`.
+/// The exit status is that of `hil identify`.
 #[derive(Debug, Args)]
 pub(super) struct PredictArguments {
     /// A data package (a folder with datapackage.json, or that file), or a run folder.
@@ -22,7 +22,7 @@ pub(super) struct PredictArguments {
     /// The model.
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
-    /// The folder for the prediction. [default: findings/NAME, the name being that of the data set]
+    /// The folder for the prediction. [default: findings/NAME, with the name of the data set]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print one JSON document and nothing else: the prediction as in prediction.json, and its folder.

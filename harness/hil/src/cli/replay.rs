@@ -19,7 +19,7 @@ Ports:
   can:vcan0            a CAN interface
   slcan:/dev/ttyACM0   a CAN adapter
   slcan-pty  slcan-pty:LINK
-                       a CAN adapter that is played here, on a pty; the first frame waits until the other
+                       an emulated CAN adapter on a pty; the first frame waits until the other
                        side has opened the bus
 
 Exit status:
@@ -49,7 +49,7 @@ pub(super) struct ReplayArguments {
     /// Channel of the log to play. [default: that of the first frame]
     #[arg(long, value_name = "NAME", value_parser = channel)]
     channel: Option<Channel>,
-    /// What LOG is. [default: by the end of its name]
+    /// Format of the log. [default: from the extension of its name]
     #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     from: Option<Format>,
     /// Say how many frames would be sent and how long that would take, and send none.

@@ -41,7 +41,7 @@ impl From<Record> for Level {
 #[derive(Debug, Args)]
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct RunArguments {
-    /// Names of shipped plans (see `hil list plans`) or paths: what ends in .toml or holds a /.
+    /// Names of shipped plans (see `hil list plans`) or paths: anything that ends in .toml or contains a /.
     #[arg(required = true, value_name = "PLAN")]
     plans: Vec<String>,
     /// Seed of all random numbers; the first one with --seeds.

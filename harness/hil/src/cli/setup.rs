@@ -22,7 +22,7 @@ pub(super) enum Clock {
     Real,
 }
 
-/// What bytes and frames cross, where a bench file does not say.
+/// What carries bytes and frames, where a bench file does not say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BusChoice {
     /// Lines in memory, paced by baud or bit time.
@@ -80,8 +80,7 @@ pub(super) struct SetupArguments {
     /// The clock of the run.
     #[arg(long, value_enum, default_value_t = Clock::Virtual)]
     clock: Clock,
-    /// What bytes and frames cross. [default: memory with the virtual clock, pty with the real
-    /// one]
+    /// What carries bytes and frames. [default: memory with the virtual clock, pty with the real one]
     #[arg(long, value_enum)]
     bus: Option<BusChoice>,
     /// The device under test: in-process, process, or a command line with {gyro} and {base} for the

@@ -32,7 +32,7 @@ pub fn text(findings: &[Finding], style: Style) -> String {
     let count = |status| findings.iter().filter(|finding| finding.status == status).count();
     let closing = match (count(Status::Lacking), count(Status::Gap)) {
         (0, 0) => "nothing lacks".to_owned(),
-        (0, gaps) => format!("nothing lacks that is needed; {gaps} could be better"),
+        (0, gaps) => format!("nothing that is needed is missing; {gaps} could be better"),
         (1, _) => "1 thing lacks that is needed".to_owned(),
         (lacking, _) => format!("{lacking} things lack that are needed"),
     };
