@@ -83,7 +83,7 @@ impl BaseDriver {
             requests: Deque::new(),
             refused: 0,
             motion: None,
-            path: DisplacementWatch::new(config.speed_max, config.timeout_moving),
+            path: DisplacementWatch::new(&config),
             planted,
         }
     }

@@ -2,8 +2,10 @@
 //!
 //! The serial line's checksum is one byte: of misaligned answers, one in 256 passes and reads as an arbitrary path. A
 //! path that no base could have driven is dropped like an answer with a bad checksum, unless the next one confirms it:
-//! then the base restarted its count, for example after a reset.
+//! then the base restarted its count, for example after a reset. The longer the base was silent, the further it could
+//! have driven: the first message after a time-out is not used either before the next one confirms it.
 
+use crate::config::BaseConfig;
 use wire::base::Motion;
 use wire::time::{Span, Timestamp};
 use wire::units::{Length, Speed};
@@ -12,17 +14,30 @@ use wire::units::{Length, Speed};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct DisplacementWatch {
     speed_max: Speed,
-    /// A message may arrive this long after the motion that it reports.
+    /// A message may arrive this long after the motion that it reports. In motion, this is also the longest silence
+    /// after which a single message suffices.
     late_max: Span,
+    /// The same at rest.
+    silence_max: Span,
     credible: Option<(Timestamp, Length)>,
+    /// The last used message reported motion.
+    moving: bool,
     doubtful: Option<(Timestamp, Length)>,
     /// The last message was believed only because it confirmed the previous one.
     anew: bool,
 }
 
 impl DisplacementWatch {
-    pub(crate) const fn new(speed_max: Speed, late_max: Span) -> Self {
-        Self { speed_max, late_max, credible: None, doubtful: None, anew: false }
+    pub(crate) const fn new(config: &BaseConfig) -> Self {
+        Self {
+            speed_max: config.speed_max,
+            late_max: config.timeout_moving,
+            silence_max: config.timeout_at_rest,
+            credible: None,
+            moving: false,
+            doubtful: None,
+            anew: false,
+        }
     }
 
     /// True if a base could report this motion at `now`.
@@ -32,10 +47,13 @@ impl DisplacementWatch {
             before.is_some_and(|before| self.could_follow(before, said))
         };
         let follows = self.credible.is_none() || near(self.credible);
-        let believed = follows || near(self.doubtful);
+        let silence_max = if self.moving { self.late_max } else { self.silence_max };
+        let in_time = self.credible.is_none_or(|(at, _)| now.since(at) <= silence_max);
+        let believed = (follows && in_time) || near(self.doubtful);
         self.anew = believed && !follows;
         if believed {
             self.credible = Some(said);
+            self.moving = motion.moving;
             self.doubtful = None;
         } else {
             self.doubtful = Some(said);
@@ -60,12 +78,14 @@ impl DisplacementWatch {
 #[cfg(test)]
 mod tests {
     use super::{DisplacementWatch, Length, Motion, Span, Speed, Timestamp};
+    use crate::config::{BaseConfig, Transport};
     use proptest::prelude::*;
 
     const SPEED_MAX: f64 = 0.78;
 
     fn watch() -> DisplacementWatch {
-        DisplacementWatch::new(Speed::from_m_per_s(SPEED_MAX), Span::from_millis(250))
+        let speed_max = Speed::from_m_per_s(SPEED_MAX);
+        DisplacementWatch::new(&BaseConfig { speed_max, ..BaseConfig::new(Transport::Serial) })
     }
 
     fn believes(watch: &mut DisplacementWatch, millis: i64, displacement_m: f64) -> bool {
@@ -87,6 +107,23 @@ mod tests {
         assert!(!watch.counts_anew());
         assert!(believes(&mut watch, 140, 0.0) && watch.counts_anew());
         assert!(believes(&mut watch, 160, 0.01) && !watch.counts_anew());
+    }
+
+    /// Found by a campaign: a corrupted answer 1.8 s after the last one read as a path of 1.6 m.
+    #[test]
+    fn after_a_silence_one_message_is_not_enough() {
+        let mut watch = watch();
+        let tell = |watch: &mut DisplacementWatch, millis, displacement_m, moving| {
+            let displacement = Length::from_m(displacement_m);
+            let motion = Motion { displacement, moving, ..Motion::default() };
+            watch.believes(Timestamp::ZERO + Span::from_millis(millis), &motion)
+        };
+        assert!(tell(&mut watch, 0, 1.0, true));
+        assert!(!tell(&mut watch, 1800, 2.2, true));
+        assert!(!tell(&mut watch, 1820, 1.04, false), "it does not confirm the one before");
+        assert!(tell(&mut watch, 1840, 1.04, false) && !watch.counts_anew());
+        // At rest, messages may be further apart.
+        assert!(tell(&mut watch, 3400, 1.04, false));
     }
 
     proptest! {
