@@ -84,8 +84,8 @@ impl Fields {
             return None;
         }
         let [mut little, mut big] = [0; 2];
-        for lane in 0..LANES {
-            let bits = (numbers[lane] as i64 as u64 & self.mask[lane]) << self.shift[lane];
+        for (lane, number) in numbers.into_iter().enumerate() {
+            let bits = (number as i64 as u64 & self.mask[lane]) << self.shift[lane];
             little |= bits & !self.big[lane];
             big |= bits & self.big[lane];
         }
