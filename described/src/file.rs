@@ -18,45 +18,45 @@ use std::fmt;
 use toml::Spanned;
 use wire::serial::{Parity, SerialSettings};
 
-/// A description. `M` is the form in which it speaks of messages: tables that say all of one
-/// ([`MessageTable`]), or rules for those of a DBC ([`MessageRules`]).
+/// A description. `M` is the form of its messages: complete definitions ([`MessageTable`]), or additions to the messages of
+/// a DBC ([`MessageRules`]).
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, bound(deserialize = "M: Deserialize<'de> + Default"))]
 #[schemars(bound = "M: JsonSchema + Default")]
 pub(crate) struct File<M> {
-    /// The name that its random numbers belong to; the file's too.
+    /// Name of the device, and of this file. Its random numbers depend on the name.
     pub(crate) name: String,
-    /// What it is, in a line.
+    /// Title in one line.
     #[serde(default)]
     pub(crate) title: String,
-    /// Where its numbers are from.
+    /// Source of the numbers in this file.
     #[serde(default)]
     pub(crate) source: String,
-    /// File with its messages and their signals, beside this one.
+    /// DBC file with its messages and signals, relative to this file.
     pub(crate) dbc: Option<String>,
-    /// Which node of the DBC the device is: it sends that node's messages and hears the others.
+    /// Node of the DBC that the device is. It sends this node's messages and receives all others.
     pub(crate) node: Option<String>,
-    /// Step of the integration, s; 0.01 where it is absent.
+    /// Step of the integration, s. Default: 0.01.
     pub(crate) step_s: Option<f64>,
-    /// The serial line that it is on; on CAN where it is absent.
+    /// Settings of its serial line. Default: the device is on CAN.
     pub(crate) serial: Option<SerialTable>,
-    /// Numbers that plans can set as `device.NAME`.
+    /// Parameters. Plans can set them as `device.NAME`.
     #[serde(default)]
     pub(crate) parameter: BTreeMap<String, ParameterTable>,
-    /// What goes on within.
+    /// Internal states, which change over time.
     #[serde(default)]
     pub(crate) state: BTreeMap<String, StateTable>,
-    /// Look-up tables, called by their names: `ocv(soc)`.
+    /// Look-up tables. Expressions call them by name: `ocv(soc)`.
     #[serde(default)]
     pub(crate) table: BTreeMap<String, LookupTable>,
-    /// Machines of states: modes, and what leads from one to another.
+    /// State machines: modes and transitions.
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, MachineTable>")]
     pub(crate) machine: BTreeMap<String, Spanned<MachineTable>>,
-    /// What it says: a source of each signal that it sends.
+    /// Sources of the signals that it sends.
     #[serde(default)]
     pub(crate) signal: BTreeMap<String, SourceTable>,
-    /// What the DBC does not say of its messages, or all of each.
+    /// Messages: additions to those of the DBC, or complete definitions.
     #[serde(default)]
     pub(crate) message: M,
 }
@@ -64,15 +64,15 @@ pub(crate) struct File<M> {
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SerialTable {
-    /// Symbols per second.
+    /// Baud rate.
     baud: u32,
-    /// Bits of a byte; 8 where it is absent.
+    /// Data bits. Default: 8.
     data_bits: Option<u8>,
-    /// Parity bit; none where it is absent.
+    /// Parity. Default: none.
     #[serde(default)]
     #[schemars(schema_with = "parity_schema")]
     parity: Option<Parity>,
-    /// Stop bits; 1 where it is absent.
+    /// Stop bits. Default: 1.
     stop_bits: Option<u8>,
 }
 
@@ -92,14 +92,14 @@ impl SerialTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ParameterTable {
-    /// Its value, until a plan sets it.
+    /// Value until a plan sets another.
     pub(crate) value: f64,
-    /// Unit of its values.
+    /// Unit.
     #[serde(default)]
     pub(crate) unit: String,
-    /// The least that a plan may set.
+    /// Smallest value that a plan may set.
     pub(crate) minimum: Option<f64>,
-    /// The greatest that a plan may set.
+    /// Largest value that a plan may set.
     pub(crate) maximum: Option<f64>,
     /// What it is.
     #[serde(default)]
@@ -109,11 +109,11 @@ pub(crate) struct ParameterTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StateTable {
-    /// Its value at power-on, of parameters alone; 0 where it is absent.
+    /// Value at power-on; the expression can use parameters only. Default: 0.
     pub(crate) start: Option<Formula>,
-    /// Its change per second.
+    /// Rate of change, per second.
     pub(crate) rate: Option<Formula>,
-    /// What it is, at every moment; instead of `rate`. Without either it stays until a machine sets it.
+    /// Value at every moment, instead of `rate`. Without either, the state stays until a state machine sets it.
     pub(crate) value: Option<Formula>,
     /// Its unit.
     #[serde(default)]
@@ -123,20 +123,20 @@ pub(crate) struct StateTable {
     pub(crate) doc: String,
 }
 
-/// Points, and values between them.
+/// A look-up table, linear between its points.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LookupTable {
-    /// Where the points are, increasing.
+    /// Points along the first axis, increasing.
     pub(crate) x: Option<Vec<f64>>,
-    /// The values there; with `z` where the points are along the second axis.
+    /// Values at these points; with `z`, the points along the second axis.
     pub(crate) y: Option<Vec<f64>>,
-    /// In two dimensions a row of values for each `x`, one for each `y`.
+    /// Values of a table with two axes: one row for each `x`, with one value for each `y`.
     pub(crate) z: Option<Vec<Vec<f64>>>,
-    /// File beside this one instead: a column of points and one of values, or, with numbers in its first line too, both
-    /// axes and what is between them.
+    /// CSV file instead, relative to this file: a column of points and a column of values. If its first line also holds
+    /// numbers, it is a table with two axes.
     pub(crate) csv: Option<String>,
-    /// Beside the points: the value at the end, or on along the last two.
+    /// Values outside the points.
     #[serde(default)]
     pub(crate) outside: Outside,
 }
@@ -144,31 +144,31 @@ pub(crate) struct LookupTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SourceTable {
-    /// Of parameters, states and signals that are heard.
+    /// Expression of parameters, states and received signals.
     pub(crate) expression: Option<Formula>,
-    /// `in.MACHINE = { STATE = ... }`: what it is in states of a machine; in the others it is the `expression`.
+    /// `in.MACHINE = { STATE = ... }`: values in certain states of a state machine. In all others, `expression` applies.
     #[serde(rename = "in", default)]
     pub(crate) in_states: BTreeMap<String, BTreeMap<String, Formula>>,
-    /// `[[t, value], ...]`: from t seconds on that value.
+    /// `[[t, value], ...]`: this value from t seconds on.
     pub(crate) steps: Option<Vec<(f64, f64)>>,
-    /// File with a column of times and one of values, beside this one.
+    /// CSV file with a column of times and a column of values, relative to this file.
     pub(crate) csv: Option<String>,
     /// Name of the column of times, s.
     pub(crate) time: Option<String>,
     /// Name of the column of values.
     pub(crate) value: Option<String>,
-    /// Linear between two points; else a step at each.
+    /// Interpolate linearly between points; otherwise the value steps at each point.
     pub(crate) interpolate: Option<bool>,
-    /// From the beginning again once it has ended.
+    /// Start again at the end.
     pub(crate) repeat: Option<bool>,
-    /// File with a model that was identified, beside this one: how a sensor errs. The source is what is
-    /// true then.
+    /// File with the identified model of a sensor, relative to this file. The source then gives the true value, and the
+    /// model the sensor's error.
     pub(crate) model: Option<String>,
-    /// The temperature that the model sees, degC.
+    /// Temperature for the model, degC.
     pub(crate) temperature: Option<Formula>,
-    /// The heading that the model sees, deg.
+    /// Heading for the model, deg.
     pub(crate) heading: Option<Formula>,
-    /// White noise on top, rms, in the unit of the signal.
+    /// White noise that is added, rms, in the unit of the signal.
     pub(crate) noise: Option<f64>,
 }
 

@@ -1,13 +1,13 @@
 //! Look-up tables: values between points, in one dimension or two.
 
-/// What a table says beside its points.
+/// Values of a table outside its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Outside {
-    /// The value at the end.
+    /// The last value.
     #[default]
     Clamp,
-    /// On along the last two points.
+    /// Linear extrapolation of the last two points.
     Extrapolate,
 }
 

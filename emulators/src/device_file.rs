@@ -42,11 +42,11 @@ pub enum Mount {
     Table,
 }
 
-/// A file that puts devices together.
+/// A device file: the combination of a gyro, a base, a table and an absolute measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceFile {
-    /// What it is, in a line.
+    /// Title in one line.
     pub title: String,
     /// Where its numbers come from.
     #[serde(default)]
@@ -127,7 +127,7 @@ pub struct TableSection {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GyroModel {
-    /// What it is, in a line.
+    /// Title in one line.
     pub title: String,
     /// Where its numbers come from.
     #[serde(default)]
@@ -144,7 +144,7 @@ pub struct GyroModel {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BaseModel {
-    /// What it is, in a line.
+    /// Title in one line.
     pub title: String,
     /// Where its numbers come from.
     #[serde(default)]
@@ -158,7 +158,7 @@ pub struct BaseModel {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableModel {
-    /// What it is, in a line.
+    /// Title in one line.
     pub title: String,
     /// Where its numbers come from.
     #[serde(default)]

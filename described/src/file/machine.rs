@@ -5,17 +5,17 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// States of which it is in one, and what leads from one to another.
+/// A state machine.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MachineTable {
-    /// Their names. In expressions it is the place of its state among them, from 0, or `mode == "Closed"`.
+    /// Names of the states. In expressions, the machine has the index of its state, from 0; `mode == "Closed"` works too.
     pub(crate) states: Vec<String>,
-    /// The one at power-on.
+    /// State at power-on.
     pub(crate) start: String,
-    /// What leads from one to another: the first one that may.
+    /// Transitions. The first one whose conditions hold is taken.
     pub(crate) transitions: Vec<TransitionTable>,
-    /// `STATE = { state = value }`: what is set when it comes to a state.
+    /// `STATE = { state = value }`: values that are set when the machine enters a state.
     #[serde(default)]
     pub(crate) enter: BTreeMap<String, BTreeMap<String, Formula>>,
     /// What it is.
@@ -23,21 +23,21 @@ pub(crate) struct MachineTable {
     pub(crate) doc: String,
 }
 
-/// What leads to a state: all that is said of `when`, `on` and `after_s` has to be.
+/// A transition. All of `when`, `on` and `after_s` that are given must hold.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TransitionTable {
-    /// The state that it leads from, or several; from any other one where it is absent.
+    /// State from which it leads, or several. Default: any other state.
     pub(crate) from: Option<OneOrSeveral>,
-    /// The state that it leads to.
+    /// State to which it leads.
     pub(crate) to: String,
-    /// A condition.
+    /// Condition.
     pub(crate) when: Option<Formula>,
-    /// This message is heard.
+    /// Message that triggers it.
     pub(crate) on: Option<String>,
-    /// So long in the state, s: at that moment, and at the earliest then where there is a condition or a message too.
+    /// Time in the state, s: the transition happens then, or, with a condition or a message, not before.
     pub(crate) after_s: Option<f64>,
-    /// `state = value`: what is set on the way.
+    /// `state = value`: values that the transition sets.
     #[serde(default)]
     pub(crate) set: BTreeMap<String, Formula>,
 }

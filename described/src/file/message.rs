@@ -10,14 +10,14 @@ use serde::de::{self, Deserializer, MapAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Messages in either form, for editors; to read one of them the form is known before.
+/// Messages in either form, for editors. When a file is read, the form is already known.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "it is only described")]
 pub(crate) enum Messages {
-    /// `[message.NAME]`: what a DBC does not say.
+    /// `[message.NAME]`: additions to a message of the DBC.
     Rules(BTreeMap<String, MessageRules>),
-    /// `[[message]]`: all of each.
+    /// `[[message]]`: complete definitions.
     Tables(Vec<MessageTable>),
 }
 
@@ -27,46 +27,46 @@ impl Default for Messages {
     }
 }
 
-/// What a DBC does not say of a message.
+/// Additions to a message of a DBC.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MessageRules {
-    /// How often it is sent, s.
+    /// Period, s.
     pub(crate) period_s: Option<f64>,
-    /// What makes it be sent: its period, changes of its values, or both.
+    /// When it is sent: periodically, when its values change, or both.
     pub(crate) send: Option<SendKind>,
-    /// After a change it is sent again this long after one another, s.
+    /// Period of the repetitions after a change, s.
     pub(crate) fast_period_s: Option<f64>,
-    /// So often.
+    /// Number of repetitions after a change.
     pub(crate) fast_times: Option<u32>,
-    /// A change has it sent so long after the one before at the earliest, s.
+    /// Minimum time between the preceding message and one that a change triggers, s.
     pub(crate) min_delay_s: Option<f64>,
-    /// It is sent when this message has been heard.
+    /// Sent in reply to this message.
     pub(crate) answers: Option<String>,
-    /// How long after that, s.
+    /// Delay of the reply, s.
     pub(crate) delay_s: Option<f64>,
-    /// It answers only where this holds when the message is heard.
+    /// Condition for a reply, evaluated when the message arrives.
     pub(crate) when: Option<Formula>,
-    /// It is an answer of so many messages; `part` in its expressions counts them from 1.
+    /// Number of messages in the reply. In its expressions, `part` counts them from 1.
     pub(crate) times: Option<Formula>,
-    /// So long after one another, s.
+    /// Time between the messages of a reply, s.
     pub(crate) every_s: Option<f64>,
-    /// It answers what is refused because something else is being answered.
+    /// The reply to requests that are refused because another one is being answered.
     pub(crate) busy: Option<bool>,
-    /// What becomes of such a message, where it is heard, as long as one of its kind is being answered.
+    /// For a received message: what happens if it arrives while an earlier one is still being answered.
     pub(crate) while_answering: Option<WhileAnswering>,
-    /// How many wait at the most; 8 where it is absent.
+    /// Maximum number of waiting requests. Default: 8.
     pub(crate) queue: Option<usize>,
-    /// Signals of a message that is heard: their values until the first one has come.
+    /// For a received message: values of its signals before the first message.
     #[serde(default)]
     pub(crate) initial: BTreeMap<String, f64>,
-    /// Without it for so long, s, its signals are the initial ones again.
+    /// For a received message: after this time without one, s, its signals return to their initial values.
     pub(crate) timeout_s: Option<f64>,
-    /// A counter that goes on with each message.
+    /// A counter that advances with each message.
     counter: Option<CounterTable>,
     /// A checksum among the signals.
     checksum: Option<ChecksumTable>,
-    /// Counter and checksum of a profile of AUTOSAR.
+    /// Counter and checksum of an AUTOSAR E2E profile.
     e2e: Option<E2eTable>,
 }
 
@@ -81,7 +81,7 @@ impl MessageRules {
     }
 }
 
-/// All of a message, where there is no DBC.
+/// Complete definition of a message, without a DBC.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MessageTable {
@@ -94,59 +94,59 @@ pub(crate) struct MessageTable {
     pub(crate) doc: String,
     /// Identifier on CAN.
     pub(crate) can_id: Option<u32>,
-    /// The identifier has 29 bits.
+    /// Extended identifier (29 bits).
     pub(crate) extended: Option<bool>,
-    /// It is a CAN FD frame, of up to 64 bytes, whose data goes at the faster rate.
+    /// CAN FD frame, up to 64 bytes, with the data phase at the faster bit rate.
     #[serde(default)]
     pub(crate) fd: bool,
-    /// Bytes that a packet on a serial line begins with.
+    /// Start bytes of a packet on a serial line.
     pub(crate) start: Option<Vec<u8>>,
-    /// At the end of a packet `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`; or a table of a
+    /// Checksum at the end of a packet: `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`. As a table: a
     /// checksum among the fields.
     pub(crate) checksum: Option<ChecksumKind>,
-    /// A counter that goes on with each message.
+    /// A counter that advances with each message.
     counter: Option<CounterTable>,
-    /// Counter and checksum of a profile of AUTOSAR.
+    /// Counter and checksum of an AUTOSAR E2E profile.
     e2e: Option<E2eTable>,
     /// What the checksum covers.
     pub(crate) checksum_over: Option<ChecksumOver>,
-    /// Which byte of the checksum comes first.
+    /// Byte order of the checksum.
     pub(crate) checksum_order: Option<ByteOrder>,
-    /// A line of text on a serial line, with `{Signal:.2}` where a number stands.
+    /// Line of text on a serial line, with `{Signal:.2}` in place of a number.
     pub(crate) text: Option<String>,
-    /// Numbers, one behind the other.
+    /// Fields, one after another.
     #[serde(default)]
     pub(crate) fields: Vec<FieldTable>,
-    /// How often it is sent, s.
+    /// Period, s.
     period_s: Option<f64>,
-    /// What makes it be sent: its period, changes of its values, or both.
+    /// When it is sent: periodically, when its values change, or both.
     send: Option<SendKind>,
-    /// After a change it is sent again this long after one another, s.
+    /// Period of the repetitions after a change, s.
     fast_period_s: Option<f64>,
-    /// So often.
+    /// Number of repetitions after a change.
     fast_times: Option<u32>,
-    /// A change has it sent so long after the one before at the earliest, s.
+    /// Minimum time between the preceding message and one that a change triggers, s.
     min_delay_s: Option<f64>,
-    /// It is sent when this message has been heard.
+    /// Sent in reply to this message.
     answers: Option<String>,
-    /// How long after that, s.
+    /// Delay of the reply, s.
     delay_s: Option<f64>,
-    /// It answers only where this holds when the message is heard.
+    /// Condition for a reply, evaluated when the message arrives.
     when: Option<Formula>,
-    /// It is an answer of so many messages; `part` in its expressions counts them from 1.
+    /// Number of messages in the reply. In its expressions, `part` counts them from 1.
     times: Option<Formula>,
-    /// So long after one another, s.
+    /// Time between the messages of a reply, s.
     every_s: Option<f64>,
-    /// It answers what is refused because something else is being answered.
+    /// The reply to requests that are refused because another one is being answered.
     busy: Option<bool>,
-    /// What becomes of such a message, where it is heard, as long as one of its kind is being answered.
+    /// For a received message: what happens if it arrives while an earlier one is still being answered.
     while_answering: Option<WhileAnswering>,
-    /// How many wait at the most; 8 where it is absent.
+    /// Maximum number of waiting requests. Default: 8.
     queue: Option<usize>,
-    /// Values of its signals until the first one has come, where it is heard.
+    /// For a received message: values of its signals before the first message.
     #[serde(default)]
     initial: BTreeMap<String, f64>,
-    /// Without it for so long, s, its signals are the initial ones again.
+    /// For a received message: after this time without one, s, its signals return to their initial values.
     timeout_s: Option<f64>,
 }
 
@@ -186,7 +186,7 @@ impl MessageTable {
     }
 }
 
-/// A checksum at the end of a packet, by its name, or one among the fields.
+/// Name of a checksum at the end of a packet, or a table for a checksum among the fields.
 #[derive(Debug, Clone, PartialEq, Eq, JsonSchema)]
 #[schemars(untagged)]
 pub(crate) enum ChecksumKind {
@@ -215,13 +215,13 @@ impl<'de> Deserialize<'de> for ChecksumKind {
     }
 }
 
-/// What becomes of a message as long as another is being answered.
+/// What happens to a request while another one is being answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum WhileAnswering {
-    /// It is not used, and gets the `busy` answer where there is one.
+    /// It is refused, with the `busy` reply if there is one.
     Refuse,
-    /// It waits until all before it have been answered.
+    /// It waits until all earlier ones have been answered.
     Queue,
 }
 
@@ -229,7 +229,7 @@ pub(crate) enum WhileAnswering {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum ChecksumOver {
-    /// All between the start bytes and the checksum.
+    /// All bytes between the start bytes and the checksum.
     #[default]
     BehindStart,
     /// The start bytes too.
@@ -241,10 +241,10 @@ pub(crate) enum ChecksumOver {
 pub(crate) struct FieldTable {
     /// Name of the signal.
     pub(crate) name: String,
-    /// How it lies in the bytes; of a line of text it is absent.
+    /// Type. A field of a line of text has none.
     #[serde(rename = "type")]
     pub(crate) kind: Option<FieldType>,
-    /// Which byte comes first.
+    /// Byte order.
     pub(crate) order: Option<ByteOrder>,
     /// Its value per count.
     pub(crate) scale: Option<f64>,
@@ -253,16 +253,16 @@ pub(crate) struct FieldTable {
     /// Its unit.
     #[serde(default)]
     pub(crate) unit: String,
-    /// Least value.
+    /// Smallest value.
     pub(crate) minimum: Option<f64>,
-    /// Greatest value.
+    /// Largest value.
     pub(crate) maximum: Option<f64>,
     /// What it is.
     #[serde(default)]
     pub(crate) doc: String,
 }
 
-/// Whole bytes that are a number.
+/// A number of whole bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum FieldType {

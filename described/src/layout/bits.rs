@@ -12,14 +12,14 @@ pub const SIGNAL_BITS_MAX: u32 = 64;
 const WINDOW_BYTES: usize = 16;
 const WINDOW_BITS: u32 = 8 * WINDOW_BYTES as u32;
 
-/// Which byte of a number comes first.
+/// Byte order of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ByteOrder {
-    /// The least significant first (Intel, `@1` in a DBC).
+    /// Least significant byte first (Intel, `@1` in a DBC).
     #[default]
     Little,
-    /// The most significant first (Motorola, `@0` in a DBC).
+    /// Most significant byte first (Motorola, `@0` in a DBC).
     Big,
 }
 

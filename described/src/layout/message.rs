@@ -23,9 +23,9 @@ use wire::time::Span;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sender {
-    /// The device that is described.
+    /// The described device.
     Device,
-    /// Whoever talks to it.
+    /// The other side.
     Host,
 }
 

@@ -4,18 +4,18 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::time::Span;
 
-/// What makes a message be sent.
+/// When a message is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SendKind {
-    /// Its period alone.
+    /// Periodically.
     #[default]
     Cyclic,
-    /// A signal that has another value than it was sent with.
+    /// When a signal differs from the value last sent.
     OnChange,
-    /// A signal that takes a value other than its start value: a button that is pressed, and not one that is let go.
+    /// When a signal changes to a value other than its start value: a button that is pressed, but not when it is released.
     OnEvent,
-    /// Its period, and a change in between.
+    /// Periodically, and also when a signal changes.
     CyclicAndOnChange,
 }
 

@@ -7,11 +7,11 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table with `counter`, `checksum` or `e2e`")]
 pub struct ProtectionTable {
-    /// A counter that goes on with each message.
+    /// A counter that advances with each message.
     pub(crate) counter: Option<CounterTable>,
     /// A checksum among the signals.
     pub(crate) checksum: Option<ChecksumTable>,
-    /// Counter and checksum of a profile of AUTOSAR.
+    /// Counter and checksum of an AUTOSAR E2E profile.
     pub(crate) e2e: Option<E2eTable>,
 }
 
@@ -24,74 +24,74 @@ impl ProtectionTable {
     }
 }
 
-/// A counter, as it is written.
+/// A counter, as in the file.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table: `{ signal = ... }`")]
 pub(crate) struct CounterTable {
-    /// The signal that it is.
+    /// Signal that holds it.
     pub(crate) signal: String,
-    /// Its number in the first message; 0 where it is absent.
+    /// Value in the first message. Default: 0.
     pub(crate) first: Option<u64>,
-    /// How far it goes on with each message; 1 where it is absent.
+    /// Increment per message. Default: 1.
     pub(crate) step: Option<u64>,
-    /// It begins again in place of this number; behind the greatest of its signal where it is absent.
+    /// The counter restarts instead of reaching this value. Default: one more than the largest value of its signal.
     pub(crate) modulo: Option<u64>,
-    /// The greatest difference that a receiver takes, in steps; each where it is absent.
+    /// Largest difference that a receiver accepts, in increments. Default: any.
     pub(crate) max_delta: Option<u64>,
 }
 
-/// A checksum among the signals, as it is written.
+/// A checksum among the signals, as in the file.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table: `{ signal = ..., crc = ... }`")]
 pub(crate) struct ChecksumTable {
-    /// The signal that it is.
+    /// Signal that holds it.
     pub(crate) signal: String,
     /// `sum8`, `xor8` or a CRC of the catalogue, such as `crc8-sae-j1850`.
     pub(crate) crc: String,
-    /// The first and the last byte that it covers; all but its own where it is absent.
+    /// First and last byte that it covers. Default: all but its own.
     pub(crate) bytes: Option<(usize, usize)>,
-    /// Bytes that it covers before those of the message, and that are not sent.
+    /// Bytes that it covers before those of the message. They are not sent.
     #[serde(default)]
     pub(crate) prepend: Vec<u8>,
-    /// Bytes that it covers behind those of the message, and that are not sent.
+    /// Bytes that it covers after those of the message. They are not sent.
     #[serde(default)]
     pub(crate) append: Vec<u8>,
 }
 
-/// End-to-end protection of AUTOSAR, as it is written.
+/// AUTOSAR end-to-end protection, as in the file.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(
     deny_unknown_fields,
     expecting = "a table: `{ profile = ..., data_id = ..., counter = ..., checksum = ... }`"
 )]
 pub(crate) struct E2eTable {
-    /// Which profile.
+    /// Profile.
     pub(crate) profile: Profile,
-    /// The data id, of all profiles but 2.
+    /// Data id, for all profiles but 2.
     pub(crate) data_id: Option<u32>,
-    /// The sixteen data ids of profile 2, one a number of the counter.
+    /// The sixteen data ids of profile 2, one for each value of the counter.
     pub(crate) data_ids: Option<Vec<u8>>,
-    /// The signal that is the counter.
+    /// Signal that holds the counter.
     pub(crate) counter: String,
-    /// The signal that is the CRC.
+    /// Signal that holds the CRC.
     pub(crate) checksum: String,
-    /// The greatest difference of the counter that a receiver takes; each where it is absent.
+    /// Largest difference of the counter that a receiver accepts. Default: any.
     pub(crate) max_delta: Option<u64>,
 }
 
-/// A profile of AUTOSAR's end-to-end protection.
+/// An AUTOSAR E2E profile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 pub(crate) enum Profile {
     /// CRC-8, counter of 4 bits, both bytes of the data id.
     #[serde(rename = "1A")]
     P1A,
-    /// The same with one byte of the data id after the other.
+    /// As 1A, with the two bytes of the data id in turn.
     #[serde(rename = "1B")]
     P1B,
-    /// The same with a nibble of the data id in the message.
+    /// As 1A, with a nibble of the data id in the message.
     #[serde(rename = "1C")]
     P1C,
-    /// CRC-8, counter of 4 bits, a data id for each of its numbers.
+    /// CRC-8, counter of 4 bits, one data id for each of its values.
     #[serde(rename = "2")]
     P2,
     /// CRC-32, counter of 16 bits, length and data id in the message.

@@ -25,10 +25,10 @@ pub(super) use sums::{Memory, Moment, Sums};
 pub struct Term {
     /// What it acts on.
     pub acts: Acts,
-    /// What it sees; nothing, for a constant.
+    /// Its input; none for a constant.
     #[serde(default)]
     pub driver: Driver,
-    /// How it depends on that.
+    /// How it depends on its input.
     pub form: Form,
 }
 
@@ -36,37 +36,37 @@ pub struct Term {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Acts {
-    /// It is added to the rate, rad/s.
+    /// Added to the rate, rad/s.
     Bias,
-    /// It is added to the scale.
+    /// Added to the scale.
     Scale,
 }
 
-/// What a term sees.
+/// Input of a term.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Driver {
-    /// Nothing.
+    /// No input.
     #[default]
     None,
     /// Temperature of the coil, degC.
     Temperature,
-    /// Its rate of change, K/s.
+    /// Rate of change of that temperature, K/s.
     TemperatureRate,
-    /// It, through a first-order lag that starts without a difference; degC.
+    /// Temperature of the coil through a first-order lag, which starts settled; degC.
     TemperatureLag {
         /// Time constant of the lag.
         time_constant_s: f64,
     },
-    /// It with play, less it: the branch of a hysteresis, at most the half width either way, from
-    /// the middle; K.
+    /// Temperature with backlash, minus temperature: the branch of a hysteresis, between minus and plus the half width; K.
+    /// Starts in the middle.
     TemperatureBranch {
-        /// Half of the play.
+        /// Half the width of the backlash.
         half_width_kelvin: f64,
     },
     /// The carrier's rate, rad/s.
     Rate,
-    /// The same without its sign.
+    /// The carrier's rate without its sign.
     AbsRate,
     /// +1 counter-clockwise, -1 clockwise, 0 at rest.
     Direction,
