@@ -82,6 +82,8 @@ fn every_bench_that_ships_can_be_read() {
     }
 }
 
+/// The ports themselves check what is said of them.
+#[cfg(feature = "ports")]
 #[test]
 fn mistakes_are_shown_in_place() {
     let mut shown = String::new();
