@@ -17,7 +17,7 @@ pub(crate) struct DisplacementWatch {
     /// A message may arrive this long after the motion that it reports. In motion, this is also the longest silence
     /// after which a single message suffices.
     late_max: Span,
-    /// The same at rest.
+    /// At rest, the longest silence after which a single message suffices.
     silence_max: Span,
     credible: Option<(Timestamp, Length)>,
     /// The last used message reported motion.
@@ -88,10 +88,14 @@ mod tests {
         DisplacementWatch::new(&BaseConfig { speed_max, ..BaseConfig::new(Transport::Serial) })
     }
 
-    fn believes(watch: &mut DisplacementWatch, millis: i64, displacement_m: f64) -> bool {
-        let now = Timestamp::ZERO + Span::from_millis(millis);
+    fn tell(watch: &mut DisplacementWatch, millis: i64, displacement_m: f64, moving: bool) -> bool {
         let displacement = Length::from_m(displacement_m);
-        watch.believes(now, &Motion { displacement, ..Motion::default() })
+        let motion = Motion { displacement, moving, ..Motion::default() };
+        watch.believes(Timestamp::ZERO + Span::from_millis(millis), &motion)
+    }
+
+    fn believes(watch: &mut DisplacementWatch, millis: i64, displacement_m: f64) -> bool {
+        tell(watch, millis, displacement_m, false)
     }
 
     #[test]
@@ -113,11 +117,6 @@ mod tests {
     #[test]
     fn after_a_silence_one_message_is_not_enough() {
         let mut watch = watch();
-        let tell = |watch: &mut DisplacementWatch, millis, displacement_m, moving| {
-            let displacement = Length::from_m(displacement_m);
-            let motion = Motion { displacement, moving, ..Motion::default() };
-            watch.believes(Timestamp::ZERO + Span::from_millis(millis), &motion)
-        };
         assert!(tell(&mut watch, 0, 1.0, true));
         assert!(!tell(&mut watch, 1800, 2.2, true));
         assert!(!tell(&mut watch, 1820, 1.04, false), "it does not confirm the one before");

@@ -269,13 +269,12 @@ impl Device {
             self.other_values(sent, index, &mut values);
         }
         let as_it_is = self.senders[index].is_sent_as_it_is(&values);
-        if !as_it_is {
+        if as_it_is {
+            std::mem::swap(&mut self.senders[index].last, &mut values);
+        } else {
             self.make_fit(sent, index, &mut values);
         }
         let sending = &mut self.senders[index];
-        if as_it_is {
-            std::mem::swap(&mut sending.last, &mut values);
-        }
         let fit = if as_it_is { &sending.last } else { &values };
         // A nested multiplexer advances only after it was sent, so that all of its pages are sent.
         for place in &sending.multiplexers {

@@ -241,7 +241,7 @@ pub(crate) enum ChecksumOver {
 pub(crate) struct FieldTable {
     /// Name of the signal.
     pub(crate) name: String,
-    /// Type. A field of a line of text has none.
+    /// Type of a field in a frame or packet; a line of text needs no types.
     #[serde(rename = "type")]
     pub(crate) kind: Option<FieldType>,
     /// Byte order.
