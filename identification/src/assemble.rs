@@ -54,7 +54,7 @@ impl<'a> Done<'a> {
         for model in &mut self.fit.path {
             model.effects.insert(0, clipped.shape.name.clone());
         }
-        self.fit.path.insert(0, Waypoint { effects: Vec::new(), metrics, margins });
+        self.fit.path.insert(0, Waypoint { effects: Vec::new(), causes: 0, metrics, margins });
         self.fit.chosen += 1;
         self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
     }
@@ -104,10 +104,15 @@ impl<'a> Done<'a> {
         compensation(dataset, self.data, (fixed, shapes), &coefficients, noise, seed)
     }
 
-    /// Held-out errors without an effect.
+    /// Held-out errors without an effect, and without the other powers of the same polynomial.
     fn without(&self, effect: usize) -> Vec<Metric> {
-        let mut shapes = self.fit.shapes();
-        shapes.remove(self.fit.base.len() + effect);
+        let effects = self.fit.effects.iter().map(|found| &found.shape);
+        let gone = &self.fit.effects[effect].shape;
+        let others = effects
+            .enumerate()
+            .filter(|(index, shape)| *index != effect && !shape.shares_polynomial(gone));
+        let base = self.fit.base.iter().map(|found| &found.shape);
+        let shapes: Vec<Shape> = base.chain(others.map(|(_, shape)| shape)).cloned().collect();
         self.judge.judge(&shapes, &self.fit.noise, &self.fit.left_out)
     }
 }
@@ -287,6 +292,7 @@ pub(crate) fn assemble(
     if let Some(experiment) = &identified.experiment {
         experiment.note(&mut identified.finding);
     }
+    outcome::join_powers(&mut identified.finding.effects);
     identified
 }
 

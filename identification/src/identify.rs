@@ -11,7 +11,9 @@ use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::Diagnostics;
 use crate::problem::{Block, Known, Problem};
-use crate::select::{Asked, Data, Memory, agreed, fit_terms, identify_block, without_rounding};
+use crate::select::{
+    Asked, Data, Memory, agreed, fewer, fit_terms, identify_block, without_rounding,
+};
 
 pub use crate::outcome::predict;
 
@@ -20,7 +22,7 @@ pub use crate::outcome::predict;
 pub struct Options {
     /// Seed of all random draws.
     pub seed: u64,
-    /// Maximum number of effects to add.
+    /// Maximum number of causes to add to all quantities; a polynomial of one driver is one.
     pub max_effects: usize,
     /// A static set of the same device, from which the noise is taken.
     pub noise_from: Option<Dataset>,
@@ -28,7 +30,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, max_effects: 8, noise_from: None }
+        Self { seed: 1, max_effects: 6, noise_from: None }
     }
 }
 
@@ -148,11 +150,18 @@ pub fn identify(
         bases.push((base, asked));
     }
     let timing = agreed(&done.iter().map(|one| &one.fit).collect::<Vec<_>>());
-    for (one, (base, asked)) in done.iter_mut().zip(bases) {
+    for (one, (base, asked)) in done.iter_mut().zip(&bases) {
         if timing.is_some_and(|timing| timing.is_against(&one.fit)) {
-            let asked = Asked { timing, ..asked };
+            let asked = Asked { timing, ..*asked };
             one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
-            one.plain = fit_terms(one.data, &base, &one.fit.noise, &one.fit.left_out);
+            one.plain = fit_terms(one.data, base, &one.fit.noise, &one.fit.left_out);
+        }
+    }
+    let few = fewer(&done.iter().map(|one| &one.fit).collect::<Vec<_>>(), options.max_effects);
+    for ((one, (base, asked)), effects_max) in done.iter_mut().zip(&bases).zip(few) {
+        if let Some(effects_max) = effects_max {
+            let asked = Asked { effects_max, timing, ..*asked };
+            one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
         }
     }
     for (one, clipped) in done.iter_mut().zip(&clipped) {

@@ -124,6 +124,63 @@ fn a_reference_that_sits_ahead_of_the_axle_is_found_also_in_one_long_run() {
     assert_sound(&finding);
 }
 
+/// A synchro drive that drifts by `drift` rad/m times the cosine of its wheels' angle to the base.
+fn synchro(drift: f64, runs: usize, rows: usize) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(11);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut columns: [Vec<f64>; 6] = Default::default();
+    for run in 0..runs {
+        // The base stands in any direction when a run begins.
+        let (mut x, mut y, mut heading, mut steered) = (0.0, 0.0, 3.0 * draw(), 0.0);
+        for row in 0..rows {
+            let way = if row > 0 { 0.3 * DT } else { 0.0 };
+            let turned =
+                if row > 0 { 0.5 * (row as f64 / 30.0 + run as f64).cos() * DT } else { 0.0 };
+            steered += turned;
+            let drifts = drift * way * (steered - turned / 2.0).cos();
+            let middle = heading + (turned + drifts) / 2.0;
+            x += way * middle.cos();
+            y += way * middle.sin();
+            heading += turned + drifts;
+            let pose = [x, y, heading].map(|value| value + 0.002 * draw());
+            let values = [row as f64 * DT, way, turned, pose[0], pose[1], pose[2]];
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+    }
+    let named = [
+        ("time", Role::Time, Unit::Second),
+        ("way", Role::DriveDistance, Unit::Metre),
+        ("steer", Role::SteerAngle, Unit::Radian),
+        ("x", Role::ReferenceX, Unit::Metre),
+        ("y", Role::ReferenceY, Unit::Metre),
+        ("heading", Role::ReferenceHeading, Unit::Radian),
+    ];
+    let named = named.into_iter().zip(columns);
+    Dataset {
+        name: "synchro".to_owned(),
+        kind: Kind::Odometry,
+        drive: Some(Drive::Synchro),
+        constants: BTreeMap::new(),
+        columns: named.map(|((name, role, unit), v)| Column::new(name, role, unit, v)).collect(),
+        run_labels: (0..runs).map(|run| run.to_string()).collect(),
+        run_of_row: (0..runs * rows).map(|row| row / rows).collect(),
+        notices: Vec::new(),
+    }
+}
+
+#[test]
+fn a_wheel_of_a_synchro_drive_errs_with_its_angle_to_the_base() {
+    let finding = found(&synchro(0.05, 12, 300));
+    let first = &finding.effects[0];
+    assert_eq!(
+        (first.term.as_str(), first.drivers.as_slice()),
+        ("curvature", &["harmonic_1(steer)".to_owned()][..]),
+        "{:?}",
+        finding.effects
+    );
+    assert_sound(&finding);
+}
+
 /// A front-driven tricycle whose steering angle is `scale` times the reported one, plus `offset`.
 fn tricycle(scale: f64, offset: f64, runs: usize, rows: usize) -> Dataset {
     const BASE: f64 = 1.2;

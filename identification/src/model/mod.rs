@@ -4,6 +4,7 @@
 //! drive, the turned angle is `(1 + turn) x nominal + curvature x distance`, the distance `(1 + drive) x nominal`.
 
 mod driver;
+mod powers;
 mod range;
 mod see;
 mod shape;

@@ -42,6 +42,10 @@ pub fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
 /// varies with the acceleration.
 const OF_ACCELERATION_MAX: f64 = 0.017_453 / 9.806_65;
 
+/// Maximum variation of a gyro's scale with anything, twice the 10 % of an uncalibrated part (ADXRS150: 12.5 mV/(deg/s)
+/// within 10 % over its whole temperature range; MPU-6050: 2 %, nonlinearity 0.2 %).
+const OF_SCALE_MAX: f64 = 0.2;
+
 /// Whether the contribution of `shape` with `coefficients` is within the range. `columns` are its columns over the
 /// rows.
 pub fn is_physical(
@@ -56,6 +60,12 @@ pub fn is_physical(
     if shape.acts == Acts::Delay && channels.of_sensor {
         // A probe in a thick wall is minutes late.
         return true;
+    }
+    if shape.acts == Acts::Scale && !channels.of_sensor && !shape.drivers.is_empty() {
+        let [low, high] = ends(columns, coefficients);
+        if high - low > OF_SCALE_MAX {
+            return false;
+        }
     }
     let Some([low, high]) = range(shape.acts, channels) else { return true };
     let inside = |value: f64| value >= low && value <= high;
@@ -85,15 +95,19 @@ fn bears_acceleration(
     let Some(span) = accelerations.map(|channel| channel.span()).reduce(f64::max) else {
         return true;
     };
-    let rows = columns.first().map_or(0, Vec::len);
-    let (low, high) = (0..rows)
-        .map(|row| {
-            columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum()
-        })
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), value: f64| {
-            (low.min(value), high.max(value))
-        });
+    let [low, high] = ends(columns, coefficients);
     !(high - low > OF_ACCELERATION_MAX * span)
+}
+
+/// Lowest and highest contribution over the rows.
+fn ends(columns: &[Vec<f64>], coefficients: &[f64]) -> [f64; 2] {
+    let rows = columns.first().map_or(0, Vec::len);
+    let value = |row: usize| -> f64 {
+        columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum()
+    };
+    (0..rows)
+        .map(value)
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
 #[cfg(test)]
@@ -116,6 +130,17 @@ mod tests {
         channels.of_sensor = true;
         assert!(is_physical(&line, &channels, &column, &[-9e-3]));
         assert!(is_physical(&late, &channels, &column, &[20.0]));
+    }
+
+    #[test]
+    fn a_scale_varies_by_no_more_than_data_sheets_allow() {
+        let channels = channels();
+        let bump = Shape::new("any", Acts::Scale, Driver::plain("x"), Form::Bump);
+        let column = vec![vec![0.0, 0.5, 1.0]];
+        assert!(is_physical(&bump, &channels, &column, &[0.1]));
+        assert!(!is_physical(&bump, &channels, &column, &[0.33]));
+        let constant = Shape::constant("scale_factor", Acts::Scale);
+        assert!(is_physical(&constant, &channels, &[vec![1.0; 3]], &[0.33]));
     }
 
     #[test]

@@ -102,34 +102,6 @@ impl Shape {
         found
     }
 
-    /// Whether it is a straight line or a lower power of the drivers of `other`, a power or a product with its own
-    /// zero.
-    pub fn is_lower_order_of(&self, other: &Self) -> bool {
-        let order = |form| match form {
-            Form::Linear => 1,
-            Form::Quadratic => 2,
-            Form::Cubic => 3,
-            _ => 0,
-        };
-        let mine = order(self.form);
-        let is_lower = match other.form {
-            Form::Product => mine == 1,
-            form => mine > 0 && mine < order(form),
-        };
-        // A straight line over time is called a trend.
-        let same = |driver: &Driver| {
-            let wrap = self.drivers[0].wrap;
-            self.drivers[0].field == driver.field
-                && (wrap == driver.wrap || (wrap == Wrap::Trend && driver.wrap == Wrap::Plain))
-        };
-        is_lower
-            && self.known
-            && self.acts == other.acts
-            && self.drivers.len() == 1
-            && other.number("origin").is_some()
-            && other.drivers.iter().any(same)
-    }
-
     /// Whether its contribution depends on the past.
     pub fn remembers(&self) -> bool {
         let wraps = [Wrap::RateOf, Wrap::LagOf, Wrap::BranchOf];

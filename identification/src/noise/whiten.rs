@@ -44,6 +44,8 @@ impl Whitener {
         // Logarithms per run: there are fewer runs than observations.
         let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
         let mut last = Last::default();
+        // Most observations are as spread as the one before.
+        let (mut spread, mut log_spread) = (1.0, 0.0);
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
@@ -52,8 +54,12 @@ impl Whitener {
             let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
             if plain {
                 whitener.filter.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
-                if !skip && scale * own != 1.0 {
-                    whitener.log_determinant += 2.0 * (scale * own).ln();
+                if !skip {
+                    if scale * own != spread {
+                        spread = scale * own;
+                        log_spread = 2.0 * spread.ln();
+                    }
+                    whitener.log_determinant += log_spread;
                 }
                 continue;
             }

@@ -136,23 +136,34 @@ fn allan(values: &[f64], interval: f64) -> Vec<(f64, f64)> {
     found
 }
 
-fn curve(data: Data<'_>, all: &[Found], index: usize) -> Option<EffectCurve> {
-    let found = &all[index];
-    let shape = &found.shape;
+/// Curve of an effect over its driver; `all` starts with `base` terms of the given model.
+fn curve(data: Data<'_>, all: &[Found], base: usize, index: usize) -> Option<EffectCurve> {
+    let shape = &all[index].shape;
+    let is_mine = |at: usize| at == index || at >= base && all[at].shape.shares_polynomial(shape);
+    let mine: Vec<&Found> = (0..all.len()).filter(|&at| is_mine(at)).map(|at| &all[at]).collect();
+    // The lowest power stands for its polynomial.
+    let lowest = mine.iter().min_by_key(|found| found.shape.form)?;
+    if !std::ptr::eq(*lowest, &all[index]) {
+        return None;
+    }
     let driver = shape.drivers.first()?;
     let x_rows = see(data.channels, driver, &shape.fixed)?;
-    let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
     let exposed = exposure(data.block, shape.acts)?;
     let x = place_unit(data.channels, shape, 0);
     let (x_unit, x_si) = (x.text, x.si);
-    let per_row = combine(&shape.per_row(data.channels)?, &coefficients);
+    let mut per_row = vec![0.0; x_rows.len()];
+    for found in mine {
+        let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
+        let added = combine(&found.shape.per_row(data.channels)?, &coefficients);
+        per_row.iter_mut().zip(added).for_each(|(sum, value)| *sum += value);
+    }
     let mut points: Vec<(f64, f64)> =
         x_rows.iter().zip(&per_row).map(|(x, y)| (x / x_si, y / exposed.unit.si)).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let step = (points.len() / POINTS).max(1);
     let points = points.into_iter().step_by(step).collect();
-    let mut others = all.to_vec();
-    others.remove(index);
+    let others: Vec<Found> =
+        (0..all.len()).filter(|&at| !is_mine(at)).map(|at| all[at].clone()).collect();
     let left = residual(data, &others);
     // The residual per unit of exposure, if the exposure is large enough.
     let observed = if data.block.aggregate == Aggregate::Row {
@@ -184,7 +195,8 @@ pub(crate) fn diagnose(
     fit: &BlockFit,
     errors: (&Errors, &Errors),
 ) -> BlockDiagnostics {
-    let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let (all, base): (Vec<Found>, usize) =
+        (fit.base.iter().chain(&fit.effects).cloned().collect(), fit.base.len());
     let unit = &data.block.unit;
     let (before, after) =
         (from_start(data, residual(data, plain)), from_start(data, residual(data, &all)));
@@ -208,7 +220,7 @@ pub(crate) fn diagnose(
         after: shown(&after),
         outliers: fit.left_out.clone(),
         channels: channels(data),
-        effects: (fit.base.len()..all.len()).filter_map(|index| curve(data, &all, index)).collect(),
+        effects: (base..all.len()).filter_map(|index| curve(data, &all, base, index)).collect(),
         by_run: by_run(errors, unit.si),
         noise: noise(data, fit),
     }

@@ -3,6 +3,7 @@
 mod diagnostics;
 mod effects;
 mod path;
+mod polynomial;
 mod predict;
 mod sentence;
 mod unmended;
@@ -14,6 +15,7 @@ pub(crate) use diagnostics::diagnose;
 pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
 pub(crate) use effects::{effect, lines_before_their_zero, term};
 pub(crate) use path::path;
+pub(crate) use polynomial::join_powers;
 pub use predict::predict;
 pub(crate) use unmended::{rounding, slow_noise};
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};

@@ -1,13 +1,11 @@
 //! Causes in sentences, as one engineer would write them to another.
 
+use super::polynomial::is_polynomial;
 use crate::finding::{Effect, Parameter};
 use crate::model::{Driver, Wrap};
 
-/// A sentence for each cause. Powers of the same driver form one polynomial, and late axes share one delay.
+/// A sentence for each cause. Late axes share one delay.
 pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
-    let same = |one: &Effect, other: &Effect| {
-        (&one.term, one.axis, &one.drivers) == (&other.term, other.axis, &other.drivers)
-    };
     let late: Vec<&Effect> = effects.iter().filter(|effect| is_delay(effect)).collect();
     let late_together = (late.len() > 1).then(|| delay(&late)).flatten();
     effects
@@ -18,17 +16,15 @@ pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
             {
                 return std::ptr::eq(effect, late[0]).then(|| sentence.clone());
             }
-            let of_same: Vec<usize> =
-                effects.iter().filter(|other| same(effect, other)).filter_map(order).collect();
-            match order(effect) {
-                Some(mine) if of_same.iter().any(|other| *other > mine) => None,
-                Some(mine) if of_same.len() > 1 => Some(format!(
-                    "{} changes with {} as a polynomial of order {mine}.",
+            if is_polynomial(effect) {
+                return Some(format!(
+                    "{} changes with {} as a polynomial of order {}.",
                     subject(effect),
-                    seen(effect, 0)
-                )),
-                _ => Some(cause(effect)),
+                    seen(effect, 0),
+                    if effect.form == "cubic" { 3 } else { 2 }
+                ));
             }
+            Some(cause(effect))
         })
         .collect()
 }
@@ -67,11 +63,6 @@ fn delay(effects: &[&Effect]) -> Option<String> {
 
 /// Delays of axes within this factor are one delay.
 const SAME_DELAY: f64 = 1.5;
-
-/// The power of the driver in an effect.
-fn order(effect: &Effect) -> Option<usize> {
-    ["linear", "quadratic", "cubic"].iter().position(|form| *form == effect.form).map(|at| at + 1)
-}
 
 pub(super) fn plain(name: &str) -> String {
     name.replace('_', " ")
@@ -264,6 +255,7 @@ fn cause(effect: &Effect) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::polynomial::join_powers;
     use super::{cause, causes, short};
     use crate::dataset::Axis;
     use crate::finding::{Effect, Parameter};
@@ -339,8 +331,10 @@ mod tests {
     #[test]
     fn powers_of_one_driver_are_one_polynomial() {
         let powers = ["linear", "quadratic", "cubic"].map(|form| over("coil", form, 0.1, "any"));
+        let mut joined = powers.to_vec();
+        join_powers(&mut joined);
         assert_eq!(
-            causes(&powers),
+            causes(&joined),
             ["The bias of axis y changes with coil as a polynomial of order 3."]
         );
         assert_eq!(causes(&powers[..1]).len(), 1);

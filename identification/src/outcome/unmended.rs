@@ -6,7 +6,7 @@ use crate::finding::{Effect, Parameter};
 use crate::model::Acts;
 use crate::noise;
 use crate::problem::Aggregate;
-use crate::select::{BlockFit, Data, Found, RISK};
+use crate::select::{BlockFit, Data, Found};
 
 /// Readings in steps coarser than their noise.
 pub(crate) fn rounding(data: Data<'_>, fit: &BlockFit, step: f64) -> Effect {
@@ -29,6 +29,8 @@ pub(crate) struct SlowNoise {
     pub notice: Option<String>,
 }
 
+/// Risk of naming slow noise where there is none, for a whole data set.
+const RISK: f64 = 0.005;
 /// Probability below which a kind of slow noise is excluded.
 const EXCLUDED: f64 = 0.05;
 

@@ -6,7 +6,7 @@ use super::path::Path;
 use super::series;
 use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
-use crate::dataset::{Dataset, Role, Unit};
+use crate::dataset::{Dataset, Drive, Role, Unit};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
 use std::ops::Range;
@@ -190,6 +190,18 @@ fn add_channels(dataset: &Dataset, channels: &mut Channels, motion: &Motion, hea
             .map_or("heading", |column| column.name.as_str())
             .to_owned();
         channels.add(&name, Role::Heading, Unit::Degree, heading.to_vec());
+    }
+    // Only the wheels of a synchro drive turn. What one of them does wrong follows their angle to the base, which keeps
+    // its attitude for a run.
+    if dataset.drive == Some(Drive::Synchro)
+        && let Some(steering) = dataset.column(Role::SteerAngle)
+    {
+        let mut steered = motion.turn.clone();
+        for row in 0..steered.len() {
+            let is_start = row == 0 || channels.run[row] != channels.run[row - 1];
+            steered[row] = if is_start { 0.0 } else { steered[row] + steered[row - 1] };
+        }
+        channels.add(&steering.name, Role::Heading, Unit::Degree, steered);
     }
 }
 

@@ -18,8 +18,8 @@ use crate::noise::{NoiseModel, Whitener};
 use crate::outcome::{Whiteness, of_innovations, stretches};
 use crate::problem::Aggregate;
 
-/// Risk of a false alarm for a whole data set.
-pub const RISK: f64 = 0.005;
+/// Risk of a false alarm for a whole data set, where what is left is white.
+const RISK: f64 = 0.011;
 
 /// An effect that was found.
 #[derive(Debug, Clone)]
@@ -68,6 +68,8 @@ pub struct BlockFit {
 pub struct Waypoint {
     /// Names of its effects.
     pub effects: Vec<String>,
+    /// Number of causes among them.
+    pub causes: usize,
     /// Its held-out errors.
     pub metrics: Vec<Metric>,
     /// For each metric, the margin in mean square within which the model counts as equal to the best.
@@ -86,7 +88,7 @@ impl BlockFit {
 pub struct Asked<'a> {
     /// This block's share of the risk of a false alarm.
     pub share: f64,
-    /// Maximum number of effects.
+    /// Maximum number of causes.
     pub effects_max: usize,
     /// Its noise, if known.
     pub noise: Option<&'a NoiseModel>,
@@ -160,17 +162,14 @@ pub fn identify_block(
     for round in 0..2 * asked.effects_max {
         progress(round as f64 / (round as f64 + 2.0));
         let added = state.terms.len() - state.base;
-        if added >= asked.effects_max || (added >= PATIENCE && !remains(&state).is_noise()) {
+        if Shape::causes(&state.terms[state.base..]) >= asked.effects_max
+            || (added >= PATIENCE && !remains(&state).is_noise())
+        {
             break;
         }
         let before = state.terms.clone();
-        match state.step(threshold) {
+        match state.step(threshold, asked.noise.is_some()) {
             Ok(()) => {
-                state.refit();
-                if asked.noise.is_none() {
-                    state.fit_noise(true);
-                }
-                state.refit();
                 state.prune();
                 // The added term was dropped again: the next round would repeat this one.
                 if state.terms == before {
@@ -247,12 +246,17 @@ fn reported(
                 .collect();
             Waypoint {
                 effects: state.terms[state.base..].iter().map(|term| term.name.clone()).collect(),
+                causes: Shape::causes(&state.terms[state.base..]),
                 metrics: step.metrics.clone(),
                 margins,
             }
         })
         .collect();
     let mut state = path[chosen].state.clone();
+    let mut left = left;
+    if is_noise {
+        left.extend(richest.surely_beyond(&state.terms, -(RISK * asked.share).ln()));
+    }
     let mut fit = if is_noise {
         if asked.noise.is_none() && chosen + 1 < path.len() {
             state.fit_noise(true);

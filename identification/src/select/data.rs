@@ -1,6 +1,6 @@
 //! The data of one block and the columns of shapes over them.
 
-use crate::model::Shape;
+use crate::model::{Form, Shape, exposure};
 use crate::noise::Layout;
 use crate::problem::{Block, Channels};
 use std::cell::RefCell;
@@ -26,6 +26,8 @@ pub struct Memory(RefCell<VecDeque<(Shape, Columns)>>);
 
 type Columns = Rc<Vec<Vec<f64>>>;
 
+/// Share of the exposure below which a bump is rounding.
+const DUST: f64 = 1e-9;
 /// Maximum number of cached values (64 MB), and of shapes, which are compared one by one.
 const VALUES_MAX: usize = 8_000_000;
 const SHAPES_MAX: usize = 40;
@@ -60,7 +62,17 @@ impl Data<'_> {
     /// Columns of `shape` over the observations; empty if the data lack a driver.
     pub fn columns(&self, shape: &Shape) -> Vec<Vec<f64>> {
         let columns = shape.observed(self.block, self.channels).unwrap_or_default();
-        if columns.iter().flatten().all(|value| value.is_finite()) { columns } else { Vec::new() }
+        // Where a bump lies beside all exposure, only rounding is left of it.
+        let largest = |column: &[f64]| column.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let is_dust = shape.form == Form::Bump
+            && exposure(self.block, shape.acts).is_some_and(|exposed| {
+                columns.iter().all(|one| largest(one) < DUST * largest(&exposed.per_row))
+            });
+        if is_dust {
+            return Vec::new();
+        }
+        let is_finite = |column: &Vec<f64>| column.iter().all(|value| value.is_finite());
+        if columns.iter().all(is_finite) { columns } else { Vec::new() }
     }
 
     /// Columns of a term of a model.

@@ -92,7 +92,7 @@ impl<'a> Material<'a> {
         let Some(last) = path.last() else { return };
         let Step { state: mut now, mut metrics } =
             Step::new(self.fitted(last.state.clone()), self.judge);
-        while now.terms.len() < now.base + asked.effects_max {
+        while Shape::causes(&now.terms[now.base..]) < asked.effects_max {
             let Some((next, judged)) = self.step(&now, &metrics) else { break };
             (now, metrics) = (next, judged);
             path.push(Step::new(now.clone(), judge));

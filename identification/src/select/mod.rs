@@ -4,6 +4,7 @@ mod block;
 mod choose;
 mod cross;
 mod data;
+mod few;
 mod finish;
 mod held_back;
 mod material;
@@ -20,9 +21,10 @@ mod sound;
 mod state;
 mod timing;
 
-pub use block::{Asked, BlockFit, Found, RISK, Waypoint, fit_terms, identify_block};
+pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
 pub use cross::{Fold, folds};
 pub use data::{Data, Memory, combine};
+pub use few::fewer;
 #[cfg(test)]
 pub use rivals::RivalFound;
 pub use rounding::without_rounding;

@@ -20,6 +20,9 @@ use crate::noise::{self, NoiseModel, Whitener};
 const KEEP_MIN: f64 = 6.9;
 /// Strength above the threshold from which a contender without a held-out gain is still reported, in nats.
 const LEFT_FROM: f64 = 4.0;
+/// Extra strength required of a term that leaves coloured noise, in nats (measured: as many false alarms beside coloured
+/// noise as in white).
+const BESIDE_COLOUR: f64 = 2.0;
 /// Number of contenders measured with the noise fitted anew.
 const PROFILED: usize = 8;
 /// Number of contenders tried in a round.
@@ -106,10 +109,45 @@ impl<'a> State<'a> {
         }
     }
 
+    /// Takes the penalty for multiple testing off a smooth function of a driver that a term has already: it is the one
+    /// test whether that term's form is right.
+    fn complete(&self, found: &mut [Contender]) {
+        let added = &self.terms[self.base..];
+        for contender in found.iter_mut().filter(|one| one.candidate.family == Family::Smooth) {
+            let shape = &contender.candidate.shape;
+            if added.iter().any(|term| term.acts == shape.acts && term.drivers == shape.drivers) {
+                let toll = contender.score.surprise - contender.strength;
+                contender.strength += toll;
+                contender.rank += toll;
+            }
+        }
+        found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
+    }
+
+    /// Terms that `simpler` lacks and that are as certain as a contender that must be reported as left: held-out runs may
+    /// be too few to show what they gain.
+    pub fn surely_beyond(&self, simpler: &[Shape], threshold: f64) -> Vec<Contender> {
+        let lacking = (self.base..self.terms.len())
+            .filter(|&index| !simpler.iter().any(|term| term.says(&self.terms[index])));
+        lacking
+            .filter_map(|index| {
+                let mut others = self.terms.clone();
+                let shape = others.remove(index);
+                let scene = self.scene(&others);
+                let (score, family) = (scene.score(&shape), self.families[index - self.base]);
+                let strength = score.surprise - family.toll(None);
+                let candidate = Candidate { shape, family };
+                let found = Contender::new(candidate, score, strength, scene.free());
+                (strength > threshold + LEFT_FROM).then_some(found)
+            })
+            .collect()
+    }
+
     /// The strongest contenders, under white noise and under the noise that fits.
     fn round(&self, threshold: f64) -> Vec<Contender> {
         let scene = self.scene(&self.terms);
         let mut found = contenders(&scene);
+        self.complete(&mut found);
         let mut groups = with_lower_orders(&scene, &self.terms);
         if found.iter().all(|contender| contender.strength < threshold) {
             found.extend(surfaces(&scene));
@@ -133,7 +171,8 @@ impl<'a> State<'a> {
         // Contenders that look strong under white noise.
         let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
         let white = Scene::new(self.record, &plain, &self.left_out, &columns);
-        let naive = contenders(&white);
+        let mut naive = contenders(&white);
+        self.complete(&mut naive);
         groups.extend(with_lower_orders(&white, &self.terms));
         let mut seen: Vec<String> = Vec::new();
         let mut profiles: Vec<Contender> = Vec::new();
@@ -157,8 +196,9 @@ impl<'a> State<'a> {
         profiles
     }
 
-    /// Adds the missing term, if any; returns the contenders that did not pass.
-    pub fn step(&mut self, threshold: f64) -> Result<(), Vec<Contender>> {
+    /// Adds the missing term, if any, and fits the noise again unless it `is_known`; returns the contenders that did not
+    /// pass.
+    pub fn step(&mut self, threshold: f64, is_known: bool) -> Result<(), Vec<Contender>> {
         let mut found = self.round(threshold);
         let rotation = &self.data.channels.rotation_name;
         found.retain(|one| {
@@ -203,10 +243,21 @@ impl<'a> State<'a> {
             let is_narrow = chosen.iter().any(|one| !one.shape.known && one.shape.width() == 1);
             chosen.into_iter().for_each(|candidate| next.add(candidate));
             let is_balanced = is_narrow && !is_sound(&next, self.terms.len());
-            if is_within_physics(&next) && !is_balanced {
-                *self = next;
-                return Ok(());
+            if !is_within_physics(&next) || is_balanced {
+                continue;
             }
+            next.refit();
+            if !is_known {
+                next.fit_noise(true);
+                // Slow noise that stays beside the term may well be the whole of it.
+                let is_sure = contender.strength >= threshold + BESIDE_COLOUR;
+                if next.noise.is_coloured() && !is_sure {
+                    continue;
+                }
+            }
+            next.refit();
+            *self = next;
+            return Ok(());
         }
         Err(failed)
     }
