@@ -143,8 +143,6 @@ pub struct MotionConfig {
     pub steering_rate_max: AngularRate,
     /// The base counts as at rest after this time without motion.
     pub settle: Span,
-    /// Number of further approaches when a stop misses its tolerance.
-    pub corrections_max: u8,
     /// Attempts at a pose download.
     pub pose_writes_max: u8,
     /// Time between two attempts, which also limits the wait for an answer.
@@ -210,7 +208,6 @@ impl Default for MotionConfig {
             steering_gain: 1.5,
             steering_rate_max: AngularRate::from_deg_per_s(10.0),
             settle: Span::from_millis(300),
-            corrections_max: 3,
             pose_writes_max: 5,
             pose_write_retry: Span::from_millis(700),
             base_acceleration_margin: 1.5,

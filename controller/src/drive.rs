@@ -73,7 +73,6 @@ pub(crate) struct Drive {
     give_up: Timestamp,
     at_rest_since: Option<Timestamp>,
     path: PathWatch,
-    corrections_left: u8,
     planted: Planted,
 }
 
@@ -97,7 +96,7 @@ impl Drive {
             distance: order.distance,
             heading_error_max: Angle::ZERO,
         };
-        Self::new(id, motion, order.distance.m(), tuning, config, sight)
+        Self::new(id, motion, order.distance.m(), tuning, sight)
     }
 
     /// `sight.reference` is already the target heading.
@@ -123,7 +122,7 @@ impl Drive {
         };
         let motion =
             Motion::Turn { from_gyro: sight.gyro_heading, from_odometry: sight.odometry_heading };
-        Self::new(id, motion, order.angle.rad(), tuning, config, sight)
+        Self::new(id, motion, order.angle.rad(), tuning, sight)
     }
 
     fn new(
@@ -131,7 +130,6 @@ impl Drive {
         motion: Motion,
         signed_distance: f64,
         tuning: Tuning,
-        config: &MotionConfig,
         sight: &Sight,
     ) -> Self {
         let now = sight.now;
@@ -148,7 +146,6 @@ impl Drive {
             give_up: now + Span::from_secs_f64(TIME_LIMIT_FACTOR * nominal_s) + TIME_LIMIT_MARGIN,
             at_rest_since: None,
             path: PathWatch::new(sight.displacement),
-            corrections_left: config.corrections_max,
             planted: Planted::default(),
         }
     }
@@ -256,7 +253,7 @@ impl Drive {
             .limited(config.steering_rate_max)
     }
 
-    /// Waits for rest, then checks again: a stop that missed is approached once more.
+    /// Waits for rest, then checks again: a stop that missed is approached again.
     fn settle(&mut self, sight: &Sight, remaining: f64, config: &MotionConfig) -> Wish {
         let standing = Wish::Rates { drive: Speed::ZERO, steer: AngularRate::ZERO };
         if sight.moving {
@@ -267,8 +264,8 @@ impl Drive {
         if sight.now - since < config.settle {
             return standing;
         }
-        if remaining.abs() > STOP_TOLERANCES * self.tolerance && self.corrections_left > 0 {
-            self.corrections_left -= 1;
+        // The mission's time limit ends this: a mission that is done is within its tolerance.
+        if remaining.abs() > STOP_TOLERANCES * self.tolerance {
             self.at_rest_since = None;
             self.approach.reopen();
             self.commanding_since = sight.now;
