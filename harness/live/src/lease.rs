@@ -17,6 +17,8 @@ use std::io::{self, Read as _, Write as _};
 use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
+/// Where the kernel shows ptys.
+const PTYS: &str = "/dev/pts";
 /// Names the folder of the files in place of the usual one.
 pub const VARIABLE: &str = "HIL_LEASES";
 /// Every user takes leases here, and removes none of another.
@@ -131,7 +133,12 @@ fn place(port: &PortText) -> String {
             Err(_) => return format!("usb:{id}"),
         },
     };
-    fs::canonicalize(&path).map_or(path, |path| path.display().to_string())
+    match fs::canonicalize(&path) {
+        // The number of a pty goes to the next one as soon as both ends are closed, while a run may still wait for the
+        // first to return. The link is what names it.
+        Ok(device) if !device.starts_with(PTYS) => device.display().to_string(),
+        _ => path,
+    }
 }
 
 /// A bench that one holds, until this is dropped.
@@ -289,6 +296,16 @@ mod tests {
         std::os::unix::fs::symlink("/dev/null", &link).unwrap();
         let by_link = format!("[gyro]\nport = \"{}\"", link.display());
         assert_eq!(leased("x", &by_link), leased("y", "[gyro]\nport = \"/dev/null\""));
+    }
+
+    #[test]
+    fn a_pty_is_known_by_its_link_for_its_number_is_used_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let ptmx = folder.path().join("ttyUSB0");
+        // In the folder of ptys, and there on every machine.
+        std::os::unix::fs::symlink("/dev/pts/ptmx", &ptmx).unwrap();
+        let text = format!("[gyro]\nport = \"serial:{}\"", ptmx.display());
+        assert_eq!(leased("x", &text).to_string(), ptmx.display().to_string());
     }
 
     #[test]

@@ -57,6 +57,7 @@ fn unplugged(again: bool) -> (Option<i32>, serde_json::Value, String) {
     let back = block_on(async {
         // The run has opened the port: it begins the record before.
         while !out.join("record.hilrec").is_file() {
+            assert_eq!(child.try_wait().unwrap(), None, "the run ended before it began");
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
         tokio::time::sleep(Duration::from_secs(2)).await;
