@@ -63,7 +63,7 @@ pub(super) struct Dialect {
     pub delimiter: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header: Option<bool>,
-    /// Name of the group with the rows, in an MDF file.
+    /// Name of the group with the rows, in an MDF file, or of the topic, in a ROS bag.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
 }

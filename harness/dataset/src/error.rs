@@ -161,10 +161,10 @@ pub enum Defect {
     /// A required field without any value.
     #[error("every cell is empty, expected values of {}", .0.name())]
     AllMissing(Role),
-    /// The MDF file cannot be read.
+    /// The MDF file or ROS bag cannot be read.
     #[error("{0}")]
-    Mdf(String),
-    /// The MDF file has no group with this name, or several.
+    Malformed(String),
+    /// The MDF file has no group, or the ROS bag no topic, with this name, or several.
     #[error("{count} groups have the name {name:?}, expected one")]
     Group {
         /// The name.
@@ -174,10 +174,10 @@ pub enum Defect {
         /// The names of all groups that have one.
         known: Vec<String>,
     },
-    /// No channel of an MDF file has the name of the field.
+    /// No channel of the file has the name of the field.
     #[error("the file has no channel of this name, expected one for every field that is used")]
     NoChannel,
-    /// Several channels of an MDF file have the name of the field.
+    /// Several channels of the file have the name of the field.
     #[error("{0} channels have this name, expected one")]
     Channels(usize),
     /// The rows cannot come from one group.

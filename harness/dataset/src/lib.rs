@@ -1,4 +1,4 @@
-//! Measured data as data packages: a folder with `datapackage.json` and tables in CSV, optionally compressed, or MDF.
+//! Measured data as data packages: a folder with `datapackage.json` and tables in CSV, optionally compressed, MDF or ROS bags.
 //!
 //! A package is a [Frictionless Data Package](https://specs.frictionlessdata.io/data-package/) whose fields have a
 //! `unit`, a `role` and optionally an `axis`; `hil` defines what one row is. [`read`] returns the input of
@@ -9,17 +9,20 @@
 //!
 //! [`export`](mod@export) turns runs into such data.
 
+#[cfg(any(feature = "mdf", feature = "ros"))]
+mod channels;
 mod descriptor;
 mod error;
 pub mod export;
 mod gzip;
 #[cfg(feature = "mdf")]
 mod mdf;
-#[cfg(not(feature = "mdf"))]
-#[path = "no_mdf.rs"]
-mod mdf;
 mod package;
 mod publish;
+#[cfg(not(all(feature = "mdf", feature = "ros")))]
+mod refused;
+#[cfg(feature = "ros")]
+mod ros;
 mod rows;
 mod table;
 #[cfg(test)]
@@ -28,7 +31,12 @@ mod write;
 
 pub use error::{DatasetError, Defect, Row};
 use identification::dataset::{Column, Dataset, Kind};
+use package::Format;
 pub use publish::publish;
+#[cfg(not(feature = "mdf"))]
+use refused as mdf;
+#[cfg(not(feature = "ros"))]
+use refused as ros;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
@@ -51,11 +59,15 @@ pub fn read(path: &Path) -> Result<Dataset, DatasetError> {
     let mut package = package::understand(&file, &text)?;
     let mut rows = table::Rows::new(&package.fields);
     for (index, table) in package.tables.iter().enumerate() {
-        if package::is_mdf(&table.path) {
-            mdf::read(&mut rows, &package.fields, table, index, &mut package.notices)?;
-        } else {
-            rows.read(&package.fields, table, index)?;
-        }
+        let read = match table.format {
+            Format::Csv => {
+                rows.read(&package.fields, table, index)?;
+                continue;
+            }
+            Format::Mdf => mdf::read,
+            Format::RosBag => ros::read,
+        };
+        read(&mut rows, &package.fields, table, index, &mut package.notices)?;
     }
     rows::assemble(package, rows)
 }

@@ -10,7 +10,10 @@ use std::path::{Component, Path, PathBuf};
 const MISSING: &str = "";
 
 /// File extensions of tables.
-const ENDS: [&str; 4] = ["csv", "csv.gz", "mf4", "mdf"];
+const ENDS: [&str; 7] = ["csv", "csv.gz", "mf4", "mdf", "bag", "mcap", DB3];
+
+/// File extension of ROS 2 bags in SQLite.
+const DB3: &str = "db3";
 
 /// A valid package whose tables have not been read yet.
 #[derive(Debug)]
@@ -40,18 +43,43 @@ pub(super) struct Field {
 pub(super) struct Table {
     pub name: String,
     pub path: PathBuf,
+    pub format: Format,
     pub delimiter: u8,
     pub missing: BTreeSet<String>,
-    /// The group with the rows, in an MDF file, if given.
-    #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
+    /// The group with the rows, in an MDF file, or the topic, in a ROS bag, if given.
+    #[cfg_attr(
+        not(any(feature = "mdf", feature = "ros")),
+        expect(dead_code, reason = "files without groups are read then")
+    )]
     pub group: Option<String>,
+}
+
+/// Format of a table, by the extension of its file, in any case.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Format {
+    Csv,
+    /// `.mf4` or `.mdf`.
+    Mdf,
+    /// `.bag` or `.mcap`.
+    RosBag,
+}
+
+impl Format {
+    fn of(path: &Path) -> Self {
+        match path.extension().unwrap_or_default().to_ascii_lowercase().to_str() {
+            Some("mf4" | "mdf") => Self::Mdf,
+            Some("bag" | "mcap") => Self::RosBag,
+            _ => Self::Csv,
+        }
+    }
 }
 
 impl Table {
     /// A placeholder for a file that was read in another way.
     pub(super) fn of(path: &Path) -> Self {
         let (name, missing) = (String::new(), BTreeSet::new());
-        Self { name, path: path.to_owned(), delimiter: b',', missing, group: None }
+        let (path, format) = (path.to_owned(), Format::Csv);
+        Self { name, path, format, delimiter: b',', missing, group: None }
     }
 }
 
@@ -187,6 +215,10 @@ fn table(
         let defect = Defect::Path { path: path.clone(), why };
         context.error(defect, &["path", path])
     })?;
+    if plain.extension().is_some_and(|end| end.eq_ignore_ascii_case(DB3)) {
+        let what = "a bag in SQLite is not read, expected one in MCAP: `ros2 bag convert` makes it";
+        return Err(context.error(Defect::Unsupported(what.to_owned()), &["path", path]));
+    }
     if let Some(encoding) = &resource.encoding
         && !["utf-8", "utf8", "utf-8-sig", "ascii"].contains(&encoding.to_lowercase().as_str())
     {
@@ -225,8 +257,9 @@ fn table(
     }
     let file_stem = path.rsplit('/').next().unwrap_or(path);
     let file_stem = file_stem.trim_end_matches(".gz").trim_end_matches(".csv");
+    let format = Format::of(plain);
     let file_stem = match plain.file_stem().and_then(|stem| stem.to_str()) {
-        Some(stem) if is_mdf(plain) => stem,
+        Some(stem) if format != Format::Csv => stem,
         _ => file_stem,
     };
     let name = match resource.name.as_deref().unwrap_or(file_stem) {
@@ -234,13 +267,8 @@ fn table(
         name => name.to_owned(),
     };
     let group = dialect.and_then(|dialect| dialect.group.clone());
-    Ok((Table { name, path: folder.join(plain), delimiter, missing, group }, fields))
-}
-
-/// Whether it is an MDF file by its extension: `.mf4` or `.mdf`, in any case.
-pub(super) fn is_mdf(path: &Path) -> bool {
-    let end = path.extension().unwrap_or_default();
-    ["mf4", "mdf"].iter().any(|known| end.eq_ignore_ascii_case(known))
+    let path = folder.join(plain);
+    Ok((Table { name, path, format, delimiter, missing, group }, fields))
 }
 
 /// Whether two fields have the same meaning.

@@ -51,7 +51,10 @@ pub(super) enum Given<'a> {
     /// From a text file.
     Word(&'a str),
     /// From a numeric file.
-    #[cfg_attr(not(feature = "mdf"), expect(dead_code, reason = "no MDF file is read then"))]
+    #[cfg_attr(
+        not(any(feature = "mdf", feature = "ros")),
+        expect(dead_code, reason = "only text files are read then")
+    )]
     Number(f64),
 }
 

@@ -5,6 +5,10 @@ mod defects;
 mod mdf;
 mod measured;
 mod mended;
+#[cfg(feature = "ros")]
+mod ros;
+#[cfg(feature = "ros")]
+mod rosbags;
 mod round_trip;
 
 use super::{Dataset, DatasetError, read};

@@ -1,4 +1,4 @@
-//! Rejects tables in MDF files when the feature `mdf` is off.
+//! Rejects tables in files that only other builds read.
 
 use super::error::{DatasetError, Defect};
 use super::package::{Field, Table};
@@ -11,6 +11,7 @@ pub(super) fn read(
     _: usize,
     _: &mut Vec<String>,
 ) -> Result<(), DatasetError> {
-    let defect = Defect::Unsupported("this build reads no MDF files".to_owned());
+    let end = table.path.extension().unwrap_or_default().to_string_lossy();
+    let defect = Defect::Unsupported(format!("this build reads no .{end} files"));
     Err(DatasetError::new(&table.path, defect))
 }

@@ -2,7 +2,7 @@
 
 use super::super::error::{DatasetError, Defect};
 use super::super::package::{Field, Table};
-use bus_log::mdf4::channels::{Group, Wanted};
+use super::{Group, Wanted};
 use identification::dataset::{Role, Unit};
 use std::collections::BTreeMap;
 
@@ -102,9 +102,14 @@ fn kept_out(field: &Field) -> Option<&'static str> {
     }
 }
 
+/// Channels with this name, which may begin with the name of the group and `/`.
 fn find(group: &Group, name: &str) -> Vec<usize> {
+    let name = name.trim();
+    let inside = name.strip_prefix(&group.name).and_then(|rest| rest.strip_prefix('/'));
+    let inside = inside.filter(|_| !group.name.is_empty());
+    let is_meant = |found: &str| found == name || inside == Some(found);
     let channels = group.channels.iter().enumerate();
-    channels.filter(|(_, channel)| channel.name == name.trim()).map(|(at, _)| at).collect()
+    channels.filter(|(_, channel)| is_meant(&channel.name)).map(|(at, _)| at).collect()
 }
 
 fn named(groups: &[Group], name: &str) -> Result<usize, Defect> {

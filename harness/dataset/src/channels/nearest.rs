@@ -1,7 +1,7 @@
 //! Assigns values with their own times to the rows nearest in time.
 
 use super::super::error::Defect;
-use bus_log::mdf4::channels::Cell;
+use super::Cell;
 
 /// Assigns values to rows, without interpolation: a row without a value near it gets none.
 #[derive(Debug)]
@@ -86,8 +86,7 @@ impl Nearest {
 
 #[cfg(test)]
 mod tests {
-    use super::Nearest;
-    use bus_log::mdf4::channels::Cell;
+    use super::{Cell, Nearest};
 
     #[test]
     fn each_value_is_at_the_nearest_row_and_none_is_made_up() {

@@ -1,22 +1,71 @@
-//! A table in an MDF file: channels are columns, and the records of a group are rows.
+//! A table in a file of measured channels: channels are columns, and the records of one group are rows.
 
 mod choice;
 mod nearest;
 
-use super::error::{DatasetError, Defect, Row};
+use super::error::{DatasetError, Row};
 use super::package::{Field, Table};
 use super::table::{Given, Origin, Rows};
-use bus_log::LogError;
-use bus_log::mdf4::channels::{Cell, Found, Group, Reader, Wanted};
 use choice::{Choice, choose};
 use identification::dataset::{Role, Unit};
 use nearest::Nearest;
-use std::fs::File;
-use std::io::BufReader;
+
+/// A group of channels with common times.
+#[derive(Debug)]
+pub(super) struct Group {
+    /// Its name in the file; empty if unnamed.
+    pub name: String,
+    pub channels: Vec<Channel>,
+}
+
+/// A channel of a group.
+#[derive(Debug)]
+pub(super) struct Channel {
+    pub name: String,
+    /// Unit of its values in the file; empty without a unit.
+    pub unit: String,
+    /// Whether it is the time of the group's records, in seconds.
+    pub is_time: bool,
+}
+
+/// A requested channel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Wanted {
+    /// Index in its group.
+    pub channel: usize,
+    /// Whether to read texts: those that its numbers stand for, if any.
+    pub as_text: bool,
+}
+
+/// A value of a channel in a record.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Cell {
+    Missing,
+    Number(f64),
+    Text(String),
+}
+
+/// Takes the values of a record, one per requested channel.
+pub(super) type Each<'a> = &'a mut dyn FnMut(&[Cell]) -> Result<(), DatasetError>;
+
+/// An open file of measured channels.
+pub(super) trait Source {
+    fn groups(&self) -> &[Group];
+
+    /// Passes the values of each record of a group to `each`, in the order of the file. Returns what is there of a file
+    /// that its writer did not finish, and why no more, as far as that is known.
+    fn read(
+        &mut self,
+        group: usize,
+        wanted: &[Wanted],
+        each: Each<'_>,
+    ) -> Result<Option<(String, Option<String>)>, DatasetError>;
+}
 
 /// Appends the content of `table`, which has this `index`. Rows are the records of the group with the measured
 /// channels; a value of another group goes to the row nearest in time.
-pub(super) fn read(
+pub(super) fn take(
+    source: &mut dyn Source,
     rows: &mut Rows,
     fields: &[Field],
     table: &Table,
@@ -24,39 +73,42 @@ pub(super) fn read(
     notices: &mut Vec<String>,
 ) -> Result<(), DatasetError> {
     let fail = |defect| DatasetError::new(&table.path, defect);
-    let file = File::open(&table.path).map_err(|error| fail(Defect::Unreadable(error)))?;
-    let mut reader = Reader::new(&table.path, BufReader::new(file))?;
-    let choice = choose(reader.groups(), fields, table)?;
-    notices.extend(units(reader.groups(), fields, &choice));
+    let choice = choose(source.groups(), fields, table)?;
+    notices.extend(units(source.groups(), fields, &choice));
     let run = rows.run_of(fields, table);
     let begin = rows.origins.len();
     let wanted: Vec<Wanted> = choice.own.iter().map(|(_, wanted)| *wanted).collect();
     let mut number = 0;
-    let found = reader.read(choice.group, &wanted, &mut |cells| {
+    let ended = source.read(choice.group, &wanted, &mut |cells| {
         number += 1;
         let row = Row { number, line: 0 };
         rows.begin_row(Origin { table: index, row }, run).map_err(fail)?;
-        let mut own = choice.own.iter().zip(&cells).peekable();
+        let mut own = choice.own.iter().zip(cells).peekable();
         for (at, field) in fields.iter().enumerate() {
             // In field order: fields of this group have a cell, the others none yet.
             let cell = own.next_if(|((of, _), _)| *of == at).map(|(_, cell)| cell);
             rows.take(at, field, given(cell))
                 .map_err(|defect| fail(defect).at_row(row).in_field(&field.name))?;
         }
-        Ok::<_, DatasetError>(())
+        Ok(())
     })?;
-    notices.extend(unfinished(&reader, table, &found));
+    let file = table.path.file_name().unwrap_or_default().to_string_lossy();
+    let unfinished = |(what, why): (String, Option<String>)| {
+        let why = why.map_or_else(String::new, |why| format!(" ({why})"));
+        format!("{file} was not finished by who wrote it: {what} are there{why}")
+    };
+    notices.extend(ended.map(unfinished));
     for (group, channels) in &choice.others {
         let time = choice.time.unwrap_or_default();
         let times = &rows.columns[time][begin..];
         let mut nearest = Nearest::new(times, channels.len()).map_err(fail)?;
         // The first wanted channel is the time.
         let wanted: Vec<Wanted> = channels.iter().map(|(_, wanted)| *wanted).collect();
-        let found = reader.read(*group, &wanted, &mut |cells| {
-            nearest.take(&cells);
-            Ok::<_, DatasetError>(())
+        let ended = source.read(*group, &wanted, &mut |cells| {
+            nearest.take(cells);
+            Ok(())
         })?;
-        notices.extend(unfinished(&reader, table, &found));
+        notices.extend(ended.map(unfinished));
         for (number, (field, _)) in channels.iter().enumerate().skip(1) {
             let (values, told) = nearest.column(number - 1);
             notices.push(format!("{} has times of its own: {told}", fields[*field].name));
@@ -72,20 +124,6 @@ fn given(cell: Option<&Cell>) -> Given<'_> {
         Some(Cell::Number(number)) => Given::Number(*number),
         Some(Cell::Text(text)) => Given::Word(text),
     }
-}
-
-/// A notice about the end of a file that its writer did not finish.
-fn unfinished(reader: &Reader<BufReader<File>>, table: &Table, found: &Found) -> Option<String> {
-    if !reader.is_unfinished() {
-        return None;
-    }
-    let file = table.path.file_name().unwrap_or_default().to_string_lossy();
-    let records = found.records;
-    let why = match &found.ended {
-        Some(LogError::Malformed { place, defect, .. }) => format!(" ({place}: {defect})"),
-        _ => String::new(),
-    };
-    Some(format!("{file} was not finished by who wrote it: {records} records are there{why}"))
 }
 
 /// Fields whose unit in the file differs, if known. The unit of the package applies.
@@ -104,18 +142,4 @@ fn units(groups: &[Group], fields: &[Field], choice: &Choice) -> Vec<String> {
         })
     };
     own.chain(others).filter_map(differs).collect()
-}
-
-impl From<LogError> for DatasetError {
-    fn from(error: LogError) -> Self {
-        match error {
-            LogError::Malformed { path, place, defect, .. } => {
-                Self::new(&path, Defect::Mdf(format!("{place}: {defect}")))
-            }
-            LogError::Unreadable { path, source } => Self::new(&path, Defect::Unreadable(source)),
-            LogError::Unwritable { ref path, .. } | LogError::Before1970 { ref path, .. } => {
-                Self::new(path, Defect::Mdf(error.to_string()))
-            }
-        }
-    }
 }

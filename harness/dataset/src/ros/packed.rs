@@ -1,0 +1,43 @@
+//! Chunks in the compressions of ROS 1 (bz2, lz4) and of MCAP (zstd, lz4).
+
+use super::bag::Chunk;
+use super::input::{BLOCK_BYTES_MAX, Fault};
+use std::io::Read;
+
+/// The bytes of a chunk, and how they are damaged. Those before the damage are good.
+pub(super) fn unpacked(chunk: &Chunk, packed: Vec<u8>) -> Result<(Vec<u8>, Option<String>), Fault> {
+    if chunk.size > BLOCK_BYTES_MAX {
+        let size = chunk.size;
+        let why = format!("found a chunk of {size} bytes, expected at most {BLOCK_BYTES_MAX}");
+        return Err(Fault::Bad(why));
+    }
+    let bytes = &packed[..];
+    let mut reader: Box<dyn Read + '_> = match chunk.compression.as_str() {
+        "none" | "" => Box::new(bytes),
+        "bz2" => Box::new(bzip2::bufread::BzDecoder::new(bytes)),
+        "lz4" => Box::new(lz4_flex::frame::FrameDecoder::new(bytes)),
+        "zstd" => {
+            Box::new(zstd::stream::read::Decoder::with_buffer(bytes).map_err(Fault::Unreadable)?)
+        }
+        other => {
+            let known = "none, bz2, lz4 or zstd";
+            return Err(Fault::Bad(format!("found the compression {other:?}, expected {known}")));
+        }
+    };
+    let mut content = Vec::new();
+    let read = (&mut reader).take(chunk.size + 1).read_to_end(&mut content);
+    let damage = match read {
+        Err(error) => Some(format!("the chunk cannot be decompressed: {error}")),
+        Ok(_) if content.len() as u64 != chunk.size => {
+            Some(format!("the chunk has not the {} bytes that it says", chunk.size))
+        }
+        Ok(_) if chunk.crc.is_some_and(|crc| crc != crc32fast::hash(&content)) => {
+            // Any of its bytes may be wrong.
+            content.clear();
+            Some("the chunk has another checksum than it says".to_owned())
+        }
+        Ok(_) => None,
+    };
+    drop(reader);
+    Ok((content, damage))
+}
