@@ -1,11 +1,18 @@
 //! The content of a description file.
 
+mod canopen;
 mod machine;
 mod message;
+mod uds;
 
+pub(crate) use canopen::{EmergencyTable, ObjectTable};
 pub(crate) use machine::{MachineTable, TransitionTable};
+pub use message::FieldType;
 pub(crate) use message::{
-    ChecksumOver, FieldTable, FieldType, MessageRules, MessageTable, Messages, WhileAnswering,
+    ChecksumOver, FieldTable, MessageRules, MessageTable, Messages, WhileAnswering,
+};
+pub(crate) use uds::{
+    AccessTable, DidTable, DtcTable, NumberTable, RoutineTable, SecurityTable, UdsTable,
 };
 
 use crate::lookup::Outside;
@@ -36,6 +43,11 @@ pub(crate) struct File<M> {
     pub(crate) dbc: Option<String>,
     /// Node of the DBC that the device is. It sends this node's messages and receives all others.
     pub(crate) node: Option<String>,
+    /// EDS or DCF file of a CANopen device, relative to this file, instead of `dbc`.
+    pub(crate) eds: Option<String>,
+    /// Node identifier of the CANopen device, from 1 to 127.
+    #[schemars(range(min = 1, max = 127))]
+    pub(crate) node_id: Option<i64>,
     /// Step of the integration, s. Default: 0.01.
     pub(crate) step_s: Option<f64>,
     /// Settings of its serial line. Default: the device is on CAN.
@@ -56,6 +68,14 @@ pub(crate) struct File<M> {
     /// Sources of the signals that it sends.
     #[serde(default)]
     pub(crate) signal: BTreeMap<String, SourceTable>,
+    /// Diagnostics: a UDS server.
+    pub(crate) uds: Option<UdsTable>,
+    /// Objects of the EDS, by their ParameterName in lower case with `_`: values and units.
+    #[serde(default)]
+    pub(crate) object: BTreeMap<String, ObjectTable>,
+    /// Errors of a CANopen device.
+    #[serde(default)]
+    pub(crate) emergency: BTreeMap<String, EmergencyTable>,
     /// Messages: additions to those of the DBC, or complete definitions.
     #[serde(default)]
     pub(crate) message: M,
@@ -141,7 +161,7 @@ pub(crate) struct LookupTable {
     pub(crate) outside: Outside,
 }
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SourceTable {
     /// Expression of parameters, states and received signals.

@@ -36,6 +36,8 @@
 //! |---|---|
 //! | `name`, `title`, `source` | the key of its random numbers; a short description; the source of its numbers |
 //! | `dbc`, `node` | the layout, and the device's node in it |
+//! | `eds`, `node_id` | instead: the EDS of a CANopen device, see `docs/canopen.md`, and its node identifier |
+//! | `[object.NAME]`, `[emergency.NAME]` | objects of the EDS and errors |
 //! | `[serial]` | `baud`, `data_bits`, `parity`, `stop_bits` of a serial line |
 //! | `step_s` | step of the integration (classic Runge-Kutta of order four), 10 ms |
 //! | `[parameter.NAME]` | `value`, `unit`, `minimum`, `maximum`, `doc` |
@@ -43,6 +45,7 @@
 //! | `[machine.NAME]` | `states`, `start`, `transitions` (`from`, `to`, `when`, `on`, `after_s`, `set`), `enter` |
 //! | `[table.NAME]` | `x` and `y`, or `x`, `y` and `z`, or `csv`; `outside` |
 //! | `[signal.NAME]` | `expression`, `in.MACHINE = { STATE = ... }`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise`; a `model` of its sensor, below |
+//! | `[uds]` | diagnostics: a UDS server on ISO-TP; `docs/uds.md` |
 //! | `[message.NAME]` | sent: `period_s` and `send`, or `answers = "Command"` with `delay_s`, `when`, `times`, `every_s`, `busy`; received: `initial`, `timeout_s`, `while_answering`, `queue`; either: `counter`, `checksum`, `e2e`, below |
 //!
 //! An undriven signal is sent as its start value (`GenSigStartValue`), or as zero; an undriven multiplexer cycles
@@ -136,6 +139,7 @@
 //! | `abs sign floor ceil round sqrt exp ln log10` | of one value |
 //! | `sin cos tan asin acos atan tanh`, `atan2(y, x)` | in radians |
 //! | `cell[i]`, `cell[Request.Index]` | an element of an array |
+//! | `bit_and bit_or bit_xor` `(a, b, ...)`, `0x5A` | the bits of whole numbers below 2^53; a hexadecimal number |
 //! | `min max sum mean argmin argmax` `(cell)` | of a whole array |
 //! | `ocv(soc)`, `map(x, y)` | the value of a table |
 //! | `mode == "Closed"`, `time_in(mode)` | the state of a machine, or the named value of a received signal; seconds in the state |
@@ -151,6 +155,7 @@
 //! The expressions are implemented in this crate: other crates either bind a sign tighter than a power (`-2^2` would
 //! be 4), or divide whole numbers as integers, or use the platform's functions.
 
+mod canopen;
 mod description;
 mod device;
 mod error;
@@ -158,6 +163,7 @@ mod expression;
 mod file;
 mod files;
 pub mod hint;
+mod isotp;
 mod layout;
 mod lookup;
 mod outbox;
@@ -166,11 +172,14 @@ mod protection;
 mod steps;
 mod toml_mistake;
 mod transport;
+mod uds;
 
+pub use canopen::{Abort, Dictionary, Entry, Progress, SDO_REQUEST, SDO_RESPONSE, SdoClient};
 pub use description::Description;
 pub use device::Device;
 pub use error::FileError;
 pub use files::Files;
+pub use isotp::{IsoTp, IsoTpTable};
 pub use layout::{
     ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
     Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName, dbc_nodes,
@@ -179,6 +188,7 @@ pub use layout::{
 pub use outbox::Outbox;
 pub use protection::{ProtectionTable, Verdict};
 pub use steps::{Input, Step, Steps};
+pub use uds::{KeyFunction, Number, NumberType, Reply, Request, UdsClient, negative_response};
 
 /// The JSON Schema of a description, in both of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {

@@ -3,7 +3,7 @@
 use crate::layout::{EncodeError, Encoded, Encoder, Layout, Sender};
 use crate::transport::Transport;
 use std::collections::VecDeque;
-use wire::can::{CanFrame, DATA_BYTES_MAX};
+use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
@@ -12,7 +12,10 @@ use wire::time::Timestamp;
 pub struct Outbox {
     /// Its counters advance from message to message.
     encoder: Encoder,
-    queue: VecDeque<Waiting>,
+    /// Emptied when all have been taken. Not a deque: the compiler would build each item apart, and copy it.
+    queue: Vec<Waiting>,
+    /// How many of the queue the line has taken.
+    taken: usize,
     /// Those of the queue that are whole, in its order.
     whole: VecDeque<Transmit>,
     /// Maximum number of waiting messages.
@@ -25,8 +28,8 @@ pub struct Outbox {
 /// An item waiting for the line.
 #[derive(Debug, Clone)]
 enum Waiting {
-    /// A frame given by its first bytes: assembled when the line takes it, so that it is copied only once.
-    Plain { message: usize, first: [u8; DATA_BYTES_MAX] },
+    /// A frame given by its first eight bytes: assembled when the line takes it, so that it is copied only once.
+    Plain { message: usize, word: u64 },
     /// The next of the whole ones.
     Whole,
 }
@@ -37,7 +40,8 @@ impl Outbox {
         Self {
             transport: Transport::of(&layout, sender),
             encoder: Encoder::new(layout),
-            queue: VecDeque::new(),
+            queue: Vec::new(),
+            taken: 0,
             whole: VecDeque::new(),
             room,
             dropped: 0,
@@ -47,6 +51,18 @@ impl Outbox {
     /// The layout that it encodes.
     pub const fn layout(&self) -> &Layout {
         self.encoder.layout()
+    }
+
+    /// Sends a message that is one frame without counter and checksum; false if it is another, a value is out of range,
+    /// or there is no room.
+    #[inline]
+    pub(crate) fn send_plain(&mut self, message: usize, values: &[f64]) -> bool {
+        if !self.has_room() {
+            return false;
+        }
+        let Some(word) = self.encoder.plain_word(message, values) else { return false };
+        self.queue.push(Waiting::Plain { message, word });
+        true
     }
 
     /// Sends a message with these values, one per signal and in its unit. Counter and checksum are computed, except
@@ -61,15 +77,13 @@ impl Outbox {
         values: &[f64],
         is_own: impl Fn(usize) -> bool,
     ) -> Result<(), EncodeError> {
-        if self.queue.len() < self.room
-            && let Some(first) = self.encoder.first_bytes(message, values)
-        {
-            self.queue.push_back(Waiting::Plain { message, first });
+        if self.send_plain(message, values) {
             return Ok(());
         }
+        let has_room = self.has_room();
         match (self.encoder.encode(message, values, is_own), &mut self.transport) {
-            (Ok(Encoded::Whole(what)), _) if self.queue.len() < self.room => {
-                self.queue.push_back(Waiting::Whole);
+            (Ok(Encoded::Whole(what)), _) if has_room => {
+                self.queue.push(Waiting::Whole);
                 self.whole.push_back(what);
             }
             (Ok(Encoded::InParts(parts)), Some(transport)) => transport.send(now, parts),
@@ -103,19 +117,36 @@ impl Outbox {
     /// The next output for the line.
     #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
-        match self.queue.pop_front() {
-            Some(Waiting::Plain { message, first }) => {
-                self.encoder.plain_frame(message, first).map(Transmit::Frame)
+        let Some(next) = self.queue.get(self.taken) else {
+            self.queue.clear();
+            self.taken = 0;
+            return self.transport.as_mut()?.transmit().map(Transmit::Frame);
+        };
+        self.taken += 1;
+        match next {
+            Waiting::Plain { message, word } => {
+                self.encoder.plain_frame(*message, *word).map(Transmit::Frame)
             }
-            Some(Waiting::Whole) => self.whole.pop_front(),
-            None => self.transport.as_mut()?.transmit().map(Transmit::Frame),
+            Waiting::Whole => self.whole.pop_front(),
         }
+    }
+
+    /// True if one more message may wait.
+    #[inline]
+    fn has_room(&mut self) -> bool {
+        // A line that never takes all of them must not make the queue longer.
+        if self.taken >= self.room {
+            self.queue.drain(..self.taken);
+            self.taken = 0;
+        }
+        self.queue.len() - self.taken < self.room
     }
 
     /// Discards the queue and resets the counters, like a device that loses power.
     pub fn reset(&mut self) {
         self.encoder.reset();
         self.queue.clear();
+        self.taken = 0;
         self.whole.clear();
         if let Some(transport) = &mut self.transport {
             transport.reset();

@@ -11,9 +11,10 @@ use crate::expression::{Batch, Expression};
 use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
 use crate::hint;
-use crate::layout::{Layout, Message, Selection, SendRule, Sender};
+use crate::layout::{Layout, Message, Selection, SendKind, SendRule, Sender};
 use crate::place::Place;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use wire::time::Span;
 
 /// Shortest period of a message. Assumption: half the frame time of a bus of 1 Mbit/s.
@@ -33,28 +34,46 @@ pub(crate) struct Sent {
     pub(crate) answers: Option<Answer>,
     /// One per signal.
     pub(crate) signals: Vec<SignalSource>,
-    /// The signals that are expressions, each with its position among the signals.
-    pub(crate) expressions: Batch,
-    /// The positions of all other signals.
+    /// The positions of its signals among those of all sent messages.
+    pub(crate) places: Range<usize>,
+    /// The blocks of [`Model::expressions`](super::Model::expressions) with its signals.
+    pub(crate) blocks: Box<[usize]>,
+    /// The positions among its signals of those that are no expressions.
     pub(crate) others: Box<[usize]>,
     /// The numbers that an undriven multiplexer cycles through: per signal, empty for others.
     pub(crate) pages: Vec<Vec<u64>>,
 }
 
 impl Sent {
-    /// Sorts its signals by the kind of their source.
-    fn sort(&mut self) {
-        fn expression((place, signal): (usize, &SignalSource)) -> Option<(usize, &Expression)> {
-            match &signal.source {
-                Source::Expression(expression) => Some((place, expression)),
-                _ => None,
-            }
-        }
-        let is_other =
-            |place: &usize| !matches!(self.signals[*place].source, Source::Expression(_));
-        self.others = (0..self.signals.len()).filter(is_other).collect();
-        self.expressions = Batch::new(self.signals.iter().enumerate().filter_map(expression));
+    /// Its messages that have expressions of the same occasion are sent at the same times.
+    fn occasion(&self) -> Result<Span, usize> {
+        let is_alone = self.answers.is_some() || self.send.kind != SendKind::Cyclic;
+        self.period.filter(|_| !is_alone).ok_or(self.message)
     }
+
+    /// Its expressions, each with its occasion and its position among the signals of all sent messages.
+    fn expressions(&self) -> impl Iterator<Item = (Result<Span, usize>, usize, &Expression)> {
+        self.places.clone().zip(&self.signals).filter_map(|(place, signal)| match &signal.source {
+            Source::Expression(expression) => Some((self.occasion(), place, expression)),
+            _ => None,
+        })
+    }
+}
+
+/// The expressions of all sent messages.
+pub(super) fn expressions(sent: &mut [Sent]) -> Batch {
+    let mut end = 0;
+    for one in &mut *sent {
+        one.places = end..end + one.signals.len();
+        end = one.places.end;
+        let is_other = |place: &usize| !matches!(one.signals[*place].source, Source::Expression(_));
+        one.others = (0..one.signals.len()).filter(is_other).collect();
+    }
+    let batch = Batch::new(sent.iter().flat_map(Sent::expressions));
+    for one in sent {
+        one.blocks = batch.blocks_of(&one.places);
+    }
+    batch
 }
 
 /// A message that the device receives.
@@ -168,7 +187,6 @@ pub(super) fn messages(
         let scope = Local { scope: variables, index: entry.index, has_parts };
         sent.signals[signal] = source(table, unit, &scope, &place, files)?;
     }
-    sent.iter_mut().for_each(Sent::sort);
     for entry in &sources {
         let name = &entry.name;
         let Ok((message, signal)) = layout.resolve_among(name, Some(Sender::Device)) else {
@@ -239,7 +257,8 @@ fn send(
         send: message.send.clone(),
         answers,
         signals: message.signals.iter().map(|_| unsaid()).collect(),
-        expressions: Batch::default(),
+        places: 0..0,
+        blocks: Box::default(),
         others: Box::default(),
         pages: pages.collect(),
     })

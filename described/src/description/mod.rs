@@ -12,6 +12,7 @@ mod sending;
 mod source;
 mod states;
 mod tables;
+mod uds;
 mod variables;
 
 #[cfg(test)]
@@ -20,15 +21,20 @@ pub(crate) mod tests;
 pub(crate) use answers::{Answer, TIMES_MAX, WhileAnswering};
 pub(crate) use machines::{Machine, Setting};
 pub(crate) use messages::{Heard, Sent};
+pub(crate) use scope::Scopes;
 pub(crate) use source::{SignalSource, Source};
 pub(crate) use states::{Law, State};
 pub(crate) use variables::{PART, TIME, Variables};
 
+use crate::canopen::{self, Canopen};
 use crate::error::{FileError, Mistake};
+use crate::expression::Batch;
 use crate::file::{File, MachineTable, MessageRules, ParameterTable, StateTable};
 use crate::files::{Files, Texts};
+use crate::isotp::IsoTp;
 use crate::layout::Layout;
 use crate::place::Place;
+use crate::uds::Diagnosis;
 use arrays::{Entry, Family};
 use parameters::Parameter;
 use std::collections::BTreeMap;
@@ -74,7 +80,13 @@ pub(crate) struct Model {
     pub(crate) order: Vec<usize>,
     pub(crate) machines: Vec<Machine>,
     pub(crate) sent: Vec<Sent>,
+    /// The sent signals that are expressions.
+    pub(crate) expressions: Batch,
     pub(crate) heard: Vec<Heard>,
+    /// Its diagnostics.
+    pub(crate) uds: Option<Box<Diagnosis>>,
+    /// Present for a CANopen device.
+    pub(crate) canopen: Option<Canopen>,
 }
 
 impl Description {
@@ -103,14 +115,25 @@ impl Description {
     }
 
     fn build(
-        said: File<BTreeMap<String, MessageRules>>,
+        mut said: File<BTreeMap<String, MessageRules>>,
         layout: Layout,
         listed: bool,
         files: &mut dyn Files,
     ) -> Result<Self, Mistake> {
         let step = said.step_s.unwrap_or(STEP_S);
         let step = messages::seconds(step, STEP_S_MIN, &Place::file().key("step_s"))?;
+        let dictionary = layout.dictionary().cloned();
+        let held = dictionary.iter().map(|dictionary| canopen::held(&mut said, dictionary));
+        let held = held.collect::<Result<Vec<_>, _>>()?.concat();
         let layout = messages::ruled(layout, &said.message, listed)?;
+        let of_uds = Place::file().key("uds").key("isotp");
+        let isotp = said.uds.as_ref().map(|uds| IsoTp::at(&uds.isotp, &of_uds)).transpose()?;
+        let layout = match &isotp {
+            Some(isotp) => layout
+                .with_isotp(isotp)
+                .map_err(|(key, text)| Mistake::new(of_uds.key(key), text))?,
+            None => layout,
+        };
         let (of_parameters, parameter_arrays) = arrays::entries(&said.parameter, "parameter")?;
         let (of_states, state_arrays) = arrays::entries(&said.state, "state")?;
         let machine_tables = machines::in_order(&said.machine);
@@ -130,12 +153,31 @@ impl Description {
         let names = parameters.iter().map(|known| known.name.clone()).collect();
         let state_names = of_states.iter().map(|entry| entry.name.clone()).collect();
         let variables = Variables::new(names, state_names, named, layout.clone());
-        let set = machines::set(&machine_tables, &variables)?;
+        let mut set = machines::set(&machine_tables, &variables)?;
+        set.extend(held.iter().map(String::as_str));
         let (states, order) = states::states(&of_states, &set, &variables)?;
         let machines = machines::machines(&machine_tables, &states, &variables)?;
-        let (sent, heard) =
+        let (mut sent, heard) =
             messages::messages(&said.message, &said.signal, &layout, &variables, listed, files)?;
-        let model = Model { step, variables, states, order, machines, sent, heard };
+        let expressions = messages::expressions(&mut sent);
+        let uds = said.uds.as_ref().zip(isotp);
+        let uds = uds.map(|(uds, isotp)| uds::diagnosis(uds, isotp, &variables, &parameters));
+        let uds = uds.transpose()?.map(Box::new);
+        let scopes = Scopes { variables: &variables, files };
+        let canopen = dictionary.map(|dictionary| canopen::model(&said, &dictionary, scopes));
+        let canopen = canopen.transpose()?;
+        let model = Model {
+            step,
+            variables,
+            states,
+            order,
+            machines,
+            sent,
+            expressions,
+            heard,
+            uds,
+            canopen,
+        };
         let (name, title, source) = (said.name, said.title, said.source);
         Ok(Self { name, title, source, layout, parameters, notes, model })
     }
@@ -150,6 +192,11 @@ impl Description {
     /// The messages and their signals.
     pub const fn layout(&self) -> &Layout {
         &self.layout
+    }
+
+    /// The ISO-TP channel of its diagnostics, if it has any.
+    pub fn isotp(&self) -> Option<&IsoTp> {
+        self.model.uds.as_ref().map(|uds| &uds.isotp)
     }
 
     /// The parameters: name, value and unit, ordered by name.

@@ -1,5 +1,6 @@
 //! The two forms of a description, and the layout that it names or contains.
 
+use crate::canopen;
 use crate::error::{FileError, Mistake};
 use crate::file::{File, MessageRules, MessageTable};
 use crate::files::Files;
@@ -26,6 +27,10 @@ pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
         title: whole.title,
         source: whole.source,
         dbc: whole.dbc,
+        eds: whole.eds,
+        node_id: whole.node_id,
+        object: whole.object,
+        emergency: whole.emergency,
         node: whole.node,
         step_s: whole.step_s,
         serial: whole.serial,
@@ -34,6 +39,7 @@ pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
         table: whole.table,
         machine: whole.machine,
         signal: whole.signal,
+        uds: whole.uds,
         message: rules,
     };
     Ok((said, Some(whole.message)))
@@ -47,6 +53,10 @@ pub(super) fn layout<M>(
     tables: Option<&[MessageTable]>,
     files: &mut dyn Files,
 ) -> Result<Layout, FileError> {
+    if let Some(eds) = &said.eds {
+        return canopen::layout((file, text), said, tables.is_some(), eds, files);
+    }
+    canopen::unused(said).map_err(|mistake| mistake.located(file, text))?;
     let mistake = |key: &str, message: &str, help: &str| {
         Err(Mistake::new(Place::file().key(key), message).help(help).located(file, text))
     };

@@ -1,10 +1,16 @@
 //! Meaning of names in the expressions of a file.
 
 use super::arrays::{Family, INDEX};
+use super::formula::formula;
+use super::source::{Source, source};
 use super::variables::{PART, TIME, Variables};
-use crate::expression::{Array, Meaning, Scope, States, Unknown};
+use crate::error::Mistake;
+use crate::expression::{Array, Expression, Meaning, Scope, States, Unknown};
+use crate::file::{Formula, SourceTable};
+use crate::files::Files;
 use crate::hint;
 use crate::layout::{Sender, SignalName};
+use crate::place::Place;
 
 /// The name of the current part of an answer, from 1.
 const PART_NAME: &str = "part";
@@ -187,5 +193,36 @@ impl Scope for Local<'_> {
 
     fn time(&self) -> usize {
         self.scope.time()
+    }
+}
+
+/// Reads the parts of a file that are not messages: their expressions see all variables.
+pub(crate) struct Scopes<'a> {
+    pub(super) variables: &'a Variables,
+    pub(super) files: &'a mut dyn Files,
+}
+
+impl Scopes<'_> {
+    const fn local(&self) -> Local<'_> {
+        Local { scope: self.variables, index: None, has_parts: false }
+    }
+
+    /// The slot of a state or a parameter.
+    pub(crate) fn variable(&self, name: &str) -> Option<usize> {
+        self.variables.inner(name)
+    }
+
+    pub(crate) fn expression(&self, text: &Formula, at: &Place) -> Result<Expression, Mistake> {
+        formula(text, &self.local(), at)
+    }
+
+    pub(crate) fn source(
+        &mut self,
+        table: &SourceTable,
+        unit: &str,
+        at: &Place,
+    ) -> Result<Source, Mistake> {
+        let scope = Local { scope: self.variables, index: None, has_parts: false };
+        source(table, unit, &scope, at, self.files).map(|found| found.source)
     }
 }

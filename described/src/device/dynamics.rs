@@ -3,6 +3,7 @@
 use super::laws::{Laws, Moment};
 use super::machines::Machines;
 use crate::description::{Model, TIME};
+use crate::uds::Monitor;
 use wire::time::{Span, Timestamp};
 
 /// Maximum number of steps integrated in one call; time beyond is skipped. Assumption: a world wakes a device more
@@ -16,6 +17,7 @@ const WEIGHTS: f64 = 6.0;
 /// Current values of the variables.
 #[derive(Debug, Clone)]
 pub(super) struct Dynamics {
+    /// Whoever changes them calls [`has_changed`](Self::has_changed).
     pub(super) values: Vec<f64>,
     pub(super) laws: Laws,
     pub(super) machines: Machines,
@@ -26,7 +28,12 @@ pub(super) struct Dynamics {
     sum: Vec<f64>,
     start: Timestamp,
     now: Timestamp,
+    /// Increases with every change of the variables.
+    generation: u64,
     pub(super) not_finite: u64,
+    /// Tests of the trouble codes, and whether they run.
+    pub(super) monitors: Vec<Monitor>,
+    pub(super) monitoring: bool,
 }
 
 impl Dynamics {
@@ -44,7 +51,10 @@ impl Dynamics {
             sum: vec![0.0; rates],
             start: Timestamp::ZERO,
             now: Timestamp::ZERO,
+            generation: 0,
             not_finite: 0,
+            monitors: model.uds.iter().flat_map(|uds| &uds.dtcs).map(|_| Monitor::new()).collect(),
+            monitoring: true,
         }
     }
 
@@ -66,7 +76,19 @@ impl Dynamics {
         self.values.get(slot).copied().unwrap_or(f64::NAN)
     }
 
+    /// Increases with every change of the variables.
+    #[inline]
+    pub(super) const fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// Records that variables have changed.
+    pub(super) const fn has_changed(&mut self) {
+        self.generation += 1;
+    }
+
     pub(super) fn set(&mut self, slot: usize, value: f64) {
+        self.has_changed();
         if let Some(place) = self.values.get_mut(slot) {
             *place = value;
         }
@@ -84,7 +106,8 @@ impl Dynamics {
     /// Integrates over the whole steps that end by `now`, and up to the times at which a machine changes state by
     /// itself.
     pub(super) fn advance(&mut self, model: &Model, now: Timestamp) {
-        if model.states.is_empty() && model.machines.is_empty() || now <= self.now {
+        let is_still = model.states.is_empty() && model.machines.is_empty();
+        if is_still && self.monitors.is_empty() || now <= self.now {
             return;
         }
         for _ in 0..STEPS_MAX {
@@ -106,9 +129,13 @@ impl Dynamics {
     #[inline]
     pub(super) fn reach(&mut self, model: &Model, now: Timestamp) {
         // Usually another message was sent at the same time.
-        if now <= self.now {
-            return;
+        if now > self.now {
+            self.go_to(model, now);
         }
+    }
+
+    #[inline(never)]
+    fn go_to(&mut self, model: &Model, now: Timestamp) {
         self.advance(model, now);
         if now > self.now {
             self.step(model, now);
@@ -161,6 +188,7 @@ impl Dynamics {
     pub(super) fn settle(&mut self) {
         self.laws.follow(&mut self.values, Moment::EndOfStep, &mut self.not_finite);
         self.laws.remember(&mut self.values);
+        self.has_changed();
     }
 }
 

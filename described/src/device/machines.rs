@@ -53,9 +53,13 @@ impl Dynamics {
         }
         if has_changed {
             self.laws.remember(&mut self.values);
+            self.has_changed();
         }
         if has_changed || self.machines.deadline.is_some_and(|at| at <= now) {
             self.plan(model, now);
+        }
+        if !self.monitors.is_empty() {
+            self.test_codes(model, now);
         }
     }
 

@@ -1,20 +1,26 @@
 //! The emulator of a described device.
 
 mod answers;
+mod canopen;
 mod correction;
+mod diagnosis;
 mod dynamics;
 mod laws;
 mod machines;
 mod occasion;
+mod readings;
 mod sending;
 #[cfg(test)]
 mod tests;
 
+use crate::canopen::Node;
 use crate::description::{Description, Model, Source};
 use crate::layout::{Decoder, Sender};
 use crate::outbox::Outbox;
+use crate::uds::Server;
 use answers::Answers;
 use dynamics::{Dynamics, finite};
+use readings::Readings;
 use sending::{Agenda, Sending};
 use std::sync::Arc;
 use wire::can::CanFrame;
@@ -41,6 +47,7 @@ pub struct Device {
     on: bool,
     senders: Vec<Sending>,
     agenda: Agenda,
+    readings: Readings,
     /// The time at which each received message counts as lost.
     lost: Vec<Timestamp>,
     answers: Answers,
@@ -50,6 +57,11 @@ pub struct Device {
     not_finite: u64,
     /// Number of messages with a wrong counter or checksum.
     refused: u64,
+    /// Its diagnostics, and the end of a reset that they asked for.
+    uds: Option<Box<Server>>,
+    back_at: Timestamp,
+    /// The protocol of a CANopen device.
+    canopen: Option<Box<Node>>,
 }
 
 impl Device {
@@ -66,10 +78,15 @@ impl Device {
                 QUEUE_MAX.max(2 * model.sent.len()),
             ),
             refused: 0,
+            uds: model.uds.as_ref().map(|uds| Box::new(Server::new(uds, seed, &description.name))),
+            back_at: NEVER,
+            canopen: (model.canopen.as_ref())
+                .map(|known| Box::new(Node::new(Arc::clone(&known.dictionary), model.step))),
             dynamics: Dynamics::new(model),
             on: false,
             senders: model.sent.iter().map(sending).collect(),
             agenda: Agenda::new(model.sent.len()),
+            readings: Readings::new(model),
             lost: vec![NEVER; model.heard.len()],
             answers: Answers::default(),
             heard: Vec::new(),
@@ -93,6 +110,15 @@ impl Device {
     pub fn receive_frame(&mut self, now: Timestamp, frame: &CanFrame) {
         if !self.on {
             return;
+        }
+        if self.uds.is_some() {
+            self.diagnose(|uds, diagnosis, device| uds.receive(now, frame, diagnosis, device));
+            if self.uds.as_ref().is_some_and(|uds| uds.is_deaf()) {
+                return;
+            }
+        }
+        if self.canopen.is_some() {
+            return self.receive_canopen(now, frame);
         }
         self.outbox.receive(now, frame);
         let Some(heard) = self.decoder.frame(frame) else { return };
@@ -126,6 +152,9 @@ impl Device {
 
     /// Does the work due at `now`.
     pub fn wake(&mut self, now: Timestamp) {
+        if self.back_at <= now {
+            self.power(now, true);
+        }
         if !self.on {
             return;
         }
@@ -134,23 +163,37 @@ impl Device {
         self.dynamics.advance(&description.model, now);
         self.do_what_is_due(&description.model, now);
         self.outbox.wake(now);
+        if self.uds.is_some() {
+            self.wake_diagnosis(now);
+        }
+        self.wake_canopen(&description.model, now);
     }
 
     /// The next output.
     #[inline]
     pub fn transmit(&mut self) -> Option<Transmit> {
-        self.outbox.transmit()
+        let sent = match &mut self.canopen {
+            None => self.outbox.transmit(),
+            Some(node) => node.transmit().map(Transmit::Frame),
+        };
+        match sent {
+            None => self.uds.as_mut()?.transmit().map(Transmit::Frame),
+            sent => sent,
+        }
     }
 
     /// Time of the next wake-up if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
         if !self.on {
-            return NEVER;
+            return self.back_at;
         }
         let lost = self.lost.iter().copied().min().unwrap_or(NEVER);
         let answer = self.answers.times().min().unwrap_or(NEVER);
         let parts = self.outbox.next_wakeup();
-        self.agenda.first().min(answer).min(lost).min(parts).min(self.dynamics.deadline())
+        let uds = self.uds.as_ref().map_or(NEVER, |uds| uds.next_wakeup());
+        let canopen = self.canopen.as_ref().map_or(NEVER, |node| node.next_wakeup());
+        let protocols = parts.min(uds).min(canopen);
+        self.agenda.first().min(answer).min(lost).min(protocols).min(self.dynamics.deadline())
     }
 
     /// Changes a parameter, or all elements of an array; if [`Description::check_parameter`] refuses, returns `false`
@@ -182,11 +225,14 @@ impl Device {
         if on == self.on {
             return;
         }
-        self.on = on;
+        (self.on, self.back_at) = (on, NEVER);
         self.answers.clear();
         self.decoder.reset();
         self.outbox.reset();
         self.lost.fill(NEVER);
+        if let Some(node) = &mut self.canopen {
+            node.start(now);
+        }
         if !on {
             return;
         }
@@ -194,6 +240,10 @@ impl Device {
         let model = &description.model;
         for heard in 0..model.heard.len() {
             self.hear_nothing(heard);
+        }
+        if let Some(uds) = &mut self.uds {
+            uds.power_on();
+            self.dynamics.next_cycle();
         }
         self.dynamics.start(model, now);
         for (sending, sent) in self.senders.iter_mut().zip(&model.sent) {
@@ -215,6 +265,9 @@ impl Device {
         if let Some(slot) = model.variables.inner(name) {
             return Some(self.dynamics.get(slot));
         }
+        if let Some(value) = self.object(name) {
+            return Some(value);
+        }
         let (message, signal) = self.description.layout().signal(name)?;
         if let Some(slot) = model.variables.signal(message, signal) {
             return Some(self.dynamics.get(slot));
@@ -232,10 +285,12 @@ impl Device {
 
     /// Number of messages not sent because the queue was full or because no receiver answered a message in parts.
     pub fn dropped(&self) -> u64 {
-        self.outbox.dropped() + self.answers.dropped
+        let uds = self.uds.as_ref().map_or(0, |uds| uds.dropped());
+        let canopen = self.canopen.as_ref().map_or(0, |node| node.dropped());
+        self.outbox.dropped() + self.answers.dropped + uds + canopen
     }
 
-    /// Number of sent values that were clipped to their signal's range.
+    /// Number of sent values that were clipped to their signal's range. Values that round to one in range are not.
     pub const fn clipped(&self) -> u64 {
         self.clipped
     }

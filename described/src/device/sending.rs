@@ -4,7 +4,7 @@ use super::dynamics::finite;
 use super::occasion::Occasion;
 use super::{Device, NEVER};
 use crate::description::{Description, Model, PART, Sent, SignalSource, Source, TIME};
-use crate::layout::SendKind;
+use crate::layout::{SendKind, Signal};
 use crate::steps::{Memory, Procedure};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
@@ -83,17 +83,24 @@ impl Sending {
         }
     }
 
-    /// True if the values can be sent unchanged: all are in range, with no noise and no corrections.
+    /// True if the true values are sent, always of the same signals.
     #[inline]
-    fn is_sent_as_it_is(&self, values: &[f64]) -> bool {
-        let each = values.iter().zip(&self.limits);
-        // A NaN fails the comparison. Usually all are in range: one branch for all of them.
-        let is_within = |(value, (least, greatest)): (&f64, &(f64, f64))| {
-            (least <= value) & (value <= greatest)
-        };
-        self.noise.is_empty()
-            && self.corrections.is_empty()
-            && each.fold(true, |all, one| all & is_within(one))
+    fn is_exact(&self) -> bool {
+        self.noise.is_empty() && self.corrections.is_empty() && self.multiplexers.is_empty()
+    }
+
+    /// The values of the signals that are not expressions.
+    fn others(&mut self, sent: &Sent, signals: &[Signal], variables: &[f64], values: &mut [f64]) {
+        for place in &sent.others {
+            values[*place] = match &sent.signals[*place].source {
+                Source::Unsaid => {
+                    let (pages, signal) = (&sent.pages[*place], &signals[*place]);
+                    let page = pages.get(self.pages[*place] % pages.len().max(1));
+                    page.map_or(signal.start, |page| signal.selecting(*page))
+                }
+                source => source.value(variables, &mut self.sensors[*place]),
+            };
+        }
     }
 
     /// Next time at which it needs attention.
@@ -118,6 +125,8 @@ impl Sending {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Agenda {
     next: Vec<Timestamp>,
+    /// The earliest of them; outdated while messages are sent.
+    first: Timestamp,
     /// Those due now, the earliest first.
     due: Vec<(Timestamp, usize)>,
     /// Number of them already handled.
@@ -130,16 +139,26 @@ pub(super) struct Agenda {
 
 impl Agenda {
     pub(super) fn new(messages: usize) -> Self {
-        Self { next: vec![NEVER; messages], ..Self::default() }
+        Self { next: vec![NEVER; messages], first: NEVER, ..Self::default() }
     }
 
     pub(super) fn plan(&mut self, index: usize, next: Timestamp) {
-        self.next[index] = next;
+        let before = std::mem::replace(&mut self.next[index], next);
+        if next < self.first {
+            self.first = next;
+        } else if before == self.first && next != before {
+            self.end();
+        }
     }
 
     /// The earliest due time.
-    pub(super) fn first(&self) -> Timestamp {
-        self.next.iter().copied().min().unwrap_or(NEVER)
+    pub(super) const fn first(&self) -> Timestamp {
+        self.first
+    }
+
+    /// Everything that was due is handled.
+    fn end(&mut self) {
+        self.first = self.next.iter().copied().min().unwrap_or(NEVER);
     }
 
     /// Restarts with everything that is due.
@@ -171,6 +190,14 @@ impl Agenda {
 impl Device {
     /// Sends messages due by their period, by a change, or as answers, the earliest first.
     pub(super) fn send_what_is_due(&mut self, model: &Model, now: Timestamp) {
+        if self.agenda.first() > now && self.answers.due(now).is_none() {
+            return;
+        }
+        self.send_all_due(model, now);
+        self.agenda.end();
+    }
+
+    fn send_all_due(&mut self, model: &Model, now: Timestamp) {
         self.agenda.begin(now);
         loop {
             let index = match (self.agenda.earliest(), self.answers.due(now)) {
@@ -261,32 +288,44 @@ impl Device {
     }
 
     fn send(&mut self, model: &Model, index: usize, now: Timestamp) {
+        if self.uds.as_ref().is_some_and(|uds| uds.is_silent()) {
+            return;
+        }
         let sent = &model.sent[index];
-        let mut values = std::mem::take(&mut self.agenda.values);
-        values.resize(sent.signals.len(), f64::NAN);
-        sent.expressions.values(self.dynamics.values(), &mut values);
-        if !sent.others.is_empty() {
-            self.other_values(sent, index, &mut values);
-        }
-        let as_it_is = self.senders[index].is_sent_as_it_is(&values);
-        if as_it_is {
-            std::mem::swap(&mut self.senders[index].last, &mut values);
-        } else {
-            self.make_fit(sent, index, &mut values);
-        }
         let sending = &mut self.senders[index];
-        let fit = if as_it_is { &sending.last } else { &values };
+        let values = self.readings.of(model, sent, &self.dynamics);
+        if !sent.others.is_empty() {
+            let signals = &self.description.layout().messages()[sent.message].signals;
+            sending.others(sent, signals, self.dynamics.values(), values);
+        }
+        // Usually the values are in range and the message is nothing but its signals.
+        if sending.is_exact() && self.outbox.send_plain(sent.message, values) {
+            sending.last.copy_from_slice(values);
+        } else {
+            self.send_fit(model, index, now);
+        }
+    }
+
+    /// Sends a message whose values may not be those of its signals, or that is more than its signals.
+    #[inline(never)]
+    fn send_fit(&mut self, model: &Model, index: usize, now: Timestamp) {
+        let sent = &model.sent[index];
+        let mut fit = std::mem::take(&mut self.agenda.values);
+        fit.clear();
+        fit.extend_from_slice(self.readings.of(model, sent, &self.dynamics));
+        self.make_fit(sent, index, &mut fit);
+        let sending = &mut self.senders[index];
         // A nested multiplexer advances only after it was sent, so that all of its pages are sent.
         for place in &sending.multiplexers {
             let message = &self.description.layout().messages()[sent.message];
-            if message.carries(*place, fit) {
+            if message.carries(*place, &fit) {
                 sending.pages[*place] = sending.pages[*place].wrapping_add(1);
             }
         }
         let is_own = |signal: usize| !matches!(sent.signals[signal].source, Source::Unsaid);
         // Values are in range here; messages without room are counted.
-        let _ = self.outbox.send(now, sent.message, fit, is_own);
-        self.agenda.values = values;
+        let _ = self.outbox.send(now, sent.message, &fit, is_own);
+        self.agenda.values = fit;
     }
 
     /// Replaces non-finite values, adds noise, applies corrections, and clips to the range.
@@ -306,22 +345,6 @@ impl Device {
             let inside = value.clamp(*least, *greatest);
             self.clipped += u64::from(inside != *value);
             *value = inside;
-        }
-    }
-
-    /// The values of the signals that are not expressions.
-    fn other_values(&mut self, sent: &Sent, index: usize, values: &mut [f64]) {
-        let sending = &mut self.senders[index];
-        let signals = &self.description.layout().messages()[sent.message].signals;
-        for place in &sent.others {
-            values[*place] = match &sent.signals[*place].source {
-                Source::Unsaid => {
-                    let (pages, signal) = (&sent.pages[*place], &signals[*place]);
-                    let page = pages.get(sending.pages[*place] % pages.len().max(1));
-                    page.map_or(signal.start, |page| signal.selecting(*page))
-                }
-                source => source.value(self.dynamics.values(), &mut sending.sensors[*place]),
-            };
         }
     }
 

@@ -5,91 +5,138 @@
 use super::Expression;
 use super::operation::{Binary, Unary};
 use super::program::{From, Instruction};
+use std::ops::Range;
 
-/// Number of expressions evaluated together: what a processor adds and multiplies at once. Larger groups are split; in
-/// smaller ones the last expression fills the missing lanes.
-const LANES: usize = 4;
+/// Number of expressions evaluated together where many have one shape: the time to decode an instruction is spent once
+/// for all of them.
+const WIDE: usize = 16;
 
-/// Expressions, each with the position of its value.
+/// The same where few have one shape: what a processor adds and multiplies at once.
+const NARROW: usize = 4;
+
+/// Expressions, each with the position of its value, in blocks that are evaluated one at a time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Batch {
-    alike: Box<[Alike]>,
-    /// Expressions with a unique shape, or with one that needs the stack.
-    alone: Box<[(usize, Expression)]>,
+    blocks: Box<[Block]>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Block {
+    Wide(Alike<WIDE>),
+    Narrow(Alike<NARROW>),
+    /// An expression with a unique shape, or with one that needs the stack.
+    Alone(usize, Expression),
 }
 
 /// Expressions of one shape.
 #[derive(Debug, Clone, PartialEq)]
-struct Alike {
+struct Alike<const LANES: usize> {
     /// Missing lanes repeat the last one.
     places: [usize; LANES],
     /// Each place follows the one before: the lanes are calculated where their values belong.
     is_in_order: bool,
-    steps: Box<[Step]>,
+    steps: Box<[Step<LANES>]>,
 }
 
 /// An instruction for all lanes; each variant corresponds to one of [`Instruction`].
 #[derive(Debug, Clone, PartialEq)]
-enum Step {
-    Load(Operands),
+enum Step<const LANES: usize> {
+    Load(Operands<LANES>),
     Unary(Unary),
-    Right(Binary, Operands),
-    Left(Binary, Operands),
-    AddProduct(Operands, Operands),
-    SubtractProduct(Operands, Operands),
+    Right(Binary, Operands<LANES>),
+    Left(Binary, Operands<LANES>),
+    AddProduct(Operands<LANES>, Operands<LANES>),
+    SubtractProduct(Operands<LANES>, Operands<LANES>),
 }
 
 /// The operand of an instruction in each lane.
 #[derive(Debug, Clone, PartialEq)]
-enum Operands {
+enum Operands<const LANES: usize> {
     SameSlot(u32),
     Numbers([f64; LANES]),
     Slots([u32; LANES]),
 }
 
 impl Batch {
-    pub(crate) fn new<'a>(expressions: impl Iterator<Item = (usize, &'a Expression)>) -> Self {
-        let mut shapes: Vec<Vec<(usize, &Expression)>> = Vec::new();
-        for (place, expression) in expressions {
-            let is_alike = |shape: &&mut Vec<(usize, &Expression)>| {
-                shape.len() < LANES && are_alike(shape[0].1, expression)
+    /// Expressions with their positions. A block contains expressions of one occasion only, which are needed at the
+    /// same times.
+    pub(crate) fn new<'a, Occasion: PartialEq>(
+        expressions: impl Iterator<Item = (Occasion, usize, &'a Expression)>,
+    ) -> Self {
+        let mut shapes: Vec<(Occasion, Vec<(usize, &Expression)>)> = Vec::new();
+        for (occasion, place, expression) in expressions {
+            let is_alike = |(of, shape): &&mut (Occasion, Vec<(usize, &Expression)>)| {
+                *of == occasion && shape.len() < WIDE && are_alike(shape[0].1, expression)
             };
             match shapes.iter_mut().find(is_alike) {
-                Some(shape) => shape.push((place, expression)),
-                None => shapes.push(vec![(place, expression)]),
+                Some((_, shape)) => shape.push((place, expression)),
+                None => shapes.push((occasion, vec![(place, expression)])),
             }
         }
-        let (mut alike, mut alone) = (Vec::new(), Vec::new());
-        for shape in shapes {
-            match Alike::of(&shape) {
-                Some(several) => alike.push(several),
-                None => alone.extend(shape.into_iter().map(|(place, one)| (place, one.clone()))),
-            }
-        }
-        Self { alike: alike.into(), alone: alone.into() }
+        let blocks = shapes.iter().flat_map(|(_, shape)| Block::of(shape));
+        Self { blocks: blocks.collect() }
     }
 
-    /// The positions of the expressions that are evaluated together.
+    /// Number of blocks.
+    pub(crate) const fn count(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// The blocks with a value at one of these positions.
+    pub(crate) fn blocks_of(&self, places: &Range<usize>) -> Box<[usize]> {
+        let has_one = |(_, block): &(usize, &Block)| {
+            block.places().iter().any(|place| places.contains(place))
+        };
+        self.blocks.iter().enumerate().filter(has_one).map(|(index, _)| index).collect()
+    }
+
+    /// The positions of each block.
     #[cfg(test)]
     pub(super) fn shapes(&self) -> Vec<Vec<usize>> {
-        let alike = self.alike.iter().map(|several| {
-            let mut places = several.places.to_vec();
+        let each = self.blocks.iter().map(|block| {
+            let mut places = block.places().to_vec();
             places.dedup();
             places
         });
-        alike.chain(self.alone.iter().map(|(place, _)| vec![*place])).collect()
+        each.collect()
     }
 
-    /// Stores the value of each at its position; NaN if it cannot be evaluated.
+    /// Stores the values of a block at their positions; NaN if one cannot be evaluated.
     #[inline]
-    pub(crate) fn values(&self, variables: &[f64], values: &mut [f64]) {
-        for several in &self.alike {
-            several.values(variables, values);
-        }
-        for (place, expression) in &self.alone {
-            if let Some(value) = values.get_mut(*place) {
-                *value = expression.value(variables);
+    pub(crate) fn evaluate(&self, block: usize, variables: &[f64], values: &mut [f64]) {
+        match self.blocks.get(block) {
+            Some(Block::Wide(several)) => several.evaluate(variables, values),
+            Some(Block::Narrow(several)) => several.evaluate(variables, values),
+            Some(Block::Alone(place, expression)) => {
+                if let Some(value) = values.get_mut(*place) {
+                    *value = expression.value(variables);
+                }
             }
+            None => {}
+        }
+    }
+}
+
+impl Block {
+    /// The blocks of expressions of one shape.
+    fn of(shape: &[(usize, &Expression)]) -> Vec<Self> {
+        if shape.len() > 2 * NARROW
+            && let Some(wide) = Alike::of(shape)
+        {
+            return vec![Self::Wide(wide)];
+        }
+        let few = |few: &[(usize, &Expression)]| match Alike::of(few) {
+            Some(narrow) => vec![Self::Narrow(narrow)],
+            None => few.iter().map(|(place, one)| Self::Alone(*place, (*one).clone())).collect(),
+        };
+        shape.chunks(NARROW).flat_map(few).collect()
+    }
+
+    fn places(&self) -> &[usize] {
+        match self {
+            Self::Wide(several) => &several.places,
+            Self::Narrow(several) => &several.places,
+            Self::Alone(place, _) => std::slice::from_ref(place),
         }
     }
 }
@@ -97,10 +144,10 @@ impl Batch {
 /// True if both have the same instructions, apart from numbers and slots.
 fn are_alike(a: &Expression, b: &Expression) -> bool {
     let (a, b) = (a.program.instructions(), b.program.instructions());
-    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Step::of(&[*a, *b]).is_some())
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Step::<2>::of(&[*a, *b]).is_some())
 }
 
-impl Alike {
+impl<const LANES: usize> Alike<LANES> {
     /// `None` for a single expression, and for instructions without a [`Step`].
     fn of(shape: &[(usize, &Expression)]) -> Option<Self> {
         let [(_, first), .., (last, _)] = shape else { return None };
@@ -116,8 +163,8 @@ impl Alike {
     }
 
     #[inline]
-    fn values(&self, variables: &[f64], values: &mut [f64]) {
-        let [first, ..] = self.places;
+    fn evaluate(&self, variables: &[f64], values: &mut [f64]) {
+        let [first, ..] = self.places[..] else { return };
         if let Some(hands) = values.get_mut(first..).and_then(<[f64]>::first_chunk_mut)
             && self.is_in_order
         {
@@ -137,7 +184,7 @@ impl Alike {
     #[inline(never)]
     fn run(&self, variables: &[f64], hands: &mut [f64; LANES]) {
         for step in &self.steps {
-            *hands = step.run(variables, *hands);
+            step.run(variables, hands);
         }
     }
 }
@@ -167,7 +214,7 @@ fn parts(instruction: &Instruction) -> Option<(Kind, [From; 2])> {
     })
 }
 
-impl Step {
+impl<const LANES: usize> Step<LANES> {
     /// Combines the same instruction of several expressions; `None` if they differ, or if one needs the stack or more
     /// than two operands.
     fn of(each: &[Instruction]) -> Option<Self> {
@@ -189,38 +236,34 @@ impl Step {
     }
 
     #[inline]
-    fn run(&self, variables: &[f64], hands: [f64; LANES]) -> [f64; LANES] {
+    fn run(&self, variables: &[f64], hands: &mut [f64; LANES]) {
         match self {
-            Self::Load(a) => a.values(variables),
-            Self::Unary(unary) => hands.map(|hand| unary.apply(hand)),
+            Self::Load(a) => a.each(variables, |lane, a| hands[lane] = a),
+            Self::Unary(unary) => *hands = hands.map(|hand| unary.apply(hand)),
             // The most frequent operators, without a branch per value.
-            Self::Right(Binary::Add, a) => both(hands, a.values(variables), |hand, a| hand + a),
-            Self::Right(Binary::Subtract, a) => {
-                both(hands, a.values(variables), |hand, a| hand - a)
-            }
-            Self::Right(Binary::Multiply, a) => {
-                both(hands, a.values(variables), |hand, a| hand * a)
-            }
-            Self::Right(Binary::Divide, a) => both(hands, a.values(variables), |hand, a| hand / a),
+            Self::Right(Binary::Add, a) => a.each(variables, |lane, a| hands[lane] += a),
+            Self::Right(Binary::Subtract, a) => a.each(variables, |lane, a| hands[lane] -= a),
+            Self::Right(Binary::Multiply, a) => a.each(variables, |lane, a| hands[lane] *= a),
+            Self::Right(Binary::Divide, a) => a.each(variables, |lane, a| hands[lane] /= a),
             Self::Right(binary, a) => {
-                both(hands, a.values(variables), |hand, a| binary.apply(hand, a))
+                a.each(variables, |lane, a| hands[lane] = binary.apply(hands[lane], a));
             }
             Self::Left(binary, a) => {
-                both(a.values(variables), hands, |a, hand| binary.apply(a, hand))
+                a.each(variables, |lane, a| hands[lane] = binary.apply(a, hands[lane]));
             }
             Self::AddProduct(a, b) => {
-                let product = both(a.values(variables), b.values(variables), |a, b| a * b);
-                both(hands, product, |hand, product| hand + product)
+                let product = a.times(b, variables);
+                (0..LANES).for_each(|lane| hands[lane] += product[lane]);
             }
             Self::SubtractProduct(a, b) => {
-                let product = both(a.values(variables), b.values(variables), |a, b| a * b);
-                both(hands, product, |hand, product| hand - product)
+                let product = a.times(b, variables);
+                (0..LANES).for_each(|lane| hands[lane] -= product[lane]);
             }
         }
     }
 }
 
-impl Operands {
+impl<const LANES: usize> Operands<LANES> {
     /// `None` if an operand is on the stack, or if numbers and slots are mixed.
     fn of(each: impl Iterator<Item = From>) -> Option<Self> {
         let each: Vec<From> = each.collect();
@@ -237,24 +280,31 @@ impl Operands {
         }
     }
 
-    #[inline]
-    fn values(&self, variables: &[f64]) -> [f64; LANES] {
+    /// Takes the value in each lane.
+    #[inline(always)]
+    fn each(&self, variables: &[f64], mut take: impl FnMut(usize, f64)) {
         let in_slot = |slot: u32| variables.get(slot as usize).copied().unwrap_or(f64::NAN);
-        match *self {
-            Self::SameSlot(slot) => [in_slot(slot); LANES],
-            Self::Numbers(numbers) => numbers,
-            Self::Slots(slots) => slots.map(in_slot),
+        match self {
+            Self::SameSlot(slot) => {
+                let value = in_slot(*slot);
+                (0..LANES).for_each(|lane| take(lane, value));
+            }
+            Self::Numbers(numbers) => (0..LANES).for_each(|lane| take(lane, numbers[lane])),
+            Self::Slots(slots) => (0..LANES).for_each(|lane| take(lane, in_slot(slots[lane]))),
         }
+    }
+
+    #[inline(always)]
+    fn times(&self, other: &Self, variables: &[f64]) -> [f64; LANES] {
+        let mut product = [0.0; LANES];
+        self.each(variables, |lane, a| product[lane] = a);
+        other.each(variables, |lane, b| product[lane] *= b);
+        product
     }
 }
 
-#[inline]
-fn both(a: [f64; LANES], b: [f64; LANES], becomes: impl Fn(f64, f64) -> f64) -> [f64; LANES] {
-    std::array::from_fn(|lane| becomes(a[lane], b[lane]))
-}
-
 /// All values, if none is missing.
-fn all<T: Copy>(lanes: [Option<T>; LANES]) -> Option<[T; LANES]> {
-    let first = lanes[0]?;
+fn all<T: Copy, const LANES: usize>(lanes: [Option<T>; LANES]) -> Option<[T; LANES]> {
+    let first = (*lanes.first()?)?;
     lanes.iter().all(Option::is_some).then(|| lanes.map(|lane| lane.unwrap_or(first)))
 }

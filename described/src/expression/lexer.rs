@@ -30,6 +30,16 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
     let start = from + (rest.len() - rest.trim_start().len());
     let rest = rest.trim_start();
     let Some(first) = rest.chars().next() else { return Ok((Token::End, start..start)) };
+    if let Some(digits) = rest.strip_prefix("0x") {
+        let length = digits.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(digits.len());
+        let at = start..start + 2 + length;
+        let number = u64::from_str_radix(&digits[..length], 16).map_err(|_| ExpressionError {
+            at: at.clone(),
+            message: format!("`{}` is not a hexadecimal number", &text[at.clone()]),
+            help: None,
+        })?;
+        return Ok((Token::Number(number as f64), at));
+    }
     if first.is_ascii_digit() || first == '.' {
         let at = start..start + number_length(rest.as_bytes());
         let number = text[at.clone()].parse().map_err(|_| ExpressionError {

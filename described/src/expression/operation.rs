@@ -45,6 +45,9 @@ pub(super) enum Binary {
     Min,
     Max,
     Atan2,
+    BitAnd,
+    BitOr,
+    BitXor,
 }
 
 /// A named function.
@@ -99,6 +102,9 @@ pub(super) const FUNCTIONS_OF_NAMES: &[(&str, Function)] = &[
     ("argmin", Function::Aggregate(Aggregate::ArgMin)),
     ("argmax", Function::Aggregate(Aggregate::ArgMax)),
     ("time_in", Function::TimeIn),
+    ("bit_and", Function::Fold(Binary::BitAnd)),
+    ("bit_or", Function::Fold(Binary::BitOr)),
+    ("bit_xor", Function::Fold(Binary::BitXor)),
 ];
 
 /// All functions by name.
@@ -121,6 +127,18 @@ pub(crate) fn is_reserved(name: &str) -> bool {
 fn truth(is: bool) -> f64 {
     f64::from(u8::from(is))
 }
+
+/// An operation on the bits of two whole numbers below 2^53, where a double has no gaps; NaN for others.
+fn of_bits(a: f64, b: f64, operation: impl Fn(u64, u64) -> u64) -> f64 {
+    let bits = |x: f64| ((0.0..=EXACT_MAX).contains(&x) && x % 1.0 == 0.0).then_some(x as u64);
+    match (bits(a), bits(b)) {
+        (Some(a), Some(b)) => operation(a, b) as f64,
+        _ => f64::NAN,
+    }
+}
+
+/// 2^53 - 1.
+const EXACT_MAX: f64 = ((1u64 << f64::MANTISSA_DIGITS) - 1) as f64;
 
 impl Unary {
     #[inline]
@@ -174,6 +192,9 @@ impl Binary {
             Self::Min => a.min(b),
             Self::Max => a.max(b),
             Self::Atan2 => libm::atan2(a, b),
+            Self::BitAnd => of_bits(a, b, |a, b| a & b),
+            Self::BitOr => of_bits(a, b, |a, b| a | b),
+            Self::BitXor => of_bits(a, b, |a, b| a ^ b),
         }
     }
 }

@@ -325,7 +325,7 @@ proptest! {
     /// A batch gives the value of each expression, whatever their shapes.
     #[test]
     fn a_batch_is_its_expressions(
-        texts in prop::collection::vec((expressions(), 1_usize..7), 1..5),
+        texts in prop::collection::vec((expressions(), 1_usize..30), 1..5),
         variables in prop::array::uniform10(-5.0f64..5.0),
     ) {
         // Several variants of each with other inputs, interleaved with the others.
@@ -335,9 +335,13 @@ proptest! {
             .collect();
         written.sort();
         let expressions: Vec<Expression> = written.iter().filter_map(|(_, text)| parse(text).ok()).collect();
-        let batch = Batch::new(expressions.iter().enumerate());
+        // Two occasions, so that shapes are split.
+        let placed = expressions.iter().enumerate();
+        let batch = Batch::new(placed.map(|(place, expression)| (place > 20, place, expression)));
         let mut values = vec![0.0; expressions.len()];
-        batch.values(&variables, &mut values);
+        for block in batch.blocks_of(&(0..values.len())) {
+            batch.evaluate(block, &variables, &mut values);
+        }
         for (expression, value) in expressions.iter().zip(values) {
             prop_assert_eq!(value.to_bits(), expression.value(&variables).to_bits());
         }
@@ -350,7 +354,8 @@ fn those_of_one_shape_are_found() {
     let texts =
         ["3.3 + 0.8 * x - t * y", "3.4 + 0.7 * x - t * y", "3.3 + 0.8 * x", "min(x, y) + 1", "x"];
     let expressions = texts.map(|text| parse(text).unwrap());
-    let batch = Batch::new(expressions.iter().enumerate());
+    let placed = expressions.iter().enumerate();
+    let batch = Batch::new(placed.map(|(place, expression)| ((), place, expression)));
     assert_eq!(batch.shapes(), [vec![0, 1], vec![2], vec![3], vec![4]]);
 }
 

@@ -262,10 +262,10 @@ pub(crate) struct FieldTable {
     pub(crate) doc: String,
 }
 
-/// A number of whole bytes.
+/// A number of whole bytes: unsigned, signed (two's complement) or floating-point (IEEE 754), with its bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum FieldType {
+pub enum FieldType {
     U8,
     U16,
     U24,

@@ -3,7 +3,7 @@
 use super::{EncodeError, Layout};
 use crate::protection::{Own, Sent};
 use crate::transport::InParts;
-use wire::can::{CanFrame, DATA_BYTES_MAX};
+use wire::can::CanFrame;
 use wire::device::Transmit;
 
 /// An encoded message.
@@ -49,25 +49,17 @@ impl Encoder {
         self.sent.fill(Sent::default());
     }
 
-    /// The first bytes of the result of [`encode`](Self::encode), if that is a frame without counter and checksum:
-    /// [`plain_frame`](Self::plain_frame) makes the frame. `None` for other results and errors.
+    /// The first eight bytes of the result of [`encode`](Self::encode), the first lowest, if that is a frame without
+    /// counter and checksum: [`plain_frame`](Self::plain_frame) makes the frame. `None` for other results and errors.
     #[inline]
-    pub(crate) fn first_bytes(
-        &self,
-        message: usize,
-        values: &[f64],
-    ) -> Option<[u8; DATA_BYTES_MAX]> {
-        self.layout.plain_writer(message)?.first_bytes(values)
+    pub(crate) fn plain_word(&self, message: usize, values: &[f64]) -> Option<u64> {
+        self.layout.plain_writer(message)?.word(values)
     }
 
     /// The frame of a message with these first bytes.
     #[inline]
-    pub(crate) fn plain_frame(
-        &self,
-        message: usize,
-        first: [u8; DATA_BYTES_MAX],
-    ) -> Option<CanFrame> {
-        Some(self.layout.plain_writer(message)?.frame(first))
+    pub(crate) fn plain_frame(&self, message: usize, word: u64) -> Option<CanFrame> {
+        Some(self.layout.plain_writer(message)?.frame(word))
     }
 
     /// The message with these values, one per signal and in its unit. Counter and checksum are computed instead of

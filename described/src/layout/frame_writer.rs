@@ -4,10 +4,20 @@ use super::bits::ByteOrder;
 use super::message::Message;
 use super::number::Scale;
 use super::signal::{Signal, Storage};
-use wire::can::{CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX};
+use wire::can::{CanFrame, FD_BYTES_MAX};
 
-/// Below this a double can have a fraction, and whole numbers are exact.
-const WHOLE_FROM: f64 = (1_u64 << 52) as f64;
+/// Below this the sum of a number and [`WHOLE`] has no fraction.
+const NUMBER_MAX: f64 = (1_u64 << 51) as f64;
+
+/// A double whose last bit counts ones: the sum of this and a number is rounded, half to even.
+const WHOLE: f64 = 3.0 * NUMBER_MAX;
+
+/// Below this, multiplying with a reciprocal instead of dividing changes a number by less than 2^-11, so that its
+/// rounding is sure if it is further than [`DOUBT`] from a half.
+const SURE_MAX: f64 = (1_u64 << 40) as f64;
+
+/// See [`SURE_MAX`].
+const DOUBT: f64 = 1e-3;
 
 /// Number of signals written together: what a processor calculates at once. The last group is filled with fields of no
 /// bits.
@@ -16,26 +26,35 @@ const LANES: usize = 4;
 /// Signals prepared for writing: some bits of the eight bytes as one number each.
 #[derive(Debug, Clone)]
 struct Fields {
-    factor: [f64; LANES],
     offset: [f64; LANES],
-    /// Numbers in this range are truncated to a permitted count.
+    /// The reciprocal of the factor.
+    per_unit: [f64; LANES],
+    /// The permitted counts, as far as they are below [`SURE_MAX`].
     least: [f64; LANES],
     greatest: [f64; LANES],
     mask: [u64; LANES],
     shift: [u32; LANES],
     /// All bits for a field whose most significant byte is sent first, else none.
     big: [u64; LANES],
+    /// No field sends its most significant byte first.
+    is_little: bool,
+    factor: [f64; LANES],
+    /// All permitted counts below [`NUMBER_MAX`].
+    counts: [(f64, f64); LANES],
 }
 
 impl Fields {
     const NONE: Self = Self {
-        factor: [1.0; LANES],
         offset: [0.0; LANES],
+        per_unit: [1.0; LANES],
         least: [-1.0; LANES],
         greatest: [1.0; LANES],
         mask: [0; LANES],
         shift: [0; LANES],
         big: [0; LANES],
+        is_little: true,
+        factor: [1.0; LANES],
+        counts: [(-1.0, 1.0); LANES],
     };
 
     /// `None` if one signal is outside the frame's bytes, is not in every frame, or is not an integer.
@@ -56,50 +75,71 @@ impl Fields {
         let (least, greatest) = coding.limits(bits);
         let ends =
             [signal.minimum, signal.maximum].map(|end| libm::round(signal.scale.number(end)));
-        let least = least.max(ends[0].min(ends[1])).max(1.0 - WHOLE_FROM);
-        let greatest = greatest.min(ends[0].max(ends[1])).min(WHOLE_FROM - 1.0);
+        let least = least.max(ends[0].min(ends[1])).max(1.0 - NUMBER_MAX);
+        let greatest = greatest.min(ends[0].max(ends[1])).min(NUMBER_MAX - 1.0);
         (self.factor[lane], self.offset[lane]) = (signal.scale.factor, signal.scale.offset);
-        self.least[lane] = if least > 0.0 { least } else { (least - 1.0).next_up() };
-        self.greatest[lane] = if greatest < 0.0 { greatest } else { (greatest + 1.0).next_down() };
+        self.per_unit[lane] = signal.scale.factor.recip();
+        self.counts[lane] = (least, greatest);
+        (self.least[lane], self.greatest[lane]) = (least.max(-SURE_MAX), greatest.min(SURE_MAX));
         self.mask[lane] = u64::MAX >> (u64::BITS - bits);
         self.shift[lane] = field.shift_in_word()?;
         self.big[lane] = if field.order() == ByteOrder::Big { u64::MAX } else { 0 };
+        self.is_little &= field.order() == ByteOrder::Little;
         Some(())
     }
 
-    /// The bits of the values as a word of each byte order, little first; `None` if one is out of range, or so large that
+    /// The bits of the values as a word, the first byte lowest; `None` if one is out of range, or so large that
     /// [`Signal::number_of`] must decide.
-    #[inline]
-    fn words(&self, values: &[f64; LANES]) -> Option<[u64; 2]> {
+    #[inline(always)]
+    fn word(&self, values: &[f64; LANES]) -> Option<u64> {
+        let number = |lane: usize| (values[lane] - self.offset[lane]) * self.per_unit[lane];
+        let numbers: [f64; LANES] = std::array::from_fn(number);
+        let counts = numbers.map(|number| number + WHOLE);
+        // A NaN fails the comparison. Usually all are in range: one branch for all of them.
+        let is_sure = |lane: usize| {
+            let count = counts[lane] - WHOLE;
+            let is_within = (self.least[lane] <= count) & (count <= self.greatest[lane]);
+            is_within & ((numbers[lane] - count).abs() < 0.5 - DOUBT)
+        };
+        if (0..LANES).fold(true, |all, lane| all & is_sure(lane)) {
+            return Some(self.placed(counts));
+        }
+        self.careful_word(values)
+    }
+
+    /// The same for all numbers.
+    #[cold]
+    fn careful_word(&self, values: &[f64; LANES]) -> Option<u64> {
         let number = |lane: usize| {
             let scale = Scale { factor: self.factor[lane], offset: self.offset[lane] };
-            to_cut(scale.number(values[lane]))
+            libm::round(scale.number(values[lane]))
         };
         let numbers: [f64; LANES] = std::array::from_fn(number);
-        // A NaN fails the comparison.
-        let is_within = |lane: usize| {
-            (self.least[lane] <= numbers[lane]) & (numbers[lane] <= self.greatest[lane])
+        let mut each = numbers.iter().zip(&self.counts);
+        let is_within = |(number, (least, greatest)): (&f64, &(f64, f64))| {
+            least <= number && number <= greatest
         };
-        if !(0..LANES).fold(true, |all, lane| all & is_within(lane)) {
-            return None;
+        each.all(is_within).then(|| self.placed(numbers.map(|number| number + WHOLE)))
+    }
+
+    /// The bits of counts, to which [`WHOLE`] was added, as a word.
+    #[inline]
+    fn placed(&self, counts: [f64; LANES]) -> u64 {
+        let bits = |lane: usize| {
+            let count = counts[lane].to_bits().wrapping_sub(WHOLE.to_bits());
+            (count & self.mask[lane]) << self.shift[lane]
+        };
+        let bits: [u64; LANES] = std::array::from_fn(bits);
+        if self.is_little {
+            return bits.into_iter().fold(0, |all, bits| all | bits);
         }
         let [mut little, mut big] = [0; 2];
-        for (lane, number) in numbers.into_iter().enumerate() {
-            let bits = (number as i64 as u64 & self.mask[lane]) << self.shift[lane];
-            little |= bits & !self.big[lane];
-            big |= bits & self.big[lane];
+        for (bits, is_big) in bits.into_iter().zip(self.big) {
+            little |= bits & !is_big;
+            big |= bits & is_big;
         }
-        Some([little, big])
+        little | big.swap_bytes()
     }
-}
-
-/// The number whose truncation is the nearest whole number, rounding halves away from zero. For numbers below
-/// [`WHOLE_FROM`].
-#[inline]
-fn to_cut(number: f64) -> f64 {
-    // Exactly a half would round up the largest double below a half.
-    const HALF: f64 = 0.5 - f64::EPSILON / 4.0;
-    number + HALF.copysign(number)
 }
 
 /// The signals of a CAN message, each of which is in every frame.
@@ -134,40 +174,45 @@ impl FrameWriter {
 
     /// The frame with these values; `None` if their number is wrong, or one is out of range.
     pub(super) fn write(&self, values: &[f64]) -> Option<CanFrame> {
-        Some(self.frame(self.first_bytes(values)?))
+        Some(self.frame(self.word(values)?))
     }
 
-    /// The frame with these first bytes.
+    /// The frame with these first eight bytes, the first lowest.
     #[inline]
-    pub(super) fn frame(&self, first: [u8; DATA_BYTES_MAX]) -> CanFrame {
-        self.blank.with_first(first)
+    pub(super) fn frame(&self, word: u64) -> CanFrame {
+        self.blank.with_first(word.to_le_bytes())
     }
 
-    /// The first bytes with these values; `None` if their number is wrong, or one is out of range.
+    /// The first eight bytes with these values, the first lowest; `None` if the number of values is wrong, or one is
+    /// out of range.
     #[inline]
-    pub(super) fn first_bytes(&self, values: &[f64]) -> Option<[u8; DATA_BYTES_MAX]> {
+    pub(super) fn word(&self, values: &[f64]) -> Option<u64> {
         if values.len() != self.signals {
             return None;
         }
-        let [mut little, mut big] = [0; 2];
+        let mut word = 0;
         let (groups, rest) = values.as_chunks::<LANES>();
-        let mut last = [0.0; LANES];
-        last[..rest.len()].copy_from_slice(rest);
-        for (fields, group) in self.fields.iter().zip(groups.iter().chain([&last])) {
-            let words = fields.words(group)?;
-            little |= words[0];
-            big |= words[1];
+        for (fields, group) in self.fields.iter().zip(groups) {
+            word |= fields.word(group)?;
         }
-        Some((little | big.swap_bytes()).to_le_bytes())
+        if let (false, Some(fields)) = (rest.is_empty(), self.fields.last()) {
+            let mut last = [0.0; LANES];
+            last[..rest.len()].copy_from_slice(rest);
+            word |= fields.word(&last)?;
+        }
+        Some(word)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{FrameWriter, WHOLE_FROM, to_cut};
+    use super::{FrameWriter, NUMBER_MAX};
     use crate::layout::{Encoded, Layout};
     use proptest::prelude::*;
     use wire::device::Transmit;
+
+    /// One signal of 64 bits, with counts as values.
+    const ONE: &str = "VERSION \"\"\nBU_: A\nBO_ 1 M: 8 A\n SG_ S : 0|64@1- (1,0) [0|0] \"\" A\n";
 
     fn cantools() -> Layout {
         let text = include_str!("../../tests/data/cantools.dbc");
@@ -177,11 +222,17 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
+        /// The count of a number is the one that libm rounds it to, or it is refused.
         #[test]
-        fn a_whole_number_is_that_of_libm(bits: u64, near in -1e6f64..1e6) {
-            for number in [f64::from_bits(bits), near, near.trunc() + 0.5, libm::nextafter(near.trunc() + 0.5, 0.0)] {
-                if number.abs() < WHOLE_FROM {
-                    prop_assert_eq!(to_cut(number) as i64 as f64, libm::round(number));
+        fn a_count_is_that_of_libm(bits: u64, near in -1e6f64..1e6, far in -2.0f64..2.0) {
+            let layout = Layout::from_dbc("one.dbc", ONE, "A").unwrap();
+            let writer = FrameWriter::of(&layout.messages()[0]).unwrap();
+            let (half, far) = (near.trunc() + 0.5, far * NUMBER_MAX);
+            let numbers = [half, half.next_up(), half.next_down(), 0.5, -0.5, near, far, f64::from_bits(bits)];
+            for number in numbers {
+                match writer.word(&[number]) {
+                    Some(word) => prop_assert_eq!(word as i64 as f64, libm::round(number)),
+                    None => prop_assert!(number.is_nan() || libm::round(number).abs() >= NUMBER_MAX),
                 }
             }
         }
@@ -203,7 +254,7 @@ mod tests {
                     _ => None,
                 };
                 let found = writer.write(&values);
-                let has_great = message.signals.iter().any(|signal| signal.bits() > 52);
+                let has_great = message.signals.iter().any(|signal| signal.bits() > 51);
                 prop_assert!(found == expected || found.is_none() && has_great, "{}", message.name);
                 written += 1;
             }

@@ -2,8 +2,10 @@
 
 mod altered;
 mod bits;
+mod canopen;
 mod checksum;
 mod decoder;
+mod diagnostic;
 mod encoder;
 mod frame_writer;
 mod frames;
@@ -31,6 +33,7 @@ use frame_writer::FrameWriter;
 use frames::{FrameReader, Identifiers};
 pub use message::{Message, Sender};
 pub use note::Note;
+pub(crate) use number::{Coding, Scale};
 #[cfg(test)]
 pub(crate) use protected::tests::cells;
 pub use selection::{Carried, Selection};
@@ -38,6 +41,7 @@ pub use send_rule::{SendKind, SendRule};
 pub use signal::Signal;
 use wire::device::Transmit;
 
+use crate::canopen::Dictionary;
 use crate::error::Mistake;
 use crate::hint;
 use crate::protection::Verdict;
@@ -66,6 +70,8 @@ pub struct Layout {
     /// One per message; `None` if its frames differ in the signals that they carry.
     writers: Arc<[Option<FrameWriter>]>,
     notes: Arc<[Note]>,
+    /// The objects of a CANopen device.
+    dictionary: Option<Arc<Dictionary>>,
 }
 
 /// A received message.
@@ -189,6 +195,7 @@ impl Layout {
             writers: messages.iter().map(FrameWriter::of).collect(),
             messages: messages.into(),
             notes: Arc::default(),
+            dictionary: None,
         }
     }
 

@@ -292,7 +292,7 @@ fn distinct(message: &Message, other: &Message, place: &Place) -> Result<(), Mis
 
 impl FieldType {
     /// Encoding of the number, and its number of bits.
-    const fn coding(self) -> (Coding, usize) {
+    pub(crate) const fn coding(self) -> (Coding, usize) {
         match self {
             Self::U8 => (Coding::Unsigned, 8),
             Self::U16 => (Coding::Unsigned, 16),

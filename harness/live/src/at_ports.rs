@@ -148,7 +148,8 @@ pub fn device(description: &Arc<Description>, player: &Player, seed: u64) -> (Ri
     let layout = description.layout();
     let traffic = traffic(&RigLine::of_device(layout));
     let (mut rig, mut plans) = (Rig::default(), PortPlans::default());
-    let tester = Tester::new(layout.clone(), Sender::Host);
+    let channel = description.isotp().map(|isotp| (DEVICE, isotp));
+    let tester = Tester::new(layout.clone(), Sender::Host).asking(channel.into_iter());
     let host = rig.node(Node::new("host", Part::Tester(Box::new(tester))));
     let away = rig.node(Node::new("away", Part::Away));
     let ends = vec![

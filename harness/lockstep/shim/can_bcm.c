@@ -158,7 +158,10 @@ ssize_t bcm_take(struct can_socket *can, int interface, const void *data, size_t
     memcpy(&head, data, sizeof head);
     const char *frames = (const char *)data + sizeof head;
     size_t each = stride(&head);
-    if ((size - sizeof head) % each || (size - sizeof head) / each < head.nframes) return errno = EINVAL, -1;
+    // The kernel counts frames only where it reads them: python-can's TX_DELETE announces one that does not follow.
+    bool has_frames = head.opcode == TX_SETUP || head.opcode == RX_SETUP || head.opcode == TX_SEND;
+    if ((size - sizeof head) % each) return errno = EINVAL, -1;
+    if (has_frames && (size - sizeof head) / each < head.nframes) return errno = EINVAL, -1;
     int result;
     switch (head.opcode) {
     case TX_SETUP: result = set_transmit(can, interface, &head, frames); break;

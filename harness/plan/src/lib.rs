@@ -79,7 +79,9 @@ pub use property::{Always, Kind, Property, Sometimes, Stated};
 pub use quantity::{Filter, OfMessage, QuantityName, TagMatch};
 pub use reaction::Reaction;
 pub use rig::Rig;
-pub use speakers::{DEVICE, MessagePlace, Speaker, resolve, signal, unit, unit_of};
+pub use speakers::{
+    DEVICE, MessagePlace, Speaker, canopen_devices, resolve, signal, unit, unit_of,
+};
 pub use step::*;
 
 use crate::faults::{Lines, Schedule};

@@ -338,8 +338,10 @@ fn is_path(name: &str) -> bool {
 }
 
 fn read(path: &Path) -> Result<Source, LibraryError> {
-    let is_dbc = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("dbc"));
-    let text = match is_dbc {
+    const OF_TOOLS: [&str; 3] = ["dbc", "eds", "dcf"];
+    let is_one = |end: &std::ffi::OsStr| OF_TOOLS.iter().any(|one| end.eq_ignore_ascii_case(one));
+    // Tools write them in UTF-8 or in Windows-1252.
+    let text = match path.extension().is_some_and(is_one) {
         true => std::fs::read(path).map(|bytes| dbc_text(&bytes).into_owned()),
         false => std::fs::read_to_string(path),
     };

@@ -68,8 +68,14 @@ pub const SIGNAL: &str = "signal";
 pub const PERIOD: &str = "period";
 /// Prefix of a reaction: its duration, s.
 pub const REACTION_PREFIX: &str = "reaction.";
+/// Prefix of an object that an `sdo` step reads: its value, in its unit.
+pub const SDO_PREFIX: &str = "sdo.";
 /// Prefix of an answer: the quantity that an operator gives.
 pub const OPERATOR_PREFIX: &str = "operator.";
+/// Prefix of a number that a diagnostic request reads.
+pub const UDS_PREFIX: &str = "uds.";
+/// Prefixes of the quantities whose names a plan chooses.
+pub(crate) const CHOSEN: [&str; 4] = [OPERATOR_PREFIX, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX];
 
 /// The tag of observations made during `phase`, a step's name or label.
 pub fn during_tag(phase: &str) -> String {

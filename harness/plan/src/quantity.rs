@@ -4,7 +4,10 @@ mod schema;
 
 use super::band::Band;
 use super::name::Name;
-use super::quantities::{self, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, REACTION_PREFIX, SIGNAL};
+use super::quantities::{
+    self, CHOSEN, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, REACTION_PREFIX, SDO_PREFIX, SIGNAL,
+    UDS_PREFIX,
+};
 use super::speakers::DEVICE;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
@@ -12,7 +15,8 @@ use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, `reaction.<name>`, or, for the
+/// The name of a quantity: one of [`quantities::QUANTITIES`], `operator.<answer>`, `reaction.<name>`, `uds.<name>`,
+/// `sdo.<name>`, or, for the
 /// messages of a rig, `<node>.<signal>`, `<node>.<message>.<signal>` and `period.<node>.<message>`. In a plan with a
 /// single device these are `signal.<signal>` and `period.<message>`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,16 +25,14 @@ pub struct QuantityName(String);
 impl QuantityName {
     /// `None` if there is no such quantity.
     pub fn new(name: &str) -> Option<Self> {
-        let operator = name.strip_prefix(OPERATOR_PREFIX).and_then(Name::new);
-        let reaction = name.strip_prefix(REACTION_PREFIX).and_then(Name::new);
-        let known = operator.is_some() || reaction.is_some() || quantities::find(name).is_some();
+        let chosen = |prefix: &&str| name.strip_prefix(*prefix).and_then(Name::new).is_some();
+        let known = CHOSEN.iter().any(chosen) || quantities::find(name).is_some();
         (known || OfMessage::of(name).is_some()).then(|| Self(name.to_owned()))
     }
 
     /// The part of a node's messages that it refers to; `None` if it is in the table or an operator gives it.
     pub fn of_message(&self) -> Option<OfMessage<'_>> {
-        let known = self.operator_answer().is_some() || self.entry().is_some();
-        let known = known || self.reaction().is_some();
+        let known = self.is_chosen() || self.entry().is_some();
         if known { None } else { OfMessage::of(&self.0) }
     }
 
@@ -47,6 +49,19 @@ impl QuantityName {
     /// The reaction's name, if it is a reaction time.
     pub fn reaction(&self) -> Option<&str> {
         self.0.strip_prefix(REACTION_PREFIX)
+    }
+
+    /// The step, `sdo` or `uds`, and the name that it gives to what it reads, if a step reads this quantity.
+    pub fn read(&self) -> Option<(&'static str, &str)> {
+        let of = |prefix: &'static str| {
+            Some((prefix.trim_end_matches('.'), self.0.strip_prefix(prefix)?))
+        };
+        [SDO_PREFIX, UDS_PREFIX].into_iter().find_map(of)
+    }
+
+    /// Whether the plan chooses the last part of its name.
+    pub(crate) fn is_chosen(&self) -> bool {
+        CHOSEN.iter().any(|prefix| self.0.starts_with(prefix))
     }
 
     /// The answer's name, if an operator gives this quantity.

@@ -42,7 +42,7 @@ pub use file::{CanTable, LineTable, NodeTable, OneOrSeveral, ReplayTable, RigFil
 use crate::faults::{LineKind, Lines, Ride, Said, Target, TargetName};
 use crate::replayed::Replayed;
 use crate::speakers::{DEVICE, Speaker};
-use described::{Description, Layout, Medium, Sender};
+use described::{Description, IsoTp, Layout, Medium, Sender};
 use emulators::base::Transport;
 use emulators::device_file::{Devices, Mount};
 use schemars::JsonSchema;
@@ -180,13 +180,26 @@ pub struct RigNode {
     pub lines: Vec<usize>,
     /// Limits of its program in virtual time.
     pub virtual_time: VirtualTime,
+    /// The channel for diagnostic requests to it.
+    pub isotp: Option<IsoTp>,
+}
+
+impl NodePart {
+    /// The channel that the description of an emulated node states.
+    pub fn isotp(&self) -> Option<IsoTp> {
+        match self {
+            Self::Described(description) => description.isotp().cloned(),
+            _ => None,
+        }
+    }
 }
 
 impl RigNode {
     /// A node on the line of a plan's only device.
     fn of_device(name: &str, part: NodePart) -> Self {
         let virtual_time = VirtualTime::default();
-        Self { name: name.to_owned(), part, lines: vec![0], virtual_time }
+        let isotp = part.isotp();
+        Self { name: name.to_owned(), part, lines: vec![0], virtual_time, isotp }
     }
 }
 
@@ -339,6 +352,21 @@ impl Rig {
             NodePart::Tester(layout, sender) => Some((node.name.as_str(), layout, *sender)),
             _ => None,
         })
+    }
+
+    /// The channels on which the tester at this place can ask other nodes: those on its first line.
+    pub fn channels(&self, tester: usize) -> impl Iterator<Item = (&str, &IsoTp)> {
+        let line = self.nodes.get(tester).and_then(|node| node.lines.first());
+        let is_there = move |node: &&RigNode| line.is_some_and(|line| node.lines.contains(line));
+        let nodes = self.nodes.iter().filter(is_there);
+        nodes.filter_map(|node| Some((node.name.as_str(), node.isotp.as_ref()?)))
+    }
+
+    /// The nodes that a tester can ask.
+    pub fn asked(&self) -> impl Iterator<Item = &str> {
+        let testers = self.nodes.iter().enumerate();
+        let testers = testers.filter(|(_, node)| matches!(node.part, NodePart::Tester(..)));
+        testers.flat_map(|(place, _)| self.channels(place).map(|(node, _)| node))
     }
 
     /// Whether a node on this line, an index into the lines that are not the robot's, runs outside this process.

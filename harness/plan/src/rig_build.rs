@@ -1,17 +1,17 @@
 //! Builds a rig from its file. Errors carry their place.
 
+mod check;
 mod place;
 mod replayed;
 mod words;
 
 use crate::library::{Kind, Library, LibraryError, Source};
-use crate::quantities;
 use crate::replayed::Logged;
 use crate::rig::{
     LINES_MAX, NODES_MAX, NodePart, NodeTable, Rig, RigFile, RigLine, RigNode, UnderTest,
     VirtualTime,
 };
-use crate::speakers::{DEVICE, Speaker};
+use crate::speakers::Speaker;
 use described::hint;
 use described::{Description, Layout, Medium, Sender};
 use emulators::device_file::Devices;
@@ -164,26 +164,6 @@ impl Builder<'_> {
         }
     }
 
-    /// Checks that a classic bus has no CAN FD messages.
-    fn check_carries(
-        &self,
-        line: &RigLine,
-        layout: &Layout,
-        at: (&'static str, usize, &'static str),
-    ) -> Result<(), LibraryError> {
-        match layout.fd_message() {
-            Some(message) if line.medium == Medium::Can && line.data_bit_rate.is_none() => {
-                let text = format!(
-                    "`{}` is a CAN FD message, and line `{}` is a classic bus",
-                    message.name, line.name
-                );
-                let help = "give the line a `data_bit_rate`, such as 2_000_000".to_owned();
-                Err(self.mistake(at, text, Some(help)))
-            }
-            _ => Ok(()),
-        }
-    }
-
     fn nodes<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {
         if file.nodes.is_empty() && file.devices.is_none() {
             let message = "a rig without a node, expected at least one [[node]]".to_owned();
@@ -228,7 +208,9 @@ impl Builder<'_> {
             let part = self.part(file, number, &lines, parts)?;
             self.check_ends(number, &lines, &built)?;
             let virtual_time = self.virtual_time(file, number)?;
-            built.push((number, RigNode { name: name.to_owned(), part, lines, virtual_time }));
+            let isotp = self.isotp(node, number)?.or_else(|| part.isotp());
+            let name = name.to_owned();
+            built.push((number, RigNode { name, part, lines, virtual_time, isotp }));
         }
         built.sort_by_key(|(number, _)| *number);
         self.rig.nodes = built.into_iter().map(|(_, node)| node).collect();
@@ -244,46 +226,6 @@ impl Builder<'_> {
             return refuse(format!("`{}` is no program that is started", node.name));
         }
         said.mistake().map_or(Ok(said), |mistake| refuse(mistake.to_owned()))
-    }
-
-    fn check_name(&self, file: &RigFile, number: usize) -> Result<(), LibraryError> {
-        let name = file.nodes[number].name.as_str();
-        let refuse = |message: String, help: Option<&str>| {
-            let help = help.map(str::to_owned);
-            Err(self.mistake(("node", number, "name"), message, help))
-        };
-        if file.nodes[..number].iter().any(|known| known.name.as_str() == name) {
-            return refuse(format!("two nodes are called `{name}`"), None);
-        }
-        let of_robot = self.rig.robot.is_some() && ["robot", "controller"].contains(&name);
-        let kinds = [DEVICE, "signal", "period", "operator", "host", "plan"];
-        let prefix = quantities::NAMES.iter().any(|known| known.split('.').next() == Some(name));
-        if of_robot || prefix || kinds.contains(&name) {
-            return refuse(
-                format!("`{name}` has a meaning of its own in plans"),
-                Some("call the node otherwise"),
-            );
-        }
-        Ok(())
-    }
-
-    /// Checks that a serial line has two ends.
-    fn check_ends(
-        &self,
-        number: usize,
-        lines: &[usize],
-        built: &[(usize, RigNode)],
-    ) -> Result<(), LibraryError> {
-        for line in lines {
-            let Some(found) = self.line(*line) else { continue };
-            let ends = built.iter().filter(|(_, node)| node.lines.contains(line)).count();
-            if found.medium != Medium::Can && ends == 2 {
-                let message = format!("a third end on the serial line `{}`", found.name);
-                let help = "a serial line joins two: give the node a line of its own".to_owned();
-                return Err(self.mistake(("node", number, "at"), message, Some(help)));
-            }
-        }
-        Ok(())
     }
 
     fn line(&self, line: usize) -> Option<&RigLine> {
@@ -329,7 +271,8 @@ impl Builder<'_> {
         }
         let mut tester = None;
         for line in lines {
-            let Some((layout, sender)) = self.words(file, number, *line, parts)? else { continue };
+            let words = self.words(file, number, *line, parts)?;
+            let Some((layout, sender)) = self.with_channel(node, number, words)? else { continue };
             tester.get_or_insert((layout.clone(), sender));
             self.speak(node, *line, layout, sender);
         }

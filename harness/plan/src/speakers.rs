@@ -1,7 +1,7 @@
 //! The senders on the lines of a rig: the messages that a plan can name.
 
 use super::quantity::OfMessage;
-use described::{Layout, Message, Sender, Signal};
+use described::{Layout, Message, SDO_REQUEST, Sender, Signal};
 
 /// The name of the only device of a plan without a rig, in parameter names, in bench files and as a target of faults.
 pub const DEVICE: &str = "device";
@@ -80,6 +80,25 @@ impl Speaker {
             }
         }
     }
+}
+
+/// Whether a speaker is a CANopen device.
+pub(crate) fn is_canopen(speaker: &Speaker) -> bool {
+    speaker.sender == Sender::Device && speaker.layout.dictionary().is_some()
+}
+
+/// The CANopen devices, each with the name of the message that carries SDO requests to it.
+pub fn canopen_devices(speakers: &[Speaker]) -> impl Iterator<Item = (usize, &Speaker, String)> {
+    let devices = speakers.iter().enumerate().filter(|(_, known)| is_canopen(known));
+    devices.map(|(place, device)| {
+        let on_line =
+            speakers.iter().filter(|known| is_canopen(known) && known.line == device.line);
+        let request = match on_line.count() {
+            1 => SDO_REQUEST.to_owned(),
+            _ => format!("{}.{SDO_REQUEST}", device.node),
+        };
+        (place, device, request)
+    })
 }
 
 /// The description of a node in a sentence.

@@ -1,5 +1,7 @@
 //! Checks what a plan may refer to on its rig: the paper's robot or table, or nodes and their messages.
 
+mod sdo;
+
 use super::Plan;
 use super::formula::formula;
 use super::name::ParameterName;
@@ -144,9 +146,7 @@ impl<'a> Subject<'a> {
         here: &[Segment],
     ) -> Checked {
         let of_message = quantity.of_message();
-        let is_common =
-            quantity.operator_answer().is_some() || COMMON_QUANTITIES.contains(&quantity.as_str());
-        let is_common = is_common || quantity.reaction().is_some();
+        let is_common = quantity.is_chosen() || COMMON_QUANTITIES.contains(&quantity.as_str());
         if self.is_robot() && of_message.is_some_and(|of| of.node() != DEVICE) {
             let known = super::quantities::NAMES;
             let message = format!("unknown quantity `{quantity}`");
@@ -277,6 +277,26 @@ impl<'a> Subject<'a> {
         };
         let help = self.left_out(name).unwrap_or_else(|| proposal(name, &known));
         Err(at.fault(here, what, Some(help)))
+    }
+
+    /// Checks that a tester can ask this node.
+    pub(super) fn asked(&self, node: &str, at: &Place<'_>) -> Checked {
+        let Some(rig) = self.rig else { return Ok(()) };
+        let known: Vec<&str> = rig.asked().collect();
+        if known.contains(&node) {
+            return Ok(());
+        }
+        let here = [Segment::Key("node")];
+        let is_there = rig.nodes.iter().any(|known| known.name == node);
+        let (message, help) = match is_there {
+            true => (
+                format!("no tester can ask {}", whose(node)),
+                "it needs `[uds]` in its device file or `isotp` in the rig file, and a tester on its line"
+                    .to_owned(),
+            ),
+            false => (format!("no node `{node}` in this rig"), proposal(node, &known)),
+        };
+        Err(at.fault(&here, message, Some(help)))
     }
 
     pub(super) fn parameter(

@@ -3,6 +3,7 @@
 use super::check::Check;
 use super::contradiction::contradictions;
 use super::measurement::Declared;
+use super::name::Name;
 use super::property::Property;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
 use super::quantity::{Filter, QuantityName};
@@ -101,6 +102,8 @@ pub(super) struct Survey<'a> {
     pub(super) fits: BTreeMap<&'a str, &'a Fit>,
     pub(super) models: Vec<&'a str>,
     pub(super) answers: BTreeMap<&'a str, &'a Answer>,
+    /// Units of what steps read, by the step and the name; `None` if the rig is not loaded.
+    reads: BTreeMap<(&'static str, &'a str), Option<String>>,
     pub(super) swept: Vec<String>,
     pub(super) phases: Vec<&'a str>,
 }
@@ -215,11 +218,37 @@ impl<'a> Survey<'a> {
             reaction::find(self.reactions, name, at, here)?;
             return Ok(Some("s".to_owned()));
         }
+        if let Some((step, name)) = quantity.read() {
+            return self.reads.get(&(step, name)).cloned().ok_or_else(|| {
+                let message = format!("no step `{step}` in this plan reads `{name}`");
+                let known = self.reads.keys().filter(|(other, _)| *other == step);
+                let known: Vec<&str> = known.map(|(_, name)| *name).collect();
+                at.fault(here, message, Some(proposal(name, &known)))
+            });
+        }
         let answer = quantity.operator_answer().unwrap_or_default();
         self.answers.get(answer).map(|answer| Some(answer.unit.clone())).ok_or_else(|| {
             let message = format!("no operator_prompt in this plan asks for `{answer}`");
             at.fault(here, message, None)
         })
+    }
+
+    /// Takes what a step reads: its name, and its unit if that is known.
+    pub(super) fn reads(
+        &mut self,
+        step: &'static str,
+        name: &'a Name,
+        unit: Option<String>,
+        at: &Place<'_>,
+    ) -> Checked {
+        let known = self.reads.entry((step, name.as_str())).or_insert_with(|| unit.clone());
+        match (known, unit) {
+            (Some(known), Some(unit)) if *known != unit => {
+                let message = format!("`{name}` is in {known} in another step");
+                Err(at.fault(&[Segment::Key("read")], message, None))
+            }
+            _ => Ok(()),
+        }
     }
 
     pub(super) fn filter(

@@ -68,7 +68,8 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
                 Part::Described(Box::new(Described::new(&node.name, description, seed)))
             }
             NodePart::Tester(layout, sender) => {
-                Part::Tester(Box::new(Tester::new(layout.clone(), *sender)))
+                let tester = Tester::new(layout.clone(), *sender);
+                Part::Tester(Box::new(tester.asking(declared.channels(place))))
             }
             NodePart::Replayed(said) => Part::Replayed(Replaying::new(Arc::clone(said))),
             NodePart::UnderTest(_) => match start(place) {

@@ -253,14 +253,15 @@ impl Rig {
         }
     }
 
-    /// Wakes the other nodes that are due.
+    /// Wakes the other nodes that are due; returns whether a reply has reached the engine.
     #[inline]
     pub fn wake_others(
         &mut self,
         now: Timestamp,
         engine: &mut Engine,
         mut reached: impl FnMut(usize),
-    ) {
+    ) -> bool {
+        let mut has_replied = false;
         for (place, node) in self.nodes.iter_mut().enumerate() {
             match &mut node.part {
                 Part::Controller(machine) if machine.is_due(now) => {
@@ -279,11 +280,16 @@ impl Rig {
                     if let Err(why) = tester.wake(now) {
                         engine.broke(now, &why);
                     }
+                    if let Some(reply) = tester.reply() {
+                        engine.replied(now, &reply);
+                        has_replied = true;
+                    }
                     reached(place);
                 }
                 _ => {}
             }
         }
+        has_replied
     }
 
     /// Sends the outputs of a node. Controllers are drained by their owner, which also takes their reports.

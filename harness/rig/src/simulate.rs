@@ -283,7 +283,9 @@ impl<C: Crossing> Simulation<C> {
         let now = *now;
         let engine = &mut director.engine;
         rig.wake_emulated(now, |place| touched.node(place), || engine.answered(now));
-        rig.wake_others(now, &mut director.engine, |place| touched.node(place));
+        if rig.wake_others(now, &mut director.engine, |place| touched.node(place)) {
+            touched.0 |= Touched::PLAN;
+        }
         let was_reached = self.touched.0 & Touched::PLAN != 0;
         if self.plan_due <= now || (was_reached && director.engine.next_wakeup() <= now) {
             director.engine.wake(now);

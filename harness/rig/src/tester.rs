@@ -1,6 +1,6 @@
 //! A tester: a node that sends the messages that the plan orders, periodically if ordered.
 
-use described::{Layout, Message, Outbox, Sender};
+use described::{IsoTp, Layout, Message, Outbox, Reply, Request, Sender, UdsClient};
 use plan::Send;
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
@@ -16,6 +16,8 @@ pub struct Tester {
     /// Signals of each message that the last order set: counters and checksums among them are not computed.
     own: Vec<Vec<usize>>,
     repeats: Vec<Repeat>,
+    /// Clients of the nodes that it can ask.
+    clients: Vec<(String, UdsClient)>,
 }
 
 /// A message that is repeated.
@@ -35,9 +37,28 @@ impl Tester {
             values: layout.messages().iter().map(start).collect(),
             own: vec![Vec::new(); layout.messages().len()],
             repeats: Vec::new(),
+            clients: Vec::new(),
             outbox: Outbox::new(layout, sender, usize::MAX),
             sender,
         }
+    }
+
+    /// Adds the channels on which it can ask nodes.
+    #[must_use]
+    pub fn asking<'a>(mut self, channels: impl Iterator<Item = (&'a str, &'a IsoTp)>) -> Self {
+        self.clients.extend(channels.map(|(node, isotp)| (node.to_owned(), UdsClient::new(isotp))));
+        self
+    }
+
+    /// Asks a node; returns `false` if it cannot.
+    pub(super) fn ask(&mut self, now: Timestamp, node: &str, request: &Request) -> bool {
+        let client = self.clients.iter_mut().find(|(name, _)| name == node);
+        client.map(|(_, client)| client.ask(now, request.clone())).is_some()
+    }
+
+    /// What became of a request, once.
+    pub(super) fn reply(&mut self) -> Option<Reply> {
+        self.clients.iter_mut().find_map(|(_, client)| client.reply())
     }
 
     /// Whether it can send a message of this name.
@@ -97,13 +118,15 @@ impl Tester {
     /// When the next message is due.
     pub(super) fn next_wakeup(&self) -> Timestamp {
         let repeats = self.repeats.iter().map(|repeat| repeat.due);
-        repeats.min().unwrap_or(Timestamp::MAX).min(self.outbox.next_wakeup())
+        let clients = self.clients.iter().map(|(_, client)| client.next_wakeup());
+        repeats.chain(clients).min().unwrap_or(Timestamp::MAX).min(self.outbox.next_wakeup())
     }
 
     /// Takes a frame of its line: needed for segmented messages, where the receiver answers.
     pub(super) fn receive(&mut self, now: Timestamp, what: &Transmit) {
         if let Transmit::Frame(frame) = what {
             self.outbox.receive(now, frame);
+            self.clients.iter_mut().for_each(|(_, client)| client.receive(now, frame));
         }
     }
 
@@ -131,12 +154,16 @@ impl Tester {
             self.encode(now, message)?;
         }
         self.outbox.wake(now);
+        self.clients.iter_mut().for_each(|(_, client)| client.wake(now));
         Ok(())
     }
 
     /// Returns the next frame for the line.
     pub(super) fn transmit(&mut self) -> Option<Transmit> {
-        self.outbox.transmit()
+        let mut clients = self.clients.iter_mut();
+        self.outbox
+            .transmit()
+            .or_else(|| clients.find_map(|(_, client)| client.transmit()).map(Transmit::Frame))
     }
 
     fn encode(&mut self, now: Timestamp, message: usize) -> Result<(), String> {

@@ -1,7 +1,7 @@
 //! Declarations of a plan and its bench for the header of a record.
 
 use crate::plan::rig::RigLine;
-use crate::plan::{Plan, QuantityName, Rig, Speaker, resolve, signal, unit};
+use crate::plan::{Action, Plan, QuantityName, Rig, Speaker, Step, resolve, signal, unit};
 use crate::record::Device;
 use crate::record::header::{Band, Bus, Line, Quantity};
 use ::described::{Description, Medium};
@@ -42,12 +42,26 @@ pub(super) fn buses(rig: &Rig) -> Vec<Bus> {
 }
 
 /// Unit and title of a quantity, from the table of quantities or from the layout of its speaker.
-fn described(name: &QuantityName, speakers: &[Speaker]) -> (String, String) {
+fn described(name: &QuantityName, plan: &Plan, speakers: &[Speaker]) -> (String, String) {
     if let Some(entry) = name.entry() {
         return (entry.unit.to_owned(), entry.doc.to_owned());
     }
     if name.reaction().is_some() {
         return ("s".to_owned(), "Time from one condition to another.".to_owned());
+    }
+    if name.read().is_some() {
+        let is_it = |quantity: Option<String>| quantity.as_deref() == Some(name.as_str());
+        let read = |step: &Step| match &step.action {
+            Action::Uds(uds) if is_it(uds.quantity()) => {
+                let unit = uds.read.as_ref()?.unit().to_owned();
+                Some((unit, "A number in a response to a diagnostic request.".to_owned()))
+            }
+            Action::Sdo(sdo) if is_it(sdo.quantity()) => {
+                Some((sdo.unit(speakers)?, "An object of a CANopen device.".to_owned()))
+            }
+            _ => None,
+        };
+        return Step::walk(&plan.steps).find_map(read).unwrap_or_default();
     }
     let place = name.of_message().and_then(|of| resolve(speakers, of).ok());
     let Some(place) = place else { return Default::default() };
@@ -70,7 +84,7 @@ pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
                 known.judged_by.push(judged_by);
                 continue;
             }
-            let (unit, title) = described(name, speakers);
+            let (unit, title) = described(name, plan, speakers);
             quantities.push(Quantity {
                 name: name.as_str().to_owned(),
                 unit,

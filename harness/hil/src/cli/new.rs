@@ -17,6 +17,7 @@ Examples:
   hil new oven                                 a temperature controller on CAN, to start from
   hil new oven --serial                        the same on a serial line
   hil new motor --dbc motor.dbc --node Motor   for a node of your own DBC
+  hil new drive --eds drive.eds                for a CANopen device with this EDS or DCF
   hil new rest --dbc car.dbc --except Motor    all other nodes of the DBC, for a real motor
 
 The folder has a README that walks through it: test it, break it, make it yours, run it on the real device.";
@@ -34,6 +35,12 @@ pub(super) struct NewArguments {
     /// Your own DBC, with the device as a node.
     #[arg(long, value_name = "FILE")]
     dbc: Option<PathBuf>,
+    /// The EDS or DCF of your own CANopen device.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["dbc", "serial"])]
+    eds: Option<PathBuf>,
+    /// The node identifier of the CANopen device. [default: that of the DCF, or 1].
+    #[arg(long, value_name = "ID", requires = "eds", value_parser = clap::value_parser!(u8).range(1..=127))]
+    node_id: Option<u8>,
     /// The device's name in the DBC. [default: the only node that sends messages].
     #[arg(long, value_name = "NODE", requires = "dbc")]
     node: Option<String>,
@@ -83,13 +90,17 @@ impl NewArguments {
 
     /// Returns the files, and notes on those parts of a DBC that are changed.
     fn files(&self, name: &Name) -> Result<(Vec<ProjectFile>, Vec<Note>), Failure> {
+        if let Some(eds) = &self.eds {
+            let bytes = read(eds)?;
+            let made = project::from_eds(name, &eds.display().to_string(), &bytes, self.node_id);
+            let files = made.map_err(|error| PrepareError::from(RigError::from(error)))?;
+            return Ok((files, Vec::new()));
+        }
         let Some(dbc) = &self.dbc else {
             let template = if self.serial { Template::Serial } else { Template::Can };
             return Ok((template.files(name), Vec::new()));
         };
-        let bytes = std::fs::read(dbc)
-            .map_err(|cause| LibraryError::Unreadable { path: dbc.clone(), cause })
-            .map_err(PrepareError::from)?;
+        let bytes = read(dbc)?;
         let file = dbc.display().to_string();
         let made = match self.except.as_slice() {
             [] => project::from_dbc(name, &file, &bytes, self.node.as_deref()),
@@ -114,6 +125,11 @@ impl NewArguments {
             }
         }
     }
+}
+
+fn read(file: &Path) -> Result<Vec<u8>, Failure> {
+    let unreadable = |cause| LibraryError::Unreadable { path: file.to_owned(), cause };
+    Ok(std::fs::read(file).map_err(unreadable).map_err(PrepareError::from)?)
 }
 
 /// Lists the nodes that `--node` may name.

@@ -2,14 +2,14 @@
 
 use judge::properties::Unjudged;
 use plan::Plan;
-use plan::quantities::{self as q, OPERATOR_PREFIX, Quantity};
+use plan::quantities::{self as q, OPERATOR_PREFIX, Quantity, SDO_PREFIX, UDS_PREFIX};
 use record::outcome::PropertySummary;
 
 /// Quantities that the frames show.
 pub static FORMED: [&Quantity; 2] = [&q::STRAIGHT_STOP_ERROR, &q::POSE_WRITE_RETRIES];
 
 /// Quantities that are not on the CAN bus, by prefix of the name. The first match counts.
-const ELSEWHERE: [(&str, &str); 20] = [
+const ELSEWHERE: [(&str, &str); 22] = [
     ("straight.heading_error", "it rests on the heading that closes the loops in the controller"),
     ("turn.stop_error", "it rests on the heading that closes the loops in the controller"),
     ("straight.true_", "it needs the truth, which is on no bus"),
@@ -30,6 +30,8 @@ const ELSEWHERE: [(&str, &str); 20] = [
     ("step.", "a log does not say when a step began"),
     ("repeat.", "a log does not say when a step began"),
     (OPERATOR_PREFIX, "nobody was asked"),
+    (UDS_PREFIX, "a log does not say which request a response answers"),
+    (SDO_PREFIX, "a log does not say which step asked"),
 ];
 
 /// Returns why a log cannot make this quantity; `None` if it can.

@@ -362,7 +362,7 @@ pub(super) fn measure(
 }
 
 /// Returns a name for a measurement that no other has.
-fn unique(kind: &str, of: &str, names: &mut BTreeSet<String>) -> String {
+pub(super) fn unique(kind: &str, of: &str, names: &mut BTreeSet<String>) -> String {
     const LENGTH_MAX: usize = 58;
     let lower = of.to_ascii_lowercase();
     let lower = lower.replace(|c: char| !c.is_ascii_alphanumeric() && c != '-', "_");

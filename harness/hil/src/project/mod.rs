@@ -3,15 +3,18 @@
 //! * [`Template`]: a fictitious temperature controller, on CAN or on a serial line.
 //! * [`from_dbc()`]: a project for one node of a DBC, with an emulator that sends its messages and a plan that receives
 //!   them.
+//! * [`from_eds()`]: a project for a CANopen device.
 //! * [`restbus()`]: a project for all nodes of a DBC except the real ones.
 
 mod from_dbc;
+mod from_eds;
 mod restbus;
 #[cfg(test)]
 mod tests;
 mod written;
 
 pub use from_dbc::{FromDbc, FromDbcError, from_dbc};
+pub use from_eds::from_eds;
 pub use restbus::restbus;
 
 use crate::schema::FileKind;

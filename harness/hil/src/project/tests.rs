@@ -1,6 +1,6 @@
 //! Every generated project runs as it is.
 
-use super::{Template, from_dbc, restbus, write};
+use super::{Template, from_dbc, from_eds, restbus, write};
 use harness::operator::Answers;
 use harness::run::{Prepared, simulate};
 use plan::Name;
@@ -127,6 +127,24 @@ fn a_project_of_a_hard_dbc_passes_too() {
     assert_eq!(several.to_string(), "hard.dbc has 2 nodes that send messages");
     let nobody = from_dbc(&name, "one.dbc", b"BO_ 1 M: 8 Vector__XXX", None).unwrap();
     assert!(nobody.files.iter().any(|file| file.text().contains("node = \"Vector__XXX\"")));
+}
+
+#[test]
+fn a_project_of_an_eds_passes() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = Name::new("axis").unwrap();
+    let eds = include_bytes!("../../../../examples/rotary-table/devices/drive.eds");
+    // A name in Latin-1, and another node.
+    let latin = String::from_utf8_lossy(eds).replace("Description=Rotary", "Description=R\u{1}");
+    let latin: Vec<u8> = latin.bytes().map(|byte| if byte == 1 { 0xFC } else { byte }).collect();
+    for (bytes, node) in [(&eds[..], None), (&latin[..], Some(127))] {
+        let at = folder.path().join(format!("{node:?}"));
+        let made = from_eds(&name, "drive.eds", bytes, node).unwrap();
+        write(&at, &made).unwrap();
+        assert_eq!(outcomes(&at).len(), 1, "{node:?}");
+    }
+    let cut = from_eds(&name, "drive.eds", &eds[..9_000], None).unwrap_err();
+    assert!(cut.message().contains("the file has no section"), "{cut}");
 }
 
 #[test]

@@ -56,7 +56,8 @@ static int ask(int fd, unsigned opcode, unsigned flags, unsigned id, unsigned co
     asked.head.opcode = opcode, asked.head.flags = flags, asked.head.can_id = id, asked.head.count = count;
     asked.head.ival1.tv_usec = first_us, asked.head.ival2.tv_usec = then_us;
     bool has_frame = opcode == TX_SETUP;
-    asked.head.nframes = has_frame;
+    // As python-can does, which announces a frame that does not follow.
+    asked.head.nframes = has_frame || opcode == TX_DELETE;
     asked.frame.can_id = id, asked.frame.can_dlc = 1, asked.frame.data[0] = 7;
     size_t size = sizeof asked.head + (has_frame ? sizeof asked.frame : 0);
     return write(fd, &asked, size) == (ssize_t)size ? 0 : errno;

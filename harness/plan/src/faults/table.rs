@@ -22,9 +22,10 @@ A fault of a line acts in a layer of that line, and a fault of a device is a swi
 neither.
 
 On a rig, a target is the name of a node or a line, or a message or signal of a node: `cells.CellStatus` is a message,
-`cells.VoltageMax` a signal. The kinds for messages strike a message. On CAN, those for lines (`drop`, `delay`, `duplicate` ...)
-can strike a single message, too, and leave everything else alone. On a serial line, a fault strikes a message only if it arrives
-as a whole. The checksum of a struck message is recalculated, unless the fault strikes the checksum itself.
+`cells.VoltageMax` a signal. The kinds for messages strike a message. On CAN, those for lines (`drop`, `delay`, `duplicate`
+...) can strike a single message, too, and leave everything else alone. On a serial line, a fault strikes a message only if
+it arrives as a whole. The frames of [diagnostics](uds.md#faults) are messages, too. The checksum of a struck message is
+recalculated, unless the fault strikes the checksum itself.
 
 A step is named by its key or its label, and each round of a labelled repeat counts. Turns, straights and bias tests are counted
 by the commands to the controller: a lap holds four turns. If a kind *lasts* a parameter of its own, or an instant, leave

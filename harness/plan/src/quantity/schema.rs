@@ -3,7 +3,9 @@
 use super::{Filter, QuantityName, TagMatch};
 use crate::band::Band;
 use crate::name::Name;
-use crate::quantities::{OPERATOR_PREFIX, PERIOD, QUANTITIES, SIGNAL, TAGS};
+use crate::quantities::{
+    OPERATOR_PREFIX, PERIOD, QUANTITIES, SDO_PREFIX, SIGNAL, TAGS, UDS_PREFIX,
+};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use std::borrow::Cow;
 
@@ -17,7 +19,7 @@ const NODE: &str = "[a-z][a-z0-9_-]{0,63}";
 fn families() -> Vec<&'static str> {
     let first = |name: &'static str| name.split('.').next().unwrap_or_default();
     let mut families: Vec<&str> = QUANTITIES.iter().map(|quantity| first(quantity.name)).collect();
-    families.extend([SIGNAL, PERIOD, "operator"]);
+    families.extend([SIGNAL, PERIOD, "operator", "sdo", "uds"]);
     families.sort_unstable();
     families.dedup();
     families
@@ -35,8 +37,12 @@ impl JsonSchema for QuantityName {
             json_schema!({ "const": quantity.name, "description": doc })
         });
         let answer = format!("^{}{}$", OPERATOR_PREFIX.replace('.', r"\."), Name::pattern());
+        let read = format!("^{}{}$", UDS_PREFIX.replace('.', r"\."), Name::pattern());
+        let object = format!("^{}{}$", SDO_PREFIX.replace('.', r"\."), Name::pattern());
         let patterns = [
             (answer, "What an operator answers."),
+            (read, "A number that a step `uds` reads."),
+            (object, "What an `sdo` step reads, in the unit of the object."),
             (
                 format!(r"^{SIGNAL}\.{IDENTIFIER}(\.{IDENTIFIER})*$"),
                 "Each value that is received of this signal of the device, in its unit.",

@@ -2,7 +2,7 @@
 
 use super::{UnderTest, VirtualTime};
 use crate::name::Name;
-use described::ProtectionTable;
+use described::{IsoTpTable, ProtectionTable};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -90,6 +90,9 @@ pub struct NodeTable {
     /// The plan itself speaks here.
     #[serde(default)]
     pub tester: Option<bool>,
+    /// The channel for diagnostic requests to a node under test.
+    #[serde(default)]
+    pub isotp: Option<IsoTpTable>,
     /// A log of its bus plays its part.
     #[serde(default)]
     pub replay: Option<ReplayTable>,

@@ -2,9 +2,10 @@
 
 use super::{Builder, Parts};
 use crate::library::{LibraryError, Source};
-use crate::rig::{LineTable, RigFile};
+use crate::rig::{LineTable, NodeTable, RigFile};
+use crate::speakers::is_canopen;
 use described::hint;
-use described::{DbcNode, Layout, Sender, dbc_nodes};
+use described::{DbcNode, IsoTp, Layout, Sender, dbc_nodes};
 
 impl Builder<'_> {
     /// The messages of a line with the counters and checksums from its `number`-th table.
@@ -33,7 +34,13 @@ impl Builder<'_> {
         let node = &file.nodes[number];
         let own = line.checked_sub(self.rig.robot_lines());
         let Some((own, dbcs)) = own.and_then(|own| Some((own, self.dbcs.get(&own)?))) else {
-            let other = self.rig.speakers.iter().find(|known| known.line == line);
+            let others = self.rig.speakers.iter().filter(|known| known.line == line);
+            let devices = others.clone().filter(|known| is_canopen(known));
+            let devices: Vec<_> = devices.map(|one| (one.node.as_str(), &one.layout)).collect();
+            if devices.len() > 1 {
+                return Ok(Some((Layout::of_master(&devices), Sender::Host)));
+            }
+            let other = others.clone().next();
             let other = other.filter(|other| other.sender == Sender::Device);
             return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
         };
@@ -69,6 +76,43 @@ impl Builder<'_> {
                 let key = if node.dbc_node.is_some() { "dbc_node" } else { "name" };
                 Err(self.mistake(("node", number, key), message, Some(help)).into())
             }
+        }
+    }
+
+    /// The channel for diagnostic requests that the rig file states of a node under test.
+    pub(super) fn isotp(
+        &self,
+        node: &NodeTable,
+        number: usize,
+    ) -> Result<Option<IsoTp>, LibraryError> {
+        let Some(table) = &node.isotp else { return Ok(None) };
+        let refuse = |message: String| self.mistake(("node", number, "isotp"), message, None);
+        if node.under_test.is_none() {
+            return Err(refuse(format!(
+                "`isotp` belongs to a node under test, and `{}` is not one",
+                node.name
+            )));
+        }
+        IsoTp::new(table).map(Some).map_err(|(key, message)| refuse(format!("`{key}`: {message}")))
+    }
+
+    /// The messages of a node with the frames of its channel for diagnostic requests.
+    pub(super) fn with_channel(
+        &self,
+        node: &NodeTable,
+        number: usize,
+        words: Option<(Layout, Sender)>,
+    ) -> Result<Option<(Layout, Sender)>, LibraryError> {
+        let Some(isotp) = self.isotp(node, number)? else { return Ok(words) };
+        match words.unwrap_or((Layout::empty(), Sender::Device)) {
+            (layout, Sender::Device) => {
+                let layout = layout.with_isotp(&isotp).map_err(|(_, message)| {
+                    self.mistake(("node", number, "isotp"), message, None)
+                })?;
+                Ok(Some((layout, Sender::Device)))
+            }
+            // It is the other end of a device, whose channel has these names.
+            other => Ok(Some(other)),
         }
     }
 }

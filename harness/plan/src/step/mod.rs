@@ -21,6 +21,7 @@ mod read;
 mod repeat;
 mod save_calibration;
 mod schema;
+mod sdo;
 mod send;
 mod set_parameter;
 mod stop_sending;
@@ -28,6 +29,7 @@ mod straight;
 mod sweep;
 mod table_turn;
 mod turn;
+mod uds;
 mod use_calibration;
 mod use_model;
 mod wait;
@@ -49,6 +51,7 @@ pub use power_cycle::PowerCycle;
 pub use reaction::AwaitReaction;
 pub use repeat::{REPEAT_TIMES_MAX, Repeat};
 pub use save_calibration::SaveCalibration;
+pub use sdo::Sdo;
 pub use send::Send;
 pub use set_parameter::SetParameter;
 pub use stop_sending::StopSending;
@@ -56,6 +59,7 @@ pub use straight::Straight;
 pub use sweep::{SWEEP_VALUES_MAX, Sweep};
 pub use table_turn::TableTurn;
 pub use turn::Turn;
+pub use uds::{Expected, Read, Uds};
 pub use use_calibration::{NO_CALIBRATION, UseCalibration};
 pub use use_model::UseModel;
 pub use wait::Wait;
@@ -217,6 +221,10 @@ actions! {
     Send(Send) = "send",
     /// A message is no longer sent again and again.
     StopSending(StopSending) = "stop_sending",
+    /// A diagnostic request (UDS) is sent to a node, and its response is judged.
+    Uds(Uds) = "uds",
+    /// An object of a CANopen device is read or written.
+    Sdo(Sdo) = "sdo",
     /// A command of the bench is run: power, a relay, flashing.
     BenchCommand(BenchCommand) = "do",
     /// A person is asked for something.

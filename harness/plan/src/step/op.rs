@@ -5,10 +5,13 @@ use super::identify::Identify;
 use super::lap::Direction;
 use super::operator_prompt::Answer;
 use super::save_calibration::SaveCalibration;
+use super::sdo::Sdo;
 use super::send::Send;
 use super::table_turn::TableTurn;
+use super::uds::Uds;
 use super::wait_until::Condition;
 use controller::mission::{self, Command};
+use described::Request;
 use std::fmt;
 use wire::table::Command as TableCommand;
 use wire::time::{Span, Timestamp};
@@ -58,8 +61,12 @@ pub enum Op {
     ObserveLap(Direction),
     /// Record the observations of a completed turn of the table.
     ObserveTableTurn(TableTurn),
+    /// Read or write an object of a CANopen device.
+    Sdo(Sdo),
     /// Give the rig an order.
     Order(Order),
+    /// Send a diagnostic request and judge the response.
+    Uds(Box<Uds>),
     /// Fit a model.
     Fit(Fit),
     /// Make and store a calibration.
@@ -104,6 +111,13 @@ pub enum Order {
     Send(Send),
     /// Stop the repetitions of this message.
     StopSending(String),
+    /// Send a node a diagnostic request.
+    Ask {
+        /// The node.
+        node: String,
+        /// The request.
+        request: Request,
+    },
 }
 
 /// A motion whose stop is judged by the true state of the base.

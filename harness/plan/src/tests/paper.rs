@@ -35,6 +35,13 @@ fn every_step_and_every_check_can_be_written() {
     collect(&plan.steps, &mut written);
     let of_device = self::plan(include_str!("device.toml"));
     collect(&of_device.steps, &mut written);
+    let asks = Action::words().into_iter().find(|word| word.name == "uds").unwrap().example;
+    let measured = "[[measurement]]\nname = \"m\"\ndoc = \"m\"\nquantity = \"step.duration\"\nunit = \"s\"\n\
+                    check = { all_within = [0, 1] }\n";
+    let of_ecu = format!("name = \"p\"\ntitle = \"p\"\nrig = \"r\"\nsteps = [{asks}]\n{measured}");
+    collect(&self::plan(&of_ecu).steps, &mut written);
+    let of_canopen = self::plan(include_str!("canopen.toml"));
+    collect(&of_canopen.steps, &mut written);
     for name in Action::NAMES {
         assert!(written.contains(name), "no step `{name}`");
     }

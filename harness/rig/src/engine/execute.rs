@@ -49,6 +49,7 @@ impl Engine {
                 self.actions.push_back(Action::Table(table::Command::State));
                 self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
             }
+            Waiting::Sdo => self.give_up_sdo(now),
             _ => {}
         }
     }
@@ -183,12 +184,18 @@ impl Engine {
             }
             Op::Order(order) => {
                 match &order {
-                    Order::Send(_) | Order::StopSending(_) => {}
+                    Order::Send(_) | Order::StopSending(_) | Order::Ask { .. } => {}
                     Order::Prompt { answer, .. } => self.waiting = Waiting::Answer(answer.clone()),
                     _ => self.waiting = Waiting::Answer(None),
                 }
                 self.actions.push_back(Action::Order(order));
             }
+            Op::Uds(step) => {
+                let (node, request) = (step.node().to_owned(), step.request());
+                self.actions.push_back(Action::Order(Order::Ask { node, request }));
+                self.waiting = Waiting::Reply(step);
+            }
+            Op::Sdo(step) => self.begin_sdo(now, step),
             Op::Fit(step) => self.fit(now, &step),
             Op::SaveCalibration(step) => self.save_calibration(now, &step),
             Op::Identify(step) => self.identify(now, &step),

@@ -17,14 +17,16 @@ pub mod program;
 mod reactions;
 mod rest_watch;
 mod robot;
+mod sdo;
 mod segment;
 mod signals;
 mod teardown;
+mod uds;
+mod waiting;
 
 pub use action::Action;
 pub use segment::Look;
 
-use controller::mission::MissionId;
 use described::Decoded;
 use execute::holds;
 use identification::model::Model;
@@ -32,18 +34,19 @@ use observe::{Collector, Tags};
 use phases::Phases;
 use plan::observation::Observations;
 use plan::{
-    Action as StepAction, Answer, Condition, Op, Order, Plan, QuantityName, Segment, Speaker,
-    quantities as q,
+    Action as StepAction, Op, Order, Plan, QuantityName, Segment, Speaker, quantities as q,
 };
 use program::Program;
 use reactions::Reactions;
 use record::outcome::Outcome;
 use record::{Device, RecordKind};
 use robot::Robot;
+use sdo::Transfers;
 use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
-use wire::time::{Span, Timestamp};
+use waiting::Waiting;
+use wire::time::Timestamp;
 
 pub use robot::BenchFacts;
 pub use robot::FIRST_MISSION;
@@ -55,36 +58,6 @@ pub struct Ending {
     pub outcome: Outcome,
     /// One sentence.
     pub reason: Option<String>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum Waiting {
-    /// Nothing: the next operation can begin.
-    Nothing,
-    /// The controller's answer to this mission.
-    Mission(MissionId),
-    /// This instant.
-    Until(Timestamp),
-    /// The end of a log, and of its interval.
-    Log { until: Timestamp, interval: Span, due: Timestamp },
-    /// The end of a window at rest.
-    Residual(Timestamp),
-    /// A condition to hold.
-    Condition(Condition),
-    /// The reaction that the step awaits.
-    Reaction,
-    /// A state in which nothing moves.
-    Rest,
-    /// The absolute measurement.
-    Absolute(Op),
-    /// A look at the base.
-    Look(Option<Segment>),
-    /// The world's confirmation, with a number if one is asked for.
-    Answer(Option<Answer>),
-    /// The table's answer to a command.
-    TableWord,
-    /// The table's state, queried again at this instant while it turns.
-    TableRest { ask_at: Timestamp },
 }
 
 /// Runs one plan once.
@@ -102,6 +75,7 @@ pub struct Engine {
     /// Signals of nodes.
     signals: Signals,
     reactions: Reactions,
+    transfers: Transfers,
     /// State of a robot: its controller must report before the first step, and brings the base to rest at the end.
     /// `None` if no node takes missions.
     robot: Option<Box<Robot>>,
@@ -140,6 +114,7 @@ impl Engine {
             began: now,
             signals: Signals::default(),
             reactions: Reactions::default(),
+            transfers: Transfers::default(),
             robot: None,
             under_test: Vec::new(),
             models: BTreeMap::new(),
@@ -158,6 +133,7 @@ impl Engine {
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
         self.signals = Signals::of(&self.plan, speakers);
         self.reactions = Reactions::of(&self.plan, speakers);
+        self.transfers = Transfers::of(speakers);
         self
     }
 
@@ -235,6 +211,7 @@ impl Engine {
             Waiting::Nothing if self.is_heard() => Timestamp::ZERO,
             Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
+            Waiting::Sdo => self.transfers.deadline(),
             _ => Timestamp::MAX,
         };
         due.min(self.step_deadline).min(self.plan_deadline)
@@ -293,6 +270,7 @@ impl Engine {
         if self.ending.is_some() {
             return;
         }
+        self.answer_sdo(now, speaker, decoded);
         let mut brought = self.signals.take(now, (speaker, decoded.message), decoded.values);
         brought.extend(self.reactions.take(now, speaker, decoded));
         if !brought.is_empty() {

@@ -1,0 +1,196 @@
+//! What a device file says beside its EDS.
+
+use super::dictionary::{Dictionary, Entry};
+use super::{eds, layout as messages};
+use crate::description::{Scopes, Source};
+use crate::error::{FileError, Mistake};
+use crate::expression::Expression;
+use crate::file::{File, Formula, StateTable};
+use crate::files::Files;
+use crate::hint;
+use crate::layout::{Layout, Scale};
+use crate::place::Place;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The objects and the errors of a device.
+#[derive(Debug, Clone)]
+pub(crate) struct Canopen {
+    pub(crate) dictionary: Arc<Dictionary>,
+    /// Objects with a value of the application, by their place in the dictionary.
+    pub(crate) objects: BTreeMap<usize, Object>,
+    /// Error codes and their conditions.
+    pub(crate) errors: Vec<(u16, Expression)>,
+}
+
+/// Where the value of an object is.
+#[derive(Debug, Clone)]
+pub(crate) enum Object {
+    /// In a variable, which masters and machines set.
+    Variable(usize),
+    /// In what computes it.
+    Computed(Box<Source>),
+}
+
+/// Reads the layout of a description with an `eds`.
+pub(crate) fn layout<M>(
+    (file, text): (&str, &str),
+    said: &File<M>,
+    has_messages: bool,
+    name: &str,
+    files: &mut dyn Files,
+) -> Result<Layout, FileError> {
+    let located = |mistake: Mistake| mistake.located(file, text);
+    let place = Place::file();
+    let others = [
+        ("dbc", said.dbc.is_some()),
+        ("node", said.node.is_some()),
+        ("serial", said.serial.is_some()),
+        ("message", has_messages),
+    ];
+    let help = "the messages of a CANopen device are those of its `eds`";
+    if let Some((key, _)) = others.iter().find(|(_, given)| *given) {
+        let message = format!("`{key}` beside `eds`");
+        return Err(located(Mistake::new(place.key(key).name(), message).help(help)));
+    }
+    if let Some(name) = said.signal.keys().next() {
+        let message = "a CANopen device has objects, and its PDOs show them";
+        let help = "write [object.NAME] with the `expression`";
+        return Err(located(
+            Mistake::new(place.key("signal").key(name).name(), message).help(help),
+        ));
+    }
+    let eds = files.text(name).map_err(|error| {
+        let message = format!("failed to read `{name}`: {error}");
+        located(Mistake::new(place.key("eds"), message))
+    })?;
+    let node_id = match said.node_id {
+        Some(id) => id,
+        None => eds::commissioned(&eds).map(i64::from).ok_or_else(|| {
+            let help = "node_id = 5: from 1 to 127; the file itself says none";
+            let message = "the device has no `node_id`";
+            located(Mistake::new(place.key("eds").name(), message).help(help))
+        })?,
+    };
+    let node_id =
+        u8::try_from(node_id).ok().filter(|id| (1..=127).contains(id)).ok_or_else(|| {
+            let message = format!("{node_id} is no node identifier");
+            located(Mistake::new(place.key("node_id"), message).help("from 1 to 127"))
+        })?;
+    let mut dictionary = eds::dictionary(name, &eds, node_id)?;
+    for (object, table) in &said.object {
+        let at = place.key("object").key(object);
+        let entry = find(&mut dictionary, object, &at).map_err(located)?;
+        entry.unit.clone_from(&table.unit);
+        let factor = table.scale.unwrap_or(1.0);
+        entry.scale = Scale::new(factor, 0.0).ok_or_else(|| {
+            located(Mistake::new(at.key("scale"), format!("{factor} is no scale")))
+        })?;
+    }
+    let dictionary = Arc::new(dictionary);
+    messages::layout(&dictionary).map_err(|(index, sub, why)| {
+        let at = dictionary.find(index, sub).or_else(|_| dictionary.find(index, 0));
+        let at = at.map_or(0..0, |entry| entry.at.clone());
+        let message = format!("[{index:04X}sub{sub:X}] is no mapping of a PDO: {why}");
+        FileError::new(name, &eds, at, message)
+    })
+}
+
+/// Refuses the keys of a CANopen device in a file without an EDS.
+pub(crate) fn unused<M>(said: &File<M>) -> Result<(), Mistake> {
+    let keys = [
+        ("node_id", said.node_id.is_some()),
+        ("object", !said.object.is_empty()),
+        ("emergency", !said.emergency.is_empty()),
+    ];
+    let Some((key, _)) = keys.iter().find(|(_, given)| *given) else { return Ok(()) };
+    let message = format!("`{key}` is of a CANopen device");
+    Err(Mistake::new(Place::file().key(key).name(), message).help("name its `eds`"))
+}
+
+fn find<'a>(
+    dictionary: &'a mut Dictionary,
+    name: &str,
+    at: &Place,
+) -> Result<&'a mut Entry, Mistake> {
+    let Some(place) = dictionary.named(name) else {
+        let known: Vec<&str> = dictionary.application().map(|(_, one)| one.name()).collect();
+        let message = format!("the EDS has no object `{name}`");
+        return Err(Mistake::new(at.name(), message).help(hint::proposal(name, &known)));
+    };
+    Ok(&mut dictionary.entries[place])
+}
+
+/// Adds a state for each object of the application that no expression computes: masters write it, and machines may.
+/// Returns the names of the added ones.
+pub(crate) fn held<M>(said: &mut File<M>, dictionary: &Dictionary) -> Result<Vec<String>, Mistake> {
+    let mut names = Vec::new();
+    for (_, entry) in dictionary.application() {
+        let name = entry.name();
+        let sections = [
+            ("state", said.state.contains_key(name)),
+            ("parameter", said.parameter.contains_key(name)),
+            ("machine", said.machine.contains_key(name)),
+            ("table", said.table.contains_key(name)),
+        ];
+        if let Some((section, _)) = sections.iter().find(|(_, has)| *has) {
+            let message = format!("`{name}` is an object of the EDS");
+            let help = "give it another name, and the object its value by [object.NAME]";
+            let at = Place::file().key(section).key(name).name();
+            return Err(Mistake::new(at, message).help(help));
+        }
+        if said.object.get(name).is_some_and(|table| table.is_computed()) {
+            continue;
+        }
+        let start = entry.value(&entry.start).unwrap_or(0.0);
+        let state = StateTable {
+            start: Some(Formula::Number(start)),
+            rate: None,
+            value: None,
+            unit: entry.unit.clone(),
+            doc: entry.title.clone(),
+        };
+        said.state.insert(name.to_owned(), state);
+        names.push(name.to_owned());
+    }
+    Ok(names)
+}
+
+/// The objects and the errors of the file.
+pub(crate) fn model<M>(
+    said: &File<M>,
+    dictionary: &Arc<Dictionary>,
+    mut scopes: Scopes<'_>,
+) -> Result<Canopen, Mistake> {
+    let mut objects = BTreeMap::new();
+    for (place, entry) in dictionary.application() {
+        let table = said.object.get(entry.name()).filter(|table| table.is_computed());
+        let object = match table {
+            Some(table) => {
+                let at = Place::file().key("object").key(entry.name());
+                if !entry.readable {
+                    let message = format!("`{}` can only be written", entry.name());
+                    let help = "it is a name in expressions, with what the master wrote";
+                    return Err(Mistake::new(at.name(), message).help(help));
+                }
+                Object::Computed(Box::new(scopes.source(&table.source(), &entry.unit, &at)?))
+            }
+            None => match scopes.variable(entry.name()) {
+                Some(slot) => Object::Variable(slot),
+                None => continue,
+            },
+        };
+        objects.insert(place, object);
+    }
+    let mut errors = Vec::new();
+    for (name, table) in &said.emergency {
+        let at = Place::file().key("emergency").key(name);
+        if table.code < 0x1000 {
+            let message = format!("{:#06x} is no error code", table.code);
+            let help = "from 0x1000 to 0xFFFF, by CiA 301 and the profile of the device";
+            return Err(Mistake::new(at.key("code"), message).help(help));
+        }
+        errors.push((table.code, scopes.expression(&table.when, &at.key("when"))?));
+    }
+    Ok(Canopen { dictionary: Arc::clone(dictionary), objects, errors })
+}

@@ -1,0 +1,124 @@
+//! The values of the objects while the device runs.
+
+use super::abort::Abort;
+use super::dictionary::{APPLICATION, Dictionary, unsigned};
+use super::node::Application;
+use super::pdo;
+use std::sync::Arc;
+
+/// Error register, and its history (CiA 301, 7.5.2.2 and 7.5.2.4).
+const ERROR_REGISTER: u16 = 0x1001;
+const ERROR_HISTORY: u16 = 0x1003;
+
+/// The current bytes of all objects.
+#[derive(Debug, Clone)]
+pub(super) struct Objects {
+    pub(super) dictionary: Arc<Dictionary>,
+    pub(super) values: Vec<Vec<u8>>,
+    /// The object of the communication that was written last.
+    pub(super) changed: Option<u16>,
+}
+
+impl Objects {
+    pub(super) fn new(dictionary: Arc<Dictionary>) -> Self {
+        Self { values: dictionary.start(), dictionary, changed: None }
+    }
+
+    /// Sets the objects of the communication to their values at power-on.
+    pub(super) fn reset_communication(&mut self) {
+        let each = self.values.iter_mut().zip(&self.dictionary.entries);
+        for (value, entry) in each.filter(|(_, entry)| entry.index < APPLICATION) {
+            value.clone_from(&entry.start);
+        }
+    }
+
+    pub(super) fn setting(&self, index: u16, sub: u8) -> Option<u64> {
+        self.dictionary.setting(&self.values, index, sub)
+    }
+
+    /// Number of bytes of an object that can be written.
+    pub(super) fn length(&self, (index, sub): (u16, u8)) -> Result<usize, Abort> {
+        let entry = self.dictionary.find(index, sub)?;
+        if !entry.writable {
+            return Err(Abort::READ_ONLY);
+        }
+        Ok(if entry.number().is_some() { entry.kind.bytes() } else { usize::MAX })
+    }
+
+    /// The bytes of the object at this place now. A value out of its range is the nearest one in it.
+    pub(super) fn current(&mut self, place: usize, application: &dyn Application) -> &[u8] {
+        let entry = &self.dictionary.entries[place];
+        let value = application.value(place).filter(|value| value.is_finite());
+        // Equal numbers may be different bytes: 64 bits are more than a double has.
+        if let Some(value) = value.filter(|value| entry.value(&self.values[place]) != Some(*value))
+        {
+            let (least, greatest) = entry.range();
+            if let Some(bytes) = entry.bytes(value.clamp(least, greatest)) {
+                self.values[place] = bytes;
+            }
+        }
+        &self.values[place]
+    }
+
+    pub(super) fn read(
+        &mut self,
+        (index, sub): (u16, u8),
+        application: &dyn Application,
+    ) -> Result<Vec<u8>, Abort> {
+        let place = self.dictionary.position(index, sub)?;
+        if !self.dictionary.entries[place].readable {
+            return Err(Abort::WRITE_ONLY);
+        }
+        Ok(self.current(place, application).to_vec())
+    }
+
+    pub(super) fn write(
+        &mut self,
+        (index, sub): (u16, u8),
+        bytes: &[u8],
+        application: &mut dyn Application,
+    ) -> Result<(), Abort> {
+        let place = self.dictionary.position(index, sub)?;
+        let entry = &self.dictionary.entries[place];
+        entry.check(bytes)?;
+        if (index, sub) == (ERROR_HISTORY, 0) && unsigned(bytes) != 0 {
+            return Err(Abort::RANGE);
+        }
+        pdo::check(&self.dictionary, &self.values, (index, sub), bytes)?;
+        if let Some(value) = entry.value(bytes)
+            && !application.set(place, value)
+        {
+            return Err(Abort::READ_ONLY);
+        }
+        self.values[place] = bytes.to_vec();
+        if index < APPLICATION {
+            self.changed = Some(index);
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, (index, sub): (u16, u8), number: u64) {
+        if let Ok(place) = self.dictionary.position(index, sub) {
+            let bytes = self.dictionary.entries[place].kind.bytes();
+            self.values[place] = number.to_le_bytes()[..bytes].to_vec();
+        }
+    }
+
+    pub(super) fn set_error_register(&mut self, register: u8) {
+        self.set((ERROR_REGISTER, 0), register.into());
+    }
+
+    /// Puts an error at the beginning of the history.
+    pub(super) fn remember_error(&mut self, code: u16) {
+        let room = (1..=u8::MAX - 1)
+            .take_while(|sub| self.dictionary.position(ERROR_HISTORY, *sub).is_ok())
+            .count() as u8;
+        let known = self.setting(ERROR_HISTORY, 0).unwrap_or(0);
+        for sub in (1..room).rev() {
+            let moved = self.setting(ERROR_HISTORY, sub).unwrap_or(0);
+            self.set((ERROR_HISTORY, sub + 1), moved);
+        }
+        self.set((ERROR_HISTORY, 1), code.into());
+        self.set((ERROR_HISTORY, 0), (known + 1).min(room.into()));
+    }
+}

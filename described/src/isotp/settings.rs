@@ -1,0 +1,170 @@
+//! Identifiers and parameters of a channel, as files state them.
+
+use crate::error::Mistake;
+use crate::place::Place;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use wire::can::{DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, Id, StandardId};
+use wire::time::Span;
+
+/// Functional identifier with 11 bits (ISO 15765-4).
+const FUNCTIONAL: u32 = 0x7DF;
+/// Normal fixed addressing (ISO 15765-2, 10.3.3): physical and functional, before target and source.
+const FIXED_PHYSICAL: u32 = 0x18DA_0000;
+const FIXED_FUNCTIONAL: u32 = 0x18DB_3300;
+
+/// Identifiers and parameters of an ISO-TP channel, as written in a file.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IsoTpTable {
+    /// CAN identifier of requests.
+    pub request_id: Option<u32>,
+    /// CAN identifier of responses.
+    pub response_id: Option<u32>,
+    /// CAN identifier of requests to all servers. Default: 0x7DF with 11 bits, none with 29.
+    pub functional_id: Option<u32>,
+    /// The identifiers have 29 bits. Default: those above 0x7FF have.
+    #[serde(default)]
+    pub extended: bool,
+    /// Normal fixed addressing in place of identifiers: the addresses of the server and of the tester.
+    pub normal_fixed: Option<NormalFixed>,
+    /// Byte that fills frames up to eight bytes. Default: none.
+    pub padding: Option<u8>,
+    /// CAN FD: the longest frame in bytes, 8 to 64. Default: classic frames.
+    pub fd: Option<u8>,
+    /// Consecutive frames between two flow controls of this server. Default: 0, only one flow control.
+    #[serde(default)]
+    pub block_size: u8,
+    /// Least time between consecutive frames that this server asks for, s: 0.0001 to 0.0009 or 0.001 to 0.127. Default: 0.
+    #[serde(default)]
+    pub st_min_s: f64,
+    /// Wait for a flow control (N_Bs), s. Default: 1.
+    pub n_bs_s: Option<f64>,
+    /// Wait for a consecutive frame (N_Cr), s. Default: 1.
+    pub n_cr_s: Option<f64>,
+}
+
+/// Addresses of normal fixed addressing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NormalFixed {
+    /// Address of the server.
+    pub server: u8,
+    /// Address of the tester.
+    pub tester: u8,
+}
+
+/// Identifiers and parameters of an ISO-TP channel, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IsoTp {
+    pub(crate) request: Id,
+    pub(crate) response: Id,
+    pub(crate) functional: Option<Id>,
+    pub(super) padding: Option<u8>,
+    /// Longest frame of CAN FD.
+    pub(crate) fd: Option<usize>,
+    pub(super) block_size: u8,
+    pub(super) st_min: u8,
+    pub(super) n_bs: Span,
+    pub(super) n_cr: Span,
+}
+
+impl IsoTp {
+    /// The settings of a table.
+    ///
+    /// # Errors
+    /// With the key and a readable message.
+    pub fn new(table: &IsoTpTable) -> Result<Self, (&'static str, String)> {
+        let id = |key: &'static str, raw: u32| {
+            let standard = u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard);
+            let standard = standard.filter(|_| !table.extended);
+            let id = standard.or_else(|| ExtendedId::new(raw).map(Id::Extended));
+            id.ok_or_else(|| (key, format!("{raw:#x} is no CAN identifier")))
+        };
+        let (request, response, functional) = match table.normal_fixed {
+            Some(NormalFixed { server, tester }) => {
+                let given = [
+                    ("request_id", table.request_id.is_some()),
+                    ("response_id", table.response_id.is_some()),
+                ];
+                if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
+                    return Err((key, "`normal_fixed` gives the identifiers already".to_owned()));
+                }
+                let (server, tester) = (u32::from(server), u32::from(tester));
+                (
+                    id("normal_fixed", FIXED_PHYSICAL | server << 8 | tester)?,
+                    id("normal_fixed", FIXED_PHYSICAL | tester << 8 | server)?,
+                    Some(table.functional_id.unwrap_or(FIXED_FUNCTIONAL | tester)),
+                )
+            }
+            None => {
+                let said = |key: &'static str, raw: Option<u32>| {
+                    let help = || (key, format!("`{key}` is missing, and so is `normal_fixed`"));
+                    raw.ok_or_else(help).and_then(|raw| id(key, raw))
+                };
+                let request = said("request_id", table.request_id)?;
+                let usual = matches!(request, Id::Standard(_)).then_some(FUNCTIONAL);
+                let response = said("response_id", table.response_id)?;
+                (request, response, table.functional_id.or(usual))
+            }
+        };
+        let functional = functional.map(|raw| id("functional_id", raw)).transpose()?;
+        if request == response {
+            return Err(("response_id", "requests have the same identifier".to_owned()));
+        }
+        if functional.is_some_and(|id| id == request || id == response) {
+            let text = "requests to one server or responses have the same identifier";
+            return Err(("functional_id", text.to_owned()));
+        }
+        let fd = table.fd.map(usize::from);
+        let is_length = |bytes: &usize| {
+            *bytes >= DATA_BYTES_MAX && FD_LENGTHS.iter().any(|known| usize::from(*known) == *bytes)
+        };
+        if let Some(bytes) = fd.filter(|bytes| !is_length(bytes)) {
+            let text = format!("no CAN FD frame of {bytes} bytes, expected 8 to {FD_BYTES_MAX}");
+            return Err(("fd", text));
+        }
+        let time = |key: &'static str, seconds: Option<f64>| {
+            let seconds = seconds.unwrap_or(1.0);
+            let is_time = (0.001..=60.0).contains(&seconds);
+            let text = || (key, format!("{seconds} s, expected 0.001 s to 60 s"));
+            is_time.then(|| Span::from_secs_f64(seconds)).ok_or_else(text)
+        };
+        Ok(Self {
+            request,
+            response,
+            functional,
+            padding: table.padding,
+            fd,
+            block_size: table.block_size,
+            st_min: st_min(table.st_min_s)?,
+            n_bs: time("n_bs_s", table.n_bs_s)?,
+            n_cr: time("n_cr_s", table.n_cr_s)?,
+        })
+    }
+
+    pub(crate) fn at(table: &IsoTpTable, place: &Place) -> Result<Self, Mistake> {
+        Self::new(table).map_err(|(key, text)| Mistake::new(place.key(key), text))
+    }
+
+    /// Longest frame.
+    pub(super) fn frame_bytes(&self) -> usize {
+        self.fd.unwrap_or(DATA_BYTES_MAX)
+    }
+}
+
+/// A separation time as the byte of a flow control (9.6.5.4).
+fn st_min(seconds: f64) -> Result<u8, (&'static str, String)> {
+    let micros = libm::round(seconds * 1e6);
+    match micros {
+        0.0 => Ok(0),
+        100.0..=900.0 if micros % 100.0 == 0.0 => Ok(0xF0 + (micros / 100.0) as u8),
+        1e3..=127e3 if micros % 1e3 == 0.0 => Ok((micros / 1e3) as u8),
+        _ => Err((
+            "st_min_s",
+            format!(
+                "{seconds} s, expected 0.1 ms to 0.9 ms in steps of 0.1 ms, or 1 ms to 127 ms in steps of 1 ms"
+            ),
+        )),
+    }
+}

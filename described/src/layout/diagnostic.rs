@@ -1,0 +1,54 @@
+//! The frames of an ISO-TP channel as messages without signals, so that faults, periods and records can name them.
+
+use super::message::Carrier;
+use super::{Layout, Medium, Message, Sender};
+use crate::isotp::IsoTp;
+use wire::can::{FdFlags, Id};
+
+/// Names of the messages.
+const REQUEST: &str = "UdsRequest";
+const RESPONSE: &str = "UdsResponse";
+const FUNCTIONAL: &str = "UdsFunctional";
+
+impl Layout {
+    /// A CAN layout without messages.
+    pub fn empty() -> Self {
+        Self::new(Medium::Can, Vec::new())
+    }
+
+    /// The layout with the frames of a channel whose server is the device: `UdsRequest`, `UdsResponse` and
+    /// `UdsFunctional`.
+    ///
+    /// # Errors
+    /// With the key of the channel and a readable message, if another message has the identifier or the name.
+    pub fn with_isotp(self, channel: &IsoTp) -> Result<Self, (&'static str, String)> {
+        if self.medium != Medium::Can {
+            return Err(("request_id", "ISO-TP is a protocol of CAN".to_owned()));
+        }
+        let mut messages = self.messages.to_vec();
+        let request = Some((REQUEST, Sender::Host, channel.request, "request_id"));
+        let response = Some((RESPONSE, Sender::Device, channel.response, "response_id"));
+        let functional =
+            channel.functional.map(|id| (FUNCTIONAL, Sender::Host, id, "functional_id"));
+        for (name, sender, id, key) in [request, response, functional].into_iter().flatten() {
+            if let Some(other) = messages.iter().find(|one| one.can_id() == Some(id)) {
+                return Err((key, format!("`{}` has the same identifier", other.name)));
+            }
+            if messages.iter().any(|one| one.name == name) {
+                return Err((key, format!("a message has the name `{name}` already")));
+            }
+            messages.push(message(name, sender, id, channel.fd.is_some()));
+        }
+        let (medium, notes) = (self.medium, self.notes.to_vec());
+        Ok(Self::new(medium, messages).noting(notes))
+    }
+}
+
+fn message(name: &str, sender: Sender, id: Id, fd: bool) -> Message {
+    let fd = fd.then_some(FdFlags { bit_rate_switch: true, error_state: false });
+    Message {
+        doc: "A frame of diagnostics (ISO-TP)".to_owned(),
+        carrier: Carrier::Frame { id, length: 0, fd },
+        ..Message::of_frame(name, sender, (id, 0), Vec::new())
+    }
+}

@@ -1,0 +1,279 @@
+//! A server: its sessions and their timing (ISO 14229-2). [`super::answer`] has the services.
+
+use super::{DEFAULT_SESSION, Diagnosis, nrc, sid};
+use crate::device::Device;
+use crate::isotp::{Channel, End, Received, Slowness};
+use emulators::random::RandomStream;
+use std::collections::{BTreeMap, BTreeSet};
+use wire::can::CanFrame;
+use wire::time::{Span, Timestamp};
+
+/// Share of P2 and P2* after which a server says that a response is pending, in percent. Assumption: it leaves time for
+/// the frame.
+const PENDING_PERCENT: i64 = 80;
+/// Time from the response of an ECU reset to the reset. Assumption: the response has left the node by then.
+const RESET_AFTER: Span = Span::from_millis(2);
+/// Longest duration of a service.
+const DELAY_S_MAX: f64 = 3_600.0;
+
+/// State of a server.
+#[derive(Debug, Clone)]
+pub(crate) struct Server {
+    pub(super) channel: Channel,
+    pub(super) session: u8,
+    /// End of the session without another request.
+    session_ends: Timestamp,
+    /// The unlocked security level.
+    pub(super) unlocked: Option<u8>,
+    /// The level and the seed that was given, until a key comes.
+    pub(super) seed: Option<(u8, Vec<u8>)>,
+    /// Wrong keys of each level, and the end of its delay.
+    pub(super) attempts: BTreeMap<u8, (u32, Timestamp)>,
+    pub(super) random: RandomStream,
+    /// Ordinary messages are not sent, or not used.
+    pub(super) silent: bool,
+    pub(super) deaf: bool,
+    /// Routines that have been started.
+    pub(super) started: BTreeSet<u16>,
+    /// Parameters that requests have set.
+    pub(super) written: BTreeSet<String>,
+    pub(super) reset_at: Timestamp,
+    pending: Option<Pending>,
+}
+
+/// A request that takes time.
+#[derive(Debug, Clone)]
+struct Pending {
+    request: Received,
+    ready: Timestamp,
+    /// Time of the next response pending.
+    due: Timestamp,
+    has_said: bool,
+}
+
+/// What a service answers: the response, unless the request suppresses it.
+pub(super) type Answer = Result<Vec<u8>, u8>;
+
+impl Server {
+    pub(crate) fn new(diagnosis: &Diagnosis, seed: u64, device: &str) -> Self {
+        Self {
+            channel: Channel::new(diagnosis.isotp.clone(), End::Server),
+            session: DEFAULT_SESSION,
+            session_ends: Timestamp::MAX,
+            unlocked: None,
+            seed: None,
+            attempts: BTreeMap::new(),
+            random: RandomStream::new(seed, device, "uds seed"),
+            silent: false,
+            deaf: false,
+            started: BTreeSet::new(),
+            written: BTreeSet::new(),
+            reset_at: Timestamp::MAX,
+            pending: None,
+        }
+    }
+
+    /// Power-on: everything but wrong keys is forgotten.
+    pub(crate) fn power_on(&mut self) {
+        self.channel.reset();
+        self.enter(DEFAULT_SESSION);
+        self.session_ends = Timestamp::MAX;
+        self.started.clear();
+        (self.pending, self.reset_at) = (None, Timestamp::MAX);
+    }
+
+    pub(crate) const fn is_silent(&self) -> bool {
+        self.silent
+    }
+
+    pub(crate) const fn is_deaf(&self) -> bool {
+        self.deaf
+    }
+
+    /// True once the reset that a request asked for is due; takes the parameters that requests have set.
+    pub(crate) fn resets(&mut self, now: Timestamp) -> Option<BTreeSet<String>> {
+        (self.reset_at <= now).then(|| {
+            self.reset_at = Timestamp::MAX;
+            std::mem::take(&mut self.written)
+        })
+    }
+
+    /// Number of messages not sent or received.
+    pub(crate) const fn dropped(&self) -> u64 {
+        self.channel.failures()
+    }
+
+    pub(crate) fn next_wakeup(&self) -> Timestamp {
+        let pending = self.pending.as_ref().map_or(Timestamp::MAX, |one| one.ready.min(one.due));
+        self.channel.next_wakeup().min(pending).min(self.session_ends).min(self.reset_at)
+    }
+
+    pub(crate) fn transmit(&mut self) -> Option<CanFrame> {
+        self.channel.transmit()
+    }
+
+    pub(crate) fn receive(
+        &mut self,
+        now: Timestamp,
+        frame: &CanFrame,
+        diagnosis: &Diagnosis,
+        device: &mut Device,
+    ) {
+        self.slow_down(diagnosis, device);
+        let received = self.channel.receive(now, frame);
+        if let Some(request) = received {
+            self.request(now, request, diagnosis, device);
+        }
+    }
+
+    pub(crate) fn wake(&mut self, now: Timestamp, diagnosis: &Diagnosis, device: &mut Device) {
+        if self.next_wakeup() > now {
+            return;
+        }
+        self.slow_down(diagnosis, device);
+        self.channel.wake(now);
+        if let Some(pending) = self.pending.take_if(|pending| pending.ready <= now) {
+            self.serve(now, &pending.request, pending.has_said, diagnosis, device);
+        }
+        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.due <= now) {
+            pending.due = now + share(diagnosis.p2_star);
+            pending.has_said = true;
+            let service = pending.request.data.first().copied().unwrap_or_default();
+            self.channel.send(now, &[sid::NEGATIVE, service, nrc::RESPONSE_PENDING]);
+        }
+        if self.session_ends <= now {
+            // S3 stands still while a request arrives or is answered.
+            let is_busy = !self.channel.is_idle() || self.channel.is_receiving();
+            match is_busy || self.pending.is_some() {
+                true => self.session_ends = now + diagnosis.s3,
+                false => {
+                    self.session_ends = Timestamp::MAX;
+                    self.enter(DEFAULT_SESSION);
+                    device.test_codes(true);
+                }
+            }
+        }
+    }
+
+    /// A session begins: security is locked, and in the default session the effects of other sessions end.
+    pub(super) fn enter(&mut self, session: u8) {
+        self.session = session;
+        (self.unlocked, self.seed) = (None, None);
+        if session == DEFAULT_SESSION {
+            (self.silent, self.deaf) = (false, false);
+        }
+    }
+
+    fn slow_down(&mut self, diagnosis: &Diagnosis, device: &mut Device) {
+        let mut span = |of| Span::from_secs_f64(device.evaluate(of).clamp(0.0, DELAY_S_MAX));
+        self.channel.slowness = Slowness {
+            flow_control: span(&diagnosis.flow_control_delay),
+            separation: span(&diagnosis.separation),
+        };
+    }
+
+    fn request(
+        &mut self,
+        now: Timestamp,
+        request: Received,
+        diagnosis: &Diagnosis,
+        device: &mut Device,
+    ) {
+        let Some(service) = request.data.first().copied() else { return };
+        self.stay(now, diagnosis);
+        if self.pending.is_some() || !self.channel.is_idle() {
+            // A response under way is not interrupted. Tester present to all servers needs no answer.
+            if self.channel.is_idle() && !request.functional {
+                self.channel.send(now, &[sid::NEGATIVE, service, nrc::BUSY_REPEAT_REQUEST]);
+            }
+            return;
+        }
+        device.reach(now);
+        let delay = self.duration(&request.data, diagnosis, device);
+        if delay == Span::ZERO {
+            return self.serve(now, &request, false, diagnosis, device);
+        }
+        let due = match diagnosis.response_pending && delay > diagnosis.p2 {
+            true => now + share(diagnosis.p2),
+            false => Timestamp::MAX,
+        };
+        self.pending = Some(Pending { request, ready: now + delay, due, has_said: false });
+    }
+
+    /// How long the service of a request takes.
+    fn duration(&self, data: &[u8], diagnosis: &Diagnosis, device: &mut Device) -> Span {
+        let service = data.first().and_then(|service| diagnosis.services.get(service));
+        let mut seconds = service.map_or(0.0, |service| device.evaluate(&service.delay));
+        match data {
+            [sid::READ_DATA | sid::WRITE_DATA, high, low, ..] => {
+                let did = diagnosis.dids.get(&u16::from_be_bytes([*high, *low]));
+                seconds += did.map_or(0.0, |did| device.evaluate(&did.delay));
+            }
+            [sid::ROUTINE_CONTROL, 1, high, low, ..] => {
+                let routine = diagnosis.routines.get(&u16::from_be_bytes([*high, *low]));
+                seconds += routine.map_or(0.0, |routine| device.evaluate(&routine.delay));
+            }
+            _ => {}
+        }
+        Span::from_secs_f64(seconds.clamp(0.0, DELAY_S_MAX))
+    }
+
+    fn serve(
+        &mut self,
+        now: Timestamp,
+        request: &Received,
+        has_said: bool,
+        diagnosis: &Diagnosis,
+        device: &mut Device,
+    ) {
+        device.reach(now);
+        let data = &request.data;
+        match self.answer(now, data, diagnosis, device) {
+            Ok(response) => {
+                // The response to a request whose response was pending is never suppressed.
+                if has_said || !is_suppressed(data) {
+                    self.channel.send(now, &response);
+                }
+            }
+            Err(code) => {
+                // To all servers, what one does not have is no error.
+                let is_silent = matches!(
+                    code,
+                    nrc::SERVICE_NOT_SUPPORTED
+                        | nrc::SUB_FUNCTION_NOT_SUPPORTED
+                        | nrc::REQUEST_OUT_OF_RANGE
+                        | nrc::SUB_FUNCTION_NOT_SUPPORTED_IN_SESSION
+                        | nrc::SERVICE_NOT_SUPPORTED_IN_SESSION
+                );
+                if has_said || !(request.functional && is_silent) {
+                    let service = data.first().copied().unwrap_or_default();
+                    self.channel.send(now, &[sid::NEGATIVE, service, code]);
+                }
+            }
+        }
+        self.stay(now, diagnosis);
+    }
+
+    /// Restarts S3.
+    fn stay(&mut self, now: Timestamp, diagnosis: &Diagnosis) {
+        self.session_ends = match self.session {
+            DEFAULT_SESSION => Timestamp::MAX,
+            _ => now + diagnosis.s3,
+        };
+    }
+
+    pub(super) fn reset_soon(&mut self, now: Timestamp) {
+        self.reset_at = now + RESET_AFTER;
+    }
+}
+
+fn share(of: Span) -> Span {
+    of * PENDING_PERCENT / 100
+}
+
+/// True if the request is of a service with sub-functions and suppresses its positive response.
+pub(super) fn is_suppressed(data: &[u8]) -> bool {
+    let has_sub_function =
+        |service: u8| !matches!(service, sid::CLEAR_DTC | sid::READ_DATA | sid::WRITE_DATA);
+    matches!(data, [service, sub, ..] if has_sub_function(*service) && sub & 0x80 != 0)
+}

@@ -1,0 +1,43 @@
+//! Responses to diagnostic requests.
+
+use super::{Engine, Waiting};
+use described::Reply;
+use plan::Op;
+use record::outcome::Outcome;
+use wire::time::Timestamp;
+
+impl Engine {
+    /// Takes what became of a diagnostic request.
+    pub fn replied(&mut self, now: Timestamp, reply: &Reply) {
+        let Waiting::Reply(step) = &self.waiting else { return };
+        let step = step.clone();
+        self.waiting = Waiting::Nothing;
+        let judged = match step.unlocks(reply) {
+            Ok(Some(second)) => {
+                self.ops.push_front(Op::Uds(Box::new(second)));
+                Ok(None)
+            }
+            Ok(None) => step.judge(reply),
+            Err(why) => Err(why),
+        };
+        match (judged, step.quantity()) {
+            (Ok(Some(value)), Some(name)) => {
+                self.observe(now, |collector| collector.add_named(&name, value, 0.0, &[]));
+            }
+            (Ok(_), _) => {}
+            (Err(why), _) => {
+                let reason = format!("{}: {why}", self.place());
+                return self.end(now, Outcome::Failed, Some(reason));
+            }
+        }
+        self.advance(now);
+    }
+
+    /// Goes on without a response: the node is replayed from a log.
+    pub fn not_asked(&mut self, now: Timestamp) {
+        if matches!(self.waiting, Waiting::Reply(_)) {
+            self.waiting = Waiting::Nothing;
+            self.advance(now);
+        }
+    }
+}
