@@ -11,6 +11,7 @@ use emulators::table::TableEmulator;
 use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 use wire::gyro::{GyroDecoder, GyroOutput, OutputMode};
+use wire::packet::Packet;
 use wire::table::Command;
 use wire::time::Timestamp;
 
@@ -137,7 +138,8 @@ fn turn_by_bytes(devices: &Devices, steps: i32) -> f64 {
     let mut deg = 0.0;
     while gyro.next_wakeup() < Timestamp::from_secs_f64(16.0) {
         let now = gyro.next_wakeup();
-        if let Some(packet) = gyro.wake(now, table.angle_at(now)) {
+        let mut packet = Packet::new();
+        if gyro.wake(now, table.angle_at(now), &mut packet) {
             decoder.feed(packet.as_slice(), |sample| match sample.output {
                 GyroOutput::Rate(rate) => deg += rate.deg_per_s() * nominal_s,
                 GyroOutput::Increment(angle) => deg += angle.deg(),

@@ -1,23 +1,37 @@
 //! Speed of the simulated world relative to real time, per second of processor time.
 //!
 //! `cargo bench -p harness --bench worlds`. Each figure is the median of [`RUNS`] runs in this process, with best and
-//! worst beside it, because a shared machine is noisy. The world runs on one core.
+//! worst beside it, because a shared machine is noisy. The world runs on one core. The first row is the gyro's stream
+//! alone: drawn, encoded, decoded and integrated. It is the limit, and tells how fast the machine is.
+//!
+//! With `--once`, each row runs once and is printed as its name, a tab and its processor time in seconds:
+//! `benchmarks/paired` compares two builds by that.
 
 mod processor;
 
-use harness::run::{Prepared, simulate};
+use emulators::gyro::GyroEmulator;
+use harness::run::{Prepared, simulate, simulate_watched};
 use plan::made::Made;
 use processor::{RUNS, processor_s};
 use record::run_folder::RunFolder;
 use record::sink::{Level, NullSink, RecordSink};
 use rig::operator::Answers;
+use std::hint::black_box;
+use wire::gyro::{GyroDecoder, GyroOutput};
+use wire::packet::Packet;
+use wire::time::Timestamp;
+use wire::units::Angle;
 
 fn main() {
     // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
+    if std::env::args().any(|argument| argument == "--once") {
+        return once();
+    }
     println!("{:<46} {:>10} {:>10} {:>10}  unit", "", "median", "best", "worst");
+    report("the gyro's stream alone", "x real time", times(|| STREAM_S / stream_alone()));
     let observed = prepared("laps-observed");
     let long =
         |sink: &mut dyn FnMut() -> Box<dyn RecordSink>| times(|| seconds(&observed, &mut sink()));
@@ -39,6 +53,47 @@ fn main() {
         report(&format!("{plan}, 40 laps"), "laps/s", laps);
     }
     println!("peak memory of this process: {}", peak_memory());
+}
+
+/// Bench time of the stream alone.
+const STREAM_S: f64 = 10.0 * 3_600.0;
+
+/// Processor time of a gyro's stream without anything around it, s.
+fn stream_alone() -> f64 {
+    let prepared = prepared("laps-observed");
+    let robot = prepared.rig.robot.as_ref().expect("the plan is of the robot");
+    let (stream, parameters) = robot.gyro.clone();
+    let mut gyro = GyroEmulator::new(parameters, stream, 1, "gyro");
+    let mut decoder = GyroDecoder::new(stream);
+    let (mut packet, mut heading) = (Packet::new(), 0.0);
+    let period_s = stream.format.period().as_secs_f64();
+    let cpu = processor_s();
+    while gyro.next_wakeup() < Timestamp::from_secs_f64(STREAM_S) {
+        if gyro.wake(gyro.next_wakeup(), Angle::ZERO, &mut packet) {
+            decoder.feed(packet.as_slice(), |sample| {
+                if let GyroOutput::Rate(rate) = sample.output {
+                    heading += rate.rad_per_s() * period_s;
+                }
+            });
+        }
+    }
+    black_box(heading);
+    processor_s() - cpu
+}
+
+/// Each row once.
+fn once() {
+    println!("the gyro's stream alone\t{}", stream_alone());
+    for plan in ["laps-observed", "laps-corrected", "laps-corrected-serial"] {
+        let prepared = prepared(plan);
+        let cpu = processor_s();
+        simulate(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
+        println!("{plan}\t{}", processor_s() - cpu);
+    }
+    let prepared = prepared("laps-corrected");
+    let cpu = processor_s();
+    simulate_watched(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
+    println!("laps-corrected, properties judged\t{}", processor_s() - cpu);
 }
 
 fn prepared(plan: &str) -> Prepared {

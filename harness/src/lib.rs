@@ -80,7 +80,9 @@ pub use rig::operator;
 pub use wire;
 
 use judge::{checks, properties};
-use plan::{bench_file, calibrations, library, made, models, observation};
+#[cfg(feature = "live")]
+use plan::bench_file;
+use plan::{calibrations, library, made, models, observation};
 #[cfg(feature = "live")]
 use ports as port;
 use record::{outcome, run_folder};

@@ -14,6 +14,20 @@ pub enum Transmit {
     Frame(CanFrame),
 }
 
+impl Transmit {
+    /// Its bytes, to be written; a frame becomes no bytes.
+    #[inline]
+    pub const fn packet_mut(&mut self) -> &mut Packet {
+        if let Self::Frame(_) = self {
+            *self = Self::Bytes(Packet::new());
+        }
+        match self {
+            Self::Bytes(packet) => packet,
+            Self::Frame(_) => unreachable!(),
+        }
+    }
+}
+
 /// A port of a device, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct PortId(pub u8);

@@ -40,6 +40,14 @@ impl Packet {
         }
     }
 
+    /// Holds `bytes` in place of what it held.
+    #[inline]
+    pub const fn set<const N: usize>(&mut self, bytes: &[u8; N]) {
+        const { assert!(N <= BYTES_MAX) };
+        self.length = N as u8;
+        self.bytes.split_at_mut(N).0.copy_from_slice(bytes);
+    }
+
     /// The bytes.
     pub fn as_slice(&self) -> &[u8] {
         &self.bytes[..usize::from(self.length)]

@@ -162,28 +162,38 @@ impl GyroEmulator {
         self.pending.front().map_or(self.clock.next(), |&(due, _)| due.min(self.clock.next()))
     }
 
-    /// Takes the carrier's true heading at `now` (unwrapped) and returns the bytes that start to leave the gyro now,
-    /// if any. The first call only sets the initial heading.
+    /// Takes the carrier's true heading at `now` (unwrapped) and writes the bytes that start to leave the gyro now to
+    /// `packet`; returns `false` if there are no such bytes. The first call only sets the initial heading.
     ///
     /// `now` should be [`next_wakeup`](Self::next_wakeup). If it is later, the carrier is assumed to have turned
     /// evenly since the last output; call again until the next wake-up lies ahead.
     #[inline]
-    pub fn wake(&mut self, now: Timestamp, carrier_heading: Angle) -> Option<Packet> {
+    pub fn wake(&mut self, now: Timestamp, carrier_heading: Angle, packet: &mut Packet) -> bool {
         if now >= self.clock.next() {
             let due = self.clock.next();
-            let sample = self.measure(now, carrier_heading)?;
-            let packet = self.encoder.encode(&sample);
-            if self.parameters.latency_s == 0.0 && self.pending.is_empty() {
-                return Some(packet);
+            let encoder = self.encoder;
+            let encode = |sample| encoder.encode_to(&sample, packet);
+            if self.measure(now, carrier_heading, encode).is_none() {
+                return false;
             }
-            self.hold_back(due, packet);
+            if self.parameters.latency_s == 0.0 && self.pending.is_empty() {
+                return true;
+            }
+            self.hold_back(due, *packet);
         }
-        let &(due, packet) = self.pending.front()?;
-        if due > now {
-            return None;
+        self.released(now, packet)
+    }
+
+    /// Takes the oldest output whose latency has passed.
+    fn released(&mut self, now: Timestamp, packet: &mut Packet) -> bool {
+        match self.pending.front() {
+            Some(&(due, oldest)) if due <= now => {
+                *packet = oldest;
+                self.pending.pop_front();
+                true
+            }
+            _ => false,
         }
-        self.pending.pop_front();
-        Some(packet)
     }
 
     /// Holds an output due at `due` until its latency has passed.
@@ -286,9 +296,15 @@ impl GyroEmulator {
             (start - parameters.steady_celsius()).abs() > parameters.warm_up_flag_kelvin;
     }
 
-    /// The next output, for the carrier at `heading` now; `None` at the first call.
+    /// Passes the next output to `take`, for the carrier at `heading` now; `None` at the first call and without supply.
+    // A sample is not returned: copying it right after it was written stalls the processor.
     #[inline]
-    fn measure(&mut self, now: Timestamp, heading: Angle) -> Option<GyroSample> {
+    fn measure<T>(
+        &mut self,
+        now: Timestamp,
+        heading: Angle,
+        take: impl FnOnce(GyroSample) -> T,
+    ) -> Option<T> {
         let Some((last, last_heading)) = self.carrier else {
             // The clock starts at the first heading.
             self.carrier = Some((now, heading));
@@ -322,11 +338,11 @@ impl GyroEmulator {
         }
         let wanted = scaled + self.bias.value + noise;
         if !self.faults.is_empty() {
-            return self.measure_faulty(wanted, interval_s);
+            return self.measure_faulty(wanted, interval_s).map(take);
         }
         let over_range = wanted.abs() > self.range;
         let measured = wanted.clamp(-self.range, self.range);
-        Some(self.sample(measured, interval_s, over_range))
+        Some(take(self.sample(measured, interval_s, over_range)))
     }
 
     /// Evaluates the fast effects: stores the bias, returns the scale.

@@ -10,6 +10,7 @@ use described::{Decoded, Decoder};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
+use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 
 #[derive(Debug, Default)]
@@ -197,7 +198,8 @@ impl Rig {
     pub fn wake_gyro(&mut self, now: Timestamp, place: usize) {
         let route = self.nodes[place].route(robot::GYRO);
         let Part::Robot(robot) = &mut self.nodes[place].part else { return };
-        while let Some((at, what)) = robot.gyro_output(now) {
+        let mut what = Transmit::Bytes(Packet::new());
+        while let Some(at) = robot.gyro_output(now, &mut what) {
             if let Some(Route { line, end }) = route {
                 self.lines[line].send(at, end, what);
             }

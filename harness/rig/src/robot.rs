@@ -69,9 +69,14 @@ impl Robot {
         is_due
     }
 
-    /// Returns the next output of the gyro up to `now`, with its own instant.
+    /// Writes the next output of the gyro up to `now` to `output`; returns its own instant.
     #[inline]
-    pub(super) fn gyro_output(&mut self, now: Timestamp) -> Option<(Timestamp, Transmit)> {
+    pub(super) fn gyro_output(
+        &mut self,
+        now: Timestamp,
+        output: &mut Transmit,
+    ) -> Option<Timestamp> {
+        let packet = output.packet_mut();
         let Bench { gyro, carrier, .. } = &mut self.bench;
         while gyro.next_wakeup() <= now {
             let at = gyro.next_wakeup();
@@ -79,10 +84,8 @@ impl Robot {
             if gyro.feels_motors() {
                 gyro.set_motor_current(carrier.motor_current_at(at));
             }
-            if let Some(packet) = gyro.wake(at, heading)
-                && !self.gyro_is_real
-            {
-                return Some((at, Transmit::Bytes(packet)));
+            if gyro.wake(at, heading, packet) && !self.gyro_is_real {
+                return Some(at);
             }
         }
         None

@@ -17,6 +17,7 @@ use crate::hosted::Hosted;
 use record::Device;
 use record::sink::RecordSink;
 use wire::device::{PortId, Transmit};
+use wire::packet::Packet;
 use wire::time::Timestamp;
 
 /// The only gyro of a rig, on its own serial line to a controller.
@@ -61,6 +62,7 @@ impl<C: Crossing> Simulation<C> {
         }
         let before = self.events;
         let others = self.rig.next_but_stream(robot, controller).min(self.plan_due);
+        let mut what = Transmit::Bytes(Packet::new());
         loop {
             let until = others.min(self.rig.nodes[controller].next_wakeup());
             let Part::Robot(emulated) = &mut self.rig.nodes[robot].part else { return false };
@@ -69,10 +71,10 @@ impl<C: Crossing> Simulation<C> {
             if now >= until || self.events.is_multiple_of(EVENTS_PER_PULSE) {
                 return self.events > before;
             }
-            let output = emulated.gyro_output(due);
+            let at = emulated.gyro_output(due, &mut what);
             self.events += 1;
             self.begin_event(now);
-            let Some((at, mut what)) = output else { continue };
+            let Some(at) = at else { continue };
             let is_whole = matches!(&what, Transmit::Bytes(packet) if packet.len() == bytes);
             let passes = is_whole && self.rig.lines[line].passes(at, now, end);
             if passes {

@@ -10,6 +10,7 @@ pub(crate) use campaign::tests::example;
 pub use campaign::{
     Again, campaign_json, campaign_table, envelope_table, envelopes_json, level_line,
 };
+#[cfg(feature = "report")]
 pub(crate) use comparison::Compared;
 pub use comparison::comparison;
 pub use markdown::{campaign_markdown, envelopes_markdown, runs_markdown};

@@ -15,7 +15,6 @@
 
 use super::tally::Tally;
 use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
-use crate::packet::Packet;
 use crate::serial::SerialSettings;
 use crate::time::Span;
 use crate::units::{Angle, AngularRate};
@@ -61,7 +60,7 @@ const INTEGER_DIGITS_MAX: usize = 3;
 
 /// The line of one sample. A rate or an increment is clipped to +-999.999999; an angle is sent in
 /// [0, 360) deg.
-pub fn encode(sample: &GyroSample) -> Packet {
+pub fn encode(sample: &GyroSample) -> [u8; LINE_BYTES] {
     let steps = match sample.output {
         GyroOutput::Rate(rate) => {
             quantised(rate.rad_per_s() * STEPS_PER_RAD, -STEPS_MAX, STEPS_MAX)
@@ -81,7 +80,7 @@ pub fn encode(sample: &GyroSample) -> Packet {
     write_number(number, steps.unwrap_or(0));
     rest[GAP.len()] = if valid { b'1' } else { b'0' };
     rest[GAP.len() + 1..].copy_from_slice(LINE_END);
-    Packet::from_slice(&line).unwrap_or_default()
+    line
 }
 
 /// Writes `steps` millionths right-aligned: at least one digit before the point, six after it.

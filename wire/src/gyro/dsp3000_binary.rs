@@ -23,7 +23,6 @@ use super::tally::Tally;
 use super::{
     Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence, quantised,
 };
-use crate::packet::Packet;
 use crate::serial::SerialSettings;
 use crate::time::Span;
 use crate::units::{Angle, AngularRate};
@@ -86,7 +85,7 @@ const TYPE_INTEGRATED: u32 = 2;
 /// The frame of one sample. A rate or an increment is clipped to 26 bits; an angle is sent in [-180, 180] deg. The
 /// sequence is sent modulo 4, or as zero if missing.
 #[inline]
-pub fn encode(sample: &GyroSample) -> Packet {
+pub fn encode(sample: &GyroSample) -> [u8; FRAME_BYTES] {
     let (kind, steps) = match sample.output {
         GyroOutput::Rate(rate) => (TYPE_RATE, rate.rad_per_s() * STEPS_PER_RAD_PER_S),
         GyroOutput::Increment(angle) => (TYPE_INCREMENT, angle.rad() * STEPS_PER_RAD),
@@ -101,7 +100,7 @@ pub fn encode(sample: &GyroSample) -> Packet {
         | (content.unwrap_or(0) as u32 & CONTENT_MASK);
     let parity = u32::from(!Word(word).has_odd_parity());
     let word = word | parity << PARITY_BIT;
-    Packet::from_slice(&word.to_be_bytes()).unwrap_or_default()
+    word.to_be_bytes()
 }
 
 /// A received frame.

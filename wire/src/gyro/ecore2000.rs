@@ -11,7 +11,6 @@
 
 use super::kvh_frame::{self, Deframer, Payload};
 use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
-use crate::packet::Packet;
 use crate::serial::SerialSettings;
 use crate::time::Span;
 use crate::units::AngularRate;
@@ -45,7 +44,7 @@ const STEPS_PER_RAD_PER_S: f64 = 1.0 / RATE_STEP.rad_per_s();
 
 /// The frame of one sample. The rate is clipped to 16 bits.
 #[inline]
-pub fn encode(sample: &GyroSample) -> Packet {
+pub fn encode(sample: &GyroSample) -> [u8; kvh_frame::FRAME_BYTES] {
     let rate = match sample.output {
         GyroOutput::Rate(rate) => {
             quantised(rate.rad_per_s() * STEPS_PER_RAD_PER_S, i16::MIN.into(), i16::MAX.into())

@@ -13,7 +13,6 @@
 //! sum to zero modulo 256.
 
 use super::tally::Tally;
-use crate::packet::Packet;
 
 /// Bytes of a frame.
 pub(super) const FRAME_BYTES: usize = 8;
@@ -47,12 +46,10 @@ impl Payload {
 
 /// The frame that carries `payload`.
 #[inline]
-pub(super) fn encode(payload: Payload) -> Packet {
+pub(super) fn encode(payload: Payload) -> [u8; FRAME_BYTES] {
     let checksum = byte_sum(payload.0).wrapping_neg();
     let frame = START_PATTERN | spread(payload.0 | u64::from(checksum) << PAYLOAD_BITS);
-    let mut packet = Packet::new();
-    packet.extend(&frame.to_be_bytes());
-    packet
+    frame.to_be_bytes()
 }
 
 /// Finds frames in a stream and delivers the payload of each with a correct checksum.

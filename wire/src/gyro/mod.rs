@@ -148,10 +148,11 @@ macro_rules! formats {
                 }
             }
 
-            #[inline]
-            fn encode(self, sample: &GyroSample) -> Packet {
+            // The sample stays in registers.
+            #[inline(always)]
+            fn encode(self, sample: &GyroSample, packet: &mut Packet) {
                 match self {
-                    $(Self::$format => $codec::encode(sample),)*
+                    $(Self::$format => packet.set(&$codec::encode(sample)),)*
                 }
             }
         }
@@ -265,7 +266,7 @@ pub struct Counters {
 }
 
 /// Encodes samples of one stream.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct GyroEncoder {
     stream: GyroStream,
 }
@@ -280,13 +281,22 @@ impl GyroEncoder {
     /// an output that the format does not carry ([`GyroFormat::carries`]), is sent as zero with the validity bit
     /// clear; on the Navigator as zero with the built-in test failed; on the E-Core 2000, which has neither, just as
     /// zero.
-    #[inline]
     pub fn encode(&self, sample: &GyroSample) -> Packet {
-        let mut sample = *sample;
+        let mut packet = Packet::new();
+        self.encode_to(sample, &mut packet);
+        packet
+    }
+
+    /// Writes these bytes to `packet`, in place of what it held: a copy of a packet that was just written costs as much
+    /// as encoding it.
+    #[inline]
+    pub fn encode_to(&self, sample: &GyroSample, packet: &mut Packet) {
         if self.stream.reversed {
-            sample.output = negated(sample.output);
+            let reversed = GyroSample { output: negated(sample.output), ..*sample };
+            self.stream.format.encode(&reversed, packet);
+        } else {
+            self.stream.format.encode(sample, packet);
         }
-        self.stream.format.encode(&sample)
     }
 }
 

@@ -18,7 +18,6 @@ use super::kvh_frame::{self, Deframer, Payload};
 use super::{
     Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence, quantised,
 };
-use crate::packet::Packet;
 use crate::serial::SerialSettings;
 use crate::time::Span;
 use crate::units::{AngularRate, Temperature};
@@ -65,7 +64,7 @@ const OVER_RANGE: u8 = 1 << 2;
 
 /// The frame of one sample. Rate and temperature are clipped to 16 bits; a missing sequence is sent as zero.
 #[inline]
-pub fn encode(sample: &GyroSample) -> Packet {
+pub fn encode(sample: &GyroSample) -> [u8; kvh_frame::FRAME_BYTES] {
     let rate = match sample.output {
         GyroOutput::Rate(rate) => {
             quantised(rate.rad_per_s() * STEPS_PER_RAD_PER_S, i16::MIN.into(), i16::MAX.into())

@@ -1,7 +1,6 @@
 //! Helpers shared by the tests of several formats.
 
 use super::{GyroDecoder, GyroFormat, GyroOutput, GyroSample, GyroStatus, GyroStream, OutputMode};
-use crate::packet::Packet;
 use crate::units::AngularRate;
 use std::format;
 use std::string::String;
@@ -27,10 +26,12 @@ pub(super) fn decoded(format: GyroFormat, mode: OutputMode, bytes: &[u8]) -> Vec
 }
 
 /// One line per sample: its name and its frame in hexadecimal.
-pub(super) fn hex_table(encode: fn(&GyroSample) -> Packet, rows: &[(&str, GyroSample)]) -> String {
+pub(super) fn hex_table<const N: usize>(
+    encode: fn(&GyroSample) -> [u8; N],
+    rows: &[(&str, GyroSample)],
+) -> String {
     let row = |(name, sample): &(&str, GyroSample)| {
-        let bytes: Vec<String> =
-            encode(sample).as_slice().iter().map(|byte| format!("{byte:02x}")).collect();
+        let bytes: Vec<String> = encode(sample).iter().map(|byte| format!("{byte:02x}")).collect();
         format!("{name:<22}{}\n", bytes.join(" "))
     };
     rows.iter().map(row).collect()

@@ -25,7 +25,7 @@ fn run(gyro: &mut GyroEmulator, fault: GyroFault) -> (Vec<(f64, GyroSample)>, u6
         if t >= 7.0 && acted.is_none() {
             acted = Some(gyro.end_fault(4));
         }
-        if let Some(sample) = gyro.measure(now, heading(t)) {
+        if let Some(sample) = gyro.measure(now, heading(t), |sample| sample) {
             samples.push((t, sample));
         }
     }

@@ -30,7 +30,7 @@ pub(super) fn run(
 ) {
     while gyro.next_wakeup() <= Timestamp::from_secs_f64(seconds) {
         let now = gyro.next_wakeup();
-        if let Some(sample) = gyro.measure(now, heading(now.as_secs_f64())) {
+        if let Some(sample) = gyro.measure(now, heading(now.as_secs_f64()), |sample| sample) {
             deliver(sample);
         }
     }

@@ -5,6 +5,7 @@ use crate::gyro::{GyroEmulator, GyroParameters};
 use crate::parameters::Parameters as _;
 use proptest::prelude::*;
 use wire::gyro::{GyroOutput, GyroStream, OutputMode};
+use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate};
 
@@ -72,7 +73,8 @@ fn latency_delays_the_bytes_and_not_the_measurement() {
         while gyro.next_wakeup() <= Timestamp::from_secs_f64(1.0) {
             let now = gyro.next_wakeup();
             let heading = Angle::from_deg(now.as_secs_f64().powi(2));
-            log.extend(gyro.wake(now, heading).map(|packet| (now, packet)));
+            let mut packet = Packet::new();
+            log.extend(gyro.wake(now, heading, &mut packet).then_some((now, packet)));
         }
         log
     };
@@ -92,7 +94,7 @@ fn a_late_wake_loses_no_angle() {
         now += Span::from_millis(10 + late_ms);
         let heading = Angle::from_deg(7.0 * now.as_secs_f64().powi(2));
         while gyro.next_wakeup() <= now {
-            turned += gyro.measure(now, heading).map_or(0.0, increment);
+            turned += gyro.measure(now, heading, |sample| sample).map_or(0.0, increment);
         }
     }
     // Up to the last output, evenly within the last wake's interval.
@@ -122,7 +124,9 @@ fn the_same_seed_gives_the_same_bytes_and_another_name_others() {
         let mut bytes = Vec::new();
         while bytes.len() < 8_000 {
             let now = gyro.next_wakeup();
-            bytes.extend(gyro.wake(now, Angle::ZERO).iter().flat_map(|p| p.as_slice().to_vec()));
+            let mut packet = Packet::new();
+            gyro.wake(now, Angle::ZERO, &mut packet);
+            bytes.extend_from_slice(packet.as_slice());
         }
         bytes
     };
@@ -143,7 +147,7 @@ proptest! {
         for _ in 0..300 {
             let now = gyro.next_wakeup();
             prop_assert!(now > last || gyro.parameters().latency_s > 0.0);
-            gyro.wake(now, Angle::from_rad(1.0));
+            gyro.wake(now, Angle::from_rad(1.0), &mut Packet::new());
             last = now;
         }
         prop_assert!(last > Timestamp::from_secs_f64(1.0));
@@ -155,8 +159,9 @@ proptest! {
         gyro.receive(Timestamp::ZERO, &bytes);
         for _ in 0..4 {
             let now = gyro.next_wakeup();
-            gyro.wake(now, Angle::from_rad(rad));
-            gyro.wake(Timestamp::MAX, AngularRate::from_rad_per_s(rad) * Span::from_secs(1));
+            gyro.wake(now, Angle::from_rad(rad), &mut Packet::new());
+            let far = AngularRate::from_rad_per_s(rad) * Span::from_secs(1);
+            gyro.wake(Timestamp::MAX, far, &mut Packet::new());
         }
     }
 }

@@ -1,5 +1,7 @@
 use super::{BenchFile, ControllerSection, Medium, Role};
-use crate::library::{Kind, Library, names};
+#[cfg(feature = "ports")]
+use crate::library::Library;
+use crate::library::{Kind, names};
 use wire::time::Span;
 
 const EVERYTHING: &str = r#"

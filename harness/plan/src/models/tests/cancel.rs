@@ -10,6 +10,7 @@ use emulators::gyro::{GyroEmulator, GyroParameters};
 use identification::model::Model;
 use std::f64::consts::TAU;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
+use wire::packet::Packet;
 use wire::time::Timestamp;
 use wire::units::Angle;
 
@@ -50,7 +51,8 @@ fn error_deg(model: &Model, corrected: bool) -> f64 {
     let (mut before, mut after) = (None, None);
     while gyro.next_wakeup() <= Timestamp::from_secs_f64(UNTIL_S) {
         let now = gyro.next_wakeup();
-        if let Some(packet) = gyro.wake(now, heading(now.as_secs_f64())) {
+        let mut packet = Packet::new();
+        if gyro.wake(now, heading(now.as_secs_f64()), &mut packet) {
             controller.receive(now, Port::Gyro, Input::Bytes(packet.as_slice()));
         }
         if controller.next_wakeup() <= now {
