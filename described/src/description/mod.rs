@@ -217,6 +217,12 @@ impl Description {
         self.parameters.iter().map(|known| (known.name.as_str(), known.value, known.unit.as_str()))
     }
 
+    /// Whether the signals of a received message return to their initial values when it no longer comes.
+    pub fn times_out(&self, message: usize) -> bool {
+        let mut heard = self.model.heard.iter();
+        heard.any(|heard| heard.message == message && heard.timeout.is_some())
+    }
+
     /// The unit of a parameter, a state or a signal, as written in the file.
     pub fn unit(&self, name: &str) -> Option<&str> {
         let signal = |(message, signal): (usize, usize)| {

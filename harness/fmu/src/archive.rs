@@ -38,6 +38,12 @@ pub fn open(path: &Path) -> Result<Archive, String> {
     ZipArchive::new(file).map(Archive).map_err(|error| format!("it is no FMU: {error}"))
 }
 
+/// The path of a library for this platform in an FMU.
+pub fn library_path(is_three: bool, identifier: &str) -> String {
+    let version = if is_three { Version::Three } else { Version::Two };
+    format!("binaries/{}/{identifier}.so", platform(version))
+}
+
 /// The folder of libraries for this platform.
 fn platform(version: Version) -> String {
     let processor = std::env::consts::ARCH;

@@ -11,6 +11,7 @@ mod native;
 pub mod samples;
 mod write;
 
+pub use archive::library_path;
 pub use write::write;
 
 use archive::Unpacked;

@@ -124,7 +124,7 @@ macro_rules! functions {
         }
     };
 }
-pub(self) use functions;
+use functions;
 
 /// The last message of a library that warns or complains.
 #[derive(Debug, Default)]
