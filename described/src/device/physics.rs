@@ -124,7 +124,7 @@ impl Dynamics {
             instance.step(coupled.steps as f64 * length, length)?;
             dynamics.read(physics, &mut *instance)?;
             coupled.steps += 1;
-            coupled.due = coupled.due + physics.step;
+            coupled.due += physics.step;
             coupled.instance = Some(instance);
             Ok(())
         });

@@ -3,7 +3,6 @@
 //! What the standard says of their arguments is what makes them safe: an instance is one of `fmi3InstantiateCoSimulation` and
 //! arrays have the given length.
 
-#![expect(clippy::missing_safety_doc, reason = "the standard says it")]
 #![expect(clippy::undocumented_unsafe_blocks, reason = "callers follow the standard")]
 
 use crate::c::{self, OK, text, with};
@@ -24,7 +23,6 @@ pub extern "C" fn fmi3SetDebugLogging() -> c_int {
     OK
 }
 
-#[expect(clippy::too_many_arguments, reason = "the standard says it")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     _name: *const c_char,
@@ -97,7 +95,7 @@ pub unsafe extern "C" fn fmi3SetFloat64(
     references: *const u32,
     count: usize,
     values: *const f64,
-    _values: usize,
+    _value_count: usize,
 ) -> c_int {
     unsafe { c::set(instance, (references, count), values) }
 }
@@ -108,12 +106,11 @@ pub unsafe extern "C" fn fmi3GetFloat64(
     references: *const u32,
     count: usize,
     values: *mut f64,
-    _values: usize,
+    _value_count: usize,
 ) -> c_int {
     unsafe { c::get(instance, (references, count), values) }
 }
 
-#[expect(clippy::too_many_arguments, reason = "the standard says it")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3DoStep(
     instance: *mut c_void,

@@ -3,7 +3,6 @@
 //! What the standard says of their arguments is what makes them safe: an instance is one of `fmi2Instantiate` and arrays have
 //! the given length.
 
-#![expect(clippy::missing_safety_doc, reason = "the standard says it")]
 #![expect(clippy::undocumented_unsafe_blocks, reason = "callers follow the standard")]
 
 use crate::c::{self, OK, text, with};

@@ -169,7 +169,8 @@ impl Unit {
         }
         for (message, changed) in changed.into_iter().enumerate() {
             let (values, is_known) = &mut running.given[message];
-            if !changed && !(*is_known && self.description.times_out(message)) {
+            let is_missed = *is_known && self.description.times_out(message);
+            if !(changed || is_missed) {
                 continue;
             }
             *is_known = true;
