@@ -1,11 +1,13 @@
 //! The content of a description file.
 
 mod canopen;
+mod fmu;
 mod machine;
 mod message;
 mod uds;
 
 pub(crate) use canopen::{EmergencyTable, ObjectTable};
+pub(crate) use fmu::FmuTable;
 pub(crate) use machine::{MachineTable, TransitionTable};
 pub use message::FieldType;
 pub(crate) use message::{
@@ -70,6 +72,8 @@ pub(crate) struct File<M> {
     pub(crate) signal: BTreeMap<String, SourceTable>,
     /// Diagnostics: a UDS server.
     pub(crate) uds: Option<UdsTable>,
+    /// Physics in a functional mock-up unit.
+    pub(crate) fmu: Option<FmuTable>,
     /// Objects of the EDS, by their ParameterName in lower case with `_`: values and units.
     #[serde(default)]
     pub(crate) object: BTreeMap<String, ObjectTable>,

@@ -1,6 +1,8 @@
 //! The files named by a description.
 
+use crate::fmu::Fmu;
 use crate::steps::Steps;
+use std::sync::Arc;
 
 /// Provides the files that a description names.
 pub trait Files {
@@ -16,6 +18,19 @@ pub trait Files {
     /// # Errors
     /// With a readable reason.
     fn errors(&mut self, name: &str, unit: &str) -> Result<Steps, String>;
+
+    /// The functional mock-up unit in a file.
+    ///
+    /// # Errors
+    /// With a readable reason.
+    fn fmu(&mut self, _name: &str) -> Result<Arc<dyn Fmu>, String> {
+        Err("functional mock-up units are not loaded here".to_owned())
+    }
+
+    /// True if two units are known and differ.
+    fn differ(&mut self, _one: &str, _other: &str) -> bool {
+        false
+    }
 }
 
 /// Provides the texts of files, but no models.

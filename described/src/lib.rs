@@ -45,6 +45,7 @@
 //! | `[machine.NAME]` | `states`, `start`, `transitions` (`from`, `to`, `when`, `on`, `after_s`, `set`), `enter` |
 //! | `[table.NAME]` | `x` and `y`, or `x`, `y` and `z`, or `csv`; `outside` |
 //! | `[signal.NAME]` | `expression`, `in.MACHINE = { STATE = ... }`, or `steps = [[t, value], ...]`, or `csv` with the columns `time` and `value`; `interpolate`, `repeat`; `noise`; a `model` of its sensor, below |
+//! | `[fmu]` | a functional mock-up unit whose outputs are states; `docs/fmu.md` |
 //! | `[uds]` | diagnostics: a UDS server on ISO-TP; `docs/uds.md` |
 //! | `[message.NAME]` | sent: `period_s` and `send`, or `answers = "Command"` with `delay_s`, `when`, `times`, `every_s`, `busy`; received: `initial`, `timeout_s`, `while_answering`, `queue`; either: `counter`, `checksum`, `e2e`, below |
 //!
@@ -162,6 +163,7 @@ mod error;
 mod expression;
 mod file;
 mod files;
+mod fmu;
 pub mod hint;
 mod isotp;
 mod layout;
@@ -179,6 +181,7 @@ pub use description::Description;
 pub use device::Device;
 pub use error::FileError;
 pub use files::Files;
+pub use fmu::{Fmu, FmuInstance, FmuRole, FmuVariable};
 pub use isotp::{IsoTp, IsoTpTable};
 pub use layout::{
     ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,

@@ -16,6 +16,7 @@ mod determinism;
 mod engine;
 mod estimators;
 mod faults;
+mod fmu;
 mod golden;
 mod identify;
 mod j1939;

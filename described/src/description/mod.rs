@@ -2,6 +2,7 @@
 
 mod answers;
 mod arrays;
+mod fmu;
 mod formula;
 mod machines;
 mod messages;
@@ -19,6 +20,7 @@ mod variables;
 pub(crate) mod tests;
 
 pub(crate) use answers::{Answer, TIMES_MAX, WhileAnswering};
+pub(crate) use fmu::Physics;
 pub(crate) use machines::{Machine, Setting};
 pub(crate) use messages::{Heard, Sent};
 pub(crate) use scope::Scopes;
@@ -87,6 +89,8 @@ pub(crate) struct Model {
     pub(crate) uds: Option<Box<Diagnosis>>,
     /// Present for a CANopen device.
     pub(crate) canopen: Option<Canopen>,
+    /// A functional mock-up unit.
+    pub(crate) physics: Option<Box<Physics>>,
 }
 
 impl Description {
@@ -120,11 +124,12 @@ impl Description {
         listed: bool,
         files: &mut dyn Files,
     ) -> Result<Self, Mistake> {
-        let step = said.step_s.unwrap_or(STEP_S);
-        let step = messages::seconds(step, STEP_S_MIN, &Place::file().key("step_s"))?;
+        let step_s = said.step_s.unwrap_or(STEP_S);
+        let step = messages::seconds(step_s, STEP_S_MIN, &Place::file().key("step_s"))?;
         let dictionary = layout.dictionary().cloned();
         let held = dictionary.iter().map(|dictionary| canopen::held(&mut said, dictionary));
         let held = held.collect::<Result<Vec<_>, _>>()?.concat();
+        let loaded = fmu::load(&mut said, files)?;
         let layout = messages::ruled(layout, &said.message, listed)?;
         let of_uds = Place::file().key("uds").key("isotp");
         let isotp = said.uds.as_ref().map(|uds| IsoTp::at(&uds.isotp, &of_uds)).transpose()?;
@@ -154,6 +159,13 @@ impl Description {
         let state_names = of_states.iter().map(|entry| entry.name.clone()).collect();
         let variables = Variables::new(names, state_names, named, layout.clone());
         let mut set = machines::set(&machine_tables, &variables)?;
+        let fmu = said.fmu.as_ref().zip(loaded);
+        let physics = fmu.map(|(table, loaded)| {
+            fmu::units(table, &*loaded.unit, &layout, &said.signal, files)?;
+            fmu::physics(table, loaded, &variables, &set, step_s)
+        });
+        let physics = physics.transpose()?.map(Box::new);
+        set.extend(said.fmu.iter().flat_map(|fmu| fmu.outputs.keys()).map(String::as_str));
         set.extend(held.iter().map(String::as_str));
         let (states, order) = states::states(&of_states, &set, &variables)?;
         let machines = machines::machines(&machine_tables, &states, &variables)?;
@@ -177,6 +189,7 @@ impl Description {
             heard,
             uds,
             canopen,
+            physics,
         };
         let (name, title, source) = (said.name, said.title, said.source);
         Ok(Self { name, title, source, layout, parameters, notes, model })
@@ -202,6 +215,12 @@ impl Description {
     /// The parameters: name, value and unit, ordered by name.
     pub fn parameters(&self) -> impl Iterator<Item = (&str, f64, &str)> {
         self.parameters.iter().map(|known| (known.name.as_str(), known.value, known.unit.as_str()))
+    }
+
+    /// Whether the signals of a received message return to their initial values when it no longer comes.
+    pub fn times_out(&self, message: usize) -> bool {
+        let mut heard = self.model.heard.iter();
+        heard.any(|heard| heard.message == message && heard.timeout.is_some())
     }
 
     /// The unit of a parameter, a state or a signal, as written in the file.

@@ -68,21 +68,24 @@ pub(super) fn names(
     let of_others = others.iter().map(|(section, name)| (*section, *name, *name));
     for (section, key, name) in of_parameters.chain(of_states).chain(of_others) {
         let place = Place::file().key(section).key(key);
-        let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if !name.chars().all(word) || name.chars().next().is_none_or(|c| c.is_ascii_digit()) {
-            return Err(Mistake::new(place.name(), format!("`{name}` is not a name"))
-                .help("names have letters, digits and `_`, and begin with no digit"));
-        }
-        if is_reserved(name) || section == "table" && is_function(name) {
-            return Err(Mistake::new(
-                place.name(),
-                format!("`{name}` has a meaning in every expression"),
-            )
-            .help("choose another name"));
-        }
+        self::name(name, section, &place)?;
         if section == "state" && parameters.iter().any(|known| known.name == name) {
             return Err(Mistake::new(place.name(), format!("`{name}` is a parameter already")));
         }
+    }
+    Ok(())
+}
+
+/// Checks that the name of a variable is a word, and not reserved.
+pub(super) fn name(name: &str, section: &str, place: &Place) -> Result<(), Mistake> {
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if !name.chars().all(word) || name.chars().next().is_none_or(|c| c.is_ascii_digit()) {
+        return Err(Mistake::new(place.name(), format!("`{name}` is not a name"))
+            .help("names have letters, digits and `_`, and begin with no digit"));
+    }
+    if is_reserved(name) || section == "table" && is_function(name) {
+        let message = format!("`{name}` has a meaning in every expression");
+        return Err(Mistake::new(place.name(), message).help("choose another name"));
     }
     Ok(())
 }

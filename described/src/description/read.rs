@@ -40,6 +40,7 @@ pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
         machine: whole.machine,
         signal: whole.signal,
         uds: whole.uds,
+        fmu: whole.fmu,
         message: rules,
     };
     Ok((said, Some(whole.message)))

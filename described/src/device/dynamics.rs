@@ -2,6 +2,7 @@
 
 use super::laws::{Laws, Moment};
 use super::machines::Machines;
+use super::physics::Coupled;
 use crate::description::{Model, TIME};
 use crate::uds::Monitor;
 use wire::time::{Span, Timestamp};
@@ -26,14 +27,16 @@ pub(super) struct Dynamics {
     /// One per state with a rate, for the stage and in total.
     slope: Vec<f64>,
     sum: Vec<f64>,
-    start: Timestamp,
-    now: Timestamp,
+    pub(super) start: Timestamp,
+    pub(super) now: Timestamp,
     /// Increases with every change of the variables.
     generation: u64,
     pub(super) not_finite: u64,
     /// Tests of the trouble codes, and whether they run.
     pub(super) monitors: Vec<Monitor>,
     pub(super) monitoring: bool,
+    /// A functional mock-up unit.
+    pub(super) physics: Option<Box<Coupled>>,
 }
 
 impl Dynamics {
@@ -55,6 +58,7 @@ impl Dynamics {
             not_finite: 0,
             monitors: model.uds.iter().flat_map(|uds| &uds.dtcs).map(|_| Monitor::new()).collect(),
             monitoring: true,
+            physics: Coupled::of(model),
         }
     }
 
@@ -70,6 +74,7 @@ impl Dynamics {
             self.values[model.variables.last_state(index)] = start;
         }
         self.settle();
+        self.start_physics(model);
     }
 
     pub(super) fn get(&self, slot: usize) -> f64 {
@@ -114,7 +119,7 @@ impl Dynamics {
             let step = model.step.as_nanos();
             let count = self.now.since(self.start).as_nanos() / step + 1;
             let whole = self.start + Span::from_nanos(step.saturating_mul(count));
-            let next = whole.min(self.deadline());
+            let next = whole.min(self.deadline()).min(self.physics_due());
             if next > now {
                 return;
             }
@@ -123,6 +128,7 @@ impl Dynamics {
         self.now = now;
         // Deadlines passed meanwhile are void.
         self.plan(model, now);
+        self.skip_physics(model);
     }
 
     /// Integrates up to `now`, with a shorter last step.
@@ -153,8 +159,15 @@ impl Dynamics {
         }
         self.values[TIME] = self.seconds(end);
         self.now = end;
+        let is_due = self.physics_due() == end;
+        if is_due {
+            self.step_physics(model);
+        }
         self.settle();
         self.go_on(model, end, None);
+        if is_due {
+            self.look_at_inputs(model);
+        }
     }
 
     fn integrate(&mut self, length: f64) {

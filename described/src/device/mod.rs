@@ -8,6 +8,7 @@ mod dynamics;
 mod laws;
 mod machines;
 mod occasion;
+mod physics;
 mod readings;
 mod sending;
 #[cfg(test)]
@@ -184,6 +185,9 @@ impl Device {
 
     /// Time of the next wake-up if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
+        if let Some(at) = self.dynamics.physics_failed_at() {
+            return at;
+        }
         if !self.on {
             return self.back_at;
         }
@@ -234,7 +238,7 @@ impl Device {
             node.start(now);
         }
         if !on {
-            return;
+            return self.dynamics.stop_physics();
         }
         let description = Arc::clone(&self.description);
         let model = &description.model;

@@ -111,6 +111,12 @@ impl Message {
         matches!(self.carrier, Carrier::Frame { fd: Some(_), .. })
     }
 
+    /// Whether a signal is the counter or the checksum of the message, which a sender computes.
+    pub fn is_computed(&self, signal: usize) -> bool {
+        let protected = self.protected.as_ref();
+        protected.is_some_and(|one| [one.counter, one.checksum].contains(&Some(signal)))
+    }
+
     /// The positions of its multiplexers among its signals.
     pub fn multiplexers(&self) -> impl Iterator<Item = usize> {
         let signals = self.signals.iter().enumerate();

@@ -204,6 +204,21 @@ impl Library {
     ///
     /// When it cannot be read.
     pub fn open_beside(&self, source: &Source, name: &str) -> Result<Source, LibraryError> {
+        self.open_beside_by(source, name, read)
+    }
+
+    /// Like [`Self::open_beside`], for a file that is no text: `read` makes the text that a pack keeps of it, and is not
+    /// called for a file in a pack.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    pub fn open_beside_by(
+        &self,
+        source: &Source,
+        name: &str,
+        read: impl FnOnce(&Path) -> Result<Source, LibraryError>,
+    ) -> Result<Source, LibraryError> {
         let kind = Kind::DeviceData;
         // Two descriptions in different folders may each have a file with this name.
         let beside = Path::new(&source.origin).file_name().unwrap_or_default().to_string_lossy();

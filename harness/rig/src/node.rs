@@ -60,16 +60,19 @@ impl Node {
         self.routes.get(usize::from(port.0)).copied().flatten()
     }
 
-    /// A copy in the same state, which runs on its own. `None` for user code and programs, which cannot be copied.
+    /// A copy in the same state, which runs on its own. `None` for user code, programs and FMUs, which cannot
+    /// be copied.
     pub(super) fn copied(&self) -> Option<Self> {
         let part = match &self.part {
             Part::Robot(robot) => Part::Robot(robot.clone()),
-            Part::Described(described) => Part::Described(described.clone()),
+            Part::Described(described) if described.device.can_be_copied() => {
+                Part::Described(described.clone())
+            }
             Part::Controller(machine) => Part::Controller(Box::new(machine.copied()?)),
             Part::Tester(tester) => Part::Tester(tester.clone()),
             Part::Replayed(replaying) => Part::Replayed(replaying.clone()),
             Part::Plan => Part::Plan,
-            Part::Own(_) | Part::Away => return None,
+            Part::Own(_) | Part::Described(_) | Part::Away => return None,
         };
         Some(Self { name: self.name.clone(), part, routes: self.routes.clone() })
     }
@@ -141,6 +144,15 @@ impl Node {
             _ => 0,
         }
     }
+}
+
+/// What has become of an emulated device.
+#[derive(Debug)]
+pub enum Woken {
+    /// It has been switched on again.
+    Back,
+    /// It cannot go on; why.
+    Failed(String),
 }
 
 /// A described device with a power switch.

@@ -4,7 +4,7 @@ use crate::crossing::CrossedLine;
 use crate::engine::Engine;
 use crate::line::{End, EndId, Line};
 use crate::link::Struck;
-use crate::node::{Node, Part, Route};
+use crate::node::{Node, Part, Route, Woken};
 use crate::robot::{self, Robot};
 use described::{Decoded, Decoder};
 use std::collections::BTreeMap;
@@ -227,14 +227,13 @@ impl Rig {
         }
     }
 
-    /// Wakes the emulated devices that are due; calls `reached` for each, and `answered` if one has been switched on
-    /// again.
+    /// Wakes the emulated devices that are due; calls `reached` for each, and `told` for what has become of one.
     #[inline]
     pub fn wake_emulated(
         &mut self,
         now: Timestamp,
         mut reached: impl FnMut(usize),
-        mut answered: impl FnMut(),
+        mut told: impl FnMut(Woken),
     ) {
         for place in 0..self.nodes.len() {
             match &mut self.nodes[place].part {
@@ -246,7 +245,10 @@ impl Rig {
                 }
                 Part::Described(described) if described.next_wakeup() <= now => {
                     if described.wake(now) {
-                        answered();
+                        told(Woken::Back);
+                    }
+                    if let Some(why) = described.device.failure(now) {
+                        told(Woken::Failed(format!("`{}`: {why}", self.nodes[place].name)));
                     }
                     reached(place);
                 }

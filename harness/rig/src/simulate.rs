@@ -282,7 +282,7 @@ impl<C: Crossing> Simulation<C> {
         let Self { now, rig, director, touched, .. } = self;
         let now = *now;
         let engine = &mut director.engine;
-        rig.wake_emulated(now, |place| touched.node(place), || engine.answered(now));
+        rig.wake_emulated(now, |place| touched.node(place), |woken| engine.woken(now, woken));
         if rig.wake_others(now, &mut director.engine, |place| touched.node(place)) {
             touched.0 |= Touched::PLAN;
         }

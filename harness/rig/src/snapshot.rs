@@ -93,7 +93,8 @@ impl<C: Crossing> Simulation<C> {
 }
 
 impl<C: Crossing + Clone> Simulation<C> {
-    /// A copy in the same state, which goes on by itself. `None` where user code, a program or a person takes part.
+    /// A copy in the same state, which goes on by itself. `None` where user code, a program, an FMU or a person
+    /// takes part.
     pub fn snapshot(&self) -> Option<Self> {
         Some(Self {
             now: self.now,

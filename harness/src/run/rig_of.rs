@@ -203,4 +203,28 @@ impl Files for Beside<'_> {
         }
         models::reading(&model, unit)
     }
+
+    #[cfg(feature = "fmu")]
+    fn fmu(&mut self, name: &str) -> Result<Arc<dyn described::Fmu>, String> {
+        let mut opened = None;
+        let description = self.library.open_beside_by(self.source, name, |path| {
+            let unreadable = |why: String| LibraryError::Unreadable {
+                path: path.to_owned(),
+                cause: std::io::Error::other(why),
+            };
+            let (unit, text) = fmu::Unit::open(path).map_err(unreadable)?;
+            opened = Some(unit);
+            Ok(Source { origin: path.display().to_string(), text })
+        });
+        let description = description.map_err(|error| error.to_string())?;
+        Ok(Arc::new(match opened {
+            Some(unit) => unit,
+            // A record or another machine has the description, and not the file.
+            None => fmu::Unit::described(&description.text)?,
+        }))
+    }
+
+    fn differ(&mut self, one: &str, other: &str) -> bool {
+        temporal::units_differ(one, other)
+    }
 }

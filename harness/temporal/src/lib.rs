@@ -113,4 +113,5 @@ pub use monitor::Monitor;
 pub use reaction::{Answer, Reaction};
 pub use signals::{NotFound, Protecting, Signal, Signals};
 pub use truth::Truth;
+pub use unit::units_differ;
 pub use verdict::{Verdict, Violation};

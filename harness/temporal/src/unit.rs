@@ -149,6 +149,13 @@ impl Unit {
     }
 }
 
+/// True if both units are known, and a number in one is another number in the other.
+pub fn units_differ(one: &str, other: &str) -> bool {
+    let (Some(one), Some(other)) = (Unit::parse(one), Unit::parse(other)) else { return false };
+    let ratio = one.in_terms_of(other).map(|(factor, tens)| factor * 10_f64.powi(tens));
+    ratio.is_none_or(|ratio| (ratio - 1.0).abs() > 1e-9)
+}
+
 #[cfg(test)]
 mod tests {
     use super::Unit;

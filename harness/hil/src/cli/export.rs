@@ -1,5 +1,6 @@
 //! `hil export`: a recorded run as a data package, a bus log, tables, an MCAP file or an MDF file.
 
+use super::export_device::{self, Fmi};
 use super::export_whole::{self, TableFormat};
 use super::failure::Failure;
 use super::measured::{plain_name, tell};
@@ -46,11 +47,12 @@ impl From<Rows> for Kind {
 ///
 /// A data package holds what an experimenter at the same bench would have noted, and nothing that only an emulator knows.
 /// `hil identify` reads it like any other data. Tables and MCAP hold the whole record; with --record full, that includes
-/// every byte and frame. MDF holds each quantity and signal as a channel.
+/// every byte and frame. MDF holds each quantity and signal as a channel. With --fmu it writes a device instead of a run, as a
+/// functional mock-up unit for other simulators.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct ExportArguments {
-    /// A run folder.
+    /// A run folder; with --fmu, the description of a device.
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// The folder of the package. [default: data/PLAN-seedN-KIND]
@@ -82,6 +84,15 @@ pub(super) struct ExportArguments {
     /// With --tables, --mcap or --mf4: the plan whose rig is used to decode messages. [default: the one that the record holds]
     #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
     plan: Option<String>,
+    /// A functional mock-up unit to write instead, of the device in the file RUN: FILE.fmu.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]
+    fmu: Option<PathBuf>,
+    /// Version of FMI.
+    #[arg(long, value_enum, default_value_t, requires = "fmu")]
+    fmi: Fmi,
+    /// The library in the FMU. [default: libfmu_device.so where hil is installed]
+    #[arg(long, value_name = "FILE", requires = "fmu")]
+    library: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -93,6 +104,7 @@ Examples:
   hil export runs/laps-corrected-seed1 --mf4 laps.mf4
   hil export runs/laps-corrected-seed1 --bus laps.pcapng
   hil export runs/laps-corrected-seed1 --kind odometry
+  hil export devices/oven.toml --fmu oven.fmu
 ";
 
 /// Part of the title of every package made from a run.
@@ -128,6 +140,9 @@ fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Fail
 
 impl ExportArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        if let Some(out) = &self.fmu {
+            return export_device::fmu(&self.run, out, self.fmi, self.library.as_deref());
+        }
         let name = self.run.display().to_string();
         let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
         if let Some(path) = &self.bus {

@@ -20,6 +20,7 @@ mod draw;
 mod emulate;
 mod envelopes;
 mod export;
+mod export_device;
 mod export_whole;
 mod failure;
 mod findings;

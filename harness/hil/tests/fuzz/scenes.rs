@@ -292,6 +292,30 @@ pub fn all(seeds: &Seeds) -> Vec<Scene> {
     add("dbc", "new car --dbc pack.dbc --except Manager", "pack.dbc", ByItself, 6);
     add("dbc", "new car --dbc cantools.dbc --node A", "cantools.dbc", ByItself, 4);
 
+    let table = "devices/drive.eds devices/drive.eds devices/drive.toml turns.toml";
+    add("table", "run turns.toml --quiet", table, Asked, 6);
+    add("table", "list", "devices/drive.eds turns.toml", ByItself, 3);
+    add("table", "new drive --eds devices/drive.eds", "devices/drive.eds", ByItself, 6);
+
+    let unit = "devices/oven.fmu devices/oven.fmu devices/oven.toml heats.toml";
+    add("fmu", "run heats.toml --quiet", unit, Asked, 4);
+    add("fmu", "run heats.toml --record full", unit, Asked, 2);
+    add("fmu", "draw heats.toml", "devices/oven.fmu devices/oven.toml", ByItself, 6);
+    add(
+        "fmu",
+        "emulate device devices/oven.toml --port slcan-pty",
+        "devices/oven.fmu devices/oven.toml",
+        soon,
+        1,
+    );
+    let device = "devices/oven.toml devices/oven.toml devices/oven.dbc";
+    add("oven", "export devices/oven.toml --fmu x.fmu", device, ByItself, 4);
+
+    for set in ["bag", "mcap"] {
+        let inputs = format!("{set}/data.{set} {set}/data.{set} {set}/datapackage.json");
+        add("bags", &format!("identify {set} --out found"), &inputs, ByItself, 6);
+    }
+
     for line in [
         "emulate gyro --devices devices/mine.toml --pty",
         "emulate base --pty",

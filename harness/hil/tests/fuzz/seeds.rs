@@ -112,11 +112,35 @@ impl Seeds {
             ]
             .into(),
         );
+        seeds.insert("table", shipped("examples/rotary-table"));
+        let bags = "harness/hil/tests/fuzz/seeds/bags";
+        // By tests/interop/write_rosbags.py, with 30 rows.
+        seeds.insert(
+            "bags",
+            ["data.bag", "data.mcap", "bag.json", "mcap.json"]
+                .map(|name| (in_package(name), read(&format!("{bags}/{name}"))))
+                .into(),
+        );
+        let described = include_str!("../../../../docs/fmu.md").split("```toml\n");
+        let blocks: Vec<_> = described.filter_map(|text| text.split("```").next()).collect();
+        shop.put("fmu", &of(&[("devices/oven.toml", blocks[1]), ("heats.toml", blocks[2])]));
+        let unit = shop.0.path().join("fmu/devices/oven.fmu");
+        fmu::samples::oven(&unit, 3, str::to_owned);
+        seeds.insert("fmu", shop.files("fmu"));
         let requests = include_bytes!("seeds/requests.jsonl").to_vec();
         let hearing = [("requests.jsonl".to_owned(), requests)].into();
         seeds.insert("requests", joined([robot.clone(), hearing]));
         seeds.insert("robot", robot);
         Self(seeds)
+    }
+}
+
+/// Each bag in a package of its own.
+fn in_package(name: &str) -> String {
+    match name.split_once('.') {
+        Some(("data", end)) => format!("{end}/{name}"),
+        Some((end, _)) => format!("{end}/datapackage.json"),
+        None => name.to_owned(),
     }
 }
 
@@ -164,9 +188,9 @@ fn shipped(folder: &str) -> Files {
 
 /// Collects the files that a command may read, without those only for people.
 fn gather(folder: &Path, prefix: &str, found: &mut Files) {
-    const READ: [&str; 14] = [
+    const READ: [&str; 16] = [
         "toml", "dbc", "hilrec", "json", "jsonl", "log", "asc", "pcapng", "csv", "gz", "py", "xml",
-        "html", "svg",
+        "html", "svg", "eds", "fmu",
     ];
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

@@ -13,6 +13,7 @@ mod can_utils;
 mod control;
 mod controller;
 mod dbc_files;
+mod exported_device;
 mod exports;
 mod gyro;
 mod measured;

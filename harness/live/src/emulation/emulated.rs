@@ -13,7 +13,7 @@ use plan::faults::{FaultKind, Lasts, Lines, Target};
 use rig::Rig;
 use rig::bench::{Bench, Carrier};
 use rig::line::EndId;
-use rig::node::Part;
+use rig::node::{Part, Woken};
 use rig::robot::Robot;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
@@ -37,6 +37,8 @@ pub struct Emulated {
     pub(super) acted: u64,
     outgoing: VecDeque<(usize, EndId, Transmit)>,
     overflowed: u64,
+    /// Why a device cannot go on.
+    pub(super) failure: Option<String>,
     seed: u64,
     now: Timestamp,
 }
@@ -53,6 +55,7 @@ impl Emulated {
             acted: 0,
             outgoing: VecDeque::new(),
             overflowed: 0,
+            failure: None,
             seed: setup.seed,
             now: Timestamp::ZERO,
         };
@@ -115,7 +118,16 @@ impl Emulated {
             // Only the record of a run uses error states.
             while self.rig.lines[line].state_change().is_some() {}
         }
-        self.rig.wake_emulated(at, |_| {}, || {});
+        let failure = &mut self.failure;
+        self.rig.wake_emulated(
+            at,
+            |_| {},
+            |woken| {
+                if let Woken::Failed(why) = woken {
+                    failure.get_or_insert(why);
+                }
+            },
+        );
         self.say(at);
     }
 

@@ -49,6 +49,9 @@ pub enum EmulationError {
     /// The standard output is closed.
     #[error("failed to write to the standard output")]
     Output(#[source] io::Error),
+    /// A device cannot go on.
+    #[error("failed to emulate {0}")]
+    Device(String),
 }
 
 /// Emulates devices until SIGINT or SIGTERM. Writes JSON lines to `out`: one for each port when all are open, the
@@ -90,6 +93,9 @@ async fn run_in_runtime(
     loop {
         let now = clock.now();
         emulated.wake(now);
+        if let Some(why) = emulated.failure.take() {
+            return Err(EmulationError::Device(why));
+        }
         while let Some((line, from, what)) = emulated.transmit() {
             let elsewhere = ports.of_line(line).filter(|open| open.plan.end != from);
             elsewhere.for_each(|open| open.send(now, &what));

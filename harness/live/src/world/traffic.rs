@@ -222,7 +222,7 @@ impl LiveWorld {
 
     pub(super) fn wake(&mut self, now: Timestamp) {
         let Self { rig, director, .. } = self;
-        rig.wake_emulated(now, |_| {}, || director.engine.answered(now));
+        rig.wake_emulated(now, |_| {}, |woken| director.engine.woken(now, woken));
         rig.wake_others(now, &mut director.engine, |_| {});
         if director.engine.next_wakeup() <= now {
             director.engine.wake(now);

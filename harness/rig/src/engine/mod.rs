@@ -27,6 +27,7 @@ mod waiting;
 pub use action::Action;
 pub use segment::Look;
 
+use crate::node::Woken;
 use described::Decoded;
 use execute::holds;
 use identification::model::Model;
@@ -296,6 +297,14 @@ impl Engine {
             self.waiting = Waiting::Nothing;
         }
         holds
+    }
+
+    /// Takes what has become of an emulated device.
+    pub fn woken(&mut self, now: Timestamp, woken: Woken) {
+        match woken {
+            Woken::Back => self.answered(now),
+            Woken::Failed(why) => self.broke(now, &why),
+        }
     }
 
     /// Takes the world's confirmation of an order.
