@@ -61,6 +61,16 @@ impl Approach {
         self.ramp = self.tuning.creep;
     }
 
+    /// The speed for the next `period` on the way to a stop before the target. [`Self::speed`] goes on from there.
+    pub fn hold(&mut self, acceleration: f64, period: Span) -> f64 {
+        if self.at == Loop::Arrived {
+            return 0.0;
+        }
+        self.at = Loop::Prescribed;
+        self.ramp = (self.ramp - acceleration * period.as_secs_f64()).max(0.0);
+        self.ramp
+    }
+
     /// The speed for the next `period` at distance `remaining` (negative: overshot).
     pub fn speed(&mut self, remaining: f64, period: Span) -> f64 {
         let Tuning { speed, acceleration, gain, creep, tolerance, delay } = self.tuning;

@@ -46,7 +46,7 @@ pub struct Causes {
     pub clock_mismatch: bool,
     /// Degraded: no bias is known by the chosen method.
     pub no_bias: bool,
-    /// Degraded: at a standstill the bias differed from the last bias test.
+    /// Degraded: at a standstill the bias differed from the last bias test, or had done so since a pose was last set.
     pub bias_moved: bool,
     /// Degraded: an impossible temperature was reported since a pose was last set, or is reported now.
     pub temperature_doubtful: bool,

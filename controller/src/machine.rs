@@ -10,7 +10,7 @@ mod tasks;
 
 use crate::base_driver::{BaseDriver, Outgoing};
 use crate::bias_test::{BiasAverage, RunningMean};
-use crate::config::Config;
+use crate::config::{Config, HOLD_AFTER};
 use crate::dead_reckoning::DeadReckoning;
 use crate::drive::{Drive, Sight};
 use crate::gyro_input::GyroInput;
@@ -111,6 +111,8 @@ pub struct Controller {
     tested_spread: AngularRate,
     bias_test_failed: bool,
     bias_moved: bool,
+    /// The base drove with a bias that had moved, after a pose was last set.
+    turned_by_bias: bool,
     moved_at_rest: bool,
     headings: HeadingWatch,
     headings_disagree: bool,
@@ -165,6 +167,7 @@ impl Controller {
             tested_spread: AngularRate::ZERO,
             bias_test_failed: false,
             bias_moved: false,
+            turned_by_bias: false,
             moved_at_rest: false,
             headings: HeadingWatch::default(),
             headings_disagree: false,
@@ -316,7 +319,7 @@ impl Controller {
         news.pushed |= reading.pushed;
         let period = self.config.gyro.stream.format.period();
         let passed = period * (1 + i64::from(reading.lost));
-        Self::estimate_passed(&mut self.estimating, passed, held);
+        Self::estimate_passed(&mut self.estimating, passed, reading.lost, held);
         if reading.after_silence || reading.pushed {
             self.standstill.is_broken_off();
         } else if self.stands
@@ -376,6 +379,7 @@ impl Controller {
             moving: self.is_moving(now),
             reference: self.reference,
             pose: self.reckoning.pose(heading),
+            hold: self.is_bridging(now) && self.gyro.is_silent_for(now, HOLD_AFTER),
         }
     }
 

@@ -4,6 +4,7 @@ use super::{Controller, Task};
 use crate::config::BRIDGE_MAX;
 use crate::kalman::{Correction, Fault, Kalman, Step};
 use crate::mission::{BiasTestResult, Estimator, HeadingSource, Uncertainty};
+use crate::mutant::Mutant;
 use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
@@ -14,6 +15,7 @@ pub(super) struct Estimating {
     filter: Kalman,
     passed_s: f64,
     free_s: f64,
+    gaps_s4: f64,
     heading: Angle,
     displacement: Length,
     /// Odometry minus heading when a pose was set.
@@ -43,6 +45,7 @@ impl Controller {
                     filter: Kalman::new(self.noise(), period_s),
                     passed_s: 0.0,
                     free_s: 0.0,
+                    gaps_s4: 0.0,
                     heading: self.gyro.integrator().heading(),
                     displacement: self.reckoning.displacement(),
                     odometry_zero: Angle::ZERO,
@@ -116,6 +119,7 @@ impl Controller {
             now,
             passed_s: core::mem::take(&mut estimating.passed_s),
             free_s: core::mem::take(&mut estimating.free_s),
+            gaps_s4: core::mem::take(&mut estimating.gaps_s4),
             turned,
             path: displacement - estimating.displacement,
             heading: estimating.heading + turned * 0.5,
@@ -140,19 +144,32 @@ impl Controller {
         let odometry = self.reckoning.odometry_heading();
         let Some(estimating) = &mut self.estimating else { return };
         let came = estimating.filter.at_rest(rest.piece, rest.piece_readings);
-        self.take(came);
+        let moved = self.take(came);
+        self.hear_of_moved_bias(moved);
         let heading = self.gyro.integrator().heading();
         let Some(estimating) = &mut self.estimating else { return };
         let came = estimating.filter.odometry(odometry - estimating.odometry_zero - heading);
-        self.take(came);
+        let planted = self.config.planted();
+        self.headings_disagree |= self.take(came)
+            && !planted.is(Mutant::HeadingsNotCompared)
+            && !planted.blinds_second_looks();
         self.update_bias();
     }
 
     /// Adds the duration of new samples.
-    pub(super) fn estimate_passed(estimating: &mut Option<Estimating>, passed: Span, held: bool) {
+    pub(super) fn estimate_passed(
+        estimating: &mut Option<Estimating>,
+        passed: Span,
+        lost: u16,
+        held: bool,
+    ) {
         if let Some(estimating) = estimating {
-            estimating.passed_s += passed.as_secs_f64();
-            estimating.free_s += if held { 0.0 } else { passed.as_secs_f64() };
+            let passed_s = passed.as_secs_f64();
+            estimating.passed_s += passed_s;
+            estimating.free_s += if held { 0.0 } else { passed_s };
+            if lost > 0 && !held {
+                estimating.gaps_s4 += libm::pow(passed_s, 4.0);
+            }
         }
     }
 
@@ -214,7 +231,9 @@ impl Controller {
         self.gyro.integrator_mut().set_heading(heading);
     }
 
-    fn take(&mut self, came: Result<Correction, Fault>) {
+    /// Returns true if the measurement came from something that has changed.
+    fn take(&mut self, came: Result<Correction, Fault>) -> bool {
+        let is_foreign = came.is_ok_and(|correction| correction.is_foreign);
         match came {
             Ok(correction) => {
                 let heading = self.gyro.integrator().heading() + correction.heading;
@@ -232,5 +251,6 @@ impl Controller {
                 self.update_bias();
             }
         }
+        is_foreign
     }
 }

@@ -73,15 +73,21 @@ impl Controller {
     }
 
     fn look_for_moved_bias(&mut self, rest: &Rest, bias: AngularRate) {
-        if self.tested_bias.is_none() {
-            return;
-        }
         let drift_max = self.config.gyro.rest_drift_max;
+        self.hear_of_moved_bias(rest.moved(bias, self.tested_spread, drift_max));
+    }
+
+    /// Remembers a bias that is no longer the tested one, and the heading that it may have turned since.
+    pub(super) fn hear_of_moved_bias(&mut self, moved: bool) {
         let planted = self.config.planted();
-        self.bias_moved |= self.bias_method == BiasMethod::StaticTest
-            && rest.moved(bias, self.tested_spread, drift_max)
+        let moved = moved
+            && !self.bias_moved
+            && self.tested_bias.is_some()
+            && self.bias_method == BiasMethod::StaticTest
             && !planted.is(Mutant::MovedBiasIgnored)
             && !planted.blinds_second_looks();
+        self.bias_moved |= moved;
+        self.turned_by_bias |= moved;
     }
 
     /// True unless the base is known to be at rest.
@@ -169,12 +175,11 @@ impl Controller {
 
     pub(super) fn causes(&self, now: Timestamp) -> Causes {
         let trouble = self.gyro.trouble();
+        let bridging = self.is_bridging(now);
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
         Causes {
-            gyro_silent: !self.gyro.is_starting()
-                && self.gyro.is_silent(now)
-                && !self.is_bridging(now),
-            gyro_fault: self.gyro.is_invalid(now),
+            gyro_silent: !self.gyro.is_starting() && self.gyro.is_silent(now) && !bridging,
+            gyro_fault: self.gyro.is_invalid(now) && (self.gyro.is_stuck() || !bridging),
             base_silent: self.base.is_some() && now > self.base_silent_at(),
             base_not_ready: motion.is_some_and(|motion| motion.emergency_stop || motion.fault),
             gyro_over_range: trouble.over_range,
@@ -183,13 +188,13 @@ impl Controller {
             odometry_doubtful: self.odometry_doubtful,
             headings_disagree: self.headings_disagree,
             moved_at_rest: self.moved_at_rest,
-            bias_moved: self.bias_moved,
+            bias_moved: self.bias_moved || self.turned_by_bias,
             temperature_doubtful: trouble.temperature,
             clock_mismatch: trouble.clock_mismatch,
             no_bias: self.chosen_bias().is_none(),
             bias_test_failed: self.bias_test_failed,
             pose_not_written: self.pose_not_written,
-            bridging: self.is_bridging(now),
+            bridging,
             estimator_failed: self.estimator_failed,
             overflow: self.reports_lost
                 || self.base.as_ref().is_some_and(|base| base.refused() > 0),
