@@ -10,9 +10,9 @@ mod tasks;
 
 use crate::base_driver::{BaseDriver, Outgoing};
 use crate::bias_test::{BiasAverage, RunningMean};
-use crate::config::{Config, HOLD_AFTER};
+use crate::config::Config;
 use crate::dead_reckoning::DeadReckoning;
-use crate::drive::{Drive, Sight};
+use crate::drive::Drive;
 use crate::gyro_input::GyroInput;
 use crate::heading::Reading;
 use crate::heading_watch::{HeadingWatch, Heard};
@@ -123,6 +123,8 @@ pub struct Controller {
     estimator_failed: bool,
     pose_not_written: bool,
     odometry_doubtful: bool,
+    /// The base fell silent while it moved, and has not been heard to stand since.
+    is_unfollowed: bool,
     reports_lost: bool,
     reference: Angle,
     task: Task,
@@ -177,6 +179,7 @@ impl Controller {
             estimator_failed: false,
             pose_not_written: false,
             odometry_doubtful: false,
+            is_unfollowed: false,
             reports_lost: false,
             reference: Angle::ZERO,
             task: Task::Idle,
@@ -365,21 +368,6 @@ impl Controller {
         match self.source {
             HeadingSource::Gyro => self.gyro.integrator().heading(),
             HeadingSource::Odometry => self.reckoning.odometry_heading(),
-        }
-    }
-
-    fn sight(&self, now: Timestamp) -> Sight {
-        let heading = self.heading();
-        Sight {
-            now,
-            heading,
-            gyro_heading: self.gyro.integrator().heading(),
-            odometry_heading: self.reckoning.odometry_heading(),
-            displacement: self.reckoning.displacement(),
-            moving: self.is_moving(now),
-            reference: self.reference,
-            pose: self.reckoning.pose(heading),
-            hold: self.is_bridging(now) && self.gyro.is_silent_for(now, HOLD_AFTER),
         }
     }
 

@@ -104,7 +104,7 @@ mod tests {
     fn is_known(lasted_ms: i64, lost: u16) -> bool {
         let mut silences = Silences::default();
         silences.carry(true);
-        let number = |value| Some(Sequence { value: value % 256, modulus: 256 });
+        let number = |value: u16| Some(Sequence { value: value as u8, modulus: 256 });
         let silence = Silence { lasted: Span::from_millis(lasted_ms), period: PERIOD };
         silences.is_known(silence, number(200), number(201 + lost))
     }

@@ -199,7 +199,8 @@ fn a_pause_just_above_the_time_out_loses_no_turn() {
             rig.untap(Direction::GyroToController);
             rig.run_for(Span::from_millis(200));
             let off = heading_error_deg(&mut rig);
-            assert!(off < 0.5, "{pause_ms} ms: {off} deg");
+            // A reading may be 20 ms old; a pause of 100 ms that is not bridged costs 3 deg.
+            assert!(off < 1.0, "{pause_ms} ms: {off} deg");
             assert!(rig.health().causes.samples_lost);
             assert!(matches!(rig.finish(id), Answer::Done(_)));
         }
@@ -272,7 +273,9 @@ fn nobody_bridges_for_ever_and_the_papers_way_does_not_bridge() {
 /// Nothing is lost: all late samples arrive at once, and their sequence numbers show that none is missing.
 #[test]
 fn running_numbers_carry_the_heading_across_a_stall() {
-    for (stall_ms, turn) in [(400, true), (1_500, true), (2_500, true), (2_300, false), (6_000, true)] {
+    for (stall_ms, turn) in
+        [(400, true), (1_500, true), (2_500, true), (2_300, false), (6_000, true)]
+    {
         let mut rig = ready(&ideal(TRANSPORTS[0]), Estimator::Kalman, 1);
         rig.command(Command::SetCalibration(Calibration::default()));
         rig.bias_test(20.0);
@@ -325,7 +328,11 @@ fn a_bias_that_leaps_by_more_than_the_filter_believes_shows() {
         rig.set_pose();
         rig.straight(1.0, 0.4);
         let by = 90f64.to_radians() / 3_600.0;
-        rig.gyro().begin_fault(0, GyroFault::BiasStep { by }, RandomStream::new(1, "gyro", "fault"));
+        rig.gyro().begin_fault(
+            0,
+            GyroFault::BiasStep { by },
+            RandomStream::new(1, "gyro", "fault"),
+        );
         for _ in 0..4 {
             rig.straight(4.0, 0.4);
             rig.turn(90.0, 30.0);

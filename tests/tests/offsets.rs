@@ -4,9 +4,9 @@
 //! not change meanwhile is an offset of all windows. Their scatter shows the rest: that of eight block means over the
 //! root of eight (`harness/judge/src/checks/jackknife.rs`).
 
+use harness::run::Prepared;
 use plan::Check;
 use plan::made::Made;
-use harness::run::Prepared;
 use tests::devices::shipped;
 
 /// The plan: 120 tests a minute apart, and then windows over 100 times 120 s.

@@ -96,13 +96,11 @@ fn a_bias_that_is_never_as_expected_has_moved() {
         (known + kalman.reading_variance / 10.0).sqrt()
     };
     let off = kalman.bias() + AngularRate::from_rad_per_s(4.0 * spread);
-    let foreign: Vec<bool> = (0..3)
-        .map(|n| {
-            kalman.turned += 1.0;
-            kalman.odometry(Angle::from_deg(0.01 * f64::from(n))).unwrap();
-            kalman.at_rest(off, 10).unwrap().is_foreign
-        })
-        .collect();
+    let foreign = [0.0, 0.01, 0.02].map(|apart_deg| {
+        kalman.turned += 1.0;
+        kalman.odometry(Angle::from_deg(apart_deg)).unwrap();
+        kalman.at_rest(off, 10).unwrap().is_foreign
+    });
     assert_eq!(foreign, [false, false, true]);
 }
 

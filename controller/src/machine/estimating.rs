@@ -1,6 +1,7 @@
 //! The estimator beside the paper's method: takes the inputs, provides corrections and bias.
 
 use super::{Controller, Task};
+use crate::base_driver::BaseDriver;
 use crate::config::BRIDGE_MAX;
 use crate::kalman::{Correction, Fault, Kalman, Step};
 use crate::mission::{BiasTestResult, Estimator, HeadingSource, Uncertainty};
@@ -214,7 +215,8 @@ impl Controller {
 
     /// Ends the bridge when samples arrive again. Samples that were delayed, not lost, are better than the bridge.
     pub(super) fn end_bridge(&mut self, now: Timestamp, stalled: bool, rate: AngularRate) {
-        let since = self.base.as_ref().and_then(|base| base.motion()).map(|(heard, _)| heard);
+        let motion = self.base.as_ref().and_then(BaseDriver::motion);
+        let since = motion.filter(|(_, motion)| motion.moving).map(|(heard, _)| heard);
         let Some(estimating) = &mut self.estimating else { return };
         let Some((before, anchor)) = estimating.before.take() else { return };
         if stalled {
@@ -222,7 +224,7 @@ impl Controller {
             estimating.heading = anchor.heading;
             return;
         }
-        // From the last motion message to the first sample.
+        // From the last motion message to the first sample. A base that stands says so less often.
         let unseen = since.map_or(Span::ZERO, |since| now - since);
         let bias = estimating.filter.bias();
         let by = (rate - bias) * unseen;

@@ -2,6 +2,8 @@
 
 use super::{Controller, Heard, Task};
 use crate::base_driver::BaseDriver;
+use crate::config::HOLD_AFTER;
+use crate::drive::Sight;
 use crate::health::{Causes, Health};
 use crate::mission::{AbortReason, BiasMethod, HeadingSource, Report};
 use crate::mutant::Mutant;
@@ -101,6 +103,22 @@ impl Controller {
         }
     }
 
+    /// What the loops see.
+    pub(super) fn sight(&self, now: Timestamp) -> Sight {
+        let heading = self.heading();
+        Sight {
+            now,
+            heading,
+            gyro_heading: self.gyro.integrator().heading(),
+            odometry_heading: self.reckoning.odometry_heading(),
+            displacement: self.reckoning.displacement(),
+            moving: self.is_moving(now),
+            reference: self.reference,
+            pose: self.reckoning.pose(heading),
+            hold: self.is_bridging(now) && self.gyro.is_silent_for(now, HOLD_AFTER),
+        }
+    }
+
     /// Mean of the raw readings since the last state; without new readings, that state's mean.
     pub(super) fn mean_raw_rate(&self) -> AngularRate {
         if self.raw_rate.count() == 0 {
@@ -185,7 +203,7 @@ impl Controller {
             gyro_over_range: trouble.over_range,
             gyro_invalid: trouble.invalid,
             samples_lost: trouble.lost,
-            odometry_doubtful: self.odometry_doubtful,
+            odometry_doubtful: self.odometry_doubtful || self.is_unfollowed,
             headings_disagree: self.headings_disagree,
             moved_at_rest: self.moved_at_rest,
             bias_moved: self.bias_moved || self.turned_by_bias,
@@ -201,11 +219,20 @@ impl Controller {
         }
     }
 
+    /// A base that was lost while it moved: what it says next may be as old as that, until it stands.
+    fn lose_sight(&mut self, now: Timestamp) {
+        let moved = self.base.as_ref().and_then(BaseDriver::motion).is_some_and(|(_, motion)| {
+            motion.moving && !self.config.planted().blinds_second_looks()
+        });
+        self.is_unfollowed = moved && (self.is_unfollowed || now > self.base_silent_at());
+    }
+
     pub(super) fn update_health(&mut self, now: Timestamp) {
         self.update_hold(now);
         self.update_standstill(now);
         let starting = self.gyro.is_starting()
             || self.base.as_ref().is_some_and(|base| base.motion().is_none());
+        self.lose_sight(now);
         let causes = self.causes(now);
         let causes = if self.plants(Mutant::HealthSilent) { Causes::default() } else { causes };
         let health = Health::new(starting, causes);

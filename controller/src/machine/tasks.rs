@@ -308,11 +308,13 @@ impl Controller {
             }
             Wish::Finished(result) => {
                 let id = drive.id;
-                if !drive.could_be_there(sight.displacement) {
-                    self.odometry_doubtful = true;
-                    // Must precede the report of completion.
-                    self.update_health(now);
-                }
+                self.odometry_doubtful |= !drive.could_be_there(sight.displacement);
+                self.headings_disagree |=
+                    !self.headings.agree_at_rest(sight.gyro_heading, sight.odometry_heading)
+                        && !self.plants(Mutant::HeadingsNotCompared)
+                        && !self.config.planted().blinds_second_looks();
+                // Must precede the report of completion.
+                self.update_health(now);
                 // Only a heading that the base does not already have is worth writing.
                 if self.source == HeadingSource::Gyro {
                     self.begin_pose_download(now, id, sight.pose, result);
