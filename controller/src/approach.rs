@@ -45,11 +45,6 @@ impl Approach {
         Self { tuning, ramp: 0.0, at: Loop::Prescribed }
     }
 
-    /// The prescribed speed.
-    pub const fn top_speed(&self) -> f64 {
-        self.tuning.speed
-    }
-
     /// The active loop.
     pub const fn at(&self) -> Loop {
         self.at

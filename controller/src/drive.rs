@@ -168,14 +168,6 @@ impl Drive {
         }
     }
 
-    /// Upper limit of the base's turn rate.
-    pub(crate) fn rate_max(&self, config: &MotionConfig) -> AngularRate {
-        match self.motion {
-            Motion::Turn { .. } => AngularRate::from_rad_per_s(self.approach.top_speed()),
-            Motion::Straight { .. } => config.steering_rate_max,
-        }
-    }
-
     /// True while the mission commands motion.
     pub(crate) fn is_commanding(&self) -> bool {
         self.approach.at() != Loop::Arrived && !self.held

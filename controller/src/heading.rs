@@ -144,6 +144,11 @@ impl HeadingIntegrator {
         self.heading = heading;
     }
 
+    /// Last rate.
+    pub(crate) fn rate(&self) -> AngularRate {
+        self.last_rate - self.bias
+    }
+
     pub(crate) const fn bias(&self) -> AngularRate {
         self.bias
     }

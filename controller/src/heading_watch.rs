@@ -35,7 +35,7 @@ pub(crate) struct Heard {
     pub(crate) gyro: Angle,
     pub(crate) odometry: Angle,
     pub(crate) displacement: Length,
-    /// Upper limit of the base's current turn rate.
+    /// The gyro's rate, or zero if the base stands: one of the two headings is older by this rate times a time.
     pub(crate) rate: AngularRate,
 }
 

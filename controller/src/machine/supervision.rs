@@ -33,10 +33,9 @@ impl Controller {
             // Reported, but no reason to stop: a line that loses commands has the same effect.
             self.odometry_doubtful = true;
         }
-        let rate = match &self.task {
-            Task::Drive(drive) if motion.moving => drive.rate_max(&self.config.motion),
-            _ if motion.moving => self.config.motion.steering_rate_max,
-            _ => AngularRate::ZERO,
+        let rate = match motion.moving {
+            true => self.gyro.integrator().rate(),
+            false => AngularRate::ZERO,
         };
         let heard = Heard {
             gyro: self.gyro.integrator().heading(),
