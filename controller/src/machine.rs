@@ -111,7 +111,8 @@ pub struct Controller {
     tested_spread: AngularRate,
     bias_test_failed: bool,
     bias_moved: bool,
-    /// The base drove with a bias that had moved, after a pose was last set.
+    /// The base drove since a pose was last set, and with a bias that had moved.
+    has_driven: bool,
     turned_by_bias: bool,
     moved_at_rest: bool,
     headings: HeadingWatch,
@@ -169,6 +170,7 @@ impl Controller {
             tested_spread: AngularRate::ZERO,
             bias_test_failed: false,
             bias_moved: false,
+            has_driven: false,
             turned_by_bias: false,
             moved_at_rest: false,
             headings: HeadingWatch::default(),

@@ -88,7 +88,7 @@ impl Controller {
             && !planted.is(Mutant::MovedBiasIgnored)
             && !planted.blinds_second_looks();
         self.bias_moved |= moved;
-        self.turned_by_bias |= moved;
+        self.turned_by_bias |= moved && self.has_driven;
     }
 
     /// True unless the base is known to be at rest.

@@ -197,6 +197,7 @@ impl Controller {
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
         self.headings.begin();
+        self.has_driven = true;
         self.turned_by_bias |= self.bias_moved;
         // The base stands, or this mission would have been refused: a stop commanded at rest is over and must not
         // change this mission's reference.
@@ -234,7 +235,7 @@ impl Controller {
         self.gyro.forgive();
         self.odometry_doubtful = false;
         self.moved_at_rest = false;
-        self.turned_by_bias = false;
+        (self.has_driven, self.turned_by_bias) = (false, false);
         self.headings_disagree = false;
         self.headings.begin();
         self.reference = pose.heading;
