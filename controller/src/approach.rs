@@ -45,11 +45,6 @@ impl Approach {
         Self { tuning, ramp: 0.0, at: Loop::Prescribed }
     }
 
-    /// The prescribed speed.
-    pub const fn top_speed(&self) -> f64 {
-        self.tuning.speed
-    }
-
     /// The active loop.
     pub const fn at(&self) -> Loop {
         self.at
@@ -59,6 +54,16 @@ impl Approach {
     pub const fn reopen(&mut self) {
         self.at = Loop::Closing;
         self.ramp = self.tuning.creep;
+    }
+
+    /// The speed for the next `period` on the way to a stop before the target. [`Self::speed`] goes on from there.
+    pub fn hold(&mut self, acceleration: f64, period: Span) -> f64 {
+        if self.at == Loop::Arrived {
+            return 0.0;
+        }
+        self.at = Loop::Prescribed;
+        self.ramp = (self.ramp - acceleration * period.as_secs_f64()).max(0.0);
+        self.ramp
     }
 
     /// The speed for the next `period` at distance `remaining` (negative: overshot).

@@ -8,9 +8,15 @@ use wire::units::{
     Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed, Temperature,
 };
 
-/// Longest silence of the gyro that the odometry may bridge, with the Kalman filter: after that the base's own errors,
-/// not yet measured (1 % of 90 deg), may turn the heading by one degree.
-pub const BRIDGE_MAX: Span = Span::from_secs(5);
+/// With the Kalman filter, the base goes on for this long on the odometry alone, and then stands until the gyro is back:
+/// the odometry errs by distance, not by time. Assumption: pauses of a busy line are shorter.
+pub(crate) const HOLD_AFTER: Span = Span::from_millis(300);
+/// Longest silence of the gyro that the odometry may bridge. Assumption: a plug is back in by then.
+pub(crate) const BRIDGE_MAX: Span = Span::from_secs(10);
+/// Longest silence that the neighbours bridge better than the odometry: with the ramp of turns of 15 deg/s^2, a line
+/// between two readings 0.25 s apart errs by at most 15/8 T^2 = 0.12 deg; two readings of the odometry, in steps of
+/// 0.3 deg, err by as much rms.
+pub(crate) const INTERPOLATED_MAX: Span = Span::from_millis(250);
 
 /// The whole configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

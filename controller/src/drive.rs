@@ -40,6 +40,8 @@ pub(crate) struct Sight {
     /// Heading to hold (straight) or to reach (turn).
     pub(crate) reference: Angle,
     pub(crate) pose: Pose,
+    /// The heading is not known well enough to go on.
+    pub(crate) hold: bool,
 }
 
 /// Output of the loops.
@@ -72,6 +74,7 @@ pub(crate) struct Drive {
     commanding_since: Timestamp,
     give_up: Timestamp,
     at_rest_since: Option<Timestamp>,
+    held: bool,
     path: PathWatch,
     planted: Planted,
 }
@@ -145,6 +148,7 @@ impl Drive {
             commanding_since: now,
             give_up: now + Span::from_secs_f64(TIME_LIMIT_FACTOR * nominal_s) + TIME_LIMIT_MARGIN,
             at_rest_since: None,
+            held: false,
             path: PathWatch::new(sight.displacement),
             planted: Planted::default(),
         }
@@ -164,17 +168,9 @@ impl Drive {
         }
     }
 
-    /// Upper limit of the base's turn rate.
-    pub(crate) fn rate_max(&self, config: &MotionConfig) -> AngularRate {
-        match self.motion {
-            Motion::Turn { .. } => AngularRate::from_rad_per_s(self.approach.top_speed()),
-            Motion::Straight { .. } => config.steering_rate_max,
-        }
-    }
-
     /// True while the mission commands motion.
     pub(crate) fn is_commanding(&self) -> bool {
-        self.approach.at() != Loop::Arrived
+        self.approach.at() != Loop::Arrived && !self.held
     }
 
     /// Start time of the current command.
@@ -217,6 +213,13 @@ impl Drive {
         if self.approach.at() == Loop::Arrived {
             return self.settle(sight, remaining, config);
         }
+        if self.held && !sight.hold {
+            self.commanding_since = sight.now;
+        }
+        self.held = sight.hold;
+        if self.held {
+            return self.hold(heading_error, config);
+        }
         let speed = self.direction * self.approach.speed(remaining, config.period);
         if self.planted.is(Mutant::PoseWrittenInMotion)
             && self.is_straight()
@@ -229,6 +232,26 @@ impl Drive {
                 drive: Speed::from_m_per_s(speed),
                 steer: self.steering(heading_error, config),
             },
+            Motion::Turn { .. } => {
+                Wish::Rates { drive: Speed::ZERO, steer: AngularRate::from_rad_per_s(speed) }
+            }
+        }
+    }
+
+    /// Slows down as fast as the base can follow, and stands.
+    fn hold(&mut self, heading_error: Angle, config: &MotionConfig) -> Wish {
+        let ramp = match self.motion {
+            Motion::Straight { .. } => config.acceleration.m_per_s2(),
+            Motion::Turn { .. } => config.angular_acceleration.rad_per_s2(),
+        };
+        let ramp = ramp * config.base_acceleration_margin;
+        let speed = self.direction * self.approach.hold(ramp, config.period);
+        match self.motion {
+            Motion::Straight { .. } if speed != 0.0 => Wish::Rates {
+                drive: Speed::from_m_per_s(speed),
+                steer: self.steering(heading_error, config),
+            },
+            Motion::Straight { .. } => Wish::Rates { drive: Speed::ZERO, steer: AngularRate::ZERO },
             Motion::Turn { .. } => {
                 Wish::Rates { drive: Speed::ZERO, steer: AngularRate::from_rad_per_s(speed) }
             }

@@ -110,17 +110,22 @@ impl GyroInput {
 
     /// True if no sample arrived within the time-out.
     pub(crate) fn is_silent(&self, now: Timestamp) -> bool {
-        self.heard.is_none_or(|heard| now - heard > self.config.timeout)
+        self.is_silent_for(now, self.config.timeout)
     }
 
     /// True if no sample arrived within `span`.
     pub(crate) fn is_silent_for(&self, now: Timestamp, span: Span) -> bool {
-        self.heard.is_none_or(|heard| now - heard > span)
+        self.last_of_use().is_none_or(|last| now - last > span)
     }
 
     /// Earliest time at which [`Self::is_silent_for`] can become true.
     pub(crate) fn silent_for_at(&self, span: Span) -> Timestamp {
-        self.heard.map_or(Timestamp::MAX, |heard| heard + span + Span::from_nanos(1))
+        self.last_of_use().map_or(Timestamp::MAX, |last| last + span + Span::from_nanos(1))
+    }
+
+    /// The last sample. What bridges a silence bridges invalid samples as well: they are none then.
+    fn last_of_use(&self) -> Option<Timestamp> {
+        if self.integrator.carries_across_stalls() { self.good } else { self.heard }
     }
 
     /// The last sample is the newest possible one, or the one before it.
@@ -131,16 +136,17 @@ impl GyroInput {
     /// True if a sample arrived after those that ended a pause: a stalled host receives all waiting samples at once,
     /// and their age is unknown.
     pub(crate) fn is_current(&self) -> bool {
-        self.heard.is_some_and(|heard| heard > self.returned)
+        self.last_of_use().is_some_and(|last| last > self.returned)
     }
 
     /// Samples arrive, but none has been valid for too long, or all are equal.
     pub(crate) fn is_invalid(&self, now: Timestamp) -> bool {
-        let none_valid = self.good.is_none_or(|good| now - good > self.config.invalid_max);
-        !self.is_silent(now) && (none_valid || self.is_stuck())
+        let since = |last: Option<Timestamp>, span| last.is_none_or(|last| now - last > span);
+        let none_valid = since(self.good, self.config.invalid_max);
+        !since(self.heard, self.config.timeout) && (none_valid || self.is_stuck())
     }
 
-    fn is_stuck(&self) -> bool {
+    pub(crate) fn is_stuck(&self) -> bool {
         self.stuck.is_stuck()
             && !self.planted.is(Mutant::StuckReadingsBelieved)
             && !self.planted.blinds_second_looks()
@@ -161,6 +167,7 @@ impl GyroInput {
             self.returned = now;
         }
         if self.is_silent(now)
+            && !self.integrator.carries_across_stalls()
             && let Some(gate) = &mut self.gate
         {
             gate.restart();

@@ -8,6 +8,7 @@ use crate::config::{GyroConfig, IntegrationClock, TEMPERATURE_MAX, TEMPERATURE_M
 use crate::correction::{Sum, Watch};
 use crate::loss_watch::LossWatch;
 use crate::mutant::{self, Mutant, Planted};
+use crate::silence::{Silence, Silences};
 use crate::temperature_watch::TemperatureWatch;
 use wire::gyro::{GyroOutput, GyroSample, Sequence};
 use wire::time::{Span, Timestamp};
@@ -32,7 +33,7 @@ pub(crate) struct Reading {
     pub(crate) missing: bool,
     /// The silence before it was too long to be bridged.
     pub(crate) after_silence: bool,
-    /// The silence before it was a delay of the line: nothing is missing.
+    /// The samples of the silence before it are on their way, or it bridged them itself.
     pub(crate) stalled: bool,
     /// Result of a clock comparison that ended with this sample.
     pub(crate) clock_ratio: Option<f64>,
@@ -50,10 +51,7 @@ pub(crate) struct HeadingIntegrator {
     silence_max: Span,
     heading: Angle,
     held: bool,
-    /// Use sequence numbers to tell a delayed line from one that lost samples.
-    carries: bool,
-    /// Heading at the start of a silence that the estimator bridges.
-    before_silence: Option<Angle>,
+    silences: Silences,
     bias: AngularRate,
     calibration: Calibration,
     corrections: Watch,
@@ -85,8 +83,7 @@ impl HeadingIntegrator {
             silence_max: config.timeout,
             heading: Angle::ZERO,
             held: false,
-            carries: false,
-            before_silence: None,
+            silences: Silences::default(),
             bias: AngularRate::ZERO,
             calibration: Calibration::default(),
             corrections: Watch::default(),
@@ -131,15 +128,25 @@ impl HeadingIntegrator {
         self.held
     }
 
-    /// From now on, a silence after which no number is missing counts as a delay of the line.
+    /// From now on, a silence after which no number is missing counts as a delay of the line, and a short one is
+    /// bridged by its neighbours.
     pub(crate) const fn carry_across_stalls(&mut self, carries: bool) {
-        self.carries = carries;
+        self.silences.carry(carries);
+    }
+
+    pub(crate) const fn carries_across_stalls(&self) -> bool {
+        self.silences.carries()
     }
 
     /// Sets the heading from another source while the gyro is silent.
     pub(crate) fn bridge_to(&mut self, heading: Angle) {
-        self.before_silence.get_or_insert(self.heading);
+        self.silences.begins(self.heading);
         self.heading = heading;
+    }
+
+    /// Last rate.
+    pub(crate) fn rate(&self) -> AngularRate {
+        self.last_rate - self.bias
     }
 
     pub(crate) const fn bias(&self) -> AngularRate {
@@ -192,14 +199,19 @@ impl HeadingIntegrator {
     /// these count as lost.
     #[inline(always)]
     pub(crate) fn sample(&mut self, now: Timestamp, sample: &GyroSample, skipped: u16) -> Reading {
-        let after_silence = self.last_arrival.is_some_and(|last| now - last > self.silence_max);
-        let stalled = after_silence && self.was_late(now, sample.sequence);
+        if self.silences.is_overtaken(now, self.period) {
+            self.last_sequence = sample.sequence;
+            return Reading { raw_rate: self.last_rate, ..Reading::default() };
+        }
+        let lasted = self.last_arrival.map_or(Span::ZERO, |last| now - last);
+        let silence = Silence { lasted, period: self.period };
+        let after_silence = lasted > self.silence_max;
+        let stalled =
+            after_silence && self.silences.is_known(silence, self.last_sequence, sample.sequence);
         if after_silence && !stalled {
             self.lose_track();
         }
-        if let Some(heading) = self.before_silence.take()
-            && stalled
-        {
+        if let Some(heading) = self.silences.ends(now, stalled, sample.sequence.is_some()) {
             self.heading = heading;
         }
         let lost = match (sample.sequence, self.last_sequence) {
@@ -214,6 +226,7 @@ impl HeadingIntegrator {
                     0
                 }
             }
+            (None, _) if stalled => silence.due(),
             (None, _) if self.last_arrival.is_some() => skipped,
             _ => 0,
         };
@@ -285,19 +298,6 @@ impl HeadingIntegrator {
                 && !self.planted.is(Mutant::TemperatureBelieved),
             pushed: pushed && !self.planted.is(Mutant::BumpIgnored),
         }
-    }
-
-    /// True if the sequence number after a silence shows most of its samples as not lost: they must be on their way.
-    fn was_late(&self, now: Timestamp, sequence: Option<Sequence>) -> bool {
-        let (Some(at), Some(last), Some(this)) = (self.last_arrival, self.last_sequence, sequence)
-        else {
-            return false;
-        };
-        let silence = now - at;
-        let wraps = self.period * i64::from(this.modulus) - self.silence_max;
-        self.carries
-            && silence < wraps
-            && self.period * i64::from(this.lost_since(last)) * 2 < silence
     }
 
     /// True if `lost` samples can have been due since the last arrival. A sequence number that claims more is repeated

@@ -35,7 +35,7 @@ pub(crate) struct Heard {
     pub(crate) gyro: Angle,
     pub(crate) odometry: Angle,
     pub(crate) displacement: Length,
-    /// Upper limit of the base's current turn rate.
+    /// The gyro's rate, or zero if the base stands: one of the two headings is older by this rate times a time.
     pub(crate) rate: AngularRate,
 }
 
@@ -57,15 +57,26 @@ impl HeadingWatch {
         let gyro = heard.gyro - start.gyro;
         let odometry = heard.odometry - start.odometry;
         self.turned = self.turned.max(gyro.abs()).max(odometry.abs());
-        let apart_max = APART_MAX
-            + self.turned * APART_PER_TURN
-            + Angle::from_deg(APART_DEG_PER_M * self.path.m())
-            + heard.rate.abs() * AGE;
-        if (gyro - odometry).abs() <= apart_max {
+        if self.agree(start, heard) {
             self.apart_since = None;
             return false;
         }
         now - *self.apart_since.get_or_insert(now) >= PATIENCE
+    }
+
+    /// True if they may differ like that at the end of a drive, where both stand: nothing is late.
+    pub(crate) fn agree_at_rest(&self, gyro: Angle, odometry: Angle) -> bool {
+        let heard = |start: Heard| Heard { gyro, odometry, rate: AngularRate::ZERO, ..start };
+        self.start.is_none_or(|start| self.agree(start, heard(start)))
+    }
+
+    fn agree(&self, start: Heard, heard: Heard) -> bool {
+        let apart_max = APART_MAX
+            + self.turned * APART_PER_TURN
+            + Angle::from_deg(APART_DEG_PER_M * self.path.m())
+            + heard.rate.abs() * AGE;
+        let apart = (heard.gyro - start.gyro) - (heard.odometry - start.odometry);
+        apart.abs() <= apart_max
     }
 }
 
@@ -106,6 +117,26 @@ mod tests {
         let at = noticed(30.0, |s| (30.0 * s.min(1.0), 30.0 * s), 0.0).expect("it stood for 2 s");
         assert!((1.0..1.4).contains(&at), "{at}");
         assert!(noticed(0.0, |s| (0.3 * s, 0.0), 0.4).is_some());
+    }
+
+    /// Found by a campaign: a gyro that drifted while the base crept, and the base's last word came as it stood.
+    #[test]
+    fn at_the_end_of_a_drive_nothing_is_late() {
+        let mut watch = HeadingWatch::default();
+        let heard = |gyro, odometry| Heard {
+            gyro: Angle::from_deg(gyro),
+            odometry: Angle::from_deg(odometry),
+            displacement: Length::ZERO,
+            rate: AngularRate::from_deg_per_s(30.0),
+        };
+        let at = |s| Timestamp::from_secs_f64(s);
+        assert!(!watch.differs(at(0.0), heard(0.0, 0.0)));
+        assert!(!watch.differs(at(9.0), heard(-90.0, -94.8)), "it may be late");
+        let deg = Angle::from_deg;
+        assert!(!watch.agree_at_rest(deg(-90.0), deg(-94.8)));
+        assert!(watch.agree_at_rest(deg(-90.0), deg(-93.0)));
+        watch.begin();
+        assert!(watch.agree_at_rest(deg(0.0), deg(50.0)), "nothing to compare with");
     }
 
     #[test]

@@ -35,7 +35,8 @@ pub struct Causes {
     pub gyro_invalid: bool,
     /// Degraded: samples were lost since a pose was last set.
     pub samples_lost: bool,
-    /// Degraded: the odometer disagreed with the base's commands since a pose was last set.
+    /// Degraded: the odometer disagreed with the base's commands since a pose was last set, or the base fell silent while
+    /// it moved and has not been heard to stand since.
     pub odometry_doubtful: bool,
     /// Degraded: since a pose was last set, gyro and steering odometry differed by more than the base's own errors.
     /// One of the two is wrong.
@@ -46,7 +47,7 @@ pub struct Causes {
     pub clock_mismatch: bool,
     /// Degraded: no bias is known by the chosen method.
     pub no_bias: bool,
-    /// Degraded: at a standstill the bias differed from the last bias test.
+    /// Degraded: at a standstill the bias differed from the last bias test, or had done so since a pose was last set.
     pub bias_moved: bool,
     /// Degraded: an impossible temperature was reported since a pose was last set, or is reported now.
     pub temperature_doubtful: bool,

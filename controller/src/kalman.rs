@@ -61,8 +61,15 @@ const STEP_RMS: f64 = 0.3 * RAD_PER_DEG / 3.464_101_615;
 const STOP_RMS_M: f64 = 0.001;
 /// The filter rejects a measurement that is off by more standard deviations than this: one good one in 2,000.
 const GATE: f64 = 3.5;
-/// After this many rejections in a row the filter itself is wrong.
+/// After this many rejections of one kind in a row the filter itself is wrong.
 const LET_GO_MAX: u32 = 10;
+/// A measurement that is off by this many standard deviations is no chance: one good one in a million.
+const FOREIGN: f64 = 5.0;
+/// Nor are this many rejections in a row.
+const FOREIGN_IN_A_ROW: u32 = 3;
+/// Samples that their neighbours replace err by at most `a T^2 / 8` over a time T, at a corner of the ramp of turns,
+/// 15 deg/s^2; uniform distribution.
+const GAP_RMS: f64 = 15.0 * RAD_PER_DEG / 8.0 / 1.732_050_808;
 /// A longer path in one message is impossible.
 const PATH_MAX_M: f64 = 1.0;
 
@@ -89,6 +96,15 @@ pub(crate) struct Correction {
     pub(crate) heading: Angle,
     pub(crate) x: Length,
     pub(crate) y: Length,
+    /// The measurement cannot be explained by what the filter knows: something has changed.
+    pub(crate) is_foreign: bool,
+}
+
+/// A kind of measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    AtRest,
+    Odometry,
 }
 
 /// Motion since the previous step.
@@ -98,6 +114,8 @@ pub(crate) struct Step {
     /// Duration of the gyro's samples, s; and the part of it during which the heading was not held.
     pub(crate) passed_s: f64,
     pub(crate) free_s: f64,
+    /// Sum of the fourth powers of the gaps that neighbours bridged, s^4.
+    pub(crate) gaps_s4: f64,
     /// Angle turned, by the gyro.
     pub(crate) turned: Angle,
     pub(crate) path: Length,
@@ -120,7 +138,8 @@ pub(crate) struct Kalman {
     path: f64,
     turned_before: f64,
     path_before: f64,
-    let_go: u32,
+    /// Rejections in a row, of each kind.
+    let_go: [u32; 2],
 }
 
 impl Kalman {
@@ -146,7 +165,7 @@ impl Kalman {
             path: 0.0,
             turned_before: 0.0,
             path_before: 0.0,
-            let_go: 0,
+            let_go: [0; 2],
         }
     }
 
@@ -212,7 +231,8 @@ impl Kalman {
         }
         from[DRIFTS + 1] = (SCALE, -turned);
         covariance.add_to(HEADING, &from);
-        covariance.add_variance(HEADING, self.reading_variance * self.period_s * free_s);
+        let gaps = GAP_RMS * GAP_RMS * step.gaps_s4;
+        covariance.add_variance(HEADING, self.reading_variance * self.period_s * free_s + gaps);
         for (index, correlation_s) in DRIFT_S.iter().enumerate() {
             let left = libm::exp(-passed_s / correlation_s);
             let variance = DRIFT_RMS.rad_per_s() * DRIFT_RMS.rad_per_s() / DRIFTS as f64;
@@ -257,7 +277,7 @@ impl Kalman {
         let mut seen = [0.0; STATES];
         seen[DRIFT..=CONSTANT].fill(1.0);
         let off = (mean - self.bias()).rad_per_s();
-        self.measure(&seen, off, self.reading_variance / f64::from(readings.max(1)))
+        self.measure(Kind::AtRest, &seen, off, self.reading_variance / f64::from(readings.max(1)))
     }
 
     /// Updates at rest with odometry minus heading, both since a pose was set.
@@ -284,11 +304,17 @@ impl Kalman {
         seen[TURN_SCALE] = self.turned;
         seen[LEAKAGE] = self.path;
         seen[OFFSET] = 1.0;
-        self.measure(&seen, apart.rad() - expected, STEP_RMS * STEP_RMS)
+        self.measure(Kind::Odometry, &seen, apart.rad() - expected, STEP_RMS * STEP_RMS)
     }
 
     /// Updates with a measurement that is `off` by the errors weighted with `seen`, and by noise.
-    fn measure(&mut self, seen: &Vector, off: f64, noise: f64) -> Result<Correction, Fault> {
+    fn measure(
+        &mut self,
+        kind: Kind,
+        seen: &Vector,
+        off: f64,
+        noise: f64,
+    ) -> Result<Correction, Fault> {
         if !off.is_finite() {
             return Err(Fault::NotANumber);
         }
@@ -305,15 +331,18 @@ impl Kalman {
                 Err(Fault::NotPositive)
             };
         }
+        let let_go = &mut self.let_go[kind as usize];
         if off * off > GATE * GATE * variance {
-            self.let_go += 1;
-            return if self.let_go > LET_GO_MAX {
+            *let_go += 1;
+            let is_foreign =
+                *let_go >= FOREIGN_IN_A_ROW || off * off > FOREIGN * FOREIGN * variance;
+            return if *let_go > LET_GO_MAX {
                 Err(Fault::Diverged)
             } else {
-                Ok(Correction::default())
+                Ok(Correction { is_foreign, ..Correction::default() })
             };
         }
-        self.let_go = 0;
+        *let_go = 0;
         let mut back = [0.0; STATES];
         for state in 0..STATES {
             back[state] = with[state] / variance * off;
@@ -327,6 +356,7 @@ impl Kalman {
             heading: Angle::from_rad(back[HEADING]),
             x: Length::from_m(back[X]),
             y: Length::from_m(back[Y]),
+            is_foreign: false,
         })
     }
 

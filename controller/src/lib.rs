@@ -51,6 +51,7 @@ mod mutant;
 mod own_time;
 mod path_watch;
 mod pose_download;
+mod silence;
 mod standstill;
 mod stuck_watch;
 mod temperature_watch;

@@ -12,7 +12,7 @@ use crate::base_driver::{BaseDriver, Outgoing};
 use crate::bias_test::{BiasAverage, RunningMean};
 use crate::config::Config;
 use crate::dead_reckoning::DeadReckoning;
-use crate::drive::{Drive, Sight};
+use crate::drive::Drive;
 use crate::gyro_input::GyroInput;
 use crate::heading::Reading;
 use crate::heading_watch::{HeadingWatch, Heard};
@@ -111,6 +111,9 @@ pub struct Controller {
     tested_spread: AngularRate,
     bias_test_failed: bool,
     bias_moved: bool,
+    /// The base drove since a pose was last set, and with a bias that had moved.
+    has_driven: bool,
+    turned_by_bias: bool,
     moved_at_rest: bool,
     headings: HeadingWatch,
     headings_disagree: bool,
@@ -121,6 +124,8 @@ pub struct Controller {
     estimator_failed: bool,
     pose_not_written: bool,
     odometry_doubtful: bool,
+    /// The base fell silent while it moved, and has not been heard to stand since.
+    is_unfollowed: bool,
     reports_lost: bool,
     reference: Angle,
     task: Task,
@@ -165,6 +170,8 @@ impl Controller {
             tested_spread: AngularRate::ZERO,
             bias_test_failed: false,
             bias_moved: false,
+            has_driven: false,
+            turned_by_bias: false,
             moved_at_rest: false,
             headings: HeadingWatch::default(),
             headings_disagree: false,
@@ -174,6 +181,7 @@ impl Controller {
             estimator_failed: false,
             pose_not_written: false,
             odometry_doubtful: false,
+            is_unfollowed: false,
             reports_lost: false,
             reference: Angle::ZERO,
             task: Task::Idle,
@@ -316,7 +324,7 @@ impl Controller {
         news.pushed |= reading.pushed;
         let period = self.config.gyro.stream.format.period();
         let passed = period * (1 + i64::from(reading.lost));
-        Self::estimate_passed(&mut self.estimating, passed, held);
+        Self::estimate_passed(&mut self.estimating, passed, reading.lost, held);
         if reading.after_silence || reading.pushed {
             self.standstill.is_broken_off();
         } else if self.stands
@@ -362,20 +370,6 @@ impl Controller {
         match self.source {
             HeadingSource::Gyro => self.gyro.integrator().heading(),
             HeadingSource::Odometry => self.reckoning.odometry_heading(),
-        }
-    }
-
-    fn sight(&self, now: Timestamp) -> Sight {
-        let heading = self.heading();
-        Sight {
-            now,
-            heading,
-            gyro_heading: self.gyro.integrator().heading(),
-            odometry_heading: self.reckoning.odometry_heading(),
-            displacement: self.reckoning.displacement(),
-            moving: self.is_moving(now),
-            reference: self.reference,
-            pose: self.reckoning.pose(heading),
         }
     }
 

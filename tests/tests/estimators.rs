@@ -11,6 +11,8 @@ use emulators::gyro::GyroFault;
 use emulators::random::RandomStream;
 use tests::devices::{TRANSPORTS, ideal, shipped};
 use tests::rig::{Answer, Direction, Rig};
+use wire::device::Transmit;
+use wire::packet::Packet;
 use wire::time::Span;
 use wire::units::{Angle, Length};
 
@@ -154,6 +156,89 @@ fn a_line_that_is_gone_for_seconds_is_bridged_and_said() {
     }
 }
 
+/// The odometry errs by distance: a base that waits for its gyro loses little.
+#[test]
+fn the_base_stands_while_the_gyro_is_gone_for_long_and_goes_on_with_it() {
+    for (transport, order) in [
+        (TRANSPORTS[0], Rig::turn_order(180.0, 30.0)),
+        (TRANSPORTS[1], Rig::turn_order(180.0, 30.0)),
+        (TRANSPORTS[0], Rig::straight_order(4.0, 0.4)),
+        (TRANSPORTS[1], Rig::straight_order(4.0, 0.4)),
+    ] {
+        let mut devices = warm();
+        devices.base.as_mut().expect("it has a base").0 = transport;
+        let mut rig = ready(&devices, Estimator::Kalman, 3);
+        rig.bias_test(20.0);
+        rig.set_pose();
+        let id = rig.under_way(order, Span::from_secs(3));
+        rig.silence(Direction::GyroToController);
+        // 0.3 s of patience, 1.4 s of the ramp, and the delays.
+        rig.run_for(Span::from_secs(2));
+        let truth = rig.truth();
+        assert!(truth.speed.m_per_s() == 0.0 && truth.steer_rate.rad_per_s() == 0.0, "{truth:?}");
+        rig.run_for(Span::from_secs(7));
+        assert!(rig.health().causes.bridging && rig.answer(id).is_none());
+        rig.untap(Direction::GyroToController);
+        assert!(matches!(rig.finish(id), Answer::Done(_)));
+        let off = heading_error_deg(&mut rig);
+        assert!(off < 0.7, "{off} deg after 1.1 % of 50 deg and a step");
+    }
+}
+
+/// Found by envelopes: a silence that ended before the base's next message was bridged by nobody.
+#[test]
+fn a_pause_just_above_the_time_out_loses_no_turn() {
+    for pause_ms in (100..=400).step_by(13) {
+        for seed in 1..=4 {
+            let mut rig = ready(&warm(), Estimator::Kalman, seed);
+            rig.bias_test(20.0);
+            rig.set_pose();
+            let id = rig.under_way(Rig::turn_order(90.0, 30.0), Span::from_millis(1_500));
+            rig.silence(Direction::GyroToController);
+            rig.run_for(Span::from_millis(pause_ms));
+            rig.untap(Direction::GyroToController);
+            rig.run_for(Span::from_millis(200));
+            let off = heading_error_deg(&mut rig);
+            // A reading may be 20 ms old; a pause of 100 ms that is not bridged costs 3 deg.
+            assert!(off < 1.0, "{pause_ms} ms: {off} deg");
+            assert!(rig.health().causes.samples_lost);
+            assert!(matches!(rig.finish(id), Answer::Done(_)));
+        }
+    }
+}
+
+/// Half of all samples are lost, in bursts: Gilbert and Elliott's model, 5 % and 10 % a byte.
+#[test]
+fn a_lap_on_a_line_that_loses_half_of_its_samples() {
+    for seed in 1..=3 {
+        let mut rig = ready(&warm(), Estimator::Kalman, seed);
+        rig.bias_test(20.0);
+        rig.set_pose();
+        let before = rig.truth().pose;
+        let (mut chance, mut is_bad) = (RandomStream::new(seed, "gyro", "line"), false);
+        rig.tap(Direction::GyroToController, move |_, piece| {
+            let Transmit::Bytes(sent) = piece else { return vec![piece] };
+            let mut heard = Packet::new();
+            for byte in sent.as_slice() {
+                let share = if is_bad { 0.10 } else { 0.05 };
+                is_bad ^= 0.5 + 0.5 * chance.symmetric_uniform() < share;
+                let _ = is_bad || heard.push(*byte);
+            }
+            vec![Transmit::Bytes(heard)]
+        });
+        for _ in 0..4 {
+            rig.straight(4.0, 0.4);
+            rig.turn(90.0, 30.0);
+        }
+        assert!(rig.state().samples_lost > rig.state().samples / 2);
+        let after = rig.truth().pose;
+        let off = (after.heading - before.heading).wrapped().deg();
+        assert!(off.abs() < 1.2, "{off} deg");
+        let (x, y) = ((after.x - before.x).m(), (after.y - before.y).m());
+        assert!(x.abs() < 0.05 && y.abs() < 0.05, "{x} m, {y} m");
+    }
+}
+
 #[test]
 fn a_turn_goes_on_through_a_cut() {
     for seed in 1..=10 {
@@ -173,7 +258,7 @@ fn a_turn_goes_on_through_a_cut() {
 
 #[test]
 fn nobody_bridges_for_ever_and_the_papers_way_does_not_bridge() {
-    for (estimator, limit_s) in [(Estimator::Kalman, 5.0), (Estimator::Paper, 0.1)] {
+    for (estimator, limit_s) in [(Estimator::Kalman, 10.0), (Estimator::Paper, 0.1)] {
         let mut rig = ready(&warm(), estimator, 1);
         rig.bias_test(20.0);
         let id = rig.under_way(Rig::straight_order(4.0, 0.4), Span::from_secs(2));
@@ -188,7 +273,9 @@ fn nobody_bridges_for_ever_and_the_papers_way_does_not_bridge() {
 /// Nothing is lost: all late samples arrive at once, and their sequence numbers show that none is missing.
 #[test]
 fn running_numbers_carry_the_heading_across_a_stall() {
-    for (stall_ms, turn) in [(400, true), (1_500, true), (2_300, true), (2_300, false)] {
+    for (stall_ms, turn) in
+        [(400, true), (1_500, true), (2_500, true), (2_300, false), (6_000, true)]
+    {
         let mut rig = ready(&ideal(TRANSPORTS[0]), Estimator::Kalman, 1);
         rig.command(Command::SetCalibration(Calibration::default()));
         rig.bias_test(20.0);
@@ -209,6 +296,50 @@ fn running_numbers_carry_the_heading_across_a_stall() {
         assert!(off < 0.1, "{stall_ms} ms: {off} deg");
         assert_eq!(rig.state().samples_lost, 0);
     }
+}
+
+/// All 256 numbers or none may be missing. What arrives late then is not added to the bridge.
+#[test]
+fn numbers_that_may_have_wrapped_do_not_turn_the_heading_twice() {
+    for seed in 1..=4 {
+        let mut rig = ready(&warm(), Estimator::Kalman, seed);
+        rig.bias_test(20.0);
+        rig.set_pose();
+        let id = rig.under_way(Rig::turn_order(180.0, 30.0), Span::from_secs(3));
+        let until = rig.now() + Span::from_millis(2_560);
+        let mut waiting = Vec::new();
+        rig.tap(Direction::GyroToController, move |now, piece| {
+            waiting.push(piece);
+            if now < until { Vec::new() } else { std::mem::take(&mut waiting) }
+        });
+        assert!(matches!(rig.finish(id), Answer::Done(_)));
+        let off = heading_error_deg(&mut rig);
+        assert!(off < 1.0, "{off} deg");
+    }
+}
+
+/// 90 deg/h turn a lap by 1.8 deg. The filter cannot believe such a leap, and says so at the next standstills.
+#[test]
+fn a_bias_that_leaps_by_more_than_the_filter_believes_shows() {
+    let mut silent = 0;
+    for seed in 1..=20 {
+        let mut rig = ready(&warm(), Estimator::Kalman, seed);
+        rig.bias_test(20.0);
+        rig.set_pose();
+        rig.straight(1.0, 0.4);
+        let by = 90f64.to_radians() / 3_600.0;
+        rig.gyro().begin_fault(
+            0,
+            GyroFault::BiasStep { by },
+            RandomStream::new(1, "gyro", "fault"),
+        );
+        for _ in 0..4 {
+            rig.straight(4.0, 0.4);
+            rig.turn(90.0, 30.0);
+        }
+        silent += u32::from(heading_error_deg(&mut rig) > 1.2 && rig.health().level == Level::Ok);
+    }
+    assert_eq!(silent, 0);
 }
 
 /// A filter of this gyro cannot believe a bias that jumps by 2,000 deg/h.

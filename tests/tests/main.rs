@@ -26,6 +26,7 @@ mod message_faults;
 mod motion;
 mod mutants;
 mod noticing;
+mod offsets;
 mod programs;
 mod properties;
 mod protected;

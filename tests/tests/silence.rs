@@ -6,6 +6,7 @@
 use controller::health::{Causes, Level};
 use controller::mission::{AbortReason, Command, HeadingSource, MissionResult, Refusal};
 use emulators::base::Transport;
+use std::collections::VecDeque;
 use tests::devices::{NAVIGATOR, TRANSPORTS, ideal, ideal_table};
 use tests::rig::{Answer, Direction, Rig};
 use wire::base::Request;
@@ -274,4 +275,30 @@ fn a_base_that_moves_on_its_own_while_nobody_looks_is_not_at_rest() {
     // The base's own command time-out ends the motion.
     rig.run_for(Span::from_secs(3));
     rig.turn(10.0, RATE_DEG);
+}
+
+/// Found by a campaign: a bus that delays the base by a second. Each message is as old as the silence before the first,
+/// and the believed path lags behind until the base is heard to stand.
+#[test]
+fn what_a_base_says_after_a_silence_is_not_trusted_until_it_stands() {
+    let mut rig = Rig::new(&ideal(Transport::Can), 1).ready();
+    let from = rig.truth().pose.x - rig.state().pose.x;
+    let id = rig.under_way(straight(), Span::from_secs(3));
+    let mut late = VecDeque::new();
+    rig.tap(Direction::BaseToController, move |now, piece| {
+        late.push_back((now + Span::from_secs(1), piece));
+        let due = late.iter().take_while(|(at, _)| *at <= now).count();
+        late.drain(..due).map(|(_, piece)| piece).collect()
+    });
+    assert_eq!(rig.finish(id), Answer::Aborted(AbortReason::BaseSilent));
+    let until = rig.now() + Span::from_secs(5);
+    let mut worst = 0.0f64;
+    rig.run_until(Span::from_secs(5), |rig| {
+        let off = (rig.truth().pose.x - rig.state().pose.x - from).m().abs();
+        worst = worst.max(off);
+        assert!(off < 0.05 || rig.health().level > Level::Ok, "{off} m, {:?}", rig.health());
+        rig.now() >= until
+    });
+    assert!(worst > 0.1, "the messages are late: {worst} m");
+    assert_eq!(rig.health().level, Level::Ok, "it stands where it says: {:?}", rig.health());
 }

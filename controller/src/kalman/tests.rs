@@ -22,6 +22,7 @@ fn step(now_s: f64, passed_s: f64) -> Step {
         now: at(now_s),
         passed_s,
         free_s: passed_s,
+        gaps_s4: 0.0,
         turned: Angle::ZERO,
         path: Length::ZERO,
         heading: Angle::ZERO,
@@ -76,11 +77,31 @@ fn what_cannot_be_believed_is_let_go_and_too_much_of_it_is_said() {
     let before = kalman;
     assert_eq!(
         kalman.at_rest(AngularRate::from_deg_per_s(5.0), 25),
-        Ok(super::Correction::default())
+        Ok(super::Correction { is_foreign: true, ..Default::default() })
     );
     assert_eq!(kalman.believed, before.believed);
     let said = (0..20).find_map(|_| kalman.at_rest(AngularRate::from_deg_per_s(5.0), 25).err());
     assert_eq!(said, Some(Fault::Diverged));
+}
+
+/// Four standard deviations once are chance, and three times in a row are not, whatever the odometry says in between.
+#[test]
+fn a_bias_that_is_never_as_expected_has_moved() {
+    let mut kalman = filter();
+    at_rest(&mut kalman, 0.0, 200);
+    let spread = {
+        let mut seen = [0.0; STATES];
+        seen[super::DRIFT..=super::CONSTANT].fill(1.0);
+        let known = super::matrix::dot(&seen, &kalman.covariance.times(&seen));
+        (known + kalman.reading_variance / 10.0).sqrt()
+    };
+    let off = kalman.bias() + AngularRate::from_rad_per_s(4.0 * spread);
+    let foreign = [0.0, 0.01, 0.02].map(|apart_deg| {
+        kalman.turned += 1.0;
+        kalman.odometry(Angle::from_deg(apart_deg)).unwrap();
+        kalman.at_rest(off, 10).unwrap().is_foreign
+    });
+    assert_eq!(foreign, [false, false, true]);
 }
 
 #[test]
@@ -131,6 +152,7 @@ proptest! {
             let came = match what {
                 0 => kalman.go_on(&Step {
                     turned: Angle::from_rad(value),
+                    gaps_s4: value.abs(),
                     path: Length::from_m(value * 0.1),
                     ..step(now, passed_s)
                 }),

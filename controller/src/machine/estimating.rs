@@ -1,9 +1,11 @@
 //! The estimator beside the paper's method: takes the inputs, provides corrections and bias.
 
 use super::{Controller, Task};
+use crate::base_driver::BaseDriver;
 use crate::config::BRIDGE_MAX;
 use crate::kalman::{Correction, Fault, Kalman, Step};
 use crate::mission::{BiasTestResult, Estimator, HeadingSource, Uncertainty};
+use crate::mutant::Mutant;
 use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
@@ -14,6 +16,7 @@ pub(super) struct Estimating {
     filter: Kalman,
     passed_s: f64,
     free_s: f64,
+    gaps_s4: f64,
     heading: Angle,
     displacement: Length,
     /// Odometry minus heading when a pose was set.
@@ -43,6 +46,7 @@ impl Controller {
                     filter: Kalman::new(self.noise(), period_s),
                     passed_s: 0.0,
                     free_s: 0.0,
+                    gaps_s4: 0.0,
                     heading: self.gyro.integrator().heading(),
                     displacement: self.reckoning.displacement(),
                     odometry_zero: Angle::ZERO,
@@ -116,6 +120,7 @@ impl Controller {
             now,
             passed_s: core::mem::take(&mut estimating.passed_s),
             free_s: core::mem::take(&mut estimating.free_s),
+            gaps_s4: core::mem::take(&mut estimating.gaps_s4),
             turned,
             path: displacement - estimating.displacement,
             heading: estimating.heading + turned * 0.5,
@@ -140,19 +145,32 @@ impl Controller {
         let odometry = self.reckoning.odometry_heading();
         let Some(estimating) = &mut self.estimating else { return };
         let came = estimating.filter.at_rest(rest.piece, rest.piece_readings);
-        self.take(came);
+        let moved = self.take(came);
+        self.hear_of_moved_bias(moved);
         let heading = self.gyro.integrator().heading();
         let Some(estimating) = &mut self.estimating else { return };
         let came = estimating.filter.odometry(odometry - estimating.odometry_zero - heading);
-        self.take(came);
+        let planted = self.config.planted();
+        self.headings_disagree |= self.take(came)
+            && !planted.is(Mutant::HeadingsNotCompared)
+            && !planted.blinds_second_looks();
         self.update_bias();
     }
 
     /// Adds the duration of new samples.
-    pub(super) fn estimate_passed(estimating: &mut Option<Estimating>, passed: Span, held: bool) {
+    pub(super) fn estimate_passed(
+        estimating: &mut Option<Estimating>,
+        passed: Span,
+        lost: u16,
+        held: bool,
+    ) {
         if let Some(estimating) = estimating {
-            estimating.passed_s += passed.as_secs_f64();
-            estimating.free_s += if held { 0.0 } else { passed.as_secs_f64() };
+            let passed_s = passed.as_secs_f64();
+            estimating.passed_s += passed_s;
+            estimating.free_s += if held { 0.0 } else { passed_s };
+            if lost > 0 && !held {
+                estimating.gaps_s4 += libm::pow(passed_s, 4.0);
+            }
         }
     }
 
@@ -197,7 +215,8 @@ impl Controller {
 
     /// Ends the bridge when samples arrive again. Samples that were delayed, not lost, are better than the bridge.
     pub(super) fn end_bridge(&mut self, now: Timestamp, stalled: bool, rate: AngularRate) {
-        let since = self.base.as_ref().and_then(|base| base.motion()).map(|(heard, _)| heard);
+        let motion = self.base.as_ref().and_then(BaseDriver::motion);
+        let since = motion.filter(|(_, motion)| motion.moving).map(|(heard, _)| heard);
         let Some(estimating) = &mut self.estimating else { return };
         let Some((before, anchor)) = estimating.before.take() else { return };
         if stalled {
@@ -205,7 +224,7 @@ impl Controller {
             estimating.heading = anchor.heading;
             return;
         }
-        // From the last motion message to the first sample.
+        // From the last motion message to the first sample. A base that stands says so less often.
         let unseen = since.map_or(Span::ZERO, |since| now - since);
         let bias = estimating.filter.bias();
         let by = (rate - bias) * unseen;
@@ -214,7 +233,9 @@ impl Controller {
         self.gyro.integrator_mut().set_heading(heading);
     }
 
-    fn take(&mut self, came: Result<Correction, Fault>) {
+    /// Returns true if the measurement came from something that has changed.
+    fn take(&mut self, came: Result<Correction, Fault>) -> bool {
+        let is_foreign = came.is_ok_and(|correction| correction.is_foreign);
         match came {
             Ok(correction) => {
                 let heading = self.gyro.integrator().heading() + correction.heading;
@@ -232,5 +253,6 @@ impl Controller {
                 self.update_bias();
             }
         }
+        is_foreign
     }
 }

@@ -2,6 +2,8 @@
 
 use super::{Controller, Heard, Task};
 use crate::base_driver::BaseDriver;
+use crate::config::HOLD_AFTER;
+use crate::drive::Sight;
 use crate::health::{Causes, Health};
 use crate::mission::{AbortReason, BiasMethod, HeadingSource, Report};
 use crate::mutant::Mutant;
@@ -31,10 +33,9 @@ impl Controller {
             // Reported, but no reason to stop: a line that loses commands has the same effect.
             self.odometry_doubtful = true;
         }
-        let rate = match &self.task {
-            Task::Drive(drive) if motion.moving => drive.rate_max(&self.config.motion),
-            _ if motion.moving => self.config.motion.steering_rate_max,
-            _ => AngularRate::ZERO,
+        let rate = match motion.moving {
+            true => self.gyro.integrator().rate(),
+            false => AngularRate::ZERO,
         };
         let heard = Heard {
             gyro: self.gyro.integrator().heading(),
@@ -73,15 +74,21 @@ impl Controller {
     }
 
     fn look_for_moved_bias(&mut self, rest: &Rest, bias: AngularRate) {
-        if self.tested_bias.is_none() {
-            return;
-        }
         let drift_max = self.config.gyro.rest_drift_max;
+        self.hear_of_moved_bias(rest.moved(bias, self.tested_spread, drift_max));
+    }
+
+    /// Remembers a bias that is no longer the tested one, and the heading that it may have turned since.
+    pub(super) fn hear_of_moved_bias(&mut self, moved: bool) {
         let planted = self.config.planted();
-        self.bias_moved |= self.bias_method == BiasMethod::StaticTest
-            && rest.moved(bias, self.tested_spread, drift_max)
+        let moved = moved
+            && !self.bias_moved
+            && self.tested_bias.is_some()
+            && self.bias_method == BiasMethod::StaticTest
             && !planted.is(Mutant::MovedBiasIgnored)
             && !planted.blinds_second_looks();
+        self.bias_moved |= moved;
+        self.turned_by_bias |= moved && self.has_driven;
     }
 
     /// True unless the base is known to be at rest.
@@ -92,6 +99,22 @@ impl Controller {
                 Some((_, motion)) => motion.moving || now > self.base_silent_at(),
                 None => true,
             },
+        }
+    }
+
+    /// What the loops see.
+    pub(super) fn sight(&self, now: Timestamp) -> Sight {
+        let heading = self.heading();
+        Sight {
+            now,
+            heading,
+            gyro_heading: self.gyro.integrator().heading(),
+            odometry_heading: self.reckoning.odometry_heading(),
+            displacement: self.reckoning.displacement(),
+            moving: self.is_moving(now),
+            reference: self.reference,
+            pose: self.reckoning.pose(heading),
+            hold: self.is_bridging(now) && self.gyro.is_silent_for(now, HOLD_AFTER),
         }
     }
 
@@ -169,31 +192,38 @@ impl Controller {
 
     pub(super) fn causes(&self, now: Timestamp) -> Causes {
         let trouble = self.gyro.trouble();
+        let bridging = self.is_bridging(now);
         let motion = self.base.as_ref().and_then(BaseDriver::motion).map(|(_, motion)| motion);
         Causes {
-            gyro_silent: !self.gyro.is_starting()
-                && self.gyro.is_silent(now)
-                && !self.is_bridging(now),
-            gyro_fault: self.gyro.is_invalid(now),
+            gyro_silent: !self.gyro.is_starting() && self.gyro.is_silent(now) && !bridging,
+            gyro_fault: self.gyro.is_invalid(now) && (self.gyro.is_stuck() || !bridging),
             base_silent: self.base.is_some() && now > self.base_silent_at(),
             base_not_ready: motion.is_some_and(|motion| motion.emergency_stop || motion.fault),
             gyro_over_range: trouble.over_range,
             gyro_invalid: trouble.invalid,
             samples_lost: trouble.lost,
-            odometry_doubtful: self.odometry_doubtful,
+            odometry_doubtful: self.odometry_doubtful || self.is_unfollowed,
             headings_disagree: self.headings_disagree,
             moved_at_rest: self.moved_at_rest,
-            bias_moved: self.bias_moved,
+            bias_moved: self.bias_moved || self.turned_by_bias,
             temperature_doubtful: trouble.temperature,
             clock_mismatch: trouble.clock_mismatch,
             no_bias: self.chosen_bias().is_none(),
             bias_test_failed: self.bias_test_failed,
             pose_not_written: self.pose_not_written,
-            bridging: self.is_bridging(now),
+            bridging,
             estimator_failed: self.estimator_failed,
             overflow: self.reports_lost
                 || self.base.as_ref().is_some_and(|base| base.refused() > 0),
         }
+    }
+
+    /// A base that was lost while it moved: what it says next may be as old as that, until it stands.
+    fn lose_sight(&mut self, now: Timestamp) {
+        let moved = self.base.as_ref().and_then(BaseDriver::motion).is_some_and(|(_, motion)| {
+            motion.moving && !self.config.planted().blinds_second_looks()
+        });
+        self.is_unfollowed = moved && (self.is_unfollowed || now > self.base_silent_at());
     }
 
     pub(super) fn update_health(&mut self, now: Timestamp) {
@@ -201,6 +231,7 @@ impl Controller {
         self.update_standstill(now);
         let starting = self.gyro.is_starting()
             || self.base.as_ref().is_some_and(|base| base.motion().is_none());
+        self.lose_sight(now);
         let causes = self.causes(now);
         let causes = if self.plants(Mutant::HealthSilent) { Causes::default() } else { causes };
         let health = Health::new(starting, causes);

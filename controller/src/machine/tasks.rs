@@ -125,7 +125,7 @@ impl Controller {
         }
         if self.source == HeadingSource::Gyro {
             // A gyro that never sent counts as silent too, although that is no fault during the start.
-            if self.gyro.is_silent(now) || causes.gyro_fault {
+            if (self.gyro.is_silent(now) && !causes.bridging) || causes.gyro_fault {
                 return Err(Refusal::NoGyro);
             }
             if causes.no_bias {
@@ -197,6 +197,8 @@ impl Controller {
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
         self.headings.begin();
+        self.has_driven = true;
+        self.turned_by_bias |= self.bias_moved;
         // The base stands, or this mission would have been refused: a stop commanded at rest is over and must not
         // change this mission's reference.
         self.stopping = false;
@@ -233,6 +235,7 @@ impl Controller {
         self.gyro.forgive();
         self.odometry_doubtful = false;
         self.moved_at_rest = false;
+        (self.has_driven, self.turned_by_bias) = (false, false);
         self.headings_disagree = false;
         self.headings.begin();
         self.reference = pose.heading;
@@ -290,7 +293,8 @@ impl Controller {
 
     pub(super) fn tick_drive(&mut self, now: Timestamp) {
         let by_gyro = self.source == HeadingSource::Gyro;
-        if by_gyro && !self.gyro.is_current() && !self.gyro.integrator().is_held() {
+        let is_current = self.gyro.is_current() || self.gyro.integrator().is_held();
+        if by_gyro && !is_current && !self.is_bridging(now) {
             return;
         }
         let sight = self.sight(now);
@@ -305,11 +309,13 @@ impl Controller {
             }
             Wish::Finished(result) => {
                 let id = drive.id;
-                if !drive.could_be_there(sight.displacement) {
-                    self.odometry_doubtful = true;
-                    // Must precede the report of completion.
-                    self.update_health(now);
-                }
+                self.odometry_doubtful |= !drive.could_be_there(sight.displacement);
+                self.headings_disagree |=
+                    !self.headings.agree_at_rest(sight.gyro_heading, sight.odometry_heading)
+                        && !self.plants(Mutant::HeadingsNotCompared)
+                        && !self.config.planted().blinds_second_looks();
+                // Must precede the report of completion.
+                self.update_health(now);
                 // Only a heading that the base does not already have is worth writing.
                 if self.source == HeadingSource::Gyro {
                     self.begin_pose_download(now, id, sight.pose, result);

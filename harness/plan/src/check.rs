@@ -19,7 +19,7 @@ use wire::units::Length;
 /// | `all_but_in_square = { count, side_m, y }` | number of positions outside the square | 0 to `count` |
 /// | `mean_within = band` | mean | the band |
 /// | `rms_within = band` | root mean square | the band |
-/// | `rms_ratio_within = { to, band }` | root mean square over that of `to` | the band |
+/// | `rms_ratio_within = { to, to_offset, band }` | root mean square over that of `to` | the band |
 /// | `slope_within = { against, band }` | slope of the least-squares line over a tag | the band |
 /// | `intercept_within = { against, band }` | that line at zero | the band |
 /// | `correlation_within = { against, band }` | correlation with a tag | the band |
@@ -78,6 +78,11 @@ pub enum Check {
     RmsRatioWithin {
         /// The other quantity.
         to: QuantityName,
+        /// Standard uncertainty of an offset that all values of `to` in a run share, in their unit: known from a model
+        /// of their source, because their scatter does not show it.
+        #[serde(default, deserialize_with = "number::positive")]
+        #[schemars(schema_with = "number::schema::positive")]
+        to_offset: f64,
         /// The band.
         band: Band,
     },

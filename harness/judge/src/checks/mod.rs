@@ -96,9 +96,9 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
         }
         Check::MeanWithin(band) => moments::mean_within(&samples(), together, *band),
         Check::RmsWithin(band) => moments::rms_within(&samples(), together, *band),
-        Check::RmsRatioWithin { band, .. } => {
+        Check::RmsRatioWithin { band, to_offset, .. } => {
             let second = selection.second_samples();
-            moments::ratio_within(&samples(), &second, together, *band)
+            moments::ratio_within(&samples(), &second, *to_offset, together, *band)
         }
         Check::SlopeWithin { against, band } => {
             line::slope_within(&selection.points(against)?, *band)

@@ -73,10 +73,12 @@ pub(super) fn rms_within(
 }
 
 /// Ratio of the root mean squares of `ours` and `theirs`, each in time order. A drift common to both does not count as
-/// scatter.
+/// scatter. `offset` is the standard uncertainty of an offset that `theirs` share (JCGM 100:2008, 4.3: evaluated by other
+/// means than their scatter).
 pub(super) fn ratio_within(
     ours: &[Sample],
     theirs: &[Sample],
+    offset: f64,
     together: Together,
     band: Band,
 ) -> Result<Figure, Refusal> {
@@ -93,11 +95,24 @@ pub(super) fn ratio_within(
                     Some(root_mean_square_of(ours)? / root_mean_square_of(theirs)?)
                 })
             });
-            Some(Estimate { value, uncertainty: both.flatten().unwrap_or(own) })
+            let scatter = both.flatten().unwrap_or(own);
+            let common = value * of_offset(theirs, offset) / b.value;
+            Some(Estimate { value, uncertainty: scatter.hypot(common) })
         }
         _ => None,
     };
     within(ratio, band, statistic)
+}
+
+/// Standard uncertainty of a root mean square by an offset o of all values: the mean square is off by 2 m o + o^2 with
+/// the mean m. The square counts where the mean is small (JCGM 100:2008, 5.1.2, note).
+fn of_offset(samples: &[Sample], offset: f64) -> f64 {
+    let (Some(mean), Some(rms)) =
+        (mean_of(&mut samples.iter()), root_mean_square_of(&mut samples.iter()))
+    else {
+        return 0.0;
+    };
+    (2.0 * mean * offset).hypot(std::f64::consts::SQRT_2 * offset * offset) / (2.0 * rms)
 }
 
 fn within(estimate: Option<Estimate>, band: Band, statistic: String) -> Result<Figure, Refusal> {
@@ -153,9 +168,25 @@ mod tests {
         let theirs: Vec<f64> = ours.iter().map(|value| 2.0 * value).collect();
         let ratio = |together| {
             let band = plan::Band::at_most(1.0);
-            ratio_within(&samples(&ours, 0.0), &samples(&theirs, 0.0), together, band).unwrap()
+            ratio_within(&samples(&ours, 0.0), &samples(&theirs, 0.0), 0.0, together, band).unwrap()
         };
         assert!(ratio(InTime).uncertainty < 1e-12);
         assert!(ratio(Alone).uncertainty > 0.05);
+    }
+
+    #[test]
+    fn an_offset_of_the_reference_counts_even_without_scatter() {
+        let band = plan::Band::at_most(1.0);
+        let of = |theirs: &[f64]| {
+            let (ours, theirs) = (samples(&[1.0; 4], 0.0), samples(theirs, 0.0));
+            ratio_within(&ours, &theirs, 0.5, InTime, band).unwrap()
+        };
+        // 1 / (2 + o): 0.5 / 4 to first order, and the square adds a little.
+        let exact = (4.0 * 4.0 * 0.25f64 + 2.0 * 0.0625).sqrt() / 8.0;
+        assert!((of(&[2.0; 4]).uncertainty - exact).abs() < 1e-12);
+        // Without a mean the square is all: o^2 / sqrt 2 over 2 rms^3. The scatter of these is zero.
+        let square = 0.25 / 2f64.sqrt() / 8.0;
+        let found = of(&[2.0, -2.0, 2.0, -2.0]).uncertainty;
+        assert!((found - square).abs() < 1e-12, "{found} {square}");
     }
 }

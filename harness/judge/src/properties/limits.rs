@@ -9,6 +9,9 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length,
 /// which stops it when it receives nothing, one exchange of 60 ms on the serial line, and as much again for a motion
 /// message already under way.
 pub const REACTION_MAX: Span = Span::from_millis(620);
+/// Longest silence of the gyro during which a base may move if the controller announces that the odometry bridges it:
+/// after that the base's own errors, not yet measured (1 % of 90 deg), may turn the heading by one degree.
+pub const BRIDGED_MAX: Span = Span::from_secs(5);
 /// Highest acceleration, as a multiple of the prescribed ramps. Assumption: the base follows its steps with 1.5 times
 /// the ramp; more than twice the ramp is undesirable.
 pub const RAMPS_MAX: f64 = 2.0;

@@ -1,8 +1,9 @@
 //! Interprets events: decodes bytes, and remembers orders until they are answered.
 
 use super::Limits;
+use super::limits::BRIDGED_MAX;
 use super::seen::{Seen, Truth};
-use controller::config::{BRIDGE_MAX, Transport};
+use controller::config::Transport;
 use controller::health::Health;
 use controller::mission::{Command, HeadingSource, MissionId, Report, State};
 use controller::{Output, Port};
@@ -148,7 +149,7 @@ impl Senses {
     /// The controller reports that odometry bridges a silent gyro, and is permitted to.
     pub(super) fn is_bridged(&self) -> bool {
         self.health.causes.bridging
-            && self.gyro_heard.is_some_and(|heard| self.now - heard <= BRIDGE_MAX)
+            && self.gyro_heard.is_some_and(|heard| self.now - heard <= BRIDGED_MAX)
     }
 
     /// Whether the base truly moves.
