@@ -182,7 +182,7 @@ mod tests {
             ratio_within(&ours, &theirs, 0.5, InTime, band).unwrap()
         };
         // 1 / (2 + o): 0.5 / 4 to first order, and the square adds a little.
-        let exact = (4.0 * 4.0 * 0.25f64 + 2.0 * 0.0625).sqrt() / 8.0;
+        let exact = (4.0 * 4.0 * 0.25f64 + 2.0 * 0.0625).sqrt() / 16.0;
         assert!((of(&[2.0; 4]).uncertainty - exact).abs() < 1e-12);
         // Without a mean the square is all: o^2 / sqrt 2 over 2 rms^3. The scatter of these is zero.
         let square = 0.25 / 2f64.sqrt() / 8.0;
