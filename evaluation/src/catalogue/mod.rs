@@ -265,7 +265,14 @@ pub fn cases() -> Vec<Case> {
     of_turns(&mut cases);
     of_laps(&mut cases);
     of_odometry(&mut cases);
-    nulls::of_nulls(&mut cases);
+    nulls::of_nulls(&mut cases, 1);
+    cases
+}
+
+/// Noise alone, in that many times as many cases.
+pub fn nulls(times: usize) -> Vec<Case> {
+    let mut cases = Vec::new();
+    nulls::of_nulls(&mut cases, times);
     cases
 }
 
