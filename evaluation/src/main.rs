@@ -118,9 +118,9 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     if let Some(folder) = &arguments.dump {
         return chosen.iter().try_for_each(|case| dump(case, folder));
     }
-    let timing = timing_cases()
-        .into_iter()
-        .filter(|case| !arguments.quick && !arguments.untimed && arguments.nulls.is_none() && wanted(case));
+    let timing = timing_cases().into_iter().filter(|case| {
+        !arguments.quick && !arguments.untimed && arguments.nulls.is_none() && wanted(case)
+    });
     let costs = timing.map(|case| cost(&case)).collect();
     let outcomes = in_parallel(&chosen, arguments.threads);
     if arguments.cases {
@@ -212,8 +212,15 @@ fn peak_megabytes() -> Option<f64> {
     Some(kibibytes * 1024.0 / 1e6)
 }
 
-/// A monotonic clock, in seconds.
+/// Time that this thread had a processor, in seconds: other work on the machine does not count. Where the system does
+/// not tell, a monotonic clock.
 fn seconds() -> f64 {
+    let of_thread = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = of_thread.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(elapsed, |nanoseconds| 1e-9 * nanoseconds)
+}
+
+fn elapsed() -> f64 {
     use std::sync::LazyLock;
     use std::time::Instant;
     #[expect(

@@ -5,7 +5,7 @@ use crate::noise::Noise;
 use crate::quantity::Quantity;
 use crate::random::{MASTER_TEST, MASTER_TRAIN};
 use crate::truth::Truth;
-use crate::world::{Strength, World, oracle, strength_of};
+use crate::world::{Strength, World, known_best, oracle, strength_of};
 use identification::dataset::Dataset;
 use identification::finding::{Finding, Prediction, Verdict};
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,8 @@ pub struct Outcome {
     pub explained: bool,
     /// The first effect is a true one.
     pub first: bool,
+    /// A test that knows the candidates and the noise takes a true cause for the likeliest.
+    pub ceiling: Option<bool>,
     /// Every true cause is an effect or a rival of one.
     pub within: bool,
     /// Number of rivals of the first effect.
@@ -107,6 +109,10 @@ pub fn run<I: Identifier>(case: &Case, identifier: &I, now: &dyn Fn() -> f64) ->
         }
     };
     compare(&mut outcome, &finding, &train.truths(&strength), case.purpose);
+    if let Purpose::Effect(z) = case.purpose {
+        let all = case.with_every_effect(MASTER_TRAIN);
+        outcome.ceiling = known_best(train.as_ref(), &strength, all.as_ref(), z);
+    }
     if matches!(case.purpose, Purpose::Effect(_)) && case.family != "noise" {
         let test = case.world(MASTER_TEST);
         let worlds = Worlds { train: train.as_ref(), test: test.as_ref(), strength: &strength };
