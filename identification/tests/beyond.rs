@@ -42,7 +42,8 @@ fn a_curve_is_held_beyond_what_was_seen() {
     // The same gyro in a hot room.
     let mut hot = recorded;
     hot.temperature.iter_mut().for_each(|value| *value += 40.0);
-    let found = predict(&gyro(&hot, 2, SEEN), &Model::from_toml(&model.to_toml()).unwrap()).unwrap();
+    let found =
+        predict(&gyro(&hot, 2, SEEN), &Model::from_toml(&model.to_toml()).unwrap()).unwrap();
     assert!(found.rmse.after < 1.2 * SIGMA, "{:?}", found.rmse);
 }
 
