@@ -1,4 +1,4 @@
-//! The values that predict other data best.
+//! The values to apply to other data. What is reported keeps the values and errors of the fit under the noise.
 //!
 //! An effect that the search leaves to slow noise still moves the values of the terms beside it. Weights for slow noise
 //! then rest on differences between neighbours, and the level over a whole record suffers; equal weights keep it.
@@ -13,15 +13,8 @@ use super::state::State;
 use crate::judge::Judge;
 use crate::noise::{NoiseModel, Whitener};
 
-/// Settles the values of `fit`, whose residual is noise.
+/// Values to apply of `fit`, whose residual is noise.
 pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>) {
-    let even = evener(state, judge);
-    if let Some(noise) = &even {
-        let values = fit_terms(state.data, &state.terms, noise, &state.left_out);
-        for (found, value) in fit.base.iter_mut().chain(&mut fit.effects).zip(values) {
-            take_values(found, &value);
-        }
-    }
     let explained = |effect: usize| {
         let mut others = state.terms.clone();
         let shape = others.remove(state.base + effect);
@@ -29,10 +22,20 @@ pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>)
     };
     let shares = (0..fit.effects.len()).map(|effect| (effect, explained(effect)));
     let shares = shares.map(|(effect, square)| share(&fit.effects[effect], square)).collect();
-    apply(fit, state, even.as_ref().unwrap_or(&state.noise), shares);
+    let even = evener(state, judge);
+    let noise = even.as_ref().unwrap_or(&state.noise);
+    let mut all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let best = fit_terms(state.data, &state.terms, noise, &state.left_out);
+    for (found, best) in all.iter_mut().zip(best) {
+        for (mine, (value, _)) in found.coefficients.iter_mut().zip(best.coefficients) {
+            mine.0 = value;
+        }
+    }
+    let effects = all.split_off(state.base);
+    fit.applied = apply((all, effects), state, noise, shares);
 }
 
-/// Settles the values of `fit`, whose residual is not noise: squares come from the errors over runs.
+/// Values to apply of `fit`, whose residual is not noise: squares come from the errors over runs.
 pub(super) fn of_structure(fit: &mut BlockFit, state: &State<'_>) {
     let square = |(value, error): &(f64, f64)| (value / error).powi(2);
     let shares = fit
@@ -40,7 +43,8 @@ pub(super) fn of_structure(fit: &mut BlockFit, state: &State<'_>) {
         .iter()
         .map(|found| share(found, found.coefficients.iter().map(square).sum()))
         .collect();
-    apply(fit, state, &state.noise, shares);
+    let values = (fit.base.clone(), fit.effects.clone());
+    fit.applied = apply(values, state, &state.noise, shares);
 }
 
 /// Equal weights within a run, if the values that they give predict held-out readings better.
@@ -57,13 +61,6 @@ fn evener(state: &State<'_>, judge: &Judge<'_>) -> Option<NoiseModel> {
         .then_some(even)
 }
 
-/// Takes the values `from` a fit with other weights. The errors stay at least those under the noise.
-fn take_values(found: &mut Found, from: &Found) {
-    for (mine, (value, error)) in found.coefficients.iter_mut().zip(&from.coefficients) {
-        *mine = (*value, mine.1.max(*error));
-    }
-}
-
 /// Share of an amplitude to apply: noise alone adds 1 to its `square` for each number that was fitted.
 fn share(found: &Found, square: f64) -> f64 {
     let numbers = found.shape.width() + found.shape.nonlinear().len();
@@ -71,13 +68,16 @@ fn share(found: &Found, square: f64) -> f64 {
 }
 
 /// Shrinks the effects to these shares, and fits the given model anew beside them.
-fn apply(fit: &mut BlockFit, state: &State<'_>, noise: &NoiseModel, shares: Vec<f64>) {
+fn apply(
+    (mut base, mut effects): (Vec<Found>, Vec<Found>),
+    state: &State<'_>,
+    noise: &NoiseModel,
+    shares: Vec<f64>,
+) -> Vec<Found> {
     let data = state.data;
-    let mut effects = fit.effects.clone();
     for (found, share) in effects.iter_mut().zip(shares) {
         found.coefficients.iter_mut().for_each(|(value, _)| *value *= share);
     }
-    let mut base = fit.base.clone();
     if !effects.is_empty() {
         let values: Vec<f64> =
             effects.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
@@ -92,7 +92,7 @@ fn apply(fit: &mut BlockFit, state: &State<'_>, noise: &NoiseModel, shares: Vec<
         }
     }
     base.extend(effects);
-    fit.applied = base;
+    base
 }
 
 #[cfg(test)]
