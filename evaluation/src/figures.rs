@@ -135,17 +135,21 @@ Written by `cargo run --release -p evaluation`, from data made apart from the li
 
 * z: norm of the whitened part of the effect that the plain model cannot absorb, over the noise; for quantisation,
   z is 2.5 times the step in standard deviations of the noise.
-* detected: an effect is found, or something named as left. first: the first effect is a true one. within: every true cause is
-  an effect found or a rival of one. rivals: mean number, of the first effect.
-* gain: fall of the squared error on a fresh set, over that of an oracle that knows the true form and noise.
+* detected: an effect is found, or something named as left. first: the first effect is a true one. ceiling: share of the
+  cases with one cause in which a test that knows the true forms of all causes of the kind, all their numbers but the size, and
+  the noise takes a true cause for the likeliest. within: every true cause is an effect found or a rival of one. rivals: mean
+  number, of the first effect.
+* gain: fall of the squared error on a fresh set, over that of an oracle that knows the true form and noise. Where the
+  fresh set hardly shows the effect, the oracle gains next to nothing, and a small loss is many times that.
+* worst error: the largest error on a fresh set, over that of the plain model.
 * covered: 95 % intervals that hold the true parameter, where the finding has it.
 * An alarm is an effect reported in noise alone; a noise term in coloured noise and a quantisation term in coarse data are none.
 ";
 
 fn table(page: &mut String, heads: &[&str], rows: &[Found]) {
     let _ = write!(page, "| {} ", heads.join(" | "));
-    page.push_str("| cases | no finding | detected | explained | first | within | rivals | gain median (worst) | covered |\n");
-    page.push_str(&"|---".repeat(heads.len() + 9));
+    page.push_str("| cases | no finding | detected | explained | first | ceiling | within | rivals | gain median (worst) | worst error | covered |\n");
+    page.push_str(&"|---".repeat(heads.len() + 11));
     page.push_str("|\n");
     for row in rows {
         let z = if row.z > 0.0 { format!("{}", row.z) } else { ALL.into() };
@@ -160,15 +164,17 @@ fn table(page: &mut String, heads: &[&str], rows: &[Found]) {
         };
         let _ = writeln!(
             page,
-            "| {} | {z} | {} | {} | {} | {} | {} | {} | {} | {gain} | {covered} |",
+            "| {} | {z} | {} | {} | {} | {} | {} | {} | {} | {} | {gain} | {} | {covered} |",
             row.of.join(" | "),
             row.cases,
             row.failed,
             share(row.detected),
             share(row.explained),
             share(row.first),
+            share(row.ceiling),
             share(row.within),
             number(row.rivals),
+            number(row.rise_worst),
         );
     }
 }

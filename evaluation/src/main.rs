@@ -1,7 +1,7 @@
 //! Runs the fixed evaluation and writes its figures.
 
 use clap::Parser;
-use evaluation::catalogue::{Case, cases, timing_cases};
+use evaluation::catalogue::{Case, cases, nulls, timing_cases};
 use evaluation::figures::Figures;
 use evaluation::package;
 use evaluation::run::{Identifier, Outcome, dataset, run};
@@ -40,6 +40,9 @@ struct Arguments {
     /// Leaves out the cases that are only timed.
     #[arg(long)]
     untimed: bool,
+    /// Only noise, in that many times as many cases. Writes nothing unless --out is given.
+    #[arg(long, value_name = "N")]
+    nulls: Option<usize>,
     /// Prints what was found in each case.
     #[arg(long)]
     cases: bool,
@@ -98,7 +101,7 @@ fn main() -> ExitCode {
 
 fn evaluate(arguments: &Arguments) -> io::Result<()> {
     evaluation::random::shift_seeds(arguments.shift_seeds);
-    let every = cases();
+    let every = arguments.nulls.map_or_else(cases, nulls);
     let out_of = every.len();
     let wanted = |case: &Case| {
         arguments.only.as_ref().is_none_or(|text| case.name().contains(text.as_str()))
@@ -115,19 +118,20 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     if let Some(folder) = &arguments.dump {
         return chosen.iter().try_for_each(|case| dump(case, folder));
     }
-    let timing = timing_cases()
-        .into_iter()
-        .filter(|case| !arguments.quick && !arguments.untimed && wanted(case));
+    let timing = timing_cases().into_iter().filter(|case| {
+        !arguments.quick && !arguments.untimed && arguments.nulls.is_none() && wanted(case)
+    });
     let costs = timing.map(|case| cost(&case)).collect();
     let outcomes = in_parallel(&chosen, arguments.threads);
     if arguments.cases {
         for outcome in &outcomes {
             println!(
-                "{} {} rivals {:?} gain {:?} covered {:?} {:.2} s {:?} {}",
+                "{} {} rivals {:?} gain {:?} of {:.4?} covered {:?} {:.2} s {:?} {}",
                 outcome.case,
                 if outcome.false_alarm { "ALARM" } else { "" },
                 outcome.rivals,
                 outcome.gain_ratio,
+                outcome.errors.iter().map(|[a, b, best]| [a / best, b / best]).collect::<Vec<_>>(),
                 outcome.covered,
                 outcome.seconds,
                 outcome.found,
@@ -143,7 +147,10 @@ fn evaluate(arguments: &Arguments) -> io::Result<()> {
     }
     let figures = Figures::new(outcomes, costs, out_of);
     let page = figures.markdown();
-    let whole = !arguments.quick && arguments.only.is_none() && arguments.shift_seeds == 0;
+    let whole = !arguments.quick
+        && arguments.only.is_none()
+        && arguments.nulls.is_none()
+        && arguments.shift_seeds == 0;
     let folder = arguments.out.clone().or_else(|| whole.then(|| PathBuf::from("docs")));
     if let Some(folder) = folder {
         std::fs::create_dir_all(&folder)?;
@@ -205,8 +212,15 @@ fn peak_megabytes() -> Option<f64> {
     Some(kibibytes * 1024.0 / 1e6)
 }
 
-/// A monotonic clock, in seconds.
+/// Time that this thread had a processor, in seconds: other work on the machine does not count. Where the system does
+/// not tell, a monotonic clock.
 fn seconds() -> f64 {
+    let of_thread = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let nanoseconds = of_thread.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(elapsed, |nanoseconds| 1e-9 * nanoseconds)
+}
+
+fn elapsed() -> f64 {
     use std::sync::LazyLock;
     use std::time::Instant;
     #[expect(

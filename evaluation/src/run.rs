@@ -5,7 +5,7 @@ use crate::noise::Noise;
 use crate::quantity::Quantity;
 use crate::random::{MASTER_TEST, MASTER_TRAIN};
 use crate::truth::Truth;
-use crate::world::{Strength, World, oracle, strength_of};
+use crate::world::{Strength, World, known_best, oracle, strength_of};
 use identification::dataset::Dataset;
 use identification::finding::{Finding, Prediction, Verdict};
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,8 @@ pub struct Outcome {
     pub explained: bool,
     /// The first effect is a true one.
     pub first: bool,
+    /// A test that knows the candidates and the noise takes a true cause for the likeliest.
+    pub ceiling: Option<bool>,
     /// Every true cause is an effect or a rival of one.
     pub within: bool,
     /// Number of rivals of the first effect.
@@ -71,6 +73,9 @@ pub struct Outcome {
     pub found: Vec<String>,
     /// Gain on fresh data over the oracle's.
     pub gain_ratio: Option<f64>,
+    /// Errors on fresh data behind that gain: with the plain model, with the found one and at best, in the unit of the
+    /// prediction.
+    pub errors: Vec<[f64; 3]>,
     /// Whether the 95 % interval of the true parameter holds it.
     pub covered: Option<bool>,
     /// Time that `identify` took, s.
@@ -104,10 +109,15 @@ pub fn run<I: Identifier>(case: &Case, identifier: &I, now: &dyn Fn() -> f64) ->
         }
     };
     compare(&mut outcome, &finding, &train.truths(&strength), case.purpose);
+    if let Purpose::Effect(z) = case.purpose {
+        let all = case.with_every_effect(MASTER_TRAIN);
+        outcome.ceiling = known_best(train.as_ref(), &strength, all.as_ref(), z);
+    }
     if matches!(case.purpose, Purpose::Effect(_)) && case.family != "noise" {
         let test = case.world(MASTER_TEST);
         let worlds = Worlds { train: train.as_ref(), test: test.as_ref(), strength: &strength };
-        outcome.gain_ratio = worlds.gain_ratio(identifier, &dataset, &model);
+        outcome.errors = worlds.errors(identifier, &dataset, &model).unwrap_or_default();
+        outcome.gain_ratio = ratio(&outcome.errors);
     }
     outcome
 }
@@ -176,13 +186,13 @@ struct Worlds<'a> {
 }
 
 impl Worlds<'_> {
-    /// Share of the oracle's gain on the fresh set that the resulting model reaches.
-    fn gain_ratio<I: Identifier>(
+    /// Errors on the fresh set of each predicted quantity: with the plain model, with the resulting one and the oracle's.
+    fn errors<I: Identifier>(
         &self,
         identifier: &I,
         dataset: &Dataset,
         model: &I::Model,
-    ) -> Option<f64> {
+    ) -> Option<Vec<[f64; 3]>> {
         if self.train.unit().is_none()
             && matches!(self.train.sizings()[0], crate::world::Sizing::Level(_))
         {
@@ -200,7 +210,7 @@ impl Worlds<'_> {
                 let theirs = Quantity::parse(&error.unit)?;
                 (theirs.powers == own.powers).then_some((error.rmse, theirs.si))
             })?;
-            return ratio([(before * own.si, after * si, best * own.si)].into_iter());
+            return Some(vec![[before, after * si / own.si, best]]);
         }
         // The predictor chooses what it predicts. Its plain model gives the errors before. The oracle's errors after
         // are those of its plain model on the same data, with only the part of the effect that the oracle's estimate
@@ -218,10 +228,11 @@ impl Worlds<'_> {
         let of = |errors: &[Error], quantity: &str| {
             errors.iter().find(|error| error.quantity == quantity).map(|error| error.rmse)
         };
-        ratio(after.iter().filter_map(|error| {
+        let of_quantity = |error: &Error| {
             let name = error.quantity.as_str();
-            Some((of(&before, name)?, error.rmse, of(&best, name)?))
-        }))
+            Some([of(&before, name)?, error.rmse, of(&best, name)?])
+        };
+        Some(after.iter().filter_map(of_quantity).collect())
     }
 }
 
@@ -247,9 +258,9 @@ impl Error {
 
 /// Reduction of the squared errors over the oracle's, from the errors before, after and at best of each quantity, each
 /// squared error in units of the best.
-fn ratio(errors: impl Iterator<Item = (f64, f64, f64)>) -> Option<f64> {
+fn ratio(errors: &[[f64; 3]]) -> Option<f64> {
     let (mut gained, mut possible) = (0.0, 0.0);
-    for (before, after, best) in errors.filter(|&(.., best)| best > 0.0) {
+    for &[before, after, best] in errors.iter().filter(|[.., best]| *best > 0.0) {
         gained += (before * before - after * after) / (best * best);
         possible += (before * before - best * best) / (best * best);
     }

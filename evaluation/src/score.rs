@@ -55,6 +55,8 @@ pub struct Found {
     pub explained: Share,
     /// The first effect is a true one.
     pub first: Share,
+    /// The first effect would be a true one with the candidates and the noise known.
+    pub ceiling: Share,
     /// Every true cause is among effects and rivals.
     pub within: Share,
     /// Mean number of rivals of the first effect.
@@ -63,6 +65,8 @@ pub struct Found {
     pub gain_median: Option<f64>,
     /// Worst ratio of the gain to the oracle's.
     pub gain_worst: Option<f64>,
+    /// Largest error on fresh data over that of the plain model.
+    pub rise_worst: Option<f64>,
     /// Number of gains.
     pub gains: usize,
     /// 95 % intervals that contain the truth.
@@ -85,10 +89,17 @@ impl Found {
             detected: share(|o| o.detected),
             explained: share(|o| o.explained),
             first: share(|o| o.first),
+            ceiling: Share::count(outcomes.iter().filter_map(|o| o.ceiling)),
             within: share(|o| o.within),
             rivals: (!rivals.is_empty()).then_some(mean),
             gain_median: median(&gains),
             gain_worst: gains.first().copied(),
+            rise_worst: outcomes
+                .iter()
+                .flat_map(|o| &o.errors)
+                .filter(|[before, ..]| *before > 0.0)
+                .map(|[before, after, _]| after / before)
+                .reduce(f64::max),
             gains: gains.len(),
             covered: Share::count(outcomes.iter().filter_map(|o| o.covered)),
         }

@@ -1,6 +1,6 @@
 //! The interface of every generated world, and the size that an effect needs for a given z.
 
-use crate::design::{Design, Projector};
+use crate::design::{Design, Projector, norm};
 use crate::truth::Truth;
 use identification::dataset::Dataset;
 
@@ -86,6 +86,45 @@ pub fn strength_of(world: &dyn World, z: f64) -> Option<(Strength, Option<f64>)>
         strength.sizes.push(size);
     }
     Some((strength, reached))
+}
+
+/// Whether a test that knows every candidate, all its numbers but the size, and the noise takes a true cause for the
+/// likeliest. `all` is `world` with every effect of its kind. `None` without a single effect with a column of its own.
+pub fn known_best(world: &dyn World, strength: &Strength, all: &dyn World, z: f64) -> Option<bool> {
+    let truths = world.truths(strength);
+    let [truth] = truths.as_slice() else { return None };
+    if matches!(world.sizings()[0], Sizing::Level(_)) {
+        return None;
+    }
+    let projector = world.design().projector();
+    let left_by_base = |column: &[f64]| {
+        let mut column = world.design().whiten(column);
+        projector.project(&mut column);
+        column
+    };
+    let mut observed = world.observed(strength);
+    if let Some(nominal) = world.nominal() {
+        observed.iter_mut().zip(nominal).for_each(|(x, nominal)| *x -= nominal);
+    }
+    let left = left_by_base(&observed);
+    let explained = |(effect, sizing): (usize, Sizing)| {
+        let column = |size: f64| left_by_base(&all.contribution(effect, size));
+        let size = match sizing {
+            Sizing::Proportional => proportional(z, |size| norm(&column(size)))?,
+            Sizing::Monotone(low, high) => monotone(z, low, high, |size| norm(&column(size)))?,
+            Sizing::Noise(size) | Sizing::Whole(size) => size,
+            Sizing::Level(_) => return None,
+        };
+        let column = column(size);
+        let along: f64 = column.iter().zip(&left).map(|(x, left)| x * left).sum();
+        let length = norm(&column);
+        (length > 0.0).then(|| (effect, along.powi(2) / length.powi(2)))
+    };
+    let sizings = all.sizings().into_iter().enumerate();
+    let (best, _) = sizings.filter_map(explained).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let any = Strength { sizes: vec![1.0; all.sizings().len()], noise: 1.0 };
+    let best = &all.truths(&any)[best];
+    Some(best.spellings.iter().any(|spelling| truth.spellings.contains(spelling)))
 }
 
 fn proportional(z: f64, z_of: impl Fn(f64) -> f64) -> Option<f64> {

@@ -4,7 +4,7 @@ use evaluation::catalogue::{Case, Purpose, cases};
 use evaluation::design::norm;
 use evaluation::random::{MASTER_TEST, MASTER_TRAIN};
 use evaluation::run::{Identifier, run};
-use evaluation::world::{Strength, World, oracle, strength_of};
+use evaluation::world::{Strength, World, known_best, oracle, strength_of};
 use identification::dataset::{Dataset, Kind, Role};
 use identification::finding::{
     Effect, Figure, Finding, HeldOut, Parameter, Prediction, Rival, RmsePair, SCHEMA, Verdict,
@@ -295,4 +295,21 @@ fn an_effect_in_noise_alone_is_an_alarm_unless_it_is_the_noise() {
     assert!(alarm("white", "bias") && alarm("white", "noise"));
     assert!(!alarm("autoregressive", "noise") && alarm("autoregressive", "bias"));
     assert!(!alarm("quantised", "quantisation") && alarm("quantised", "scale"));
+}
+
+#[test]
+fn the_ceiling_is_high_for_large_effects_and_low_for_what_noise_hides() {
+    let share = |z: f64| {
+        let of_turns = |case: &Case| case.group == "turns" && case.purpose == Purpose::Effect(30.0);
+        let named = cases().into_iter().filter(of_turns).filter_map(|case| {
+            let (world, all) = (case.world(MASTER_TRAIN), case.with_every_effect(MASTER_TRAIN));
+            let (strength, _) = strength_of(world.as_ref(), z)?;
+            known_best(world.as_ref(), &strength, all.as_ref(), z)
+        });
+        let named: Vec<bool> = named.collect();
+        named.iter().filter(|named| **named).count() as f64 / named.len() as f64
+    };
+    assert!(share(100.0) > 0.95, "{}", share(100.0));
+    // Of 16 candidates, some are alike.
+    assert!(share(0.01) < 0.4, "{}", share(0.01));
 }

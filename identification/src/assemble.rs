@@ -156,8 +156,8 @@ pub(crate) fn assemble(
                 parameter.name.clone_from(&term.name);
                 parameter
             }));
-            terms.push(term);
         }
+        terms.extend(one.fit.applied.iter().map(|found| outcome::term(one.data, found)));
         for (index, found) in one.fit.effects.iter().enumerate() {
             let after = &one.fit.path[one.fit.chosen].metrics;
             let without = one.without(index);
@@ -167,7 +167,6 @@ pub(crate) fn assemble(
                 effect.name = "wrong_axis".to_owned();
             }
             effects.push((found.strength, effect));
-            terms.push(outcome::term(one.data, found));
         }
         for contender in &one.fit.left {
             left.push(Left {

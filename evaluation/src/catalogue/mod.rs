@@ -70,6 +70,23 @@ impl Case {
         name.replace([' ', '_', '+', ','], "-").to_lowercase()
     }
 
+    /// Its world with every effect of its kind.
+    pub fn with_every_effect(&self, master: u64) -> Box<dyn World> {
+        let source = match &self.source {
+            Source::Series(layout, _) => {
+                let can_show = |effect: &&SeriesEffect| layout.axes || effect.needs != Needs::Axes;
+                Source::Series(*layout, EFFECTS.iter().filter(can_show).collect())
+            }
+            Source::Turns(layout, _) => Source::Turns(*layout, effects(layout.0).collect()),
+            Source::Laps(layout, _) => Source::Laps(*layout, LAP_EFFECTS.iter().collect()),
+            Source::Odometry(layout, _) => {
+                let has = |effect: &&PathEffect| effect.drives.contains(&layout.drive);
+                Source::Odometry(*layout, PATH_EFFECTS.iter().filter(has).collect())
+            }
+        };
+        Self { source, ..self.clone() }.world(master)
+    }
+
     /// Draws its world from that master seed. The size is not part of the key: an effect grows in the same data.
     pub fn world(&self, master: u64) -> Box<dyn World> {
         let key = format!("{}/{}", self.group, self.effect);
@@ -265,7 +282,14 @@ pub fn cases() -> Vec<Case> {
     of_turns(&mut cases);
     of_laps(&mut cases);
     of_odometry(&mut cases);
-    nulls::of_nulls(&mut cases);
+    nulls::of_nulls(&mut cases, 1);
+    cases
+}
+
+/// Noise alone, in that many times as many cases.
+pub fn nulls(times: usize) -> Vec<Case> {
+    let mut cases = Vec::new();
+    nulls::of_nulls(&mut cases, times);
     cases
 }
 

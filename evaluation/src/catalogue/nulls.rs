@@ -31,8 +31,8 @@ fn null_noises(per_variant: usize) -> impl Iterator<Item = Noise> {
     })
 }
 
-/// Every null case.
-pub fn of_nulls(cases: &mut Vec<Case>) {
+/// Every null case, `times` as many as the figures by default rest on.
+pub fn of_nulls(cases: &mut Vec<Case>, times: usize) {
     let mut push = |group, kind, repeat, noise: Noise, source| {
         let purpose = Purpose::Null(noise);
         cases.push(Case {
@@ -45,16 +45,16 @@ pub fn of_nulls(cases: &mut Vec<Case>) {
             source,
         });
     };
-    for (repeat, noise) in null_noises(SERIES_NULLS).enumerate() {
+    for (repeat, noise) in null_noises(times * SERIES_NULLS).enumerate() {
         // Mostly short layouts, so that there can be many cases.
         let layout = Layout { noise, ..series_layout([0, 1, 0, 1, 4, 0, 1, 2][repeat % 8]) };
         push("series", Kind::Series, repeat, noise, Source::Series(layout, vec![]));
     }
-    for (repeat, noise) in null_noises(TURNS_NULLS).enumerate() {
+    for (repeat, noise) in null_noises(times * TURNS_NULLS).enumerate() {
         let source = Source::Turns(turns_layout(Path::Table, repeat, noise), vec![]);
         push("turns", Kind::Turns, repeat, noise, source);
     }
-    for (repeat, noise) in null_noises(LAPS_NULLS).enumerate() {
+    for (repeat, noise) in null_noises(times * LAPS_NULLS).enumerate() {
         let source = Source::Turns(turns_layout(Path::Laps, repeat, noise), vec![]);
         push("laps", Kind::Laps, repeat, noise, source);
     }
@@ -62,7 +62,7 @@ pub fn of_nulls(cases: &mut Vec<Case>) {
     let independent = |noise: &Noise| {
         !matches!(noise, Noise::Autoregressive(_) | Noise::RandomWalk | Noise::Flicker)
     };
-    for (repeat, noise) in null_noises(ODOMETRY_NULLS).filter(independent).enumerate() {
+    for (repeat, noise) in null_noises(times * ODOMETRY_NULLS).filter(independent).enumerate() {
         let (drive, group) = DRIVES[repeat % 2];
         let source = Source::Odometry(path_layout(drive, repeat / 2 % 2, noise), vec![]);
         push(group, Kind::Odometry, repeat, noise, source);

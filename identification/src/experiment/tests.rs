@@ -88,6 +88,7 @@ fn experiment(
         nested: Vec::new(),
         goes: None,
         base,
+        applied: Vec::new(),
         effects: vec![found],
         noise,
         floor: NOISE_DEG.to_radians(),

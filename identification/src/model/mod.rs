@@ -99,7 +99,8 @@ pub enum Form {
 
 /// One term. `lag_of` brings the parameter `time_constant`, `branch_of` brings `half_width`. `seen_from` and `seen_to`
 /// (`seen_from_2` and `seen_to_2` for the second driver) are the range of the driver in the data. The term follows its
-/// driver for a tenth of that range beyond each end, and is constant from there.
+/// driver for a tenth of that range beyond each end, and is constant from there; a square, a cube or a product is constant
+/// from the ends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Term {

@@ -47,3 +47,22 @@ impl Shape {
         (0..terms.len()).filter(is_first).count()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Driver, Form, Shape};
+    use crate::model::Acts;
+
+    #[test]
+    fn a_polynomial_is_one_cause_and_another_driver_or_kind_is_another() {
+        let power = |acts, driver: &str, form| Shape::new("any", acts, Driver::plain(driver), form);
+        let polynomial = [Form::Cubic, Form::Linear, Form::Quadratic]
+            .map(|form| power(Acts::Bias, "temperature", form));
+        assert_eq!(Shape::causes(&polynomial), 1);
+        let other = power(Acts::Bias, "supply", Form::Linear);
+        let of_scale = power(Acts::Scale, "temperature", Form::Linear);
+        let bump = power(Acts::Bias, "temperature", Form::Bump);
+        let terms = [&polynomial[..], &[other, of_scale, bump]].concat();
+        assert_eq!(Shape::causes(&terms), 4);
+    }
+}

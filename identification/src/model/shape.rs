@@ -165,11 +165,16 @@ impl Shape {
         self
     }
 
-    /// Limits of that driver, if set: a little beyond its observed range.
+    /// Whether it changes most at the ends of its range, where the data say least.
+    fn rises_steeply(&self) -> bool {
+        matches!(self.form, Form::Quadratic | Form::Cubic | Form::Product)
+    }
+
+    /// Limits of that driver, if set: its observed range, and for what rises evenly a little beyond.
     pub fn limits(&self, driver: usize) -> Option<[f64; 2]> {
         let [from, to] = SEEN.get(driver)?;
         let (from, to) = (self.number(from)?, self.number(to)?);
-        let reach = REACH * (to - from);
+        let reach = if self.rises_steeply() { 0.0 } else { REACH * (to - from) };
         Some([from - reach, to + reach])
     }
 

@@ -119,6 +119,19 @@ fn what_is_written_is_read() {
     }
 }
 
+#[test]
+fn a_power_is_held_where_the_data_end_and_a_line_a_little_beyond() {
+    let channels = channels();
+    let limits = |form| {
+        let shape = shape(Driver::plain("coil"), form, &[("origin", 25.0)]).within_seen(&channels);
+        shape.limits(0).unwrap().map(|end| (10.0 * end).round() / 10.0)
+    };
+    // From 20 to 31.7 degC.
+    assert_eq!(limits(Form::Quadratic), [20.0, 31.7]);
+    assert_eq!(limits(Form::Cubic), [20.0, 31.7]);
+    assert_eq!(limits(Form::Linear), [18.8, 32.9]);
+}
+
 /// Older models were written so; the number is in degrees Celsius all the same.
 #[test]
 fn a_place_in_kelvin_is_the_same_number_of_degrees_celsius() {

@@ -10,6 +10,7 @@ use super::roughly::is_sure;
 use super::scene::robust_fit;
 use super::state::State;
 use super::timing::Timing;
+use super::values;
 use crate::judge::{
     Beside, Goes, Holding, Judge, Metric, Standing, best, choose, goes_with, margin, nested,
 };
@@ -43,6 +44,8 @@ pub struct BlockFit {
     pub base: Vec<Found>,
     /// Terms that were added.
     pub effects: Vec<Found>,
+    /// All terms with the values to apply to other data.
+    pub applied: Vec<Found>,
     /// The noise that remains.
     pub noise: NoiseModel,
     /// Standard deviation of the innovation of a reading.
@@ -261,9 +264,13 @@ fn reported(
         if asked.noise.is_none() && chosen + 1 < path.len() {
             state.fit_noise(true);
         }
-        finish(&state, left)
+        let mut fit = finish(&state, left);
+        values::of_noise(&mut fit, &state, judge);
+        fit
     } else {
-        material.finish(&state, &path[chosen].metrics)
+        let mut fit = material.finish(&state, &path[chosen].metrics);
+        values::of_structure(&mut fit, &state);
+        fit
     };
     (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);
     fit.nested = nested(&among, is_noise);

@@ -80,6 +80,7 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     BlockFit {
         base: found,
         effects,
+        applied: Vec::new(),
         noise: state.noise.clone(),
         floor: scene.floor(&state.noise),
         scale: scene.scale,

@@ -20,6 +20,7 @@ mod simplify;
 mod sound;
 mod state;
 mod timing;
+mod values;
 
 pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
 pub use cross::{Fold, folds};

@@ -149,6 +149,7 @@ impl Material<'_> {
         BlockFit {
             base: terms,
             effects,
+            applied: Vec::new(),
             noise: state.noise.clone(),
             floor,
             scale: floor,

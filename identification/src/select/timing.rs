@@ -93,6 +93,7 @@ mod tests {
                 strength: 10.0,
                 rivals: rivals.iter().map(rival).collect(),
             }],
+            applied: Vec::new(),
             noise: NoiseModel::white(1),
             floor: 1.0,
             scale: 1.0,
