@@ -26,7 +26,7 @@ pub(super) struct Coupled {
     failure: Option<(Timestamp, String)>,
 }
 
-/// A unit may have state that nobody can copy. A copy has none, and fails at its first step.
+/// A unit may have state that cannot be copied. A copy has no unit, and fails at its first step.
 impl Clone for Coupled {
     fn clone(&self) -> Self {
         let (inputs, given) = (self.inputs.clone(), self.given.clone());

@@ -9,7 +9,7 @@ use std::path::Path;
 pub const OK: c_int = 0;
 pub const ERROR: c_int = 3;
 
-/// Who is told of errors.
+/// Receiver of log messages.
 pub type Tell = Box<dyn Fn(&CStr)>;
 
 /// What a `fmi2Component` or `fmi3Instance` points to.
@@ -60,7 +60,7 @@ pub unsafe fn free(instance: *mut c_void) {
     }
 }
 
-/// Does something with an instance. An error is told and becomes a status.
+/// Does something with an instance. An error is logged and becomes a status.
 ///
 /// # Safety
 ///

@@ -152,7 +152,7 @@ pub unsafe extern "C" fn fmi3FreeFMUState(
     unsafe { c::free_state(state) }
 }
 
-/// Another kind of unit: there is none.
+/// Kinds of units that a device is not.
 macro_rules! none {
     ($($name:ident)*) => {
         $(

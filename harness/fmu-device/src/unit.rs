@@ -130,7 +130,7 @@ impl Unit {
     pub fn step(&mut self, from_s: f64, length_s: f64) -> Result<(), String> {
         let end = from_s + length_s - self.start_s;
         if !(0.0..1e9).contains(&end) || length_s < 0.0 {
-            return Err(format!("a step of {length_s} s from {from_s} s is none"));
+            return Err(format!("a step of {length_s} s from {from_s} s is not possible"));
         }
         let end = Timestamp::ZERO + Span::from_secs_f64(end);
         self.hear()?;

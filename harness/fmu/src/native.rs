@@ -40,7 +40,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// What a step came to.
+/// Result of a step.
 struct Stepped {
     status: Status,
     /// Where it ended if that is not the end of the step.

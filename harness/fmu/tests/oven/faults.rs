@@ -11,7 +11,7 @@ fn failure(version: usize, how: u8) -> String {
         let now = at(0.01 * f64::from(tick));
         device.wake(now);
         if let Some(why) = device.failure(now) {
-            // It is told once, and the device is off.
+            // It is reported once, and the device is off.
             assert_eq!(device.failure(now), None);
             while device.transmit().is_some() {}
             device.wake(at(1.0));
