@@ -95,7 +95,11 @@ impl Room {
                     Err(error) if error.kind() == CreateStreamErrorKind::JetStreamUnavailable => {
                         return Err(self.no_jetstream(&error));
                     }
-                    Err(error) => return Err(NatsError::server(what(), error)),
+                    // A worker and a campaign that start together both make it; the server refuses the later one.
+                    Err(error) => match self.context.get_stream(&name).await {
+                        Ok(found) => found,
+                        Err(_) => return Err(NatsError::server(what(), error)),
+                    },
                 }
             }
             Err(error) => {
