@@ -29,7 +29,7 @@ pub(crate) struct SlowNoise {
     pub notice: Option<String>,
 }
 
-/// Risk of naming slow noise where there is none, for a whole data set.
+/// Risk of naming slow noise where there is no such noise, for a whole data set.
 const RISK: f64 = 0.005;
 /// Probability below which a kind of slow noise is excluded.
 const EXCLUDED: f64 = 0.05;
