@@ -174,10 +174,12 @@ impl Node {
             self.state = State::PreOperational;
             self.configure(now);
         }
-        if let Some(period) = self.period().filter(|_| self.heartbeat <= now) {
+        if self.heartbeat <= now {
+            self.heartbeat = self.period().map_or(NEVER, |period| {
+                let missed = now.since(self.heartbeat).as_nanos() / period.as_nanos() + 1;
+                self.heartbeat + period * missed
+            });
             self.send(self.id(0x700), &[self.state as u8]);
-            let missed = now.since(self.heartbeat).as_nanos() / period.as_nanos() + 1;
-            self.heartbeat += period * missed;
         }
         let lost = self.consumed.iter_mut().filter_map(|one| one.is_overdue(now).then_some(()));
         if lost.count() > 0 {
@@ -243,6 +245,22 @@ impl Node {
         frame: &CanFrame,
         application: &mut dyn Application,
     ) -> Heard {
+        let heard = self.hear(now, frame, application);
+        match self.objects.changed.take() {
+            Some(0x1016) => self.consumed = nmt::consumed(&self.objects),
+            Some(0x1017) => self.configure_heartbeat(now),
+            Some(0x1400..=0x1BFF) => self.configure_pdos(now),
+            _ => {}
+        }
+        heard
+    }
+
+    fn hear(
+        &mut self,
+        now: Timestamp,
+        frame: &CanFrame,
+        application: &mut dyn Application,
+    ) -> Heard {
         if self.state == State::Initialising || frame.fd_flags().is_some() {
             return Heard::Nothing;
         }
@@ -269,7 +287,7 @@ impl Node {
             return Heard::Nothing;
         }
         if Some(id) == self.id_in((0x1200, 1), self.id(0x600)) {
-            return self.transfer(now, data, application);
+            return self.transfer(data, application);
         }
         if self.state != State::Operational {
             return Heard::Nothing;
@@ -298,21 +316,10 @@ impl Node {
         Heard::Message
     }
 
-    fn transfer(
-        &mut self,
-        now: Timestamp,
-        data: &[u8],
-        application: &mut dyn Application,
-    ) -> Heard {
+    fn transfer(&mut self, data: &[u8], application: &mut dyn Application) -> Heard {
         let Some(request) = data.first_chunk::<8>() else { return Heard::Nothing };
         if let Some(answer) = self.server.request(request, &mut self.objects, application) {
             self.send(self.id_in((0x1200, 2), self.id(0x580)), &answer);
-        }
-        match self.objects.changed.take() {
-            Some(0x1016) => self.consumed = nmt::consumed(&self.objects),
-            Some(0x1017) => self.configure_heartbeat(now),
-            Some(0x1400..=0x1BFF) => self.configure_pdos(now),
-            _ => {}
         }
         Heard::Message
     }

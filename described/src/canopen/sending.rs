@@ -34,7 +34,9 @@ impl Sending {
 
     pub(super) fn due(&self) -> Timestamp {
         let change = if self.is_changed { self.free } else { NEVER };
-        if AT_EVENTS.contains(&self.pdo.kind) { change.min(self.timer) } else { NEVER }
+        // A master can take the identifier away while the timer runs.
+        let is_sent = AT_EVENTS.contains(&self.pdo.kind) && self.pdo.id().is_some();
+        if is_sent { change.min(self.timer) } else { NEVER }
     }
 }
 

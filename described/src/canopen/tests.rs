@@ -62,9 +62,12 @@ impl Bus {
     /// What the device sends by itself until then, with its time in ms.
     fn until(&mut self, end: Timestamp) -> Vec<(i64, u16, Vec<u8>)> {
         let mut sent = Vec::new();
+        let mut wakes = 0;
         while self.device.next_wakeup() <= end {
             self.now = self.now.max(self.device.next_wakeup());
             self.device.wake(self.now);
+            wakes += 1;
+            assert!(wakes < 100_000, "it is woken for ever at {:?}", self.now);
             sent.extend(self.sent());
         }
         self.now = end;
@@ -132,6 +135,19 @@ fn an_event_sends_a_pdo_no_sooner_than_its_inhibit_time_and_the_timer_without_on
     assert_eq!(bus.say(0, &[128, 0]), []);
     assert_eq!(bus.say(0x205, &[15, 0]), [], "no PDO is heard before it is operational");
     assert_eq!(bus.device.value("controlword"), Some(7.0));
+}
+
+#[test]
+fn a_pdo_that_loses_its_identifier_while_its_timer_runs_is_sent_no_more() {
+    let mut bus = Bus::new();
+    bus.write((0x1800, 5), &[100, 0]).unwrap();
+    bus.say(0, &[1, 5]);
+    bus.write((0x1800, 1), &0x8000_0185u32.to_le_bytes()).unwrap();
+    bus.say(0x205, &[6, 0]);
+    for ms in [100, 200, 300] {
+        assert!(bus.until(at_ms(ms)).iter().all(|(_, id, _)| *id != 0x185));
+        assert!(bus.device.next_wakeup() > at_ms(ms), "it would be woken for ever");
+    }
 }
 
 #[test]
