@@ -4,12 +4,14 @@ mod confinement;
 mod effect;
 mod faulty;
 mod nodes;
+mod waiting;
 
 pub use confinement::{ErrorCounters, ErrorState};
 pub use nodes::StateChange;
 
 use faulty::Faulty;
-use wire::can::{BitRates, CanFrame, Id};
+use waiting::Waiting;
+use wire::can::{BitRates, CanFrame};
 use wire::time::Timestamp;
 
 /// Most frames that wait for the bus; more are dropped and counted. Assumption: no DBC has as many messages that are
@@ -20,7 +22,7 @@ pub const FRAMES_MAX: usize = 1_024;
 #[derive(Debug, Clone)]
 pub struct CanBus<Node> {
     rates: BitRates,
-    waiting: Vec<(Node, CanFrame)>,
+    waiting: Waiting<Node>,
     on_bus: Option<(Timestamp, Node, CanFrame)>,
     dropped: u64,
     faulty: Option<Box<Faulty<Node>>>,
@@ -34,7 +36,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 
     /// An idle bus of these rates.
     pub const fn at(rates: BitRates) -> Self {
-        Self { rates, waiting: Vec::new(), on_bus: None, dropped: 0, faulty: None }
+        Self { rates, waiting: Waiting::new(), on_bus: None, dropped: 0, faulty: None }
     }
 
     /// Sends a frame. It goes at once if the bus is idle, else it takes part in the next arbitration. A classic bus
@@ -45,7 +47,10 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             self.dropped += 1;
             return;
         }
-        self.waiting.push((from, frame));
+        self.waiting.push(from, frame);
+        if let Some(faulty) = &mut self.faulty {
+            faulty.sent(from);
+        }
         if self.on_bus.is_none() {
             self.arbitrate(now);
         }
@@ -76,10 +81,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         if self.faulty.is_some() {
             return self.arbitrate_faulty(now);
         }
-        // The first of equals wins, so a node's own frames keep their order.
-        let winner = (0..self.waiting.len()).min_by_key(|&index| priority(&self.waiting[index].1));
-        if let Some(index) = winner {
-            let (from, frame) = self.waiting.remove(index);
+        if let Some((from, frame)) = self.waiting.take(0) {
             self.on_bus = Some((now + frame.duration(self.rates), from, frame));
         }
     }
@@ -88,17 +90,6 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 impl<Node: Copy + PartialEq> Default for CanBus<Node> {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-/// Lower wins. A standard identifier beats an extended one with the same leading bits.
-fn priority(frame: &CanFrame) -> u64 {
-    match frame.id() {
-        Id::Standard(id) => u64::from(id.as_raw()) << 19,
-        Id::Extended(id) => {
-            let raw = u64::from(id.as_raw());
-            (raw >> 18) << 19 | 1 << 18 | (raw & 0x3_ffff)
-        }
     }
 }
 

@@ -23,6 +23,8 @@ const SUSPEND_BITS: i64 = 8;
 pub(super) struct Faulty<Node> {
     /// Sender of frames that no device of the bench sent.
     stranger: Node,
+    /// How many of its frames wait.
+    strangers_waiting: usize,
     pub(super) layers: Vec<Layer<Node>>,
     nodes: Nodes<Node>,
     /// The frame on the bus will be destroyed.
@@ -63,6 +65,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         let faulty = self.faulty.get_or_insert_with(|| {
             Box::new(Faulty {
                 stranger,
+                strangers_waiting: self.waiting.count(stranger),
                 layers: Vec::new(),
                 nodes: Nodes::new(nodes, idle_since, bit),
                 destroyed: false,
@@ -138,9 +141,8 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                 let stranger = faulty.stranger;
                 let frame = layer.effect.make(&mut layer.chance);
                 // The babbler has one mailbox, and all others together have few.
-                let mut theirs = self.waiting.iter().filter(|(from, _)| *from == stranger);
-                let waits = theirs.clone().count() >= STRANGERS_WAITING_MAX
-                    || theirs.any(|(_, waiting)| waiting.id() == frame.id());
+                let waits = faulty.strangers_waiting >= STRANGERS_WAITING_MAX
+                    || self.waiting.has(stranger, frame.id());
                 if !waits {
                     layer.acted += 1;
                     self.send(next, stranger, frame);
@@ -162,12 +164,10 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         faulty.nodes.count(from, destroyed);
         if destroyed {
             if faulty.nodes.state(from) == ErrorState::Off {
-                let before = self.waiting.len();
-                self.waiting.retain(|(node, _)| *node != from);
-                self.dropped += (before - self.waiting.len()) as u64 + 1;
+                self.dropped += self.waiting.forget(from) as u64 + 1;
             } else {
                 // The node retries before its later frames.
-                self.waiting.insert(0, (from, frame));
+                self.waiting.push_again(from, frame);
             }
             self.arbitrate(at);
             return None;
@@ -231,24 +231,21 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                 && faulty.nodes.state(node) == ErrorState::Passive
                 && now - faulty.free_since < bit * SUSPEND_BITS
         };
-        let best = |may: &dyn Fn(Node) -> bool| {
-            (0..self.waiting.len())
-                .filter(|&index| may(self.waiting[index].0))
-                .min_by_key(|&index| super::priority(&self.waiting[index].1))
-        };
-        let at_once = best(&|node| !suspended(node));
-        let Some(index) = at_once.or_else(|| best(&|_| true)) else {
+        if self.waiting.len() == 0 {
             faulty.nodes.idle_from(now);
             return;
-        };
+        }
+        let at_once = self.waiting.first(|node| !suspended(node));
+        let place = at_once.unwrap_or(0);
         let wait = if at_once.is_some() { Span::ZERO } else { bit * SUSPEND_BITS };
         faulty.nodes.busy();
-        let (from, frame) = self.waiting[index];
+        let (from, frame) = self.waiting.at(place);
         if let Some(rival) = faulty.rival(from, &frame) {
             self.on_bus = Some((now + wait + rival.duration(rates), faulty.stranger, rival));
             return;
         }
-        self.waiting.remove(index);
+        self.waiting.take(place);
+        faulty.strangers_waiting -= usize::from(from == faulty.stranger);
         let bits = faulty.bits_until_error(from, &frame);
         faulty.destroyed = bits.is_some();
         let time = match bits {
@@ -260,6 +257,11 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 }
 
 impl<Node: Copy + PartialEq> Faulty<Node> {
+    /// A frame of this node waits from now on.
+    pub(super) fn sent(&mut self, from: Node) {
+        self.strangers_waiting += usize::from(from == self.stranger);
+    }
+
     /// The layers that strike this frame of a node.
     fn layers_of(
         &mut self,
