@@ -49,6 +49,12 @@ pub struct Term {
     pub driver: Driver,
     /// Its function of the input.
     pub form: Form,
+    /// Range of the input: beyond it, the term is constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<[f64; 2]>,
+    /// The same of a product's second input.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_2: Option<[f64; 2]>,
 }
 
 /// The quantity that a term changes.
@@ -147,11 +153,24 @@ pub struct Point {
 }
 
 impl Term {
-    /// True if every number is finite, divisors are positive, and tables rise.
+    /// True if every number is finite, divisors are positive, and tables and ranges rise.
     pub fn is_usable(&self) -> bool {
+        let rises = |range: Option<[f64; 2]>| {
+            range.is_none_or(|[low, high]| low.is_finite() && high.is_finite() && low <= high)
+        };
         self.driver.is_usable()
             && self.form.is_usable()
+            && rises(self.within)
+            && rises(self.within_2)
             && (self.driver != Driver::None || matches!(self.form, Form::Constant { .. }))
+    }
+
+    /// Its value for these inputs.
+    fn value(&self, x: f64, y: f64) -> f64 {
+        let held = |value: f64, range: Option<[f64; 2]>| {
+            range.map_or(value, |[low, high]| value.max(low).min(high))
+        };
+        self.form.value(held(x, self.within), held(y, self.within_2))
     }
 
     /// True if the term depends on the rate.

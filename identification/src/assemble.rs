@@ -50,7 +50,7 @@ impl<'a> Done<'a> {
         let base: Vec<Shape> = self.fit.base.iter().map(|found| found.shape.clone()).collect();
         let metrics = judge.judge(&base, &white, &[]);
         let of = metrics.iter().zip(&self.fit.path[self.fit.chosen].metrics);
-        let margins = of.map(|(plain, chosen)| margin(plain, chosen, false)).collect();
+        let margins = of.map(|(plain, chosen)| margin(plain, chosen)).collect();
         for model in &mut self.fit.path {
             model.effects.insert(0, clipped.shape.name.clone());
         }

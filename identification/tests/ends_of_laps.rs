@@ -106,3 +106,21 @@ fn slow_noise_over_a_known_lever_has_a_finding() {
     }
     assert!(coloured > 0, "some of it is taken for coloured noise and nothing else");
 }
+
+/// The plain model has no constant for the odometry, so that an effect is zero where a constant puts it.
+#[test]
+fn an_effect_of_temperature_brings_the_constant_that_says_where_it_is_zero() {
+    let celsius = |lap: usize| 25.0 + 5.0 * (lap as f64 / 13.0).sin();
+    for seed in 0..8 {
+        let curvature: Vec<f64> = (0..LAPS).map(|lap| 5e-4 * (celsius(lap) - 17.0)).collect();
+        let finding = identified(&laps(&curvature, seed), None).finding;
+        let mut found: Vec<String> = finding
+            .effects
+            .iter()
+            .filter(|effect| ["turn", "curvature", "drive"].contains(&effect.term.as_str()))
+            .map(|effect| format!("{}: {}", effect.term, effect.drivers.join(" + ")))
+            .collect();
+        found.sort_unstable();
+        assert_eq!(found, ["curvature: ", "curvature: temperature"], "{seed}");
+    }
+}

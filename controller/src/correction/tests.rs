@@ -8,7 +8,7 @@ use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
 
 fn term(acts: Acts, driver: Driver, form: Form) -> Term {
-    Term { acts, driver, form }
+    Term { acts, driver, form, within: None, within_2: None }
 }
 
 fn at_s(seconds: f64) -> Timestamp {
@@ -62,6 +62,35 @@ fn each_driver_is_what_it_says() {
         let (_, scale) = after(term(Acts::Scale, driver, identity.clone()), 600, celsius, -30.0);
         // A lag of 50 s sees steps of one second as half a second of age.
         assert!((scale * 1e6 - expected).abs() < 6e-3, "{driver:?}: {}", scale * 1e6);
+    }
+}
+
+#[test]
+fn beyond_its_range_a_term_stays_as_it_was_at_the_end() {
+    let curve = Form::Quadratic { coefficient: 1e-6, origin: 20.0 };
+    let curve = Term { within: Some([15.0, 30.0]), ..term(Acts::Bias, Driver::Temperature, curve) };
+    for (celsius, expected) in [(25.0, 25e-6), (30.0, 100e-6), (70.0, 100e-6), (-10.0, 25e-6)] {
+        let now: fn(f64) -> f64 = match celsius as i32 {
+            25 => |_| 25.0,
+            30 => |_| 30.0,
+            70 => |_| 70.0,
+            _ => |_| -10.0,
+        };
+        let (bias, _) = after(curve.clone(), 1, now, 0.0);
+        assert!((bias - expected).abs() < 1e-12, "{celsius}: {bias}");
+    }
+    let product =
+        Form::Product { coefficient: 1e-6, origin: 0.0, second: Driver::Time, origin_2: 0.0 };
+    let product = Term {
+        within: Some([0.0, 30.0]),
+        within_2: Some([0.0, 10.0]),
+        ..term(Acts::Bias, Driver::Temperature, product)
+    };
+    assert!((after(product.clone(), 5, |_| 20.0, 0.0).0 - 100e-6).abs() < 1e-12);
+    assert!((after(product, 60, |_| 50.0, 0.0).0 - 300e-6).abs() < 1e-12);
+    for range in [[30.0, 15.0], [f64::NAN, 1.0], [0.0, f64::INFINITY]] {
+        assert!(!Term { within: Some(range), ..curve.clone() }.is_usable(), "{range:?}");
+        assert!(!Term { within_2: Some(range), ..curve.clone() }.is_usable(), "{range:?}");
     }
 }
 

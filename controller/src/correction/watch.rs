@@ -132,8 +132,8 @@ impl Watch {
                 continue;
             };
             match term.acts {
-                Acts::Bias => bias += term.form.value(x, y),
-                Acts::Scale => scale += term.form.value(x, y),
+                Acts::Bias => bias += term.value(x, y),
+                Acts::Scale => scale += term.value(x, y),
             }
         }
         Sum {

@@ -77,6 +77,8 @@ fn a_correction_over_the_tested_bias_leaves_the_next_test_alone() {
         acts: Acts::Bias,
         driver: Driver::TestedBias,
         form: Form::Linear { slope: -0.5, origin: 0.0 },
+        within: None,
+        within_2: None,
     };
     integrator.set_calibration(Calibration {
         corrections: [half].into_iter().collect(),

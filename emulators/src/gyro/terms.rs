@@ -30,6 +30,12 @@ pub struct Term {
     pub driver: Driver,
     /// How it depends on its input.
     pub form: Form,
+    /// Range of its input: beyond it, the term is constant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<[f64; 2]>,
+    /// The same of a product's second input.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_2: Option<[f64; 2]>,
 }
 
 /// What a term acts on.
@@ -136,6 +142,15 @@ impl Parameters for Term {
                 return fault(name, *value, domain);
             }
         }
+        for [low, high] in self.within.into_iter().chain(self.within_2) {
+            let mut rising = Domain::FINITE;
+            for end in [low, high] {
+                if !rising.contains(end) {
+                    return fault("within", end, rising);
+                }
+                rising.min = end;
+            }
+        }
         if let Form::Table { points } = &self.form {
             let mut rising = Domain::FINITE;
             for point in points {
@@ -150,6 +165,14 @@ impl Parameters for Term {
 }
 
 impl Term {
+    /// Its value for these inputs.
+    fn value(&self, x: f64, y: f64) -> f64 {
+        let held = |value: f64, range: Option<[f64; 2]>| {
+            range.map_or(value, |[low, high]| value.max(low).min(high))
+        };
+        self.form.value(held(x, self.within), held(y, self.within_2))
+    }
+
     /// Its numbers by name, with their permitted values.
     fn numbers(&mut self) -> Vec<(&'static str, &mut f64, Domain)> {
         let mut numbers = self.form.numbers();

@@ -230,14 +230,24 @@ fn translate(model: &Model, term: &model::Term, acts: Acts) -> Result<Vec<Term>,
     };
     let driver = driver.unwrap_or_default();
     let through = numbers.or_zero("through")?;
+    let [within, within_2] = [0, 1].map(|which| term.limits(which));
     let translated = match (driver, form) {
-        (_, form) if through == 0.0 => vec![Term { acts, driver, form }],
+        (_, form) if through == 0.0 => vec![Term { acts, driver, form, within, within_2 }],
         (Driver::TemperatureBranch { .. }, Form::Linear { slope, origin }) => vec![
-            Term { acts, driver, form: Form::Linear { slope, origin: 0.0 } },
+            // The play itself limits the difference.
+            Term {
+                acts,
+                driver,
+                form: Form::Linear { slope, origin: 0.0 },
+                within: None,
+                within_2: None,
+            },
             Term {
                 acts,
                 driver: Driver::Temperature,
                 form: Form::Linear { slope: slope * through, origin: origin / through },
+                within,
+                within_2: None,
             },
         ],
         _ => return Err("what goes through a play is carried where it is linear".to_owned()),

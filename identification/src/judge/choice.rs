@@ -4,42 +4,62 @@
 use super::{Errors, Metric};
 
 /// A model on the path, from plain to rich, with its held-out errors.
+#[derive(Clone, Copy)]
 pub(crate) struct Standing<'a> {
     /// Number of parameters fitted beyond the plain model.
     pub numbers: usize,
     /// Its errors in each metric; all models of a path have the same metrics.
     pub metrics: &'a [Metric],
+    /// Its error from one reading to the next, where the residual is noise.
+    pub innovation: Option<&'a Metric>,
 }
 
 /// Two errors count as equal when they differ by no more than this many standard errors.
 const ERRORS: f64 = 1.0;
 
-/// Margin within which the mean square of `one` counts as equal to the `best`. If the residual `is_noise`, two models
-/// differ only by what runs do not share, and their difference has a small standard error. Otherwise some runs have
-/// errors that no model explains, and a difference counts only if it exceeds the error of the best model's own error.
-pub(crate) fn margin(one: &Metric, best: &Metric, is_noise: bool) -> f64 {
-    let paired = one.errors.beyond(&best.errors).1;
-    let alone = best.errors.standard_error();
-    let margin = if is_noise { paired } else { paired.max(alone) };
-    ERRORS * if margin.is_finite() { margin } else { best.errors.mean_square() }
+/// Margin within which the mean square of `one` counts as equal to the `best`. Some runs have errors that no model
+/// explains, such as those of the reference at their ends, so a difference counts only if it exceeds the error of the
+/// best model's own error.
+pub(crate) fn margin(one: &Metric, best: &Metric) -> f64 {
+    let (paired, alone) = (paired(one, best), best.errors.standard_error());
+    if alone.is_finite() { paired.max(ERRORS * alone) } else { paired }
+}
+
+/// The margin by what runs do not share alone. If the residual is noise, the innovation of each reading holds all that
+/// the data say about a model, and models differ in it by little else.
+fn paired(one: &Metric, best: &Metric) -> f64 {
+    let error = one.errors.beyond(&best.errors).1;
+    ERRORS * if error.is_finite() { error } else { best.errors.mean_square() }
 }
 
 /// Index of the best model in a metric.
 pub(crate) fn best(path: &[Standing<'_>], metric: usize) -> usize {
-    let square = |index: usize| path[index].metrics[metric].errors.mean_square();
-    (0..path.len()).min_by(|a, b| square(*a).total_cmp(&square(*b))).unwrap_or(0)
+    let errors: Vec<&Metric> = path.iter().map(|one| &one.metrics[metric]).collect();
+    best_of(&errors)
+}
+
+fn best_of(errors: &[&Metric]) -> usize {
+    let square = |index: usize| errors[index].errors.mean_square();
+    (0..errors.len()).min_by(|a, b| square(*a).total_cmp(&square(*b))).unwrap_or(0)
 }
 
 /// Whether model `rich` is worse than `simple` in some metric, beyond the standard error.
 fn is_worse(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
-    rich.metrics.iter().zip(simple.metrics).any(|(rich, simple)| {
-        let (more, error) = rich.errors.beyond(&simple.errors);
-        more > 0.0 && !(more <= ERRORS * error)
-    })
+    let is_noise = rich.innovation.is_some();
+    let exceeds = |rich: &Metric, simple: &Metric, margin: f64| {
+        let (more, _) = rich.errors.beyond(&simple.errors);
+        more > 0.0 && !(more <= margin)
+    };
+    let mut metrics = rich.metrics.iter().zip(simple.metrics);
+    let mut innovations = rich.innovation.iter().zip(simple.innovation);
+    metrics.any(|(rich, simple)| {
+        let margin = if is_noise { margin(rich, simple) } else { paired(rich, simple) };
+        exceeds(rich, simple, margin)
+    }) || innovations.any(|(rich, simple)| exceeds(rich, simple, paired(rich, simple)))
 }
 
 /// Index of the model to report.
-pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
+pub(crate) fn choose(path: &[Standing<'_>]) -> usize {
     let Some(first) = path.first() else { return 0 };
     let simpler = |index: usize| {
         (0..path.len()).filter(move |&other| path[other].numbers < path[index].numbers)
@@ -47,11 +67,20 @@ pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
     let is_sound = |index: usize| !simpler(index).any(|other| is_worse(&path[index], &path[other]));
     let mut order: Vec<usize> = (0..path.len()).collect();
     order.sort_by_key(|&index| (path[index].numbers, index));
+    let innovations: Vec<&Metric> = path.iter().filter_map(|one| one.innovation).collect();
+    let is_within = |one: &Metric, best: &Metric, margin: f64| {
+        one.errors.mean_square() - best.errors.mean_square() <= margin
+    };
     let as_good = |index: usize| {
-        (0..first.metrics.len()).all(|metric| {
+        let mut metrics = 0..first.metrics.len();
+        let innovation = innovations.get(index);
+        metrics.all(|metric| {
             let best = &path[best(path, metric)].metrics[metric];
             let one = &path[index].metrics[metric];
-            one.errors.mean_square() - best.errors.mean_square() <= margin(one, best, is_noise)
+            is_within(one, best, margin(one, best))
+        }) && innovation.is_none_or(|one| {
+            let best = innovations[best_of(&innovations)];
+            is_within(one, best, paired(one, best))
         })
     };
     if let Some(&found) = order.iter().find(|&&index| as_good(index) && is_sound(index)) {
@@ -60,12 +89,11 @@ pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
     // No model is best in every metric: of those that are not worse than a simpler one, the model with the largest
     // total fall leads, and the simplest that is about as good wins.
     let fall = |index: usize| -> f64 {
-        let pairs = path[index].metrics.iter().zip(first.metrics);
-        pairs
-            .map(|(one, plain)| {
-                (plain.errors.rmse() / one.errors.rmse().max(f64::MIN_POSITIVE)).ln()
-            })
-            .sum()
+        let all = |one: Standing<'_>| -> Vec<f64> {
+            one.metrics.iter().chain(one.innovation).map(|metric| metric.errors.rmse()).collect()
+        };
+        let pairs = all(path[index]).into_iter().zip(all(*first));
+        pairs.map(|(one, plain)| (plain / one.max(f64::MIN_POSITIVE)).ln()).sum()
     };
     let sound: Vec<usize> = order.into_iter().filter(|&index| is_sound(index)).collect();
     let most = sound.iter().map(|&index| fall(index)).fold(0.0, f64::max);
@@ -74,7 +102,7 @@ pub(crate) fn choose(path: &[Standing<'_>], is_noise: bool) -> usize {
 
 /// Errors of the choice itself: for each run, those of the model that would be chosen without the fold that held the
 /// run out.
-pub(crate) fn nested(path: &[Standing<'_>], is_noise: bool) -> Vec<Metric> {
+pub(crate) fn nested(path: &[Standing<'_>]) -> Vec<Metric> {
     let Some(first) = path.first() else { return Vec::new() };
     let folds = first.metrics.iter().map(|metric| metric.errors.folds).max().unwrap_or(0);
     let mut found: Vec<Metric> = first
@@ -83,22 +111,29 @@ pub(crate) fn nested(path: &[Standing<'_>], is_noise: bool) -> Vec<Metric> {
         .map(|metric| Metric { errors: Errors::default(), ..metric.clone() })
         .collect();
     for fold in 0..folds {
-        let part = |held_out: bool| -> Vec<Vec<Metric>> {
-            let metric = |metric: &Metric| Metric {
-                errors: metric.errors.part(fold, held_out),
-                ..metric.clone()
-            };
-            path.iter().map(|one| one.metrics.iter().map(metric).collect()).collect()
+        let part = |metric: &Metric, held_out: bool| Metric {
+            errors: metric.errors.part(fold, held_out),
+            ..metric.clone()
         };
-        let seen = part(false);
+        let seen: Vec<(Vec<Metric>, Option<Metric>)> = path
+            .iter()
+            .map(|one| {
+                let metrics = one.metrics.iter().map(|metric| part(metric, false)).collect();
+                (metrics, one.innovation.map(|metric| part(metric, false)))
+            })
+            .collect();
         let standings: Vec<Standing<'_>> = path
             .iter()
             .zip(&seen)
-            .map(|(one, metrics)| Standing { numbers: one.numbers, metrics })
+            .map(|(one, (metrics, innovation))| Standing {
+                numbers: one.numbers,
+                metrics,
+                innovation: innovation.as_ref(),
+            })
             .collect();
-        let chosen = choose(&standings, is_noise);
-        for (sum, held_out) in found.iter_mut().zip(part(true).swap_remove(chosen)) {
-            sum.errors.join(held_out.errors);
+        let chosen = path[choose(&standings)];
+        for (sum, metric) in found.iter_mut().zip(chosen.metrics) {
+            sum.errors.join(part(metric, true).errors);
         }
     }
     found
@@ -127,13 +162,21 @@ mod tests {
         }
     }
 
+    /// The model that is chosen; the last metric is the innovation if the residual `is_noise`.
     fn chosen(path: &[Vec<Metric>], is_noise: bool) -> usize {
-        let standings: Vec<Standing<'_>> = path
-            .iter()
+        choose(&standings(path, is_noise))
+    }
+
+    fn standings(path: &[Vec<Metric>], is_noise: bool) -> Vec<Standing<'_>> {
+        let ends = path.first().map_or(0, |all| all.len() - usize::from(is_noise));
+        path.iter()
             .enumerate()
-            .map(|(numbers, metrics)| Standing { numbers, metrics })
-            .collect();
-        choose(&standings, is_noise)
+            .map(|(numbers, all)| Standing {
+                numbers,
+                metrics: &all[..ends],
+                innovation: all.get(ends),
+            })
+            .collect()
     }
 
     #[test]
@@ -159,17 +202,23 @@ mod tests {
         assert_eq!(chosen(&path, false), 1);
     }
 
+    /// Ends of runs have the errors of the reference there, and only contradict readings beyond these.
+    #[test]
+    fn where_the_residual_is_noise_readings_decide() {
+        let plain = vec![metric(&[4.0, 2.0, 6.0, 4.0]), metric(&[4.0, 4.2, 3.8, 4.1])];
+        let rich = |ends: [f64; 4]| vec![metric(&ends), metric(&[3.0, 3.1, 2.9, 3.2])];
+        let unlucky = [plain.clone(), rich([4.4, 2.5, 6.5, 4.5])];
+        assert_eq!((chosen(&unlucky, true), chosen(&unlucky, false)), (1, 0));
+        let bad = [plain, rich([8.0, 6.0, 9.0, 7.0])];
+        assert_eq!((chosen(&bad, true), chosen(&bad, false)), (0, 0));
+    }
+
     #[test]
     fn errors_of_the_choice_are_those_of_models_that_did_not_see_the_run() {
         // The second model is better in all runs but the last.
         let path =
             [vec![metric(&[4.0, 4.2, 3.8, 4.1, 3.9])], vec![metric(&[1.0, 1.1, 0.9, 1.0, 8.0])]];
-        let standings: Vec<Standing<'_>> = path
-            .iter()
-            .enumerate()
-            .map(|(numbers, metrics)| Standing { numbers, metrics })
-            .collect();
-        let errors = &nested(&standings, true)[0].errors;
+        let errors = &nested(&standings(&path, false))[0].errors;
         let last = errors.runs.iter().find(|run| run.0 == 4).map(|run| run.1);
         assert_eq!(
             (errors.runs.len(), last),
@@ -189,9 +238,9 @@ mod tests {
                 .map(|all| vec![metric(&all[..6]), metric(&all[6..])])
                 .collect();
             let found = chosen(&path, is_noise);
-            for simple in 0..found {
-                let of = |index: usize| Standing { numbers: index, metrics: &path[index] };
-                prop_assert!(!is_worse(&of(found), &of(simple)));
+            let standings = standings(&path, is_noise);
+            for simple in &standings[..found] {
+                prop_assert!(!is_worse(&standings[found], simple));
             }
         }
     }

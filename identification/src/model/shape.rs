@@ -165,17 +165,10 @@ impl Shape {
         self
     }
 
-    /// Whether it changes most at the ends of its range, where the data say least.
-    fn rises_steeply(&self) -> bool {
-        matches!(self.form, Form::Quadratic | Form::Cubic | Form::Product)
-    }
-
-    /// Limits of that driver, if set: its observed range, and for what rises evenly a little beyond.
+    /// Limits of that driver, if its observed range is set.
     pub fn limits(&self, driver: usize) -> Option<[f64; 2]> {
         let [from, to] = SEEN.get(driver)?;
-        let (from, to) = (self.number(from)?, self.number(to)?);
-        let reach = if self.rises_steeply() { 0.0 } else { REACH * (to - from) };
-        Some([from - reach, to + reach])
+        Some(self.form.held([self.number(from)?, self.number(to)?]))
     }
 
     /// Its columns over the rows, one per coefficient: the term with that coefficient at 1. `None` if the data lack a
@@ -350,6 +343,16 @@ impl Shape {
     pub fn label(&self) -> String {
         let drivers: Vec<String> = self.drivers.iter().map(ToString::to_string).collect();
         format!("{:?}[{}]{:?}", self.acts, drivers.join(","), self.form)
+    }
+}
+
+impl Form {
+    /// Limits of a driver that was `seen` in this range: for what rises evenly, a little beyond. Squares, cubes and
+    /// products change most at the ends, where the data say least.
+    pub(super) fn held(self, [from, to]: [f64; 2]) -> [f64; 2] {
+        let rises_steeply = matches!(self, Self::Quadratic | Self::Cubic | Self::Product);
+        let reach = if rises_steeply { 0.0 } else { REACH * (to - from) };
+        [from - reach, to + reach]
     }
 }
 

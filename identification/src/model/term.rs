@@ -130,6 +130,16 @@ impl Term {
         }
     }
 
+    /// Limits of that driver, SI, beyond which the term is constant, if its observed range is set.
+    pub fn limits(&self, driver: usize) -> Option<[f64; 2]> {
+        let end = |name: &str| {
+            let parameter = self.parameter(name)?;
+            Some(parameter.value * si_factor(&parameter.unit)?)
+        };
+        let [from, to] = SEEN.get(driver)?;
+        Some(self.form.held([end(from)?, end(to)?]))
+    }
+
     /// Its shape and coefficients, SI. The error names what cannot be read.
     ///
     /// # Errors

@@ -173,6 +173,9 @@ pub fn identify_block(
         let before = state.terms.clone();
         match state.step(threshold, asked.noise.is_some()) {
             Ok(()) => {
+                if state.terms.len() > state.base + 1 {
+                    state.exchange(threshold);
+                }
                 state.prune();
                 // The added term was dropped again: the next round would repeat this one.
                 if state.terms == before {
@@ -216,27 +219,22 @@ fn reported(
         path.retain(|step| std::mem::take(&mut is_plain) || is_sure(&step.state));
     }
     let richest = &path[path.len() - 1].state;
-    let standings: Vec<Standing<'_>> = path
-        .iter()
-        .map(|step| Standing { numbers: step.numbers(), metrics: &step.metrics })
-        .collect();
     // If the residual is noise, the innovation of each reading is the most informative.
     let innovations: Vec<Metric> = path
         .iter()
         .filter(|_| is_noise)
         .map(|step| judge.innovation(&step.state.terms, &richest.noise, &richest.left_out))
         .collect();
-    let all: Vec<Vec<Metric>> = path
+    let standings: Vec<Standing<'_>> = path
         .iter()
         .enumerate()
-        .map(|(i, step)| step.metrics.iter().chain(innovations.get(i)).cloned().collect())
+        .map(|(index, step)| Standing {
+            numbers: step.numbers(),
+            metrics: &step.metrics,
+            innovation: innovations.get(index),
+        })
         .collect();
-    let among: Vec<Standing<'_>> = path
-        .iter()
-        .zip(&all)
-        .map(|(step, metrics)| Standing { numbers: step.numbers(), metrics })
-        .collect();
-    let chosen = choose(&among, is_noise);
+    let chosen = choose(&standings);
     let waypoints = path
         .iter()
         .map(|step| {
@@ -244,7 +242,7 @@ fn reported(
             let margins = (0..step.metrics.len())
                 .map(|metric| {
                     let best = &path[best(&standings, metric)].metrics[metric];
-                    margin(&step.metrics[metric], best, is_noise)
+                    margin(&step.metrics[metric], best)
                 })
                 .collect();
             Waypoint {
@@ -273,8 +271,7 @@ fn reported(
         fit
     };
     (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);
-    fit.nested = nested(&among, is_noise);
-    fit.nested.truncate(standings[0].metrics.len());
+    fit.nested = nested(&standings);
     fit
 }
 

@@ -123,13 +123,19 @@ pub fn with_lower_orders(scene: &Scene<'_>, terms: &[Shape]) -> Vec<Contender> {
     let mut found = Vec::new();
     for candidate in &every {
         let is_there = |lower: &Shape| terms.iter().any(|term| term.says(lower));
-        let beside: Vec<Candidate> = every
-            .iter()
-            .filter(|other| {
-                other.shape.is_lower_order_of(&candidate.shape) && !is_there(&other.shape)
-            })
-            .map(|other| (*other).clone())
-            .collect();
+        // A function of a driver has its zero where a constant puts it.
+        let is_lower = |lower: &Shape| {
+            let is_constant = lower.drivers.is_empty() && lower.acts == candidate.shape.acts;
+            lower.is_lower_order_of(&candidate.shape)
+                || (is_constant && candidate.shape.number("origin").is_some())
+        };
+        let mut beside: Vec<Candidate> = Vec::new();
+        for lower in every.iter().filter(|other| is_lower(&other.shape) && !is_there(&other.shape))
+        {
+            if !beside.iter().any(|one| one.shape.says(&lower.shape)) {
+                beside.push((*lower).clone());
+            }
+        }
         if beside.is_empty() || !candidate.shape.known {
             continue;
         }
@@ -160,27 +166,29 @@ pub fn without_superfluous(contenders: &mut Vec<Contender>) {
     contenders.sort_by(|a, b| b.rank.total_cmp(&a.rank));
 }
 
-/// Puts the plainest explanation first, if it passes `threshold`: a constant that the plain model lacks, then a named
-/// effect that explains a good part of what the strongest contender does.
+/// Puts a named effect first that passes `threshold` and explains a good part of what the strongest contender, an
+/// unnamed one, does.
 pub fn plainest_first(contenders: &mut Vec<Contender>, threshold: f64) {
     let Some(first) = contenders.first() else { return };
     let most = first.score.statistic;
     let first_is_named = first.candidate.shape.known;
-    let is_constant =
-        |other: &Contender| other.candidate.shape.drivers.is_empty() && other.strength > threshold;
     let is_named = |other: &Contender| {
-        other.candidate.shape.known
+        names_a_cause(&other.candidate)
             && other.strength > threshold
             && other.score.statistic > NAMED_SHARE * most
     };
-    let found = contenders
-        .iter()
-        .position(is_constant)
-        .or_else(|| if first_is_named { None } else { contenders.iter().position(is_named) });
-    if let Some(index) = found {
+    if first_is_named {
+        return;
+    }
+    if let Some(index) = contenders.iter().position(is_named) {
         let plain = contenders.remove(index);
         contenders.insert(0, plain);
     }
+}
+
+/// Whether it names a cause: a step or a wave over time only tells when.
+pub fn names_a_cause(candidate: &Candidate) -> bool {
+    candidate.shape.known && matches!(candidate.family, Family::Library | Family::Memory)
 }
 
 /// Share of an unnamed shape's explanation from which a named effect is preferred.

@@ -259,7 +259,7 @@ fn fall(before: &[Metric], after: &[Metric]) -> f64 {
 fn matters(before: &[Metric], after: &[Metric]) -> bool {
     let falls = before.iter().zip(after).any(|(before, after)| {
         let (less, _) = before.errors.beyond(&after.errors);
-        less > margin(before, after, false) && before.errors.share_above(&after.errors) > 0.5
+        less > margin(before, after) && before.errors.share_above(&after.errors) > 0.5
     });
     let rises = before.iter().zip(after).any(|(before, after)| {
         let (more, error) = after.errors.beyond(&before.errors);

@@ -15,6 +15,8 @@ mod refine;
 mod rivals;
 mod roughly;
 mod rounding;
+#[cfg(test)]
+mod rules;
 mod scene;
 mod simplify;
 mod sound;

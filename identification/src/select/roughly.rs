@@ -176,9 +176,10 @@ impl Material<'_> {
                 let same = shape.acts == effect.acts
                     && shape.drivers == effect.drivers
                     && shape.form == effect.form;
-                let as_good = judged.iter().zip(metrics).all(|(its, mine)| {
-                    its.errors.beyond(&mine.errors).0 <= margin(its, mine, false)
-                });
+                let as_good = judged
+                    .iter()
+                    .zip(metrics)
+                    .all(|(its, mine)| its.errors.beyond(&mine.errors).0 <= margin(its, mine));
                 let behind = judged
                     .iter()
                     .zip(metrics)

@@ -1,8 +1,8 @@
 //! The model of a block as it grows, round by round.
 
 use super::choose::{
-    Contender, Profile, contenders, plainest_first, profiled, surfaces, with_lower_orders,
-    without_superfluous,
+    Contender, Profile, contenders, names_a_cause, plainest_first, profiled, surfaces,
+    with_lower_orders, without_superfluous,
 };
 use super::cross;
 use super::data::Data;
@@ -22,7 +22,7 @@ const KEEP_MIN: f64 = 6.9;
 const LEFT_FROM: f64 = 4.0;
 /// Extra strength required of a term that leaves coloured noise or replaces it, in nats (measured on nulls: it halves the
 /// false alarms of short records in coloured noise, and costs one effect in a hundred).
-const BESIDE_COLOUR: f64 = 2.0;
+pub(super) const BESIDE_COLOUR: f64 = 2.0;
 /// Number of contenders measured with the noise fitted anew.
 const PROFILED: usize = 8;
 /// Number of contenders tried in a round.
@@ -109,6 +109,38 @@ impl<'a> State<'a> {
         }
     }
 
+    /// Replaces each added term by the named one that ranks higher beside all others, if there is one (sequential
+    /// replacement; Miller 2002, chapter 3): a term was chosen without those that came later.
+    pub fn exchange(&mut self, threshold: f64) {
+        for index in self.base..self.terms.len() {
+            let mut others = self.terms.clone();
+            let term = others.remove(index);
+            if others.iter().any(|other| term.is_lower_order_of(other)) {
+                continue;
+            }
+            let scene = self.scene(&others);
+            let found = contenders(&scene);
+            let Some(mine) = found.iter().find(|one| one.candidate.shape.label() == term.label())
+            else {
+                continue;
+            };
+            let better = found.iter().find(|one| {
+                one.rank > mine.rank
+                    && names_a_cause(&one.candidate)
+                    && one.strength >= threshold
+                    && !others.iter().any(|other| one.candidate.shape.label() == other.label())
+            });
+            let Some(better) = better else { continue };
+            let mut next = self.clone();
+            next.terms[index] = better.candidate.shape.clone();
+            next.families[index - self.base] = better.candidate.family;
+            if is_within_physics(&next) {
+                next.refit();
+                *self = next;
+            }
+        }
+    }
+
     /// Takes the penalty for multiple testing off a smooth function of a driver that a term has already: it is the one
     /// test whether that term's form is right.
     fn complete(&self, found: &mut [Contender]) {
@@ -144,7 +176,7 @@ impl<'a> State<'a> {
     }
 
     /// The strongest contenders, under white noise and under the noise that fits.
-    fn round(&self, threshold: f64) -> Vec<Contender> {
+    pub fn round(&self, threshold: f64) -> Vec<Contender> {
         let scene = self.scene(&self.terms);
         let mut found = contenders(&scene);
         self.complete(&mut found);

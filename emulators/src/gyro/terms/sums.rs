@@ -67,8 +67,8 @@ impl Memory {
             let x = moment.driver(term.driver, memory[0]);
             let y = moment.driver(term.form.second(), memory[1]);
             match term.acts {
-                Acts::Bias => sums.bias += term.form.value(x, y),
-                Acts::Scale => sums.scale += term.form.value(x, y),
+                Acts::Bias => sums.bias += term.value(x, y),
+                Acts::Scale => sums.scale += term.value(x, y),
             }
         }
         sums

@@ -3,12 +3,16 @@
 use super::{NAVIGATOR, gyro, rate, run};
 use crate::gyro::GyroParameters;
 use crate::gyro::terms::{Acts, Driver, Form, Point, Term};
+use crate::parameters::Parameters;
 use wire::units::Angle;
 
 /// Contribution of one term to the reading at 200 s, rad/s, on a coil that warms from 20 degC by 10 K with a time
 /// constant of 100 s while the carrier turns at -30 deg/s.
 fn adds(driver: Driver, form: Form) -> f64 {
-    let term = Term { acts: Acts::Bias, driver, form };
+    of_term(Term { acts: Acts::Bias, driver, form, within: None, within_2: None })
+}
+
+fn of_term(term: Term) -> f64 {
     let parameters = GyroParameters {
         ambient_celsius: 20.0,
         self_heating_kelvin: 10.0,
@@ -90,11 +94,32 @@ fn each_form_is_its_formula() {
 }
 
 #[test]
+fn beyond_its_range_a_term_stays_as_it_was_at_the_end() {
+    let line = |within| Term {
+        acts: Acts::Bias,
+        driver: Driver::AbsRate,
+        form: Form::Linear { slope: 1.0, origin: 0.0 },
+        within: Some(within),
+        within_2: None,
+    };
+    let w = 30f64.to_radians();
+    for (within, expected) in [([0.0, 1.0], w), ([0.0, 0.25], 0.25), ([0.75, 1.0], 0.75)] {
+        let found = of_term(line(within));
+        assert!((found - expected).abs() < 1e-6, "{within:?}: {found} is not {expected}");
+    }
+    for within in [[1.0, 0.0], [f64::NAN, 1.0]] {
+        assert!(line(within).check().is_err(), "{within:?}");
+    }
+}
+
+#[test]
 fn a_scale_term_multiplies_and_sees_no_temperature_sensor() {
     let term = Term {
         acts: Acts::Scale,
         driver: Driver::Temperature,
         form: Form::Linear { slope: 1e-4, origin: 20.0 },
+        within: None,
+        within_2: None,
     };
     let parameters = GyroParameters {
         ambient_celsius: 30.0,

@@ -82,6 +82,8 @@ fn truth(term: seen::Term) -> Result<Term, String> {
             seen::Acts::Scale => Acts::Scale,
         },
         driver: driver(term.driver)?,
+        within: term.within,
+        within_2: term.within_2,
         form: match term.form {
             seen::Form::Constant { value } => Form::Constant { value },
             seen::Form::Linear { slope, origin } => Form::Linear { slope, origin },

@@ -46,6 +46,8 @@ fn a_term_is_carried_in_si() {
         acts: Acts::Bias,
         driver: Driver::TemperatureRate,
         form: Form::Linear { slope, origin },
+        within: None,
+        within_2: None,
     } = &found[0]
     else {
         panic!("{found:?}")
@@ -65,6 +67,36 @@ fn the_calibration_in_force_stays_but_for_its_own_terms() {
     assert_eq!((combined.scale, combined.factors.len()), (1.01, 1));
     assert_eq!(combined.corrections.len(), 1);
     assert_eq!(calibration(&model(&[]), &combined).unwrap(), in_force);
+}
+
+/// The ends of the data go with the term, and a straight line a tenth of their distance beyond.
+#[test]
+fn a_term_is_held_where_the_data_end_by_both() {
+    let seen = [("seen_from", 20.0, "Cel"), ("seen_to", 40.0, "Cel")];
+    let numbers = |one: &'static str, unit| {
+        [&[(one, 2.0, unit), ("origin", 30.0, "Cel")], &seen[..]].concat()
+    };
+    let line = term("bias", "coil", "linear", &numbers("slope", "deg/h/K"));
+    let curve = term("bias", "coil", "quadratic", &numbers("coefficient", "deg/h/K^2"));
+    let product = [
+        ("coefficient", 1.0, "1/K/(deg/s)"),
+        ("seen_from", 20.0, "Cel"),
+        ("seen_to", 40.0, "Cel"),
+        ("seen_from_2", -180.0, "deg/s"),
+        ("seen_to_2", 90.0, "deg/s"),
+    ];
+    let product = term("scale", "coil spin", "product", &product);
+    let model = model(&[&line, &curve, &product]);
+    let found = corrections(&model).unwrap();
+    assert_eq!(found[0].within, Some([18.0, 42.0]));
+    assert_eq!(found[1].within, Some([20.0, 40.0]));
+    let [low, high] = found[2].within_2.unwrap();
+    let half_turn = std::f64::consts::PI;
+    assert!((low + half_turn).abs() < 1e-12 && (high - half_turn / 2.0).abs() < 1e-12);
+    let emulated = learned(&model).unwrap().terms;
+    for (corrected, emulated) in found.iter().zip(&emulated) {
+        assert_eq!((corrected.within, corrected.within_2), (emulated.within, emulated.within_2));
+    }
 }
 
 /// If the play's output itself is the driver, origin included, it equals the temperature plus the difference of the

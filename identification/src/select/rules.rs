@@ -1,0 +1,226 @@
+//! Rules of the search, each at work on a small record.
+
+use super::block::{Asked, identify_block};
+use super::choose::{Contender, plainest_first};
+use super::data::Data;
+use super::finish::finish;
+use super::record::Record;
+use super::scene::Score;
+use super::state::{BESIDE_COLOUR, State};
+use super::values;
+use crate::candidates::{Candidate, Family};
+use crate::dataset::{Column, Dataset, Kind, Role, Unit};
+use crate::judge::{Holding, Judge};
+use crate::model::{Acts, Driver, Form, Shape, Wrap};
+use crate::noise::{Coloured, Layout, NoiseModel};
+use crate::problem::{Known, Problem};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::TAU;
+
+/// Runs of readings at rest, one a second.
+const RUNS: usize = 6;
+const ROWS: usize = 200;
+/// Noise of a reading, deg/s.
+const NOISE: f64 = 0.01;
+/// Risk of a false alarm, in nats.
+const THRESHOLD: f64 = 4.5;
+
+fn draws(seed: u64) -> Vec<f64> {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    (0..RUNS * ROWS).map(|_| StandardNormal.sample(&mut random)).collect()
+}
+
+/// Noise that forgets within `memory_s`, of variance 1.
+fn slow(memory_s: f64, seed: u64) -> Vec<f64> {
+    let keep = (-1.0 / memory_s).exp();
+    let mut state = 0.0;
+    let next = |(row, z): (usize, f64)| {
+        let new = (1.0 - keep * keep).sqrt() * z;
+        state = if row % ROWS == 0 { z } else { keep * state + new };
+        state
+    };
+    draws(seed).into_iter().enumerate().map(next).collect()
+}
+
+/// A gyro at rest that reads `error` (deg/s), beside these auxiliary channels.
+fn at_rest(error: &[f64], beside: &[(&str, &[f64])]) -> Problem {
+    let rate = |name: &str, role, values| Column::new(name, role, Unit::DegreePerSecond, values);
+    let time = (0..RUNS * ROWS).map(|row| row as f64).collect();
+    let mut columns = vec![
+        Column::new("time", Role::Time, Unit::Second, time),
+        rate("reference", Role::ReferenceRate, vec![0.0; RUNS * ROWS]),
+        rate("gyro", Role::GyroRate, error.to_vec()),
+    ];
+    columns.extend(
+        beside
+            .iter()
+            .map(|(name, values)| Column::new(name, Role::Auxiliary, Unit::Volt, values.to_vec())),
+    );
+    let run = (0..RUNS * ROWS).map(|row| row / ROWS).collect();
+    let dataset = Dataset::new("rest", Kind::Series, columns, run);
+    Problem::new(&dataset, Known::default()).expect("a whole set")
+}
+
+/// Calls `work` with the plain model of `problem` under `noise`.
+fn with_state<T>(
+    problem: &Problem,
+    noise: Option<NoiseModel>,
+    work: impl FnOnce(State<'_>, &Judge<'_>) -> T,
+) -> T {
+    let block = &problem.blocks[0];
+    let layout = Layout::new(block, &problem.channels);
+    let data = Data::new(block, &problem.channels, &layout);
+    let record = Record::new(data, None);
+    let mut state = State {
+        record: &record,
+        data,
+        base: 1,
+        terms: vec![Shape::constant("bias", Acts::Bias)],
+        families: Vec::new(),
+        noise: noise.clone().unwrap_or_else(|| NoiseModel::white(RUNS)),
+        left_out: vec![false; RUNS * ROWS],
+    };
+    if noise.is_none() {
+        state.fit_noise(true);
+    }
+    work(state, &Judge { data, path: None, holding: Holding::Spread })
+}
+
+fn over(name: &str) -> Candidate {
+    let shape = Shape::new(name, Acts::Bias, Driver::plain(name), Form::Linear);
+    Candidate { shape: shape.with("origin", 0.0), family: Family::Library }
+}
+
+/// Slope to apply, and the reported one, of a model over `load`; its noise is said to be slow.
+fn slopes(error: &[f64], load: &[f64]) -> [f64; 2] {
+    let problem = at_rest(error, &[("load", load)]);
+    let coloured = vec![Coloured { correlation_s: 1000.0, variance: 100.0 }];
+    let noise = NoiseModel { coloured, ..NoiseModel::white(RUNS) };
+    with_state(&problem, Some(noise), |mut state, judge| {
+        state.add(over("load"));
+        let mut fit = finish(&state, Vec::new());
+        values::of_noise(&mut fit, &state, judge);
+        [&fit.applied[1], &fit.effects[0]].map(|found| found.coefficients[0].0.to_degrees())
+    })
+}
+
+/// The gyro follows the load, and the load is read with an error of its own: from one reading to the next, only that
+/// error moves.
+#[test]
+fn weights_for_slow_noise_that_predict_worse_are_equal_when_applied() {
+    let load: Vec<f64> = (0..RUNS * ROWS).map(|row| (TAU * row as f64 / 150.0).sin()).collect();
+    let read: Vec<f64> = load.iter().zip(draws(1)).map(|(load, e)| load + 0.15 * e).collect();
+    let white = draws(2);
+    let of_load: Vec<f64> = load.iter().zip(&white).map(|(load, e)| load + NOISE * e).collect();
+    let [applied, reported] = slopes(&of_load, &read);
+    assert!(reported < 0.8 && applied > 0.9, "{applied} {reported}");
+    // Here it follows what is read, and what is slow differs from run to run: the weights predict better, and stay.
+    let of_run = |row: usize| if (row / ROWS).is_multiple_of(2) { 0.5 } else { -0.5 };
+    let of_reading: Vec<f64> =
+        (0..load.len()).map(|i| read[i] + of_run(i) * load[i] + NOISE * white[i]).collect();
+    let [applied, reported] = slopes(&of_reading, &read);
+    assert!((applied / reported - 1.0).abs() < 0.01, "{applied} {reported}");
+}
+
+/// Whether a step adds an effect of the load, and its strength beyond the threshold.
+fn added(problem: &Problem) -> (bool, f64, bool) {
+    with_state(problem, None, |mut state, _| {
+        let strongest = state.round(THRESHOLD).into_iter();
+        let strength = strongest
+            .filter(|one| one.candidate.shape.drivers == [Driver::plain("load")])
+            .map(|one| one.strength - THRESHOLD)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let is_coloured = state.noise.is_coloured();
+        (state.step(THRESHOLD, false).is_ok(), strength, is_coloured)
+    })
+}
+
+/// In slow noise, an effect must be surer than in white noise: otherwise more nulls give an alarm than the risk says.
+#[test]
+fn beside_slow_noise_an_effect_must_be_surer() {
+    let load: Vec<f64> = (0..RUNS * ROWS).map(|row| (TAU * row as f64 / 37.0).sin()).collect();
+    let (mut between, mut between_white) = (0, 0);
+    for seed in 0..4 {
+        let (white, slow) = (draws(10 + seed), slow(20.0, 20 + seed));
+        for size in 0..30 {
+            let of = |slow_part: f64| -> Vec<f64> {
+                let noise = white.iter().zip(&slow).map(|(w, s)| w + slow_part * s);
+                let size = 0.02 * f64::from(size);
+                noise.zip(&load).map(|(noise, load)| NOISE * (noise + size * load)).collect()
+            };
+            let is_between = |strength: f64| (0.0..BESIDE_COLOUR).contains(&strength);
+            let (adds, strength, is_coloured) = added(&at_rest(&of(1.5), &[("load", &load)]));
+            assert!(is_coloured, "{seed}");
+            if is_between(strength) {
+                assert!(!adds, "{seed} {size} {strength}");
+                between += 1;
+            }
+            let (adds, strength, is_coloured) = added(&at_rest(&of(0.0), &[("load", &load)]));
+            if is_between(strength) && !is_coloured {
+                assert!(adds, "{seed} {size} {strength}");
+                between_white += 1;
+            }
+        }
+    }
+    assert!(between > 2 && between_white > 2, "{between} {between_white}");
+}
+
+/// A channel that is nearly the sum of two causes is found before them. It stays only as long as it ranks first.
+#[test]
+fn a_stand_in_gives_way_to_the_cause() {
+    let (a, b, own) = (draws(31), draws(32), draws(33));
+    let mut right = 0;
+    for seed in 0..10 {
+        let white = draws(40 + seed);
+        let row = |f: &dyn Fn(usize) -> f64| (0..RUNS * ROWS).map(f).collect::<Vec<f64>>();
+        let mix = row(&|i| 0.6 * a[i] + b[i] + 0.25 * own[i]);
+        let error = row(&|i| NOISE * (0.5 * a[i] + 0.5 * b[i] + white[i]));
+        let problem = at_rest(&error, &[("a", &a), ("b", &b), ("mix", &mix)]);
+        right += usize::from(with_state(&problem, None, |state, judge| {
+            let asked = Asked { share: 1.0, effects_max: 6, noise: None, timing: None };
+            let fit = identify_block(state.data, judge, state.terms, asked, &mut |_| {});
+            let drivers = fit.effects.iter().map(|one| one.shape.drivers[0].field.as_str());
+            let mut drivers: Vec<&str> = drivers.collect();
+            drivers.sort_unstable();
+            drivers == ["a", "b"]
+        }));
+    }
+    assert!(right >= 9, "{right}");
+}
+
+/// Candidates of these names, families and statistics, in the order in which they are tried.
+fn order(of: [(&str, Family, f64); 2]) -> Vec<String> {
+    let contender = |(name, family, statistic): (&str, Family, f64)| {
+        let shape = match (name, family) {
+            ("constant", _) => Shape::constant(name, Acts::Turn),
+            (_, Family::Smooth) => {
+                Shape::new(name, Acts::Turn, Driver::plain(name), Form::Spline).unnamed()
+            }
+            (_, Family::Periodic) => {
+                Shape::new(name, Acts::Turn, Driver::new(Wrap::Periodic, name), Form::Periodic)
+            }
+            _ => Shape::new(name, Acts::Turn, Driver::plain(name), Form::Linear),
+        };
+        let score = Score { statistic, width: 1, surprise: statistic / 2.0 };
+        Contender::new(Candidate { shape, family }, score, statistic / 2.0, 1000.0)
+    };
+    let mut contenders = of.map(contender).to_vec();
+    contenders.sort_by(|a, b| b.rank.total_cmp(&a.rank));
+    plainest_first(&mut contenders, THRESHOLD);
+    contenders.into_iter().map(|one| one.candidate.shape.name).collect()
+}
+
+#[test]
+fn a_named_cause_goes_before_a_shape_and_nothing_before_the_likelier_cause() {
+    let named =
+        |family, statistic| [("shape", Family::Smooth, 100.0), ("named", family, statistic)];
+    assert_eq!(order(named(Family::Library, 70.0)), ["named", "shape"]);
+    assert_eq!(order(named(Family::Library, 50.0)), ["shape", "named"]);
+    // That something repeats says when and not why.
+    assert_eq!(order(named(Family::Periodic, 70.0)), ["shape", "named"]);
+    let likelier =
+        |statistic| [("cause", Family::Library, 100.0), ("constant", Family::Library, statistic)];
+    assert_eq!(order(likelier(90.0)), ["cause", "constant"]);
+    assert_eq!(order(likelier(98.0)), ["constant", "cause"]);
+}
