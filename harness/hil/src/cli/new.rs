@@ -137,7 +137,7 @@ fn several(error: &FromDbcError) -> String {
     let FromDbcError::Several { nodes, .. } = error else { return String::new() };
     let named = |node: &DbcNode| format!("{} ({})", node.name, node.messages);
     let nodes: Vec<String> = nodes.iter().map(named).collect();
-    format!("say which is the device, `--node NAME`; they send so many: {}", nodes.join(", "))
+    format!("name the device with `--node NAME`; nodes and their messages: {}", nodes.join(", "))
 }
 
 /// Whether the file is a plan: a TOML file beside the README.
