@@ -97,7 +97,9 @@ impl Database {
             && let Some(row) = rows.next().map_err(|error| fail(Place::After(last), error))?
         {
             let id: i64 = row.get(0).map_err(|error| fail(Place::After(last), error))?;
-            let damaged = |error| fail(Place::Message(id), error);
+            // Pages behind the end of a file are zeros.
+            let place = if self.is_cut { Place::After(last) } else { Place::Message(id) };
+            let damaged = |error| fail(place, error);
             let topic: u32 = row.get(1).map_err(damaged)?;
             if visitor.wants_messages_of(topic) {
                 let time: i64 = row.get(2).map_err(damaged)?;
@@ -163,7 +165,7 @@ fn is_cut<R: Read + Seek>(input: &mut Input<R>) -> Result<bool, Fault> {
 
 fn fault(error: &rusqlite::Error, is_cut: bool) -> Fault {
     match error.sqlite_error_code() {
-        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) if is_cut => Fault::Cut,
+        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) | None if is_cut => Fault::Cut,
         Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
             Fault::Bad("the database is damaged".to_owned())
         }

@@ -42,6 +42,7 @@ fn figure(measurement: &Measurement, header: &Header, collected: &Collected) -> 
     let outside = |sample: &Sample| is_outside(sample, slice::from_ref(band), &collected.phases);
     let first = samples.iter().position(outside)?;
     let near = &samples[first.saturating_sub(AROUND)..(first + AROUND + 1).min(samples.len())];
+    let shown_s = near.first()?.at_s..=near.last()?.at_s;
     let plot = plot(measurement, quantity, band, near, collected, &outside);
     Some(html! {
         figure.broken {
@@ -54,7 +55,7 @@ fn figure(measurement: &Measurement, header: &Header, collected: &Collected) -> 
                     span {
                         i.swatch {} (figures::band(band.lower, band.upper, &quantity.unit))
                     }
-                    (stimuli::legend(Against::time(near), collected))
+                    (stimuli::legend(Against::time(near), collected, shown_s))
                 }
             }
         }
@@ -191,6 +192,6 @@ mod tests {
             "{page}"
         );
         assert!(page.contains("39 outside") && page.contains("at most 60 degC"), "{page}");
-        assert!(page.contains("send Command with Setpoint = 60"), "what acted is named: {page}");
+        assert!(!page.contains("send Command"), "what acted earlier is not in this figure: {page}");
     }
 }

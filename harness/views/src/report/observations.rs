@@ -174,7 +174,7 @@ fn caption(
                 @if has(Direction::Cw) { span { i.mark.cw { "▲" } "cw" } }
                 @if outside > 0 && !is_log { span { i.mark.outside { "■" } (outside) " outside" } }
                 @for band in band_texts(bands, unit) { span { i.swatch {} (band) } }
-                (stimuli::legend(against, collected))
+                (stimuli::legend(against, collected, 0.0..=collected.end_s))
             }
             p {
                 (samples.len()) " observation" @if samples.len() != 1 { "s" }

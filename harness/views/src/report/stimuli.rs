@@ -2,6 +2,7 @@
 
 use super::against::Against;
 use super::collect::Collected;
+use super::fault_spans::Span;
 use super::frame::{Chart, Drawn, Frame, SCALE};
 use super::palette::{OUTSIDE, PAPER};
 use super::panel::{DASH, dashed};
@@ -9,6 +10,7 @@ use super::steps::Step;
 use maud::{Markup, html};
 use plotters::element::Rectangle;
 use plotters::style::Color;
+use std::ops::RangeInclusive;
 
 /// Maximum number of marks in a plot, and of texts below it.
 const MARKS_MAX: usize = 40;
@@ -33,7 +35,7 @@ pub(super) fn draw(
         let end = against.place(span.end_s.unwrap_or(collected.end_s)).min(x.end);
         if begin <= end {
             let corners = [(begin, y.start), (end, y.end)];
-            chart.draw_series([Rectangle::new(corners, OUTSIDE.mix(0.12).filled())])?;
+            chart.draw_series([Rectangle::new(corners, OUTSIDE.mix(0.06).filled())])?;
             let edge = [(begin, y.start), (begin, y.end)];
             dashed(chart, &edge, (2 * SCALE, 2 * SCALE), OUTSIDE)?;
         }
@@ -45,30 +47,44 @@ pub(super) fn draw(
     Ok(())
 }
 
-/// The entries of a legend for what is drawn.
-pub(super) fn legend(against: Against, collected: &Collected) -> Markup {
+/// The entries of a legend for what is drawn of this time.
+pub(super) fn legend(
+    against: Against,
+    collected: &Collected,
+    shown_s: RangeInclusive<f64>,
+) -> Markup {
     let Against::Time { .. } = against else { return html! {} };
-    let (acts, faults) = (steps(collected).count(), collected.faults.all().len());
+    let steps = || steps(collected).filter(|step| shown_s.contains(&step.begin_s));
+    let faults: Vec<&Span> = collected
+        .faults
+        .all()
+        .iter()
+        .filter(|span| {
+            span.begin_s <= *shown_s.end()
+                && span.end_s.is_none_or(|end_s| end_s >= *shown_s.start())
+        })
+        .collect();
+    let (acts, struck) = (steps().count(), faults.len());
     let rest = |count: usize| count.saturating_sub(TEXTS_MAX);
     html! {
         @if acts > 0 {
             span {
                 i.line.paper {}
-                @for (index, step) in steps(collected).take(TEXTS_MAX).enumerate() {
+                @for (index, step) in steps().take(TEXTS_MAX).enumerate() {
                     @if index > 0 { "; " }
                     (step.title)
                 }
                 @if rest(acts) > 0 { "; and " (rest(acts)) " more" }
             }
         }
-        @if faults > 0 {
+        @if struck > 0 {
             span {
                 i.box.fault {}
-                @for (index, span) in collected.faults.all().iter().take(TEXTS_MAX).enumerate() {
+                @for (index, span) in faults.iter().take(TEXTS_MAX).enumerate() {
                     @if index > 0 { "; " }
                     (span.name)
                 }
-                @if rest(faults) > 0 { "; and " (rest(faults)) " more" }
+                @if rest(struck) > 0 { "; and " (rest(struck)) " more" }
             }
         }
     }
