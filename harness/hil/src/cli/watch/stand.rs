@@ -167,7 +167,9 @@ impl Stand {
 
 #[cfg(test)]
 mod tests {
+    use super::Playing;
     use super::SharedStand;
+    use ratatui::crossterm::event::KeyCode;
 
     #[test]
     fn what_was_typed_before_a_question_is_no_answer_to_it() {
@@ -186,12 +188,6 @@ mod tests {
         stand.enter();
         assert_eq!(stand.answer().as_deref(), Some("2 mm"));
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Playing, SharedStand};
-    use ratatui::crossterm::event::KeyCode;
 
     #[test]
     fn a_replay_goes_on_is_held_and_moves_by_keys() {
