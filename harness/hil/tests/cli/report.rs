@@ -121,5 +121,5 @@ fn a_campaign_is_drawn_and_drawn_again_from_what_it_left() {
     fs::write(hil.path("found/campaign.json"), account.to_string()).unwrap();
     hil.run(&["report", "found"]).exits(0);
     let cut = page(&hil, "found");
-    assert!(cut.contains("150 of 1000 cases") && cut.contains("It did not come to its end"));
+    assert!(cut.contains("150 of 1000 cases") && cut.contains("It did not finish"));
 }

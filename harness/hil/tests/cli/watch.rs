@@ -181,7 +181,7 @@ fn a_recorded_run_is_replayed_forwards_and_backwards() {
     at.types(end);
     at.sees("the end of the run", |screen| {
         let shown = screen.contents();
-        shown.contains("100 % of ") && shown.contains("steps done") && shown.contains("robot: ")
+        shown.contains("100 % of ") && shown.contains("steps done")
     });
     let home = "\u{1b}[H";
     at.types(home);
