@@ -52,7 +52,7 @@ pub fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
 }
 
 /// The name most similar to `wrong`, the first of several; `None` if all are too different.
-fn nearest<'a, S: AsRef<str>>(wrong: &str, known: &'a [S]) -> Option<&'a str> {
+pub fn nearest<'a, S: AsRef<str>>(wrong: &str, known: &'a [S]) -> Option<&'a str> {
     let folded = wrong.to_lowercase();
     let mut best = (LIKENESS_MIN, None);
     for name in known {

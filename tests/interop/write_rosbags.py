@@ -1,12 +1,13 @@
 """Writes one data set as CSV and as bags of ROS 1 and ROS 2: `write_rosbags.py FOLDER`.
 
 Each folder below it is a data package. The names of the bags' folders are the container and the compression. `mcap-lz4` is by
-the package mcap, the others are by rosbags.
+the package mcap, the others are by rosbags. `db3-humble` has the tables of a bag that Humble recorded, without definitions.
 """
 
 import csv
 import json
 import math
+import sqlite3
 import sys
 from pathlib import Path
 
@@ -156,5 +157,21 @@ for compression in ["none", "zstd"]:
     with writer:
         write(writer, ros2, False)
     next((top / name / "bag").glob("*.mcap")).rename(target)
+
+for compression in ["none", "zstd", "humble"]:
+    name = f"db3-{compression}"
+    target = package(top / name, "data.db3")
+    writer = Writer2(top / name / "bag", version=9, storage_plugin=StoragePlugin.SQLITE3)
+    if compression == "zstd":
+        writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
+    with writer:
+        write(writer, ros2, False)
+    next((top / name / "bag").glob("*.db3")).rename(target)
+    if compression == "humble":
+        with sqlite3.connect(target) as bag:
+            for table in ["schema", "metadata", "message_definitions"]:
+                bag.execute(f"DROP TABLE {table}")
+            bag.execute("ALTER TABLE topics DROP COLUMN type_description_hash")
+        bag.close()
 
 write_lz4(package(top / "mcap-lz4", "data.mcap"), ros2)

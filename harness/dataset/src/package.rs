@@ -10,10 +10,10 @@ use std::path::{Component, Path, PathBuf};
 const MISSING: &str = "";
 
 /// File extensions of tables.
-const ENDS: [&str; 7] = ["csv", "csv.gz", "mf4", "mdf", "bag", "mcap", DB3];
+const ENDS: [&str; 8] = ["csv", "csv.gz", "mf4", "mdf", "bag", "mcap", "db3", ZSTD];
 
-/// File extension of ROS 2 bags in SQLite.
-const DB3: &str = "db3";
+/// File extension of ROS 2 bags that are compressed as a whole.
+const ZSTD: &str = "zstd";
 
 /// A valid package whose tables have not been read yet.
 #[derive(Debug)]
@@ -60,7 +60,7 @@ pub(super) enum Format {
     Csv,
     /// `.mf4` or `.mdf`.
     Mdf,
-    /// `.bag` or `.mcap`.
+    /// `.bag`, `.mcap` or `.db3`.
     RosBag,
 }
 
@@ -68,7 +68,7 @@ impl Format {
     fn of(path: &Path) -> Self {
         match path.extension().unwrap_or_default().to_ascii_lowercase().to_str() {
             Some("mf4" | "mdf") => Self::Mdf,
-            Some("bag" | "mcap") => Self::RosBag,
+            Some("bag" | "mcap" | "db3") => Self::RosBag,
             _ => Self::Csv,
         }
     }
@@ -215,8 +215,8 @@ fn table(
         let defect = Defect::Path { path: path.clone(), why };
         context.error(defect, &["path", path])
     })?;
-    if plain.extension().is_some_and(|end| end.eq_ignore_ascii_case(DB3)) {
-        let what = "a bag in SQLite is not read, expected one in MCAP: `ros2 bag convert` makes it";
+    if plain.extension().is_some_and(|end| end.eq_ignore_ascii_case(ZSTD)) {
+        let what = "a bag that is compressed as a whole is not read: `zstd -d` unpacks it";
         return Err(context.error(Defect::Unsupported(what.to_owned()), &["path", path]));
     }
     if let Some(encoding) = &resource.encoding

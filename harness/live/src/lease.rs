@@ -66,7 +66,7 @@ impl Taken {
         };
         let held_s = now_unix_s.saturating_sub(holder.since_unix_s).max(0) as f64;
         format!(
-            "{} has had {} for {} (process {}: {})",
+            "{} has been using {} for {} (process {}: {})",
             plain(&holder.who),
             self.what,
             record::figures::duration(held_s),
@@ -322,7 +322,7 @@ mod tests {
         assert_eq!(Lease::look(&folder, &other).as_ref(), Some(&taken));
         assert_eq!(
             taken.told(1_770_000_730),
-            "Jane has had can:can7 for 12 min 10 s (process 4711: hil run charge.toml?[31m)"
+            "Jane has been using can:can7 for 12 min 10 s (process 4711: hil run charge.toml?[31m)"
         );
         assert!(Lease::take(&folder, &third, &holder("Joe")).unwrap().is_ok());
         drop(lease);

@@ -8,6 +8,7 @@ mod pack;
 
 pub use pack::{PLAN, Pack, PackedFile};
 
+use described::hint::nearest;
 use described::{FileError, dbc_text};
 use include_dir::{Dir, include_dir};
 use miette::Diagnostic as _;
@@ -47,7 +48,7 @@ pub struct Source {
 pub enum LibraryError {
     /// No shipped file has this name.
     #[error("no {kind} is called \"{name}\"")]
-    #[diagnostic(help("shipped: {known}; a path ends in .toml or contains a /"))]
+    #[diagnostic(help("{known}\na path ends in .toml or contains a /"))]
     UnknownName {
         /// `plan`, `device file`, ...
         kind: Kind,
@@ -254,13 +255,36 @@ impl Library {
             None => Err(LibraryError::UnknownName {
                 kind,
                 name: name.to_owned(),
-                known: names(kind).join(", "),
+                known: self.known(kind, name),
             }),
         }
     }
 }
 
 impl Library {
+    /// The most similar name; without one, those of the project and those that ship.
+    fn known(&self, kind: Kind, name: &str) -> String {
+        let folder = self.folder.as_deref().filter(|folder| !folder.as_os_str().is_empty());
+        let own = names_in(folder.unwrap_or(Path::new(".")), kind);
+        // No description of a device ships; device files are in the same folder.
+        let shipped = if kind == Kind::Description { Vec::new() } else { names(kind) };
+        // A plan of a project is named by its file.
+        let is_file = |found: &str| kind == Kind::Plan && own.iter().any(|own| own == found);
+        let whole = |found: &str| {
+            if is_file(found) { format!("{found}.toml") } else { found.to_owned() }
+        };
+        if let Some(nearest) = nearest(name, &[own.as_slice(), &shipped].concat()) {
+            return format!("did you mean `{}`?", whole(nearest));
+        }
+        let listed = |whose: &str, names: &[String]| {
+            let names: Vec<String> = names.iter().map(|name| whole(name)).collect();
+            (!names.is_empty()).then(|| format!("{whose}: {}", names.join(", ")))
+        };
+        let both = [listed("in this project", &own), listed("shipped", &shipped)];
+        let known: Vec<String> = both.into_iter().flatten().collect();
+        if known.is_empty() { "there is none".to_owned() } else { known.join("; ") }
+    }
+
     /// The content of the file that `name` refers to, and its origin.
     ///
     /// # Errors
@@ -367,28 +391,4 @@ fn read(path: &Path) -> Result<Source, LibraryError> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Kind, Library, PAPER_PLANS, names};
-
-    #[test]
-    fn every_procedure_of_the_paper_ships() {
-        let shipped = names(Kind::Plan);
-        for plan in PAPER_PLANS {
-            assert!(shipped.iter().any(|name| name == plan), "{plan}");
-        }
-    }
-
-    #[test]
-    fn an_unknown_name_lists_what_there_is() {
-        let error = Library::shipped().open(Kind::Plan, "varification").unwrap_err();
-        assert_eq!(error.to_string(), "no plan is called \"varification\"");
-        let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
-        assert!(help.is_some_and(|help| help.contains("verification")));
-    }
-
-    #[test]
-    fn a_missing_path_names_the_path_and_the_cause() {
-        let error = Library::shipped().open(Kind::Bench, "no/such.toml").unwrap_err();
-        assert!(error.to_string().starts_with("failed to read no/such.toml: "), "{error}");
-    }
-}
+mod tests;

@@ -45,6 +45,21 @@ impl Plan {
 }
 
 impl Plan {
+    /// The same phases, in order of their first occurrence.
+    pub fn phases_in_order(&self) -> Vec<&str> {
+        let of_step = |step| {
+            let told = Step::walk(std::slice::from_ref(step)).flat_map(|one| one.action.missions());
+            names(step).chain(told.map(|(name, _)| *name)).collect::<Vec<_>>()
+        };
+        let mut order = Vec::new();
+        for name in Step::walk(&self.steps).flat_map(of_step) {
+            if !order.contains(&name) {
+                order.push(name);
+            }
+        }
+        order
+    }
+
     /// Turns and straights with their numbers, in order of first occurrence, if all of them come after a bias test;
     /// otherwise empty.
     pub fn motions_after_bias_test(&self) -> Vec<(Name, u32)> {

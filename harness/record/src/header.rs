@@ -60,6 +60,9 @@ pub struct Header {
     /// The CAN buses of a rig; empty if the plan names its only device, whose bus has the default bit rate.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub buses: Vec<Bus>,
+    /// Steps with a label, and those that act on a device, by their place in the plan. Empty in older records.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub steps: BTreeMap<String, StepNote>,
     /// The texts of the plan and of the files that it names: the rig with its layouts, calibrations and models. Empty
     /// if the plan was made in code, if its files are longer than [`FILES_BYTES_MAX`], and in older records.
     #[serde(default, skip_serializing_if = "is_empty")]
@@ -68,6 +71,17 @@ pub struct Header {
 
 fn is_empty(files: &Arc<Pack>) -> bool {
     files.0.is_empty()
+}
+
+/// What a report needs of a step, apart from its title.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct StepNote {
+    /// Its label.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub label: Option<String>,
+    /// Whether it sends, sets or switches something.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub acts: bool,
 }
 
 /// A node on a line of a rig.
@@ -143,6 +157,11 @@ pub struct Band {
 }
 
 impl Header {
+    /// What is noted of a step, by its place in a record, which also names the round.
+    pub fn step(&self, path: &str) -> Option<&StepNote> {
+        self.steps.get(path.split(" (").next().unwrap_or(path))
+    }
+
     /// The name of the device or node.
     pub fn name_of(&self, device: Device) -> &str {
         match device {

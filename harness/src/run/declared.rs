@@ -1,12 +1,16 @@
 //! Declarations of a plan and its bench for the header of a record.
 
+use crate::plan::quantities::during_tag;
 use crate::plan::rig::RigLine;
-use crate::plan::{Action, Plan, QuantityName, Rig, Speaker, Step, resolve, signal, unit};
+use crate::plan::{
+    Action, Check, Declared, Plan, QuantityName, Rig, Speaker, Step, resolve, signal, unit,
+};
 use crate::record::Device;
-use crate::record::header::{Band, Bus, Line, Quantity};
+use crate::record::header::{Band, Bus, Line, Quantity, StepNote};
 use ::described::{Description, Medium};
 use emulators::base::Transport;
 use emulators::device_file::Devices;
+use std::collections::BTreeMap;
 
 /// The serial lines of a bench.
 pub(super) fn lines(devices: &Devices) -> Vec<Line> {
@@ -72,6 +76,48 @@ fn described(name: &QuantityName, plan: &Plan, speakers: &[Speaker]) -> (String,
     (unit(speakers, place), title)
 }
 
+/// The tags of the observations for which a measurement's band holds.
+fn tags(declared: &Declared) -> BTreeMap<String, f64> {
+    let mut tags = declared.filter.equalities();
+    if let Check::NeverOutside { during, .. } = &declared.check {
+        tags.insert(during_tag(during), 1.0);
+    }
+    tags
+}
+
+/// Steps with a label, and those that act on a device, by their place.
+pub(super) fn steps(plan: &Plan) -> BTreeMap<String, StepNote> {
+    let mut notes = BTreeMap::new();
+    note(&plan.steps, "steps", &mut notes);
+    notes
+}
+
+fn note(steps: &[Step], around: &str, notes: &mut BTreeMap<String, StepNote>) {
+    for (index, step) in steps.iter().enumerate() {
+        let place = format!("{around}[{index}]");
+        note(step.action.steps(), &format!("{place}.{}", step.action.name()), notes);
+        let label = step.label.as_ref().map(|label| label.as_str().to_owned());
+        let found = StepNote { label, acts: acts(&step.action) };
+        if found != StepNote::default() {
+            notes.insert(place, found);
+        }
+    }
+}
+
+/// Whether a step sends, sets or switches something, other than by a mission of the controller.
+const fn acts(action: &Action) -> bool {
+    matches!(
+        action,
+        Action::Send(_)
+            | Action::StopSending(_)
+            | Action::SetParameter(_)
+            | Action::PowerCycle(_)
+            | Action::BenchCommand(_)
+            | Action::Sdo(_)
+            | Action::Uds(_)
+    )
+}
+
 /// The quantities that the plan judges, with the bands for single values. `speakers` define the quantities in messages.
 pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
@@ -101,7 +147,7 @@ pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
                 lower: band.lower(),
                 upper: band.upper(),
                 paper: declared.paper.clone(),
-                tags: declared.filter.equalities(),
+                tags: tags(declared),
             });
         }
     }

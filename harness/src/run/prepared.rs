@@ -346,6 +346,7 @@ pub fn header(plan: &Plan, seed: u64, speakers: &[Speaker]) -> Header {
         plan: plan.name.as_str().to_owned(),
         seed,
         quantities: declared::quantities(plan, speakers),
+        steps: declared::steps(plan),
         ..Header::default()
     }
 }

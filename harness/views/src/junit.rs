@@ -137,8 +137,8 @@ fn sentence(measurement: &Measurement) -> String {
     };
     let verdict = measurement.verdict.name();
     let band = figures::band(*lower, *upper, unit);
-    let paper = measurement.paper.as_deref().unwrap_or("gives nothing");
-    format!("{verdict}: {statistic}: {measured}; band: {band}; paper: {paper}")
+    let paper = measurement.paper.as_ref().map(|paper| format!("; paper: {paper}"));
+    format!("{verdict}: {statistic}: {measured}; band: {band}{}", paper.unwrap_or_default())
 }
 
 #[cfg(test)]

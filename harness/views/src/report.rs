@@ -14,6 +14,7 @@ pub mod compared;
 mod decided;
 mod download;
 pub mod envelopes;
+mod failures;
 mod fault_spans;
 mod frame;
 mod heading;
@@ -28,12 +29,14 @@ mod palette;
 mod panel;
 mod paper;
 mod path;
+mod phases;
 mod plain;
 mod properties;
 #[cfg(test)]
 mod samples;
 mod scatter;
 mod steps;
+mod stimuli;
 #[cfg(test)]
 mod tests;
 mod thin;

@@ -95,7 +95,7 @@ pub(super) fn take(
     let file = table.path.file_name().unwrap_or_default().to_string_lossy();
     let unfinished = |(what, why): (String, Option<String>)| {
         let why = why.map_or_else(String::new, |why| format!(" ({why})"));
-        format!("{file} was not finished by who wrote it: {what} are there{why}")
+        format!("{file} was not finished by its writer: it has {what}{why}")
     };
     notices.extend(ended.map(unfinished));
     for (group, channels) in &choice.others {

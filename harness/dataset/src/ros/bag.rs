@@ -1,10 +1,12 @@
-//! The records of a bag, in the order of the file. Records of a chunk are like those outside.
+//! The content of a bag, in the order of the file. Records of a chunk are like those outside.
 
 use super::decode::Encoding;
 use super::input::{Fault, Input};
+use super::sqlite::{self, Database};
 use super::{mcap, packed, ros1};
 use std::fmt;
 use std::io::{Cursor, Read, Seek};
+use std::path::Path;
 use std::rc::Rc;
 
 /// What publishes messages of one type.
@@ -58,16 +60,29 @@ pub(super) struct Chunk {
 
 /// Place of a record.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    at: u64,
-    /// The chunk that it is in.
-    chunk: Option<u64>,
+pub(super) enum Place {
+    Byte {
+        at: u64,
+        /// The chunk that it is in.
+        chunk: Option<u64>,
+    },
+    /// Identifier of a message in a database.
+    Message(i64),
+    /// After this one, or at the beginning.
+    After(Option<i64>),
 }
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "byte {}", self.at)?;
-        self.chunk.map_or(Ok(()), |chunk| write!(f, " of the chunk at byte {chunk}"))
+        match self {
+            Self::Byte { at, chunk: None } => write!(f, "byte {at}"),
+            Self::Byte { at, chunk: Some(chunk) } => {
+                write!(f, "byte {at} of the chunk at byte {chunk}")
+            }
+            Self::Message(id) => write!(f, "message {id}"),
+            Self::After(Some(id)) => write!(f, "after message {id}"),
+            Self::After(None) => write!(f, "before the first message"),
+        }
     }
 }
 
@@ -104,9 +119,9 @@ pub(super) trait Visitor {
     ) -> Result<(), Self::Error>;
 }
 
-/// The container of a bag.
+/// How records follow each other in a file.
 #[derive(Debug, Clone)]
-pub(super) enum Format {
+enum Format {
     Ros1 {
         /// Number of connections in the index.
         connections: u32,
@@ -114,42 +129,74 @@ pub(super) enum Format {
     Mcap(mcap::Schemas),
 }
 
-impl Format {
+/// An open bag.
+#[derive(Debug)]
+pub(super) enum Container<R> {
+    Records(Records<R>),
+    Database(Database),
+}
+
+#[derive(Debug)]
+pub(super) struct Records<R> {
+    input: Input<R>,
+    format: Format,
+    /// Where the first one begins.
+    begin: u64,
+}
+
+impl<R: Read + Seek> Container<R> {
     /// Recognises the format and whether the recorder finished the bag.
-    pub(super) fn of<R: Read + Seek>(input: &mut Input<R>) -> Result<(Self, bool), Fault> {
+    pub(super) fn open(path: &Path, mut input: Input<R>) -> Result<(Self, bool), Fault> {
         let mut starts_with = |magic: &[u8]| {
             let is_long_enough = input.end() >= magic.len() as u64;
             input.seek(0)?;
             Ok(is_long_enough && input.block(magic.len() as u64)? == magic)
         };
-        if starts_with(ros1::MAGIC)? {
-            let (connections, is_finished) = ros1::opened(input)?;
-            Ok((Self::Ros1 { connections }, is_finished))
+        let (format, is_finished, magic) = if starts_with(ros1::MAGIC)? {
+            let (connections, is_finished) = ros1::opened(&mut input)?;
+            (Format::Ros1 { connections }, is_finished, ros1::MAGIC)
         } else if starts_with(mcap::MAGIC)? {
-            Ok((Self::Mcap(mcap::Schemas::default()), mcap::is_finished(input)?))
+            let is_finished = mcap::is_finished(&mut input)?;
+            (Format::Mcap(mcap::Schemas::default()), is_finished, mcap::MAGIC)
+        } else if starts_with(sqlite::MAGIC)? {
+            let database = Database::open(path, &mut input)?;
+            let is_finished = database.is_finished();
+            return Ok((Self::Database(database), is_finished));
         } else {
-            Err(Fault::Bad("expected a bag of ROS 1 (`#ROSBAG V2.0`) or MCAP".to_owned()))
-        }
+            let known = "expected a bag of ROS 1 (`#ROSBAG V2.0`), MCAP or SQLite";
+            return Err(Fault::Bad(known.to_owned()));
+        };
+        let begin = magic.len() as u64;
+        Ok((Self::Records(Records { input, format, begin }), is_finished))
     }
 
-    const fn magic_bytes(&self) -> usize {
+    /// Number of connections that the index has at least.
+    pub(super) const fn indexed_min(&self) -> u32 {
         match self {
-            Self::Ros1 { .. } => ros1::MAGIC.len(),
-            Self::Mcap(_) => mcap::MAGIC.len(),
+            Self::Records(Records { format: Format::Ros1 { connections }, .. }) => *connections,
+            Self::Records(_) | Self::Database(_) => 0,
         }
     }
-}
 
-/// Tells a visitor what a bag contains.
-pub(super) fn visit<R: Read + Seek, V: Visitor>(
-    input: &mut Input<R>,
-    format: &Format,
-    visitor: &mut V,
-) -> Result<(), Stop<V::Error>> {
-    let begin = format.magic_bytes() as u64;
-    let place = Place { at: begin, chunk: None };
-    input.seek(begin).map_err(|fault| Stop::Fault(place, fault))?;
-    walk(input, &mut format.clone(), None, visitor)
+    /// What is missing of a bag that was read to its end.
+    pub(super) fn unread(&self) -> Option<String> {
+        match self {
+            Self::Records(_) => None,
+            Self::Database(database) => database.unread(),
+        }
+    }
+
+    /// Tells a visitor what a bag contains.
+    pub(super) fn visit<V: Visitor>(&mut self, visitor: &mut V) -> Result<(), Stop<V::Error>> {
+        match self {
+            Self::Database(database) => database.visit(visitor),
+            Self::Records(Records { input, format, begin }) => {
+                let place = Place::Byte { at: *begin, chunk: None };
+                input.seek(*begin).map_err(|fault| Stop::Fault(place, fault))?;
+                walk(input, &mut format.clone(), None, visitor)
+            }
+        }
+    }
 }
 
 fn walk<R: Read + Seek, V: Visitor>(
@@ -161,7 +208,8 @@ fn walk<R: Read + Seek, V: Visitor>(
     // In ROS 1, connections outside of chunks are the index.
     let mut in_index = matches!(format, Format::Ros1 { .. }) && chunk.is_none();
     while input.at() < input.end() {
-        let place = Place { at: input.at(), chunk };
+        let at = input.at();
+        let place = Place::Byte { at, chunk };
         let fault = |fault| Stop::Fault(place, fault);
         let record = match format {
             Format::Ros1 { .. } => ros1::record(input),
@@ -180,7 +228,7 @@ fn walk<R: Read + Seek, V: Visitor>(
                 let (bytes, damage) = packed::unpacked(&head, packed).map_err(fault)?;
                 let mut inner = Input::new(Cursor::new(bytes))
                     .map_err(|error| fault(Fault::Unreadable(error)))?;
-                let ended = walk(&mut inner, format, Some(place.at), visitor);
+                let ended = walk(&mut inner, format, Some(at), visitor);
                 if there < record.content {
                     return ended.and(Err(fault(Fault::Cut))).map_err(|stop| match stop {
                         Stop::Fault(..) => fault(Fault::Cut),

@@ -7,13 +7,15 @@ mod input;
 mod mcap;
 mod packed;
 mod ros1;
+mod sqlite;
+mod standard;
 mod topics;
 
 use super::channels::{Cell, Channel, Each, Group, Source, Wanted, take};
 use super::error::{DatasetError, Defect};
 use super::package::{Field, Table};
 use super::table::Rows;
-use bag::{Format, Place, Stop, Visitor, visit};
+use bag::{Container, Place, Stop, Visitor};
 use decode::{Want, decode};
 use definition::Kind;
 use input::{Fault, Input};
@@ -40,8 +42,7 @@ pub(super) fn read(
 
 struct Bag {
     path: PathBuf,
-    input: Input<BufReader<File>>,
-    format: Format,
+    container: Container<BufReader<File>>,
     is_finished: bool,
     topics: Topics,
     groups: Vec<Group>,
@@ -53,27 +54,25 @@ impl Bag {
     fn open(path: &std::path::Path) -> Result<Self, DatasetError> {
         let unreadable = |error| DatasetError::new(path, Defect::Unreadable(error));
         let file = File::open(path).map_err(unreadable)?;
-        let mut input = Input::new(BufReader::new(file)).map_err(unreadable)?;
-        let (format, is_finished) = Format::of(&mut input).map_err(|fault| match fault {
+        let input = Input::new(BufReader::new(file)).map_err(unreadable)?;
+        let opened = Container::open(path, input);
+        let (container, is_finished) = opened.map_err(|fault| match fault {
             Fault::Unreadable(error) => unreadable(error),
             Fault::Cut => malformed(path, "the file ends within its first record".to_owned()),
             Fault::Bad(why) => malformed(path, why),
         })?;
         let (topics, groups, paths) = (Topics::default(), Vec::new(), Vec::new());
         let path = path.to_owned();
-        let mut bag = Self { path, input, format, is_finished, topics, groups, paths };
-        let found = visit(&mut bag.input, &bag.format, &mut bag.topics);
-        let count = match bag.format {
-            Format::Ros1 { connections } => connections,
-            Format::Mcap(_) => 0,
-        };
+        let mut bag = Self { path, container, is_finished, topics, groups, paths };
+        let found = bag.container.visit(&mut bag.topics);
+        let count = bag.container.indexed_min();
         let is_indexed = bag.topics.are_indexed(count);
         if !is_indexed && count > 0 {
             bag.is_finished = false;
         }
         if !bag.is_finished || !is_indexed || found.is_err() {
             bag.topics = Topics::of_all_chunks();
-            let found = visit(&mut bag.input, &bag.format, &mut bag.topics);
+            let found = bag.container.visit(&mut bag.topics);
             let ended = bag.ended(found)?;
             if let Some(ended) = ended.filter(|_| bag.topics.is_empty()) {
                 return Err(malformed(&bag.path, ended));
@@ -172,12 +171,13 @@ impl Source for Bag {
             each,
             count: 0,
         };
-        let found = visit(&mut self.input, &self.format, &mut values);
+        let found = self.container.visit(&mut values);
         let count = values.count;
         let ended = self.ended(found)?;
         if ended.is_none() && self.is_finished {
             return Ok(None);
         }
+        let ended = ended.or_else(|| self.container.unread());
         let topic = &self.groups[group].name;
         Ok(Some((format!("{count} messages of {topic}"), ended)))
     }

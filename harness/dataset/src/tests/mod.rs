@@ -10,6 +10,8 @@ mod ros;
 #[cfg(feature = "ros")]
 mod rosbags;
 mod round_trip;
+#[cfg(feature = "ros")]
+mod sqlite;
 
 use super::{Dataset, DatasetError, read};
 use std::fs;

@@ -9,7 +9,7 @@ use std::io::{Cursor, Write as _};
 
 const IMU: &str = "Header header\nVector3 angular_velocity\nfloat64[9] covariance\n";
 
-fn definition(root: &str, header: &str) -> String {
+pub(super) fn definition(root: &str, header: &str) -> String {
     let rule = "=".repeat(80);
     format!(
         "{root}{rule}\nMSG: std_msgs/Header\n{header}\n{rule}\nMSG: p/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
@@ -17,14 +17,14 @@ fn definition(root: &str, header: &str) -> String {
 }
 
 /// A topic, the fields of its messages, and these after their times in nanoseconds.
-struct Topic {
-    name: &'static str,
-    root: &'static str,
-    messages: Vec<(u64, Vec<f64>)>,
+pub(super) struct Topic {
+    pub name: &'static str,
+    pub root: &'static str,
+    pub messages: Vec<(u64, Vec<f64>)>,
 }
 
 /// Three readings of a gyro. Their times are in a second of their own.
-fn imu() -> Topic {
+pub(super) fn imu() -> Topic {
     let message = |n: u64| (7_000_000_000 + n * 250_000_000, vec![n as f64 * 0.5 + 0.125]);
     Topic { name: "/imu", root: IMU, messages: (0..3).map(message).collect() }
 }
@@ -43,7 +43,7 @@ fn ros1_message(topic: &Topic, time: u64, values: &[f64]) -> Vec<u8> {
 }
 
 /// The same as ROS 2 has it, without sequence.
-fn cdr_message(topic: &Topic, time: u64, values: &[f64]) -> Vec<u8> {
+pub(super) fn cdr_message(topic: &Topic, time: u64, values: &[f64]) -> Vec<u8> {
     let plain = ros1_message(topic, time, values);
     if topic.root != IMU {
         return [&[0, 1, 0, 0][..], &plain].concat();
@@ -130,7 +130,7 @@ fn mcap(topics: &[Topic], compression: Option<mcap::Compression>) -> Vec<u8> {
     file.into_inner()
 }
 
-const FIELDS: &[FieldText<'static>] = &[
+pub(super) const FIELDS: &[FieldText<'static>] = &[
     ("time", "time", "s", ""),
     ("angular_velocity.z", "gyro_rate", "rad/s", ""),
     ("header.stamp", "auxiliary", "s", ""),
@@ -140,19 +140,19 @@ const FIELDS: &[FieldText<'static>] = &[
 ];
 
 /// Fields of one topic.
-const ALONE: [FieldText<'static>; 3] = [
+pub(super) const ALONE: [FieldText<'static>; 3] = [
     ("time", "time", "s", ""),
     ("/imu/angular_velocity.z", "gyro_rate", "rad/s", ""),
     ("angular_velocity.x", "reference_rate", "rad/s", ""),
 ];
 
 /// A turntable at twice the rate, shifted, whose first value has no row.
-fn table() -> Topic {
+pub(super) fn table() -> Topic {
     let message = |n: u64| (6_940_000_000 + n * 125_000_000, vec![-(n as f64)]);
     Topic { name: "/table", root: "float64 rate\n", messages: (0..5).map(message).collect() }
 }
 
-fn package(name: &str, fields: &[FieldText<'_>], bytes: &[u8]) -> Package {
+pub(super) fn package(name: &str, fields: &[FieldText<'_>], bytes: &[u8]) -> Package {
     let package = Package::new("series", fields, "");
     package.put("datapackage.json", descriptor("series", fields, &[name]).as_bytes());
     package.put(name, bytes);
@@ -164,10 +164,11 @@ fn bags() -> Vec<(&'static str, Vec<u8>)> {
     let ros1 = |compression| ("data.bag", ros1(&topics, compression));
     let mcap = |compression| ("data.mcap", mcap(&topics, compression));
     let zstd = Some(mcap::Compression::Zstd);
-    vec![ros1("none"), ros1("bz2"), ros1("lz4"), mcap(None), mcap(zstd)]
+    let db3 = ("data.db3", super::sqlite::bag(&topics, true));
+    vec![ros1("none"), ros1("bz2"), ros1("lz4"), mcap(None), mcap(zstd), db3]
 }
 
-fn values<'a>(set: &'a Dataset, name: &str) -> &'a [f64] {
+pub(super) fn values<'a>(set: &'a Dataset, name: &str) -> &'a [f64] {
     &set.named(name).unwrap().values
 }
 
@@ -201,6 +202,7 @@ fn a_bag_that_is_cut_short_is_read_as_far_as_it_goes() {
         for length in (0..bytes.len()).step_by(11) {
             let Ok(set) = package(name, &ALONE, &bytes[..length]).read() else { continue };
             let told = set.notices.iter().any(|told| told.contains("was not finished"));
+            assert!(!set.notices.iter().any(|told| told.contains("olumn")), "{:?}", set.notices);
             assert!(told, "{name}, {length} bytes: {:?}", set.notices);
             assert!(set.rows() >= most, "{name}, {length} bytes");
             most = set.rows();
@@ -208,7 +210,7 @@ fn a_bag_that_is_cut_short_is_read_as_far_as_it_goes() {
         }
         assert_eq!(most, 3, "{name}");
         // A compressed chunk of this size is one block, which is there or not.
-        let is_plain = matches!(number, 0 | 3);
+        let is_plain = matches!(number, 0 | 3 | 5);
         assert!(!is_plain || partial > 0, "{name}");
     }
 }
@@ -218,10 +220,8 @@ fn what_is_wrong_with_a_bag_has_its_place() {
     let of = |name: &str, bytes: &[u8]| message(&package(name, &ALONE, bytes));
     assert_eq!(
         of("data.bag", b"#ROSBAG V1.2\n"),
-        "data.bag: expected a bag of ROS 1 (`#ROSBAG V2.0`) or MCAP"
+        "data.bag: expected a bag of ROS 1 (`#ROSBAG V2.0`), MCAP or SQLite"
     );
-    let found = package("data.db3", &ALONE, b"SQLite").read().unwrap_err().to_string();
-    assert!(found.ends_with("expected one in MCAP: `ros2 bag convert` makes it"), "{found}");
     let other = Topic { root: "Other other\n", ..imu() };
     assert_eq!(
         of("data.bag", &ros1(&[other], "none")),
@@ -263,7 +263,7 @@ proptest! {
 
     #[test]
     fn no_bytes_cause_a_panic(
-        bag in 0..5_usize,
+        bag in 0..6_usize,
         flips in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 0..4),
         cut in proptest::option::of(any::<proptest::sample::Index>()),
     ) {

@@ -7,7 +7,17 @@ use std::process::Command;
 /// If set, a missing package is a failure.
 const PYTHON_REQUIRED: &str = "HIL_TESTS_NEED_PYTHON";
 
-const BAGS: [&str; 6] = ["bag-none", "bag-bz2", "bag-lz4", "mcap-none", "mcap-zstd", "mcap-lz4"];
+const BAGS: [&str; 9] = [
+    "bag-none",
+    "bag-bz2",
+    "bag-lz4",
+    "mcap-none",
+    "mcap-zstd",
+    "mcap-lz4",
+    "db3-none",
+    "db3-zstd",
+    "db3-humble",
+];
 
 #[test]
 fn bags_of_other_programs_have_the_numbers_of_the_table() {

@@ -244,7 +244,10 @@ impl CampaignArguments {
         let (plan, lines) = (&task.prepared.plan, task.prepared.rig.struck());
         if let Some(violated) = clean.violated.first() {
             return Err(Failure::arguments(
-                format!("{}: breaks {} without any fault", plan.name, violated.property),
+                format!(
+                    "{} breaks the property {} without any fault",
+                    plan.name, violated.property
+                ),
                 format!("at {:.3} s: {}", violated.at_s, violated.what),
             ));
         }
@@ -285,10 +288,13 @@ impl CampaignArguments {
         format!("envelopes of {}", self.under_test(task))
     }
 
-    /// Describes the plan and the device under test.
+    /// Describes the plan with all files that it names, and the device under test.
     fn under_test(&self, task: &Task<'_>) -> String {
         let plan = &task.prepared.plan.name;
-        let id = campaign::Case::default().id(task.source);
+        let files = &task.prepared.files;
+        let texts = files.0.iter().map(|file| format!("{}\n{}\n", file.name, file.text));
+        let texts: String = std::iter::once(task.source.to_owned()).chain(texts).collect();
+        let id = campaign::Case::default().id(&texts);
         match self.setup.replay() {
             ours if ours.is_empty() => format!("{plan} ({id})"),
             other => format!("{plan} ({id}) with {other}"),

@@ -114,21 +114,7 @@ impl DebugArguments {
 
     /// The recorded plan, or the one given, with the given controller.
     fn prepared(&self, header: &Header, name: &str) -> Result<Prepared, Failure> {
-        let made = Made::default();
-        let mut prepared = match &self.plan {
-            Some(named) => Prepared::load(named, &made)?,
-            None if header.files.plan().is_some() => {
-                Prepared::load_from(&Library::packed(Arc::clone(&header.files)), PLAN, &made)?
-            }
-            // The name comes from a file and must not be used as a path.
-            None if names(Kind::Plan).contains(&header.plan) => {
-                Prepared::load_from(&Library::shipped(), &header.plan, &made)?
-            }
-            None => {
-                let message = format!("the record of {name} holds no plan");
-                return Err(Failure::arguments(message, "name the plan with --plan"));
-            }
-        };
+        let mut prepared = recorded(self.plan.as_deref(), header, name)?;
         if self.controller.is_some() && prepared.rig.robot.is_none() {
             let message =
                 format!("--controller has no meaning for {name}: it has no controller of a robot");
@@ -140,6 +126,29 @@ impl DebugArguments {
         prepared.hosting = Controller::hosting(self.controller.as_ref());
         Ok(prepared)
     }
+}
+
+/// The plan that the record holds, or the one named `plan`; `name` is that of the run.
+pub(super) fn recorded(
+    plan: Option<&str>,
+    header: &Header,
+    name: &str,
+) -> Result<Prepared, Failure> {
+    let made = Made::default();
+    Ok(match plan {
+        Some(named) => Prepared::load(named, &made)?,
+        None if header.files.plan().is_some() => {
+            Prepared::load_from(&Library::packed(Arc::clone(&header.files)), PLAN, &made)?
+        }
+        // The name comes from a file and must not be used as a path.
+        None if names(Kind::Plan).contains(&header.plan) => {
+            Prepared::load_from(&Library::shipped(), &header.plan, &made)?
+        }
+        None => {
+            let message = format!("the record of {name} holds no plan");
+            return Err(Failure::arguments(message, "name the plan with --plan"));
+        }
+    })
 }
 
 /// Formats the run's position when it stops.

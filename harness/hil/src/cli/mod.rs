@@ -113,6 +113,7 @@ enum Command {
     Diff(diff::DiffArguments),
     Rerun(rerun::RerunArguments),
     Debug(debug::DebugArguments),
+    Replay(watch::replay::ReplayArguments),
     Doctor(doctor::DoctorArguments),
     Draw(draw::DrawArguments),
     Emulate(emulate::EmulateArguments),
@@ -148,7 +149,7 @@ impl Cli {
         match &self.command {
             None => self.paper.execute(screen),
             Some(Command::Run(arguments)) => arguments.execute(screen),
-            Some(Command::New(arguments)) => arguments.execute(),
+            Some(Command::New(arguments)) => arguments.execute(screen),
             Some(Command::Campaign(arguments)) => arguments.execute(screen),
             #[cfg(feature = "nats")]
             Some(Command::Worker(arguments)) => arguments.execute(screen),
@@ -159,6 +160,7 @@ impl Cli {
             Some(Command::Diff(arguments)) => arguments.execute(),
             Some(Command::Rerun(arguments)) => arguments.execute(screen),
             Some(Command::Debug(arguments)) => arguments.execute(screen),
+            Some(Command::Replay(arguments)) => arguments.execute(screen),
             Some(Command::Doctor(arguments)) => arguments.execute(),
             Some(Command::Draw(arguments)) => arguments.execute(),
             Some(Command::Emulate(arguments)) => arguments.execute(screen),

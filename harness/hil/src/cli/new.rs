@@ -1,6 +1,7 @@
 //! `hil new`: creates a project for the user's own device.
 
 use super::failure::Failure;
+use super::progress::Screen;
 use super::say;
 use crate::project::{self, FromDbcError, ProjectFile, Template};
 use clap::Args;
@@ -50,13 +51,13 @@ pub(super) struct NewArguments {
 }
 
 impl NewArguments {
-    pub(super) fn execute(&self) -> Result<Outcome, Failure> {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let name = self.name()?;
         let (files, notes) = self.files(&name)?;
         project::write(&self.folder, &files).map_err(|source| match source.kind() {
             ErrorKind::AlreadyExists => Failure::arguments(
-                format!("{} is there already, and not empty", self.folder.display()),
-                "nothing is written over: name another folder",
+                format!("{} already exists and is not empty", self.folder.display()),
+                "`hil new` overwrites nothing: name another folder",
             ),
             _ => Failure::file(&self.folder, source),
         })?;
@@ -67,6 +68,10 @@ impl NewArguments {
         let mut told: String = notes.iter().map(|note| format!("{note}\n")).collect();
         if !told.is_empty() {
             told += "\n";
+        }
+        if screen.is_quiet() {
+            say(&told)?;
+            return Ok(Outcome::Passed);
         }
         told += &format!("{folder}: {} files\n", files.len());
         for file in &files {
@@ -82,8 +87,8 @@ impl NewArguments {
         let last = last.unwrap_or_default();
         Name::new(&last).ok_or_else(|| {
             Failure::arguments(
-                format!("\"{}\" is no name for a device", last.escape_debug()),
-                "the folder's name is the device's: a letter, then a-z, 0-9, - and _",
+                format!("\"{}\" cannot be the name of a device", last.escape_debug()),
+                "the folder gives the device its name: a letter, then a-z, 0-9, - and _",
             )
         })
     }
@@ -137,7 +142,7 @@ fn several(error: &FromDbcError) -> String {
     let FromDbcError::Several { nodes, .. } = error else { return String::new() };
     let named = |node: &DbcNode| format!("{} ({})", node.name, node.messages);
     let nodes: Vec<String> = nodes.iter().map(named).collect();
-    format!("say which is the device, `--node NAME`; they send so many: {}", nodes.join(", "))
+    format!("name the device with `--node NAME`; nodes and their messages: {}", nodes.join(", "))
 }
 
 /// Whether the file is a plan: a TOML file beside the README.

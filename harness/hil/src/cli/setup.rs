@@ -230,10 +230,10 @@ impl SetupArguments {
             let absent = under_test.find(|(_, how)| is_absent(how));
             if let (Clock::Virtual, Some((node, _))) = (self.clock, absent) {
                 let what = format!(
-                    "`{}` of {name} is under test, and no program: it keeps real time",
+                    "node `{}` of {name} is real, and no program that `hil` starts, so it cannot run in virtual time",
                     node.name
                 );
-                let help = "add --clock real; Rust code plays it in virtual time in a test: `Trial::with_node`";
+                let help = "add --clock real; in a Rust test, `Trial::with_node` puts code of yours in its place";
                 return Err(Failure::arguments(what, help));
             }
         }

@@ -8,10 +8,10 @@ use serde::Serialize;
 pub enum Status {
     /// As it should be.
     Good,
-    /// Could be better, but no given bench or plan needs it.
-    Gap,
+    /// No given bench or plan needs it.
+    Optional,
     /// A given bench or plan needs it, and it is not as it must be.
-    Lacking,
+    Missing,
 }
 
 impl Status {
@@ -19,8 +19,8 @@ impl Status {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
-            Self::Gap => "gap",
-            Self::Lacking => "lacking",
+            Self::Optional => "optional",
+            Self::Missing => "missing",
         }
     }
 }
@@ -37,7 +37,7 @@ pub struct Finding {
     /// How to fix it, as shell lines: commands, and comments where no command does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mend: Option<String>,
-    /// What needs it, if it is lacking.
+    /// What needs it, if it is missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub needed_by: Option<String>,
 }
@@ -49,14 +49,14 @@ impl Finding {
         Self { subject, status: Status::Good, what, mend: None, needed_by: None }
     }
 
-    /// A gap; lacking if something needs it.
+    /// Optional; missing if something needs it.
     pub fn gap(
         subject: impl Into<String>,
         what: impl Into<String>,
         mend: impl Into<String>,
         needed_by: Option<String>,
     ) -> Self {
-        let status = if needed_by.is_some() { Status::Lacking } else { Status::Gap };
+        let status = if needed_by.is_some() { Status::Missing } else { Status::Optional };
         let (subject, what, mend) = (subject.into(), what.into(), Some(mend.into()));
         Self { subject, status, what, mend, needed_by }
     }

@@ -28,7 +28,7 @@ pub(super) fn judge(facts: &LimitFacts, findings: &mut Vec<Finding>) {
     findings.push(match facts.real_time_priority {
         Some(0) => {
             let what =
-                "none allowed; the device under test then shares the processor with all else";
+                "none allowed; the device under test shares the processor with other programs";
             Finding::gap("real-time priority", what, raise("rtprio", "80"), None)
         }
         Some(highest) => Finding::good("real-time priority", format!("up to {highest}")),

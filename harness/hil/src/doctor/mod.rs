@@ -83,6 +83,6 @@ pub fn examine(facts: &Facts, needs: &Needs) -> Vec<Finding> {
 
 /// Returns [`Outcome::Error`] if something needed is lacking.
 pub fn outcome(findings: &[Finding]) -> Outcome {
-    let lacks = findings.iter().any(|finding| finding.status == Status::Lacking);
+    let lacks = findings.iter().any(|finding| finding.status == Status::Missing);
     if lacks { Outcome::Error } else { Outcome::Passed }
 }

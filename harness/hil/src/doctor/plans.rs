@@ -38,7 +38,7 @@ pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prep
             needs if needs.is_empty() => "no port".to_owned(),
             needs => needs.join(", "),
         };
-        let what = format!("all its files are there; needs {needs}");
+        let what = format!("all files found; needs {needs}");
         findings.push(Finding::good(format!("plan {}", one.plan.name), what));
     }
     prepared
@@ -154,7 +154,7 @@ pub(super) fn judge(
     if findings.len() == before {
         let what = match prepared {
             [] => "can be used",
-            _ => "provides every role that the plans need",
+            _ => "provides all that the plans need",
         };
         findings.push(Finding::good(subject, what));
     }

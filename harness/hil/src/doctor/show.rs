@@ -10,8 +10,8 @@ use views::console::Style;
 pub fn text(findings: &[Finding], style: Style) -> String {
     let mut text = findings_table(findings, style);
     for (status, title) in [
-        (Status::Lacking, "What lacks, and what mends it:"),
-        (Status::Gap, "What nothing given needs, and what would mend it:"),
+        (Status::Missing, "What is missing, and how to fix it:"),
+        (Status::Optional, "Not needed here, and how to get it:"),
     ] {
         let of_status = findings.iter().filter(|finding| finding.status == status);
         for (index, finding) in of_status.enumerate() {
@@ -30,11 +30,11 @@ pub fn text(findings: &[Finding], style: Style) -> String {
         }
     }
     let count = |status| findings.iter().filter(|finding| finding.status == status).count();
-    let closing = match (count(Status::Lacking), count(Status::Gap)) {
-        (0, 0) => "nothing lacks".to_owned(),
-        (0, gaps) => format!("nothing that is needed is missing; {gaps} could be better"),
-        (1, _) => "1 thing lacks that is needed".to_owned(),
-        (lacking, _) => format!("{lacking} things lack that are needed"),
+    let closing = match (count(Status::Missing), count(Status::Optional)) {
+        (0, 0) => "nothing is missing".to_owned(),
+        (0, gaps) => format!("nothing that is needed is missing; {gaps} optional"),
+        (1, _) => "1 thing that is needed is missing".to_owned(),
+        (lacking, _) => format!("{lacking} things that are needed are missing"),
     };
     let _ = writeln!(text, "\n{closing}; exit status {}", outcome(findings).exit_status());
     text

@@ -13,8 +13,8 @@ pub fn findings_table(findings: &[Finding], style: Style) -> String {
     for Finding { subject, status, what, .. } in findings {
         let colour = match status {
             Status::Good => Color::Green,
-            Status::Gap => Color::Yellow,
-            Status::Lacking => Color::Red,
+            Status::Optional => Color::Yellow,
+            Status::Missing => Color::Red,
         };
         let word = Cell::new(status.name());
         let word = if style.colour { word.fg(colour) } else { word };

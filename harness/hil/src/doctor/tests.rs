@@ -179,17 +179,17 @@ fn an_interface_gets_the_command_that_it_needs() {
     let vcan = needs("vcan");
     let add = "sudo ip link add dev vcan0 type vcan && sudo ip link set vcan0 up";
     let load = format!("sudo modprobe vcan && {add}");
-    let lacking = |mend: &str| (Status::Lacking, mend.to_owned());
+    let lacking = |mend: &str| (Status::Missing, mend.to_owned());
     assert_eq!(mends(&with(vec![], Module::Available), &vcan, "vcan0"), lacking(&load));
     assert_eq!(mends(&with(vec![], Module::BuiltIn), &vcan, "vcan0"), lacking(add));
     let down = with(vec![vcan0(false)], Module::Loaded);
     assert_eq!(mends(&down, &vcan, "interface vcan0"), lacking("sudo ip link set vcan0 up"));
     let hardware = CanInterface { up: false, ..can0(CanState::Stopped) };
     let (status, mend) = mends(&with(vec![hardware], Module::Loaded), &vcan, "interface can0");
-    assert_eq!(status, Status::Gap, "nothing needs it");
+    assert_eq!(status, Status::Optional, "nothing needs it");
     assert_eq!(mend, "sudo ip link set can0 up type can bitrate 500000 restart-ms 100");
     let passive = with(vec![can0(CanState::ErrorPassive)], Module::Loaded);
-    assert_eq!(mends(&passive, &needs("usb"), "interface can0").0, Status::Gap);
+    assert_eq!(mends(&passive, &needs("usb"), "interface can0").0, Status::Optional);
     let mut facts = laptop();
     facts.can.no_socket = Some("no".to_owned());
     facts.can.modules.insert("can_raw".to_owned(), Module::Available);
@@ -214,7 +214,7 @@ fn a_port_that_is_not_ours_gets_the_command_that_it_needs() {
         ("root", &["jane"], &[], "sudo chgrp dialout /dev/ttyUSB0"),
     ] {
         let (status, mend) = closed(group, groups, enrolled);
-        assert_eq!(status, Status::Lacking);
+        assert_eq!(status, Status::Missing);
         assert!(mend.starts_with(begins), "{mend}");
     }
 }
@@ -226,7 +226,7 @@ fn no_pty_to_be_had_has_its_command() {
         mends(&Facts { pty: PtyFacts { no_pair, used }, ..laptop() }, &needs("emulated"), "ptys")
     };
     let (status, mend) = with("no space", Some((4_096, 4_096)));
-    assert_eq!((status, mend.as_str()), (Status::Lacking, "sudo sysctl -w kernel.pty.max=8192"));
+    assert_eq!((status, mend.as_str()), (Status::Missing, "sudo sysctl -w kernel.pty.max=8192"));
     assert!(with("not found", None).1.contains("mount -t devpts"));
 }
 
@@ -351,7 +351,7 @@ fn a_script_is_looked_for_and_so_is_its_interpreter() {
         ..Needs::default()
     };
     let (status, mend) = mends(&laptop(), &needs, "no-such-program");
-    assert_eq!(status, Status::Lacking);
+    assert_eq!(status, Status::Missing);
     assert!(mend.contains("./no-such-program"), "{mend}");
 }
 
@@ -366,7 +366,7 @@ fn a_program_reads_the_same() {
         .as_array()
         .unwrap()
         .iter()
-        .filter(|finding| finding["status"] == "lacking")
+        .filter(|finding| finding["status"] == "missing")
         .map(|finding| finding["subject"].as_str().unwrap())
         .collect();
     assert_eq!(lacking, ["CAN", "vcan0", "k2a-controller"]);

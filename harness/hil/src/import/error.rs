@@ -23,6 +23,15 @@ pub enum ImportError {
         /// The plan.
         plan: String,
     },
+    /// The log does not fit into memory.
+    #[error("the log has more than {most} frames, and an import keeps all of them in memory")]
+    #[diagnostic(help(
+        "import a part: `hil log convert` writes it as a candump log, one line a frame, which `split -l` divides"
+    ))]
+    TooLong {
+        /// The most entries.
+        most: usize,
+    },
     /// The log lacks a line of the rig.
     #[error("which channel of the log is the line `{line}`?")]
     #[diagnostic(help("--channel names it, one of: {known}"))]

@@ -30,12 +30,13 @@ pub use error::ImportError;
 pub use scribe::LeftOut;
 pub use unjudged::{FORMED, why_not};
 
-use bus_log::{Channel, Entry, LogError};
+use bus_log::{Channel, Entry, LogError, Payload};
 use harness::operator::Answers;
 use harness::run::{IMPORTED, header, write_documents};
 use harness::run::{Options, Prepared, logged, run_to_folder};
 use judge::checks::judge_all;
 use plan::Plan;
+use plan::replayed::Logged;
 use record::VERSION;
 use record::outcome::{Outcome, Summary};
 use record::run_folder::RunFolder;
@@ -59,6 +60,21 @@ pub struct Imported {
     pub unjudged: Vec<(String, &'static str)>,
 }
 
+/// The most frames of a log of a rig, which are all kept.
+const ENTRIES_MAX: usize = 10_000_000;
+
+/// The frames, if there are at most so many.
+fn kept(
+    entries: impl IntoIterator<Item = Result<Entry, LogError>>,
+    most: usize,
+) -> Result<Vec<Logged>, ImportError> {
+    let is_kept = |entry: &Result<Entry, LogError>| {
+        !matches!(entry, Ok(Entry { payload: Payload::Error(_), .. }))
+    };
+    let log = logged(entries.into_iter().filter(is_kept).take(most + 1))?;
+    if log.len() > most { Err(ImportError::TooLong { most }) } else { Ok(log) }
+}
+
 /// Creates a run folder from a log of a rig and judges it by its plan: every node sends what it sent in the log, and
 /// the plan listens. What the plan itself would do to the rig is assumed to be in the log.
 ///
@@ -70,7 +86,7 @@ pub fn import_rig_to_folder(
     channel: Option<Channel>,
     out: &Path,
 ) -> Result<Summary, ImportError> {
-    let log = logged(entries)?;
+    let log = kept(entries, ENTRIES_MAX)?;
     let named = channel.as_ref().map(Channel::as_str);
     let rig = prepared.rig.clone().replayed_by(&log, named);
     let rig = rig.map_err(|(line, known)| ImportError::NoLine { line, known: known.join(", ") })?;

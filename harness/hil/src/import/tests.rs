@@ -1,6 +1,6 @@
 //! Logs of a bench that follows the plan, and of one that does not.
 
-use super::{ImportError, Imported, import_to_folder};
+use super::{ImportError, Imported, import_to_folder, kept};
 use bus_log::{Channel, Direction, Entry, Payload};
 use plan::Plan;
 use record::outcome::{Outcome, Verdict};
@@ -202,4 +202,13 @@ fn what_is_no_log_of_a_base_is_refused() {
     let still = still.replace("{ straight = { distance_m = -1 } },", "");
     let error = import(&still, &Bus::new().entries).unwrap_err();
     assert!(matches!(error, ImportError::NothingMoves { .. }), "{error}");
+}
+
+#[test]
+fn a_log_of_a_rig_that_is_too_long_is_refused() {
+    let of = |most| kept(Bus::new().entries.into_iter().map(Ok), most);
+    let all = Bus::new().entries.len();
+    assert_eq!(of(all).unwrap().len(), all);
+    let told = of(all - 1).unwrap_err().to_string();
+    assert_eq!(told, "the log has more than 2 frames, and an import keeps all of them in memory");
 }

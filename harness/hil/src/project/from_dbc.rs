@@ -62,7 +62,7 @@ pub enum FromDbcError {
     #[error("{0} has no messages")]
     Empty(String),
     /// All sending nodes are real.
-    #[error("in {0} nobody else sends messages")]
+    #[error("{0} has no other node that sends messages")]
     Alone(String),
 }
 
@@ -182,7 +182,7 @@ pub(super) fn description(
 ) -> String {
     let who = if node == NOBODY { "the device" } else { node };
     let mut text_of = format!(
-        "# What {who} says, as an emulator. `hil emulate device devices/{name}.toml` talks like it.\n\
+        "# Emulates {who}. `hil emulate device devices/{name}.toml` puts it on a port.\n\
          name = \"{name}\"\n\
          title = {}\n\
          dbc = \"{project}.dbc\"\n\
@@ -214,17 +214,17 @@ pub(super) fn description(
         }
         let _ = writeln!(text_of, "[message.{}]", key(&message.name));
         let period = period(message, assumed).as_secs_f64();
-        let said = if message.period.is_some() { "" } else { "    # assumed: the DBC has none" };
+        let said = if message.period.is_some() { "" } else { "    # assumed: the DBC gives none" };
         let _ = writeln!(text_of, "period_s = {period}{said}");
     }
     for message in of(layout, Sender::Host) {
         let signals: Vec<&str> =
             message.signals.iter().map(|signal| signal.name.as_str()).collect();
-        let _ = writeln!(text_of, "\n# It hears {}: {}.", message.name, signals.join(", "));
+        let _ = writeln!(text_of, "\n# Received: {}, with {}.", message.name, signals.join(", "));
         let _ = writeln!(text_of, "# [message.{}]", key(&message.name));
         let _ = writeln!(
             text_of,
-            "# timeout_s = 1.0    # without it for so long, its signals are the initial ones again"
+            "# timeout_s = 1.0    # if it stops for this long, its signals return to their initial values"
         );
     }
     text_of
@@ -239,9 +239,9 @@ fn range(signal: &Signal) -> String {
 
 fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
     let mut text_of = format!(
-        "# Does it send what it should, as often as it should? `hil run talks.toml`\n\
+        "# Does the device send its messages on time, with values in range? `hil run talks.toml`\n\
          name = \"talks\"\n\
-         title = \"{name} sends its messages, and nothing out of range\"\n\
+         title = \"{name} sends its messages on time, with values in range\"\n\
          device = \"{name}\"\n\n\
          steps = [\n"
     );
@@ -250,7 +250,7 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
     if untold > 0 {
         let _ = writeln!(
             text_of,
-            "    # {untold} messages that the device hears are not sent: with them the bus would be too full."
+            "    # {untold} messages that the device receives are not sent: they would overload the bus."
         );
     }
     for message in told {
@@ -305,6 +305,11 @@ pub(super) fn listening_s(layout: &Layout, assumed: Span) -> f64 {
     rounds.fold(LISTENING_S_MIN, f64::max).ceil()
 }
 
+/// To microseconds.
+fn rounded(seconds: f64) -> f64 {
+    (seconds * 1e6).round() / 1e6
+}
+
 /// Adds the measurements of a message: that it arrives at its period, and that its signals are in their ranges. `node`
 /// is its sender on a rig, and `None` if the device is the only one of the plan.
 pub(super) fn measure(
@@ -324,15 +329,15 @@ pub(super) fn measure(
         let _ = write!(
             plan,
             "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\n\
-             unit = \"1\"\ncheck = {{ share_within = {{ share = 0.95, band = [{:.6}, {:.6}] }} }}\n",
+             unit = \"1\"\ncheck = {{ share_within = {{ share = 0.95, band = [{}, {}] }} }}\n",
             unique("period", &message.name, names),
             text(&match node {
-                Some(node) => format!("Time between two {} of {node}", message.name),
-                None => format!("Time between two of {}", message.name),
+                Some(node) => format!("Time between two {} messages of {node}", message.name),
+                None => format!("Time between two {} messages", message.name),
             }),
             text(&quantity),
-            (period_s - beside_s).max(0.0),
-            period_s + beside_s
+            number(rounded((period_s - beside_s).max(0.0))),
+            number(rounded(period_s + beside_s))
         );
     }
     for signal in &message.signals {
@@ -352,7 +357,7 @@ pub(super) fn measure(
             plan,
             "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\nunit = {}\ncheck = {{ all_within = [{}, {}] }}\n",
             unique("range", &of, names),
-            text(&format!("{of} within the range that the DBC gives")),
+            text(&format!("{of} in the range that the DBC gives")),
             text(&quantity),
             text(&unit_of(signal)),
             number(band[0]),

@@ -52,13 +52,13 @@ pub fn from_eds(
 
 fn device(name: &Name, node: &str, dictionary: Option<&Dictionary>) -> String {
     let mut toml = format!(
-        "# What the device does, as an emulator. `hil emulate device devices/{name}.toml` talks like it.\n\
+        "# Emulates the device. `hil emulate device devices/{name}.toml` puts it on a port.\n\
          name = \"{name}\"\ntitle = \"The device of {name}.eds\"\neds = \"{name}.eds\"\n{node}\n"
     );
     let objects = || dictionary.into_iter().flat_map(Dictionary::objects);
     let written: Vec<&str> = objects().filter(|one| one.is_writable()).map(Entry::name).collect();
     if !written.is_empty() {
-        let _ = writeln!(toml, "# Masters write these, and they are names in expressions:");
+        let _ = writeln!(toml, "# Masters write these objects. Expressions can use their names:");
         let lines = written.iter().map(|name| format!("# {name}\n"));
         toml.extend(lines);
     }
@@ -85,7 +85,7 @@ fn plan(name: &Name, layout: &Layout, dictionary: Option<&Dictionary>) -> String
         ""
     };
     let mut toml = format!(
-        "# Does it boot, answer, and send its PDOs? `hil run talks.toml`\n\
+        "# Does the device boot, answer, and send its PDOs? `hil run talks.toml`\n\
          name = \"talks\"\n\
          title = \"{name} boots, answers, and sends its PDOs with values that the EDS allows\"\n\
          device = \"{name}\"\n\n\
@@ -124,7 +124,7 @@ fn plan(name: &Name, layout: &Layout, dictionary: Option<&Dictionary>) -> String
         }
         for signal in &message.signals {
             let of = format!("{}.{}", message.name, signal.name);
-            let doc = format!("{of} within the limits that the EDS gives");
+            let doc = format!("{of} in the limits that the EDS gives");
             let band = [signal.minimum, signal.maximum];
             measure(&of, &doc, &format!("signal.{of}"), &unit_of(signal), band);
         }

@@ -93,8 +93,8 @@ fn called(dbc_node: &str, taken: &mut BTreeSet<String>) -> Name {
 /// Generates the rig: all emulated nodes, and with `real` the others too.
 fn rig(name: &Name, members: &[Member], real: bool) -> String {
     let mut text_of = match real {
-        true => "# The device on its bus: it is there already, and the rest is emulated.\n".to_owned(),
-        false => "# The rest of the bus. `hil emulate rig rigs/rest.toml --line can0=can:can0` is there for a device of yours.\n"
+        true => "# The real device on its bus, and the other nodes emulated.\n".to_owned(),
+        false => "# The rest of the bus. `hil emulate rig rigs/rest.toml --line can0=can:can0` connects it to your device.\n"
             .to_owned(),
     };
     let is_fd = members.iter().any(|one| one.layout.fd_message().is_some());
@@ -136,7 +136,7 @@ fn bench_plan(name: &Name, members: &[Member], assumed: Span) -> String {
     let listening = real().map(|one| listening_s(&one.layout, assumed)).fold(0.0, f64::max);
     let mut plan = format!(
         "# Does the device send what the DBC says? `hil run bench.toml --clock real --bus vcan`, or with a bench file.\n\
-         name = \"bench\"\ntitle = \"The device of {name} sends its messages, and nothing out of range\"\nrig = \"bench\"\n\n\
+         name = \"bench\"\ntitle = \"The device of {name} sends its messages on time, with values in range\"\nrig = \"bench\"\n\n\
          steps = [{{ wait = {{ duration_s = {listening} }} }}]\n"
     );
     measured(&mut plan, real(), assumed);

@@ -80,7 +80,7 @@ fn the_rest_of_a_bus_runs_and_passes() {
         assert_eq!(outcomes(&at), [("rest".to_owned(), Outcome::Passed)]);
     }
     let alone = restbus(&name, "bus.dbc", b"BO_ 1 M: 8 One", &["One".to_owned()]).unwrap_err();
-    assert_eq!(alone.to_string(), "in bus.dbc nobody else sends messages");
+    assert_eq!(alone.to_string(), "bus.dbc has no other node that sends messages");
     let nobody = restbus(&name, "bus.dbc", HARD, &["Toll".to_owned()]).unwrap_err();
     assert!(nobody.to_string().contains("no node `Toll`"), "{nobody}");
 }

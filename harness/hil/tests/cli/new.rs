@@ -62,6 +62,16 @@ fn how_much_of_a_fault_it_stands_is_measured() {
     let hil = oven(&[]);
     let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(0);
     assert!(ran.out.contains("at least 2 s: holds"), "{}", ran.out);
+    // Runs of another device do not count for this one, though the plan is the same.
+    edit(&hil.path("oven/devices/oven.toml"), "value = 1.0", "value = 5.0");
+    let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(2);
+    assert!(ran.err.contains("runs.jsonl is of another campaign"), "{}", ran.err);
+}
+
+#[test]
+fn quiet_is_quiet() {
+    let ran = Hil::new().run(&["new", "oven", "--quiet"]).exits(0);
+    assert_eq!((ran.out.as_str(), ran.err.as_str()), ("", ""));
 }
 
 #[test]
@@ -81,7 +91,13 @@ fn mistakes_are_bad_input_and_shown_in_place() {
     let ran = hil.run(&["new", "oven"]).exits(2);
     assert!(ran.err.contains("not empty"), "{}", ran.err);
     let ran = hil.run(&["new", "My Oven"]).exits(2);
-    assert!(ran.err.contains("is no name for a device"), "{}", ran.err);
+    assert!(ran.err.contains("cannot be the name of a device"), "{}", ran.err);
+    let ran = within(&hil, &["run", "settles"]).exits(2);
+    assert!(ran.err.contains("did you mean `settles.toml`?"), "{}", ran.err);
+    edit(&hil.path("oven/settles.toml"), "device = \"oven\"", "device = \"oevn\"");
+    let ran = within(&hil, &["run", "settles.toml"]).exits(2);
+    assert!(ran.err.contains("settles.toml:5:") && ran.err.contains("`oven`?"), "{}", ran.err);
+    edit(&hil.path("oven/settles.toml"), "device = \"oevn\"", "device = \"oven\"");
     edit(&hil.path("oven/settles.toml"), "signal.Temperature", "signal.Temprature");
     let ran = within(&hil, &["run", "settles.toml"]).exits(2);
     assert!(ran.err.contains("did you mean `Temperature`?"), "{}", ran.err);

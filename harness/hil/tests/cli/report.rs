@@ -93,7 +93,7 @@ fn a_campaign_is_drawn_and_drawn_again_from_what_it_left() {
     assert!(broken.status <= Some(1), "{broken:?}");
     let drawn = page(&hil, "found");
     assert!(drawn.contains("150 of 150 cases"), "{drawn}");
-    assert!(drawn.contains("Faults thrown at: One turn"));
+    assert!(drawn.contains("Random faults: One turn"));
     assert!(drawn.contains("What was tried") && drawn.contains("Margins"));
     let account = fs::read(hil.path("found/campaign.json")).unwrap();
     let mut account: serde_json::Value = serde_json::from_slice(&account).unwrap();
@@ -121,5 +121,5 @@ fn a_campaign_is_drawn_and_drawn_again_from_what_it_left() {
     fs::write(hil.path("found/campaign.json"), account.to_string()).unwrap();
     hil.run(&["report", "found"]).exits(0);
     let cut = page(&hil, "found");
-    assert!(cut.contains("150 of 1000 cases") && cut.contains("It did not come to its end"));
+    assert!(cut.contains("150 of 1000 cases") && cut.contains("It did not finish"));
 }

@@ -166,3 +166,31 @@ fn plain_lines_where_there_is_no_terminal() {
     ran.exits(0);
     assert!(shown.contains("end steps[1]"), "{shown}");
 }
+
+#[test]
+fn a_recorded_run_is_replayed_forwards_and_backwards() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--out", "out"]).exits(0);
+    let ran = hil.run(&["replay", "out"]).exits(2);
+    assert!(ran.err.contains("a replay needs a terminal"), "{}", ran.err);
+    let mut at = AtTerminal::begin(&hil, &["replay", "out", "--speed", "0.01"], &[], SIZE);
+    at.reads("replay, 0.01 times real time");
+    at.types(" ");
+    at.reads("real time, paused");
+    let end = "\u{1b}[F";
+    at.types(end);
+    at.sees("the end of the run", |screen| {
+        let shown = screen.contents();
+        shown.contains("100 % of ") && shown.contains("steps done")
+    });
+    let home = "\u{1b}[H";
+    at.types(home);
+    at.sees("its beginning", |screen| {
+        let shown = screen.contents();
+        shown.contains("bench 0.0 s") && shown.contains("  0 % of ")
+    });
+    at.types(">");
+    at.reads("replay, 0.02 times real time, paused");
+    at.types("q");
+    at.ends().0.exits(0);
+}

@@ -311,7 +311,7 @@ pub fn all(seeds: &Seeds) -> Vec<Scene> {
     let device = "devices/oven.toml devices/oven.toml devices/oven.dbc";
     add("oven", "export devices/oven.toml --fmu x.fmu", device, ByItself, 4);
 
-    for set in ["bag", "mcap"] {
+    for set in ["bag", "mcap", "db3"] {
         let inputs = format!("{set}/data.{set} {set}/data.{set} {set}/datapackage.json");
         add("bags", &format!("identify {set} --out found"), &inputs, ByItself, 6);
     }

@@ -117,7 +117,7 @@ impl Seeds {
         // By tests/interop/write_rosbags.py, with 30 rows.
         seeds.insert(
             "bags",
-            ["data.bag", "data.mcap", "bag.json", "mcap.json"]
+            ["data.bag", "data.mcap", "data.db3", "bag.json", "mcap.json", "db3.json"]
                 .map(|name| (in_package(name), read(&format!("{bags}/{name}"))))
                 .into(),
         );

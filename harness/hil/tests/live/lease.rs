@@ -28,7 +28,9 @@ fn a_second_user_is_told_who_has_the_bench_or_waits_until_that_one_is_gone() {
             run(folder, &bench, &folder.join("second")).env("USER", "joe").output().unwrap();
         assert_eq!(second.status.code(), Some(2), "{}", shown(&second));
         let whose = format!("(process {}: hil run ./flashed.toml", first.id());
-        for said in ["the bench ./bench.toml is in use: jane has had bench", &whose, "add --wait"] {
+        for said in
+            ["the bench ./bench.toml is in use: jane has been using bench", &whose, "add --wait"]
+        {
             assert!(told(&second).contains(said), "{said}: {}", shown(&second));
         }
         assert!(!folder.join("second").exists());
@@ -37,7 +39,7 @@ fn a_second_user_is_told_who_has_the_bench_or_waits_until_that_one_is_gone() {
         doctor.args(["doctor", "--bench", "./bench.toml"]).current_dir(folder);
         let doctor = doctor.env("HIL_LEASES", folder.join("leases")).output().unwrap();
         assert_eq!(doctor.status.code(), Some(3), "{}", shown(&doctor));
-        assert!(told(&doctor).contains("jane has had bench"), "{}", shown(&doctor));
+        assert!(told(&doctor).contains("jane has been using bench"), "{}", shown(&doctor));
 
         let mut impatient = run(folder, &bench, &folder.join("second"));
         let impatient = impatient.args(["--wait", "1"]).output().unwrap();

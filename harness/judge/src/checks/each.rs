@@ -6,7 +6,7 @@ use plan::Band;
 use record::outcome::Verdict;
 
 /// The worst value: by verdict, then by distance to the nearer end of the band, then by magnitude.
-pub(super) fn worst(samples: &[Sample], band: Band, what: &str) -> Result<Figure, Refusal> {
+pub(super) fn worst(samples: &[Sample], band: Band, when: &str) -> Result<Figure, Refusal> {
     let rank = |sample: &Sample| {
         let verdict = verdict(sample.value, sample.uncertainty, band);
         let badness = match verdict {
@@ -25,7 +25,7 @@ pub(super) fn worst(samples: &[Sample], band: Band, what: &str) -> Result<Figure
     let Some(worst) = worst else {
         return Err(Refusal::Unset("no observation".to_owned()));
     };
-    let statistic = format!("{what} of {}", samples.len());
+    let statistic = format!("worst of {}{when}", samples.len());
     Figure::in_band(worst.value, worst.uncertainty, band, statistic)
 }
 

@@ -85,9 +85,9 @@ fn figure(check: &Check, selection: &Selection<'_>) -> Result<Figure, Refusal> {
     let samples = || selection.samples();
     let together = selection.together();
     match check {
-        Check::AllWithin(band) => each::worst(&samples(), *band, "worst"),
+        Check::AllWithin(band) => each::worst(&samples(), *band, ""),
         Check::NeverOutside { band, during } => {
-            each::worst(&samples(), *band, &format!("worst during {during}"))
+            each::worst(&samples(), *band, &format!(" during {during}"))
         }
         Check::ShareWithin { share, band } => each::share(&samples(), *share, *band),
         Check::AllButWithin { count, band } => each::outside(&samples(), *count, *band),

@@ -50,7 +50,7 @@ impl Pack {
             None => Err(LibraryError::UnknownName {
                 kind,
                 name: name.to_owned(),
-                known: self.names(kind).join(", "),
+                known: format!("in the record: {}", self.names(kind).join(", ")),
             }),
         }
     }

@@ -72,23 +72,30 @@ pub fn campaign_table(
     }
     let reached = tally.reached.iter().map(|(state, times)| (state, *times));
     let never = done.never.iter().map(|state| (state, 0));
-    let mut table = style.table(&["sometimes", "reached by"]);
-    for (state, times) in reached.chain(never) {
-        let times = if times == 0 { "no case".to_owned() } else { format!("{times} cases") };
-        table.add_row([in_cell(state), times].map(Cell::new));
+    let mut states = reached.chain(never).peekable();
+    if states.peek().is_some() {
+        let mut table = style.table(&["sometimes", "reached by"]);
+        for (state, times) in states {
+            let times = match times {
+                0 => "no case".to_owned(),
+                1 => "1 case".to_owned(),
+                times => format!("{times} cases"),
+            };
+            table.add_row([in_cell(state), times].map(Cell::new));
+        }
+        text += "\n";
+        text += &lines(&table);
     }
-    text += "\n";
-    text += &lines(&table);
     for (index, (found, path)) in done.found.iter().zip(saved).enumerate() {
         let what = found.shrunk.result.violated.iter().find(|v| v.property == found.property);
         let faults = found.shrunk.case.schedule.faults.len();
         let _ = write!(
             text,
-            "\n{}: case {}, made small in {} runs: {faults} fault{}, seed {}\n  {}\n  {}\n",
+            "\n{}: case {}, shrunk to {faults} fault{} in {} runs, seed {}\n  {}\n  {}\n",
             in_cell(&found.property),
             found.number,
-            found.shrunk.executions,
             if faults == 1 { "" } else { "s" },
+            found.shrunk.executions,
             found.shrunk.case.seed,
             what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, in_cell(&v.what))),
             path.display(),
@@ -101,7 +108,7 @@ pub fn campaign_table(
         let (property, s) = (printable(property), if *times == 1 { "" } else { "s" });
         let _ = write!(
             text,
-            "\n{property}: broke once in {times} case{s} whose repetitions do not show that it breaks\n"
+            "\n{property}: broke once in {times} case{s}, but not often enough in the repetitions\n"
         );
     }
     for one in again.map_or(&[][..], |again| again.unjudged) {

@@ -4,6 +4,7 @@ use super::bus_load::BusLoad;
 use super::fault_spans::FaultSpans;
 use super::observed::{Conditions, Direction, Sample, Series};
 use super::path::Path;
+use super::phases::Phases;
 use super::steps::Steps;
 use super::trouble::Troubles;
 use controller::mission::Report;
@@ -34,6 +35,7 @@ pub(super) struct Collected {
     pub steps: Steps,
     pub troubles: Troubles,
     pub faults: FaultSpans,
+    pub phases: Phases,
     pub load: BusLoad,
     pub under: Conditions,
     pub records: u64,
@@ -72,7 +74,9 @@ impl Collected {
             RecordKind::Command(command) => self.under.told(command),
             RecordKind::Truth { pose, .. } => self.truth.add(*pose),
             RecordKind::Report(Report::State(state)) => self.believed.add(state.pose),
-            RecordKind::StepBegan { path, title } => self.steps.begin(at_s, path, title),
+            RecordKind::StepBegan { path, title } => {
+                self.steps.begin(at_s, path, title, header.step(path));
+            }
             RecordKind::StepEnded { path } => self.steps.end(at_s, path),
             _ => {}
         }
@@ -85,6 +89,7 @@ impl Collected {
 
     fn observe(&mut self, at_s: f64, observation: &Observation) {
         let Observation { quantity, value, uncertainty, tags } = observation;
+        let phases = self.phases.add(at_s, tags);
         if !self.series.contains_key(quantity) {
             if self.series.len() >= QUANTITIES_MAX {
                 self.series_overflowed += 1;
@@ -115,6 +120,7 @@ impl Collected {
                 temperature: tag("temperature"),
                 angle: tag("angle"),
                 under: self.under,
+                phases,
             });
         }
     }

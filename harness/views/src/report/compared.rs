@@ -8,6 +8,7 @@ use super::observations::known;
 use super::observed::{Direction, Sample};
 use super::page::{document, section};
 use super::palette::{CCW, CW};
+use super::phases::Phases;
 use super::thin::{Point, extremes};
 use crate::console::Compared;
 use maud::{Markup, html};
@@ -67,6 +68,7 @@ pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
             name,
             [&series.samples, &beside.samples],
             declared.or_else(|| known(name)).as_ref(),
+            &first.phases,
         ));
     }
     let body = html! {
@@ -126,7 +128,12 @@ fn table(judged: &[Compared]) -> Markup {
 }
 
 /// A quantity of both, over the axis that says most about the first.
-fn figure(name: &str, both: [&[Sample]; 2], declared: Option<&Quantity>) -> Markup {
+fn figure(
+    name: &str,
+    both: [&[Sample]; 2],
+    declared: Option<&Quantity>,
+    phases: &Phases,
+) -> Markup {
     let unit = declared.map_or("", |quantity| &quantity.unit);
     let bands = declared.map_or(&[][..], |quantity| &quantity.bands);
     let all = || both.iter().copied().flatten();
@@ -140,7 +147,7 @@ fn figure(name: &str, both: [&[Sample]; 2], declared: Option<&Quantity>) -> Mark
         Axis::around(figures::axis_label(name, unit), all().map(|sample| sample.value).chain(ends)),
     );
     let plot = frame.plot(name, |chart| {
-        draw_bands(chart, &frame, bands)?;
+        draw_bands(chart, &frame, bands, &|band| phases.spans(band, against))?;
         for (samples, style, mark) in [(both[0], CCW, None), (both[1], CW, Some(Direction::Cw))] {
             let points: Vec<Point> =
                 samples.iter().map(|sample| (against.x(sample), sample.value)).collect();

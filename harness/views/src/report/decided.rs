@@ -38,9 +38,9 @@ fn decided_s(measurement: &Measurement, header: &Header, collected: &Collected) 
     let quantity = header.quantities.iter().find(|quantity| judges(&quantity.judged_by))?;
     let samples = collected.samples(&quantity.name);
     let band = quantity.bands.iter().find(|band| band.measurement == measurement.name);
-    let outside = band
-        .filter(|_| measurement.verdict == Verdict::Fail)
-        .and_then(|band| samples.iter().find(|sample| is_outside(sample, slice::from_ref(band))));
+    let outside = band.filter(|_| measurement.verdict == Verdict::Fail).and_then(|band| {
+        samples.iter().find(|sample| is_outside(sample, slice::from_ref(band), &collected.phases))
+    });
     outside.or(samples.last()).map(|sample| sample.at_s)
 }
 

@@ -13,14 +13,14 @@ use record::figures;
 /// Renders the page of a plan's envelopes. The same arguments give the same bytes.
 pub fn page(plan: &str, all: &[Measured]) -> String {
     let body = html! {
-        header {
+        header.(whole(all)) {
             h1 { (plan) ": how much of each fault is tolerated" }
             @for one in all { p.answer { (answer(one)) } }
             p {
-                "A run passes where every measurement is in its band and no property broke. One that does not is announced "
-                "where the controller stopped, refused, or reported in time that it is not well; else it is silently wrong. "
-                "A severity is tolerated where at least the share of runs that is asked for passes, of it and of every "
-                "smaller one that was run: by the lower end of the 95 % interval (Wilson)."
+                "A run passes if every measurement is in its band and no property breaks. A failed run is silently wrong unless the "
+                "controller stopped, refused, or reported a problem in time. A severity is tolerated if, for it and for every "
+                "smaller severity that was run, the lower end of the 95 % interval (Wilson) of the share of passing runs is at "
+                "least the required share."
             }
         }
         (section("Envelopes", Some(table(all))))
@@ -37,8 +37,8 @@ fn table(all: &[Measured]) -> Markup {
             table {
                 thead {
                     tr {
-                        th { "fault" } th { "strikes" } th { "passes to" } th { "of runs" } th { "silently wrong" }
-                        th { "asked for" } th { "verdict" }
+                        th { "fault" } th { "target" } th { "verdict" } th { "tolerated up to" } th { "required" }
+                        th { "by a share of" } th { "silently wrong" }
                     }
                 }
                 tbody {
@@ -47,32 +47,42 @@ fn table(all: &[Measured]) -> Markup {
                         tr.(class(one)) {
                             td { (envelope.kind) }
                             td { (envelope.target) }
+                            td { (verdict(one)) }
                             td {
                                 @match envelope.tolerated {
                                     Some(most) => {
                                         (severity(most)) " " (envelope.unit)
-                                        @if envelope.is_all { " (all that was tried)" }
+                                        @if envelope.is_all { " (the largest that was tried)" }
                                     },
                                     None => @match envelope.fails_by_itself() {
                                         Some(level) => {
                                             "too few runs pass without any fault: " (level.passed) " of "
                                             (level.runs)
                                         },
-                                        None => "none that was tried",
+                                        None => "none of those tried",
                                     },
                                 }
                             }
-                            td { (figures::exact(100.0 * envelope.share, 3)) " %" }
-                            td { (silent(one)) }
                             td {
                                 @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
                             }
-                            td { (verdict(one)) }
+                            td { (figures::exact(100.0 * envelope.share, 3)) " % of runs" }
+                            td { (silent(one)) }
                         }
                     }
                 }
             }
         }
+    }
+}
+
+/// Colour of the page: that of the requirements, if there are any.
+fn whole(all: &[Measured]) -> &'static str {
+    let asked: Vec<&Measured> = all.iter().filter(|one| one.at_least.is_some()).collect();
+    match asked.as_slice() {
+        [] => "neutral",
+        asked if asked.iter().all(|one| one.holds()) => "passed",
+        _ => "failed",
     }
 }
 
@@ -96,7 +106,9 @@ fn answer(one: &Measured) -> String {
         }
         (None, Some(_)) => format!("Too few runs pass without any {kind} of {target}."),
         (None, None) => {
-            format!("No {kind} of {target} that was tried lets {share} % of runs pass.")
+            format!(
+                "With every {kind} of {target} that was tried, fewer than {share} % of runs pass."
+            )
         }
     };
     match one.envelope.most_silent() {
@@ -180,10 +192,9 @@ fn figure(one: &Measured) -> Markup {
         figure {
             (plot)
             figcaption {
-                "Points are shares of runs that passed, bars their 95 % intervals. Green: the share that "
-                "is asked for."
+                "Points are shares of runs that passed, bars their 95 % intervals. Green: the required share."
                 @if envelope.most_silent().is_some() { " Without points: silently wrong." }
-                @if one.at_least.is_some() { " Red: the severity that must be tolerated." }
+                @if one.at_least.is_some() { " Red: the required severity." }
                 " " (data.link(&format!("{}-{}", envelope.kind, envelope.target)))
             }
         }
@@ -231,11 +242,25 @@ mod tests {
         assert_eq!(texts(&page, ".verdict"), ["pass", "fail"]);
         assert_eq!(page.select(&Selector::parse("svg.plot").unwrap()).count(), 3);
         assert_eq!(page.select(&Selector::parse("a.data").unwrap()).count(), 3);
-        assert_eq!(texts(&page, "td:nth-child(3)"), ["0.1 %", "0.1 %", "0.1 %"]);
-        assert_eq!(texts(&page, "td:nth-child(5)"), ["20 of 40 at 10 %"; 3]);
+        assert_eq!(texts(&page, "td:nth-child(4)"), ["0.1 %", "0.1 %", "0.1 %"]);
+        assert_eq!(texts(&page, "td:nth-child(7)"), ["20 of 40 at 10 %"; 3]);
         let answer =
             "90 % of runs pass with drop of <gyro> up to 0.1 %. Silently wrong: 20 of 40 at 10 %.";
         assert_eq!(texts(&page, "p.answer")[2], answer);
         assert_eq!(page.select(&Selector::parse("tr.fail").unwrap()).count(), 1);
+        assert_eq!(page.select(&Selector::parse("header.failed").unwrap()).count(), 1);
+    }
+
+    #[test]
+    fn the_page_is_red_only_if_a_requirement_is_not_met() {
+        let class = |all: &[Measured]| {
+            let text = page("laps", all);
+            let header =
+                text.split("<header class=\"").nth(1).and_then(|rest| rest.split('"').next());
+            header.unwrap().to_owned()
+        };
+        assert_eq!(class(&[measured(None)]), "neutral");
+        assert_eq!(class(&[measured(None), measured(Some(0.1))]), "passed");
+        assert_eq!(class(&[measured(Some(0.1)), measured(Some(0.2))]), "failed");
     }
 }

@@ -55,6 +55,11 @@ impl FaultSpans {
         }
     }
 
+    /// The spans, in order of their begin.
+    pub(super) fn all(&self) -> &[Span] {
+        &self.all
+    }
+
     /// Arranges spans in rows without overlaps; also returns how many found no row.
     pub(super) fn lanes(&self) -> (Vec<Vec<&Span>>, usize) {
         let mut lanes: Vec<Vec<&Span>> = Vec::new();

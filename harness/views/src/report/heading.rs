@@ -1,9 +1,10 @@
 //! Identity and outcome of the run.
 
 use super::collect::Collected;
+use super::measurements;
 use maud::{Markup, html};
 use record::figures;
-use record::outcome::{Counts, Outcome, Summary};
+use record::outcome::{Counts, Measurement, Outcome, Summary, Verdict};
 
 /// The top of the page.
 pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
@@ -44,11 +45,27 @@ pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
     }
 }
 
-fn reason(summary: &Summary) -> &str {
+fn reason(summary: &Summary) -> String {
     match (&summary.reason, summary.outcome) {
-        (Some(reason), _) => reason,
-        (None, Outcome::Passed) => "",
-        (None, _) => "No reason was given.",
+        (Some(reason), _) => reason.clone(),
+        (None, Outcome::Passed) => String::new(),
+        (None, _) => failed(&summary.measurements),
+    }
+}
+
+/// What failed, in a sentence.
+fn failed(measurements: &[Measurement]) -> String {
+    let failed =
+        measurements.iter().filter(|one| matches!(one.verdict, Verdict::Fail | Verdict::Unset));
+    let told = failed.map(|one| match measurements::reason(one) {
+        Some(reason) => format!("{}: {reason}", one.name),
+        None => one.name.clone(),
+    });
+    let told: Vec<String> = told.collect();
+    if told.is_empty() {
+        "No reason was given.".to_owned()
+    } else {
+        format!("{}.", told.join("; "))
     }
 }
 

@@ -34,19 +34,31 @@ pub(super) fn table(measurements: &[Measurement]) -> Markup {
                     thead {
                         tr {
                             th { "measurement" }
-                            @if paper { th { "paper" } }
+                            th { "verdict" }
                             th.number { "measured" }
                             th.number { "band" }
+                            @if paper { th { "paper" } }
                             th { "in the band" }
                             th.number { "margin" }
-                            th { "verdict" }
                         }
                     }
-                    tbody { @for measurement in measurements { (row(measurement, paper)) } }
+                    tbody { @for measurement in worst_first(measurements) { (row(measurement, paper)) } }
                 }
             }
         }
     }
+}
+
+/// Those that failed first, otherwise in the order of the plan.
+fn worst_first(measurements: &[Measurement]) -> Vec<&Measurement> {
+    let mut all: Vec<&Measurement> = measurements.iter().collect();
+    all.sort_by_key(|measurement| match measurement.verdict {
+        Verdict::Fail => 0,
+        Verdict::Unset => 1,
+        Verdict::Marginal => 2,
+        Verdict::Pass => 3,
+    });
+    all
 }
 
 fn row(measurement: &Measurement, paper: bool) -> Markup {
@@ -61,12 +73,12 @@ fn row(measurement: &Measurement, paper: bool) -> Markup {
                 @if let Some(proves) = measurement.proves { div.small { (sentence(proves)) } }
                 @if let Some(reason) = reason(measurement) { div.reason { (reason) } }
             }
-            @if paper { td { (measurement.paper.as_deref().unwrap_or("-")) } }
+            td { span.verdict { (verdict.name()) } }
             td.number { (value.map_or_else(|| "-".to_owned(), figure)) }
             td.number { (figures::band(*lower, *upper, unit)) }
+            @if paper { td.paper { (measurement.paper.as_deref().unwrap_or("-")) } }
             td { @if let Some(gauge) = gauge(measurement) { (gauge) } }
             td.number { (margin.map_or_else(|| html! { "-" }, |margin| margin_cell(margin, measurement))) }
-            td { span.verdict { (verdict.name()) } }
         }
     }
 }
@@ -100,7 +112,7 @@ fn margin_cell(margin: f64, measurement: &Measurement) -> Markup {
 }
 
 /// Why it did not simply pass.
-fn reason(measurement: &Measurement) -> Option<String> {
+pub(super) fn reason(measurement: &Measurement) -> Option<String> {
     let Measurement { unit, uncertainty, .. } = measurement;
     let figure = |value: f64| figures::quantity(value, 0.0, unit);
     let margin = measurement.margin().map(|margin| {

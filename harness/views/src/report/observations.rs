@@ -10,6 +10,7 @@ use super::palette::{CCW, CW, OUTSIDE};
 use super::panel::by_direction;
 use super::paper::Figures;
 use super::scatter::{self, Partner, Positions};
+use super::stimuli;
 use super::thin::{Point, extremes};
 use maud::{Markup, html};
 use plan::quantities;
@@ -62,7 +63,7 @@ pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> 
                     None => continue,
                 }
             }
-            None => figure(name, series, declared(name).as_ref()),
+            None => figure(name, series, declared(name).as_ref(), collected),
         });
     }
     if figures.is_empty() && !paper.is_empty() {
@@ -89,8 +90,14 @@ pub(super) fn known(name: &str) -> Option<Quantity> {
     Some(Quantity { name: name.to_owned(), unit, title, ..Quantity::default() })
 }
 
-fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
+fn figure(
+    name: &str,
+    series: &Series,
+    declared: Option<&Quantity>,
+    collected: &Collected,
+) -> Markup {
     let samples = &series.samples;
+    let phases = &collected.phases;
     let unit = declared.map_or("", |quantity| &quantity.unit);
     let bands = declared.map_or(&[][..], |quantity| &quantity.bands);
     let against = Against::of(samples);
@@ -107,7 +114,8 @@ fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
     );
     let mut drawn = 0;
     let plot = frame.plot(name, |chart| {
-        draw_bands(chart, &frame, bands)?;
+        draw_bands(chart, &frame, bands, &|band| phases.spans(band, against))?;
+        stimuli::draw(chart, &frame, against, collected)?;
         if has_bars {
             draw_bars(chart, samples, against)?;
         }
@@ -124,8 +132,8 @@ fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
                 chart.draw_series([PathElement::new(line, style.stroke_width(SCALE))])?;
                 continue;
             }
-            let inside = extremes(&points(&|s| !is_outside(s, bands)), MARK_COLUMNS);
-            let outside = extremes(&points(&|s| is_outside(s, bands)), MARK_COLUMNS);
+            let inside = extremes(&points(&|s| !is_outside(s, bands, phases)), MARK_COLUMNS);
+            let outside = extremes(&points(&|s| is_outside(s, bands, phases)), MARK_COLUMNS);
             drawn += inside.len() + outside.len();
             draw_marks(chart, inside, direction, style.filled())?;
             draw_marks(chart, outside, direction, OUTSIDE.filled())?;
@@ -136,7 +144,7 @@ fn figure(name: &str, series: &Series, declared: Option<&Quantity>) -> Markup {
         figure {
             h3 { (title(name, declared)) }
             @if samples.is_empty() { p.missing { "No value can be drawn." } } @else { (plot) }
-            (caption(name, series, bands, unit, drawn, is_log))
+            (caption((name, series), (bands, unit), drawn, (against, is_log), collected))
         }
     }
 }
@@ -147,18 +155,18 @@ fn title(name: &str, declared: Option<&Quantity>) -> Markup {
 }
 
 fn caption(
-    name: &str,
-    series: &Series,
-    bands: &[Band],
-    unit: &str,
+    (name, series): (&str, &Series),
+    (bands, unit): (&[Band], &str),
     drawn: usize,
-    is_log: bool,
+    (against, is_log): (Against, bool),
+    collected: &Collected,
 ) -> Markup {
     let samples = &series.samples;
     let has = |direction| samples.iter().any(|sample| sample.direction == Some(direction));
     let has_bars =
         samples.len() <= BARS_MAX && samples.iter().any(|sample| sample.uncertainty > 0.0);
-    let outside = samples.iter().filter(|sample| is_outside(sample, bands)).count();
+    let outside =
+        samples.iter().filter(|sample| is_outside(sample, bands, &collected.phases)).count();
     html! {
         figcaption {
             p.legend {
@@ -166,6 +174,7 @@ fn caption(
                 @if has(Direction::Cw) { span { i.mark.cw { "▲" } "cw" } }
                 @if outside > 0 && !is_log { span { i.mark.outside { "■" } (outside) " outside" } }
                 @for band in band_texts(bands, unit) { span { i.swatch {} (band) } }
+                (stimuli::legend(against, collected, 0.0..=collected.end_s))
             }
             p {
                 (samples.len()) " observation" @if samples.len() != 1 { "s" }

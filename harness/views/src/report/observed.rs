@@ -58,6 +58,8 @@ pub(super) struct Sample {
     /// Commanded angle of the table, deg.
     pub angle: Option<f64>,
     pub under: Conditions,
+    /// Number of the set of phases in which it was made.
+    pub phases: u16,
 }
 
 /// The observations of one quantity.

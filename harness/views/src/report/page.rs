@@ -3,8 +3,8 @@
 use super::collect::Collected;
 use super::paper::Figures;
 use super::{
-    commands, decided, heading, measurements, observations, path, plain, properties, timeline,
-    trouble,
+    commands, decided, failures, heading, measurements, observations, path, plain, properties,
+    timeline, trouble,
 };
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use record::header::Header;
@@ -22,6 +22,7 @@ pub(super) fn page(summary: &Summary, header: &Header, collected: &Collected) ->
     let body = html! {
         (heading::heading(summary, collected))
         (section(measurements::heading(&summary.measurements), is_judged.then(|| measurements::table(&summary.measurements))))
+        (section("What failed", failures::figures(summary, header, collected)))
         (section("Properties", properties::table(&summary.properties)))
         (section("Notes and faults", trouble::list(&collected.troubles)))
         (section("The paper's figures", paper.plots()))

@@ -7,6 +7,7 @@ use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
 use super::median::{median, running};
 use super::observed::{Direction, Sample};
 use super::palette::{CCW, CW, INK, OUTSIDE, PAPER};
+use super::phases::Phases;
 use super::thin::{Point, extremes};
 use maud::{Markup, html};
 use plotters::series::DashedLineSeries;
@@ -147,7 +148,7 @@ impl Panel<'_> {
         let has_bars = samples.len() <= BARS_MAX;
         let mut drawn = 0;
         let plot = frame.plot(self.title, |chart| {
-            draw_bands(chart, &frame, self.bands)?;
+            draw_bands(chart, &frame, self.bands, &|_| None)?;
             self.draw_paper(chart, &frame)?;
             if has_bars {
                 draw_bars(chart, &samples, self.against)?;
@@ -157,7 +158,7 @@ impl Panel<'_> {
             }
             Ok(())
         });
-        let outside = samples.iter().filter(|sample| is_outside(sample, self.bands)).count();
+        let outside = samples.iter().filter(|sample| self.is_outside(sample)).count();
         let data = download::samples(&self.groups, self.unit);
         Some(html! {
             figure {
@@ -211,6 +212,11 @@ impl Panel<'_> {
         )
     }
 
+    /// Bands of the paper's figures belong to a direction, never to a phase.
+    fn is_outside(&self, sample: &Sample) -> bool {
+        is_outside(sample, self.bands, &Phases::default())
+    }
+
     fn points(&self, samples: &[Sample]) -> Vec<Point> {
         samples.iter().map(|sample| (self.against.x(sample), sample.value)).collect()
     }
@@ -238,7 +244,7 @@ impl Panel<'_> {
         let direction = (group.look == Look::Triangle).then_some(Direction::Cw);
         let style = group.look.colour();
         let (outside, inside): (Vec<Sample>, Vec<Sample>) =
-            group.samples.iter().partition(|sample| is_outside(sample, self.bands));
+            group.samples.iter().partition(|sample| self.is_outside(sample));
         let inside = extremes(&self.points(&inside), MARK_COLUMNS);
         let outside = extremes(&self.points(&outside), MARK_COLUMNS);
         let drawn = inside.len() + outside.len();

@@ -1,5 +1,7 @@
 //! The steps of a run.
 
+use record::header::StepNote;
+
 /// Maximum number of steps.
 pub(super) const STEPS_MAX: usize = 50_000;
 
@@ -16,6 +18,16 @@ pub(super) struct Step {
     pub(super) depth: usize,
     pub(super) begin_s: f64,
     pub(super) end_s: Option<f64>,
+    pub(super) label: Option<String>,
+    /// Whether it acts on a device.
+    pub(super) acts: bool,
+}
+
+impl Step {
+    /// Its label, if it has one, else what it does.
+    pub(super) fn name(&self) -> &str {
+        self.label.as_deref().unwrap_or(&self.title)
+    }
 }
 
 /// The steps of a run, in order of their begin.
@@ -28,7 +40,7 @@ pub(super) struct Steps {
 }
 
 impl Steps {
-    pub(super) fn begin(&mut self, at_s: f64, path: &str, title: &str) {
+    pub(super) fn begin(&mut self, at_s: f64, path: &str, title: &str, note: Option<&StepNote>) {
         if self.all.len() >= STEPS_MAX {
             self.overflowed += 1;
             return;
@@ -40,6 +52,8 @@ impl Steps {
             depth: (self.open.len() - 1).min(DEPTH_MAX - 1),
             begin_s: at_s,
             end_s: None,
+            label: note.and_then(|note| note.label.clone()),
+            acts: note.is_some_and(|note| note.acts),
         });
     }
 
@@ -53,9 +67,16 @@ impl Steps {
         }
     }
 
-    /// Title of the innermost step that did not end.
+    /// The innermost step at this time; of two that meet there, the one that ends.
+    pub(super) fn at(&self, at_s: f64) -> Option<&Step> {
+        let is_under_way =
+            |step: &&Step| step.begin_s < at_s && step.end_s.is_none_or(|end_s| at_s <= end_s);
+        self.all.iter().filter(is_under_way).max_by_key(|step| step.depth)
+    }
+
+    /// Name of the innermost step that did not end.
     pub(super) fn unfinished(&self) -> Option<&str> {
-        self.open.last().map(|&index| self.all[index].title.as_str())
+        self.open.last().map(|&index| self.all[index].name())
     }
 
     pub(super) fn shown(&self, end_s: f64) -> Vec<&Step> {

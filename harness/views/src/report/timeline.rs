@@ -8,6 +8,7 @@ use super::decided::Mark;
 use super::download::{ROWS_MAX, Table, place, text};
 use super::fault_spans::Span;
 use super::steps::{Step, Steps};
+use super::stimuli;
 use maud::{Markup, html};
 use record::figures;
 
@@ -17,6 +18,10 @@ const CHARACTER_SHARE: f64 = 0.0062;
 /// Gap between boxes, and minimum width of a box, in percent of the line.
 const GAP_PERCENT: f64 = 0.12;
 const WIDTH_PERCENT_MIN: f64 = 0.12;
+
+/// Maximum number of steps that act on devices, on the line and in the list.
+const STIMULI_MAX: usize = 500;
+const LISTED_MAX: usize = 20;
 
 /// Maximum number of verdicts in the list.
 const MARKS_LISTED_MAX: usize = 30;
@@ -46,6 +51,7 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
     let height = axis_y + AXIS_PX - 4;
     let percent = |at_s: f64| format!("{:.2}%", 100.0 * at_s / end_s);
     let left_out = steps.all.len() - shown.len();
+    let acts = stimuli::steps(collected).count();
     Some(html! {
         figure {
             svg.timeline role="img" aria-label="steps over time" width="100%" height=(height) {
@@ -61,6 +67,11 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
                 @for at_s in troubles.instants() {
                     line.trouble x1=(percent(at_s)) x2=(percent(at_s)) y1=(top) y2=(axis_y) {}
                 }
+                @for step in stimuli::steps(collected).take(STIMULI_MAX) {
+                    line.stimulus x1=(percent(step.begin_s)) x2=(percent(step.begin_s)) y1=(top) y2=(axis_y) {
+                        title { (step.title) (format!(" at {:.3} s", step.begin_s)) }
+                    }
+                }
                 @for mark in marks {
                     circle.mark.(mark.class) cx=(percent(mark.at_s.min(end_s))) cy=(MARKS_PX / 2 - 1) r="5" {
                         title { (mark.text) (format!(" at {:.3} s", mark.at_s)) }
@@ -70,6 +81,7 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
             figcaption {
                 p.legend {
                     span { i.box.step {} "steps" }
+                    @if acts > 0 { span { i.line.paper {} "what the plan does to devices" } }
                     @if !lanes.is_empty() { span { i.box.fault {} "faults" } }
                     @if !marks.is_empty() { span { i.mark.plain { "●" } "verdicts, in their colours" } }
                     @if troubles.instants().next().is_some() { span { i.box.trouble {} "notes" } }
@@ -77,10 +89,18 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
                 p {
                     (steps.all.len()) " step" @if steps.all.len() != 1 { "s" }
                     @if left_out > 0 { "; " (left_out) " too short to be told apart are not drawn" }
-                    "; point at one to read what it is."
+                    "; point at one to see what it does."
                     @if steps.overflowed > 0 { " " (steps.overflowed) " later ones were not kept." }
                     @if lanes_left_out > 0 { " " (lanes_left_out) " faults at a time too many are not drawn." }
                     " Steps: " (table(steps).without(steps.all.len().saturating_sub(ROWS_MAX)).link("steps"))
+                }
+                @if acts > 0 {
+                    ul.faults {
+                        @for step in stimuli::steps(collected).take(LISTED_MAX) {
+                            li { (format!("{:.3} s: ", step.begin_s)) (step.title) }
+                        }
+                        @if acts > LISTED_MAX { li { "and " (acts - LISTED_MAX) " more" } }
+                    }
                 }
                 @if let Some(words) = faults.words() { (words) }
                 @if !marks.is_empty() {
@@ -101,10 +121,11 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
 
 /// Returns the steps as a table, in order of their begin.
 fn table(steps: &Steps) -> Table {
-    let mut table = Table::new(["step", "title", "begin_s", "end_s"]);
+    let mut table = Table::new(["step", "label", "title", "begin_s", "end_s"]);
     for step in steps.all.iter().take(ROWS_MAX) {
         table.row([
             text(&step.path),
+            text(step.label.as_deref().unwrap_or_default()),
             text(&step.title),
             place(step.begin_s),
             step.end_s.map_or_else(String::new, place),
@@ -140,14 +161,17 @@ fn step_box(step: &Step, top: usize, end_s: f64) -> Markup {
         (_, 0) => "even",
         _ => "odd",
     };
-    let fits = step.title.chars().count() as f64 * CHARACTER_SHARE < share;
+    let fits = step.name().chars().count() as f64 * CHARACTER_SHARE < share;
     html! {
         g.step.(class) {
-            title { (step.path) ": " (step.title) " (" (took) ")" }
+            title {
+                (step.path) ": " @if let Some(label) = &step.label { (label) ", " }
+                (step.title) " (" (took) ")"
+            }
             rect x={ (format!("{x:.3}")) "%" } y=(y) height=(ROW_PX - 4) rx="2"
                 width={ (format!("{:.3}", (100.0 * share - GAP_PERCENT).max(WIDTH_PERCENT_MIN))) "%" } {}
             @if fits {
-                text x={ (format!("{:.3}", x + 0.4)) "%" } y=(y + 14) { (step.title) }
+                text x={ (format!("{:.3}", x + 0.4)) "%" } y=(y + 14) { (step.name()) }
             }
         }
     }
@@ -186,16 +210,16 @@ mod tests {
     #[test]
     fn steps_nest_and_end_with_what_holds_them() {
         let mut steps = Steps::default();
-        steps.begin(0.0, "steps[0]", "repeat");
-        steps.begin(1.0, "steps[0].repeat[0]", "turn");
+        steps.begin(0.0, "steps[0]", "repeat", None);
+        steps.begin(1.0, "steps[0].repeat[0]", "turn", None);
         steps.end(2.0, "steps[0].repeat[0]");
-        steps.begin(3.0, "steps[0].repeat[1]", "turn again");
+        steps.begin(3.0, "steps[0].repeat[1]", "turn again", None);
         steps.end(4.0, "steps[0]");
         steps.end(5.0, "never begun");
         let seen: Vec<_> = steps.all.iter().map(|s| (s.depth, s.begin_s, s.end_s)).collect();
         assert_eq!(seen, [(0, 0.0, Some(4.0)), (1, 1.0, Some(2.0)), (1, 3.0, Some(4.0))]);
         assert_eq!(steps.unfinished(), None);
-        steps.begin(6.0, "steps[1]", "straight");
+        steps.begin(6.0, "steps[1]", "straight", None);
         assert_eq!(steps.unfinished(), Some("straight"));
     }
 
@@ -203,7 +227,7 @@ mod tests {
     fn many_short_steps_stay_few_boxes() {
         let mut steps = Steps::default();
         for index in 0..=STEPS_MAX {
-            steps.begin(index as f64, "s", "short");
+            steps.begin(index as f64, "s", "short", None);
             steps.end(index as f64 + 0.5, "s");
         }
         assert_eq!(steps.overflowed, 1);

@@ -10,10 +10,11 @@ use controller::mission::{MissionId, Report};
 use plan::Plan;
 use record::Device;
 use record::Progress;
-use record::header::Header;
+use record::header::{Header, StepNote};
 use record::text::{cause_names, name_of};
 use record::{FaultEvent, FaultRecord, Record, RecordKind, Violation};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use wire::time::Timestamp;
 
 /// Maximum number of active faults that are named; the others are counted.
@@ -26,6 +27,8 @@ pub const BROKEN_MAX: usize = 32;
 pub struct UnderWay {
     /// Its place in the plan.
     pub path: String,
+    /// Its label, if it has one.
+    pub label: Option<String>,
     /// Its description.
     pub title: String,
     /// Bench time at its begin.
@@ -71,6 +74,7 @@ pub struct Model {
     pub news: News,
     /// Number of records.
     pub records: u64,
+    notes: BTreeMap<String, StepNote>,
 }
 
 impl Model {
@@ -97,6 +101,7 @@ impl Model {
             broken: Vec::new(),
             news: News::default(),
             records: 0,
+            notes: header.steps.clone(),
         }
     }
 
@@ -115,8 +120,10 @@ impl Model {
             RecordKind::StepBegan { path, title } => {
                 self.estimate.began(path);
                 self.news.add(at, NewsKind::StepBegan, &format!("begin {path}: {title}"));
+                let place = path.split(" (").next().unwrap_or(path);
+                let label = self.notes.get(place).and_then(|note| note.label.clone());
                 let (path, title) = (path.clone(), title.clone());
-                self.under_way = Some(UnderWay { path, title, since: at });
+                self.under_way = Some(UnderWay { path, label, title, since: at });
             }
             RecordKind::StepEnded { path } => {
                 self.estimate.ended(path, at);

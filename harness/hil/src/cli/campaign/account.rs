@@ -4,6 +4,7 @@ use super::super::failure::Failure;
 use super::{CampaignArguments, JOURNAL, Task};
 use campaign::{Account, Campaign, End, FoundCase, Space, Struck, each_line};
 use harness::stopwatch::Stopwatch;
+use plan::Plan;
 use record::run_folder::{JUNIT, REPORT};
 use std::collections::BTreeSet;
 use std::io;
@@ -50,7 +51,7 @@ impl CampaignArguments {
             replay: place.replay.to_owned(),
             horizon_s: space.horizon().as_secs_f64(),
             kinds: space.kinds().iter().map(struck).collect(),
-            phases: space.phases().iter().map(|(name, _)| name.as_str().to_owned()).collect(),
+            phases: phases(plan, space),
             states: states.iter().cloned().collect(),
             ..Account::new()
         };
@@ -58,6 +59,12 @@ impl CampaignArguments {
         account.write(&folder)?;
         Ok(Kept { folder, account, watch: Stopwatch::start() })
     }
+}
+
+/// The phases to which a fault can be tied, in the order of the plan.
+fn phases(plan: &Plan, space: &Space) -> Vec<String> {
+    let can_be_struck = |name: &&str| space.phases().iter().any(|(one, _)| one.as_str() == *name);
+    plan.phases_in_order().into_iter().filter(can_be_struck).map(str::to_owned).collect()
 }
 
 impl Kept {

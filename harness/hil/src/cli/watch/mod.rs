@@ -5,6 +5,7 @@ mod lines;
 #[cfg(test)]
 mod model_tests;
 mod person;
+pub(super) mod replay;
 mod stand;
 pub(super) mod terminal;
 mod view;

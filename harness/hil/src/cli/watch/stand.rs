@@ -1,6 +1,7 @@
 //! What the view shows beside the model of the run: plans, notes and questions.
 
 use harness::stopwatch::Stopwatch;
+use ratatui::crossterm::event::KeyCode;
 use record::outcome::Outcome;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -35,6 +36,40 @@ pub(super) struct Asking {
     pub(super) typed: String,
 }
 
+/// Where a replay is, and how it goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Playing {
+    pub(super) at_s: f64,
+    pub(super) end_s: f64,
+    /// Times as fast as the run was.
+    pub(super) speed: f64,
+    pub(super) is_held: bool,
+}
+
+/// Keys that move a replay, as parts of the run.
+const JUMPS: f64 = 100.0;
+/// Speeds that can be chosen.
+const SPEED: std::ops::RangeInclusive<f64> = 0.001..=1e6;
+
+impl Playing {
+    /// Moves it by a key; whether the key does so.
+    pub(super) fn key(&mut self, code: KeyCode) -> bool {
+        match code {
+            KeyCode::Char(' ' | 'p') => self.is_held = !self.is_held,
+            KeyCode::Left => self.at_s -= self.end_s / JUMPS,
+            KeyCode::Right => self.at_s += self.end_s / JUMPS,
+            KeyCode::Home => self.at_s = 0.0,
+            KeyCode::End => self.at_s = self.end_s,
+            KeyCode::Char('<') => self.speed /= 2.0,
+            KeyCode::Char('>') => self.speed *= 2.0,
+            _ => return false,
+        }
+        self.at_s = self.at_s.clamp(0.0, self.end_s);
+        self.speed = self.speed.clamp(*SPEED.start(), *SPEED.end());
+        true
+    }
+}
+
 /// What the view shows beside the model of the run.
 #[derive(Debug, Clone)]
 pub(super) struct Stand {
@@ -46,6 +81,7 @@ pub(super) struct Stand {
     answers: VecDeque<String>,
     pub(super) is_stopping: bool,
     pub(super) is_over: bool,
+    pub(super) replay: Option<Playing>,
 }
 
 /// The state of a view, shared by the run and the thread that draws.
@@ -63,6 +99,7 @@ impl SharedStand {
             answers: VecDeque::new(),
             is_stopping: false,
             is_over: false,
+            replay: None,
         })))
     }
 
@@ -72,6 +109,15 @@ impl SharedStand {
 }
 
 impl Stand {
+    /// Moves a replay on by this much time of the clock; returns the bench time to show.
+    pub(super) fn moved_on(&mut self, by_s: f64) -> f64 {
+        let Some(playing) = &mut self.replay else { return 0.0 };
+        if !playing.is_held {
+            playing.at_s = (playing.at_s + by_s * playing.speed).min(playing.end_s);
+        }
+        playing.at_s
+    }
+
     /// Asks a new question and drops what was typed before.
     pub(super) fn ask(&mut self, text: &str) {
         self.answers.clear();
@@ -121,7 +167,9 @@ impl Stand {
 
 #[cfg(test)]
 mod tests {
+    use super::Playing;
     use super::SharedStand;
+    use ratatui::crossterm::event::KeyCode;
 
     #[test]
     fn what_was_typed_before_a_question_is_no_answer_to_it() {
@@ -139,5 +187,25 @@ mod tests {
         "2 mm ".chars().for_each(|typed| stand.type_in(typed));
         stand.enter();
         assert_eq!(stand.answer().as_deref(), Some("2 mm"));
+    }
+
+    #[test]
+    fn a_replay_goes_on_is_held_and_moves_by_keys() {
+        let stand = SharedStand::new(&["plan"], false);
+        let mut stand = stand.lock();
+        stand.replay = Some(Playing { at_s: 1.0, end_s: 50.0, speed: 4.0, is_held: false });
+        assert_eq!(stand.moved_on(2.0), 9.0);
+        let mut after = |code, by_s| {
+            assert!(stand.replay.as_mut().unwrap().key(code));
+            stand.moved_on(by_s)
+        };
+        assert_eq!(after(KeyCode::Char(' '), 2.0), 9.0, "held");
+        assert_eq!(after(KeyCode::Right, 2.0), 9.5, "a hundredth of the run");
+        assert_eq!(after(KeyCode::Char('p'), 1.0), 13.5);
+        assert_eq!(after(KeyCode::Char('>'), 1.0), 21.5);
+        assert_eq!(after(KeyCode::Home, 0.0), 0.0);
+        assert_eq!(after(KeyCode::Left, 0.0), 0.0, "not before the begin");
+        assert_eq!(after(KeyCode::End, 1.0), 50.0, "not behind the end");
+        assert!(!stand.replay.as_mut().unwrap().key(KeyCode::Char('1')), "another key");
     }
 }

@@ -171,6 +171,9 @@ impl Drawer {
             }
             return;
         }
+        if stand.replay.as_mut().is_some_and(|playing| playing.key(key.code)) {
+            return;
+        }
         drop(stand);
         match key.code {
             KeyCode::Char('q' | 'Q') => self.interrupt.request(),

@@ -7,7 +7,7 @@ use campaign::{Account, Struck};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
-/// Shades of a cell, by the share of cases in which a property broke.
+/// Shades of a cell, by the share of cases in which a property breaks at least.
 const SHADES: u64 = 5;
 
 /// Renders the table, with the combinations that were never tried.
@@ -15,9 +15,14 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
     let seen = gathered.tried.keys();
     let kinds: BTreeSet<&Struck> =
         account.kinds.iter().chain(seen.clone().map(|key| &key.0)).collect();
+    // In the order of the plan.
     let phases = account.phases.iter().map(|phase| Column::Phase(phase.clone()));
-    let columns: BTreeSet<Column> =
-        phases.chain([Column::At]).chain(seen.map(|key| key.1.clone())).collect();
+    let mut columns: Vec<Column> = Vec::new();
+    for column in [Column::At].into_iter().chain(phases).chain(seen.map(|key| key.1.clone())) {
+        if !columns.contains(&column) {
+            columns.push(column);
+        }
+    }
     let untried = kinds.iter().filter(|kind| whole(gathered, kind).cases == 0).count();
     let mut data = Table::new(["fault", "target", "phase", "cases", "broke"]);
     for ((struck, column), tried) in &gathered.tried {
@@ -55,8 +60,9 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
             }
             figcaption {
                 p {
-                    "Cases that tried it; in brackets those in which a property broke, the redder the greater their share. "
-                    "A case holds several faults: which of them did it, only the smallest case says."
+                    "The share of cases with this fault in which a property broke, with its 95 % interval (Wilson), and the number of "
+                    "cases. The colour shows the lower end of the interval: few cases stay pale. A case holds several faults: "
+                    "only the smallest case shows which of them broke it."
                 }
                 p {
                     (kinds.len()) " kinds of faults, "
@@ -77,18 +83,30 @@ fn whole(gathered: &Gathered, kind: &Struck) -> Tried {
     })
 }
 
+fn percent(share: f64) -> String {
+    format!("{:.0}", 100.0 * share)
+}
+
 fn cell(tried: Tried) -> Markup {
     let shade = match tried {
         Tried { cases: 0, .. } => "untried".to_owned(),
         Tried { broke: 0, .. } => "held".to_owned(),
-        Tried { cases, broke } => {
-            format!("shade{}", (SHADES * broke).div_ceil(cases).clamp(1, SHADES))
+        Tried { .. } => {
+            let lower = tried.interval().map_or(0.0, |interval| interval.lower);
+            format!("shade{}", ((SHADES as f64 * lower).ceil() as u64).clamp(1, SHADES))
         }
     };
     html! {
         td.number.(shade) {
-            @if tried.cases == 0 { "·" } @else { (tried.cases) }
-            @if tried.broke > 0 { " (" (tried.broke) ")" }
+            @match tried.interval() {
+                None => "·",
+                Some(interval) => {
+                    (percent(tried.broke as f64 / tried.cases as f64)) " %"
+                    div.small {
+                        (percent(interval.lower)) " to " (percent(interval.upper)) " of " (tried.cases)
+                    }
+                }
+            }
         }
     }
 }
@@ -105,8 +123,13 @@ mod tests {
         }
         let text = |cases, broke| cell(Tried { cases, broke }).into_string();
         assert_eq!(text(0, 0), "<td class=\"number untried\">·</td>");
-        assert_eq!(text(9, 0), "<td class=\"number held\">9</td>");
-        assert_eq!(text(100, 1), "<td class=\"number shade1\">100 (1)</td>");
-        assert_eq!(text(3, 3), "<td class=\"number shade5\">3 (3)</td>");
+        let told = |class: &str, rate: &str, small: &str| {
+            format!("<td class=\"number {class}\">{rate}<div class=\"small\">{small}</div></td>")
+        };
+        assert_eq!(text(9, 0), told("held", "0 %", "0 to 30 of 9"));
+        assert_eq!(text(100, 1), told("shade1", "1 %", "0 to 5 of 100"));
+        // One case of one is no proof of a rate.
+        assert_eq!(text(1, 1), told("shade2", "100 %", "21 to 100 of 1"));
+        assert_eq!(text(300, 300), told("shade5", "100 %", "99 to 100 of 300"));
     }
 }

@@ -18,8 +18,8 @@ fn card(account: &Account, found: &FoundCase) -> Markup {
             p { (found.what) }
             p.small {
                 "At " (format!("{:.3}", found.at_s)) " s. First broken by case " (found.number) ", by "
-                (found.times) " case" @if found.times != 1 { "s" } " in all; made small in "
-                (found.executions) " runs: " (count) " fault" @if count != 1 { "s" } "."
+                (found.times) " case" @if found.times != 1 { "s" } " in all; shrunk to " (count) " fault"
+                @if count != 1 { "s" } " in " (found.executions) " runs."
                 @if let Some(repeated) = found.repeated {
                     " Broke in " (repeated.broke) " of " (repeated.of) " repetitions."
                 }

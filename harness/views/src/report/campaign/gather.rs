@@ -2,6 +2,7 @@
 
 use super::super::thin::Point;
 use campaign::{Line, Struck, Tally};
+use plan::confidence::{Interval, Z_95, wilson};
 use plan::faults::{Fault, When};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -47,6 +48,11 @@ pub(super) struct Tried {
 }
 
 impl Tried {
+    /// 95 % interval of the share in which a property breaks; `None` without a case.
+    pub(super) fn interval(self) -> Option<Interval> {
+        wilson(self.broke, self.cases, Z_95)
+    }
+
     fn count(&mut self, broke: bool) {
         self.cases += 1;
         self.broke += u64::from(broke);

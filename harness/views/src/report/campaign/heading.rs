@@ -32,7 +32,7 @@ pub(super) fn heading(account: &Account, gathered: &Gathered) -> Markup {
     html! {
         header.(class) {
             p.outcome { (word) }
-            h1 { "Faults thrown at: " (account.title) }
+            h1 { "Random faults: " (account.title) }
             p.lead {
                 (tally.cases) " of " (account.asked) " cases, "
                 (match tally.broken.len() {
@@ -45,10 +45,10 @@ pub(super) fn heading(account: &Account, gathered: &Gathered) -> Markup {
             @if !goes_to_its_end(account) {
                 p.lead.cut {
                     @match &account.end {
-                        Some(_) => "It was stopped before its end",
-                        None => "It did not come to its end",
+                        Some(_) => "It was stopped before the end",
+                        None => "It did not finish",
                     }
-                    "; drawn as far as it went. The same command goes on where it stopped."
+                    "; this page shows the cases so far. The same command resumes it."
                 }
                 span.bar.wide { i style=(format!("width:{:.1}%", 100.0 * share.min(1.0))) {} }
             }
@@ -56,8 +56,8 @@ pub(super) fn heading(account: &Account, gathered: &Gathered) -> Markup {
                 (fact("plan", &account.plan))
                 (fact("seed", &account.seed.to_string()))
                 (fact("cases chosen by", &account.search))
-                (fact("faults of a case", &format!("1 to {}", account.faults_max)))
-                (fact("carried out by", &account.carried_out_by))
+                (fact("faults per case", &format!("1 to {}", account.faults_max)))
+                (fact("executed by", &account.carried_out_by))
                 (fact("a run without faults", &figures::duration(account.horizon_s)))
                 @if let Some(end) = &account.end {
                     (fact("took", &figures::duration(end.wall_s)))

@@ -3,6 +3,7 @@
 use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
+use plan::confidence::{Interval, Z_95, wilson};
 use std::collections::BTreeSet;
 
 /// Properties that must hold at every moment; `None` if none was judged.
@@ -18,8 +19,8 @@ pub(super) fn always(account: &Account, gathered: &Gathered) -> Option<Markup> {
             table {
                 thead {
                     tr {
-                        th { "property" } th.number { "broken by" } th { "" } th.number { "least margin" }
-                        th.number { "in case" } th { "verdict" }
+                        th { "property" } th { "verdict" } th.number { "broken by" } th { "" }
+                        th.number { "least margin" } th.number { "in case" }
                     }
                 }
                 tbody {
@@ -27,14 +28,14 @@ pub(super) fn always(account: &Account, gathered: &Gathered) -> Option<Markup> {
                     @for (name, why) in not_judged.into_iter().flatten() {
                         tr.unset {
                             td { strong { (name) } div.small { "not judged: " (why) } }
-                            td.number { "-" } td {} td.number { "-" } td.number { "-" }
                             td { span.verdict { "not judged" } }
+                            td.number { "-" } td {} td.number { "-" } td.number { "-" }
                         }
                     }
                 }
             }
         }
-        p.small { "A margin is the least distance to a violation as a share of its limit; below zero it broke." }
+        p.small { "The interval is that of the share of cases that break the property (95 %, Wilson). A margin is the smallest distance to a violation, as a share of the limit; below zero, the property broke." }
     })
 }
 
@@ -48,14 +49,19 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
             td {
                 strong { (name) }
                 @if let Some(times) = unconfirmed {
-                    div.small { "broke once in " (times) " more, whose repetitions do not show it" }
+                    div.small { "broke once in " (times) " more cases, but not often enough in the repetitions" }
                 }
             }
-            td.number { (times) " of " (tally.cases) }
+            td { span.verdict { (if times > 0 { "broken" } else { "held" }) } }
+            td.number {
+                (times) " of " (tally.cases)
+                @if let Some(Interval { lower, upper }) = wilson(times, tally.cases, Z_95) {
+                    div.small { (format!("{:.0} to {:.0} %", 100.0 * lower, 100.0 * upper)) }
+                }
+            }
             td { (bar(times, tally.cases, "fault")) }
             td.number { (nearest.map_or_else(|| "-".to_owned(), |(margin, _)| format!("{margin:.3}"))) }
             td.number { (nearest.map_or(first, |(_, number)| *number)) }
-            td { span.verdict { (if times > 0 { "broken" } else { "held" }) } }
         }
     }
 }

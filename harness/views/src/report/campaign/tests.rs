@@ -94,7 +94,10 @@ fn the_page_says_what_broke_how_to_see_it_again_and_what_was_tried() {
     assert_eq!(texts(&page, ".verdict"), ["broken", "held"]);
     assert!(text.contains("1 of them never tried"));
     // 34 multiples of three below 100, of which 27, 57 and 87 end in 7.
-    assert_eq!(texts(&page, ".heat td.shade1"), ["66 (7)", "66 (7)", "34 (3)", "34 (3)"]);
+    assert_eq!(
+        texts(&page, ".heat td.shade1"),
+        ["11 %5 to 20 of 66", "11 %5 to 20 of 66", "9 %3 to 23 of 34", "9 %3 to 23 of 34"]
+    );
     assert_eq!(texts(&page, ".heat td.untried").len(), 2 * 2 + 4);
     assert_eq!(texts(&page, "svg.plot").len(), 2);
     assert_eq!(texts(&page, ".reason"), ["no case"]);
@@ -106,10 +109,12 @@ fn the_page_says_what_broke_how_to_see_it_again_and_what_was_tried() {
 fn one_that_was_interrupted_is_drawn_as_far_as_it_went() {
     let (_, page) = drawn(&account(None), 5);
     assert_eq!(texts(&page, "header .outcome"), ["interrupted"]);
-    assert!(texts(&page, ".cut")[0].starts_with("It did not come to its end; drawn as far"));
+    assert!(
+        texts(&page, ".cut")[0].starts_with("It did not finish; this page shows the cases so far")
+    );
     let stopped = End { stopped: true, ..End::default() };
     let (_, page) = drawn(&account(Some(stopped)), 0);
-    assert!(texts(&page, ".cut")[0].starts_with("It was stopped before its end"));
+    assert!(texts(&page, ".cut")[0].starts_with("It was stopped before the end"));
     let (_, page) = drawn(&account(Some(End::default())), 5);
     assert_eq!(texts(&page, "header .outcome"), ["held"]);
 }

@@ -41,7 +41,11 @@ pub(super) fn draw(
     put(under_way(model), picture);
     put(condition(scene, model, look), picture);
     if let Some(row) = rows.next() {
-        let share = share(model).clamp(0.0, 1.0);
+        let share = match &scene.stand.replay {
+            Some(playing) if playing.end_s > 0.0 => playing.at_s / playing.end_s,
+            _ => share(model),
+        };
+        let share = share.clamp(0.0, 1.0);
         LineGauge::default()
             .ratio(share)
             .label(format!("{:3.0} % {}", share * 100.0, to_go(scene, model)))
@@ -55,7 +59,10 @@ pub(super) fn draw(
 
 fn title<'a>(scene: &Scene<'_>, model: &'a Model, look: &Look) -> Line<'a> {
     let bench = figures::duration(model.now.as_secs_f64());
-    let clock = if scene.stand.is_real_time {
+    let clock = if let Some(playing) = &scene.stand.replay {
+        let held = if playing.is_held { ", paused" } else { "" };
+        format!("replay, {} times real time{held}", figures::value(playing.speed, 0.0))
+    } else if scene.stand.is_real_time {
         "real time".to_owned()
     } else {
         let factor = model.now.as_secs_f64() / scene.wall_s;
@@ -66,8 +73,11 @@ fn title<'a>(scene: &Scene<'_>, model: &'a Model, look: &Look) -> Line<'a> {
         Span::raw(format!("  seed {}  bench {bench}  {clock}", model.seed)),
     ];
     if scene.stand.is_stopping {
-        spans
-            .push(Span::styled("  stopping: the base is brought to rest", look.palette.doubtful()));
+        let what = match model.is_of_device {
+            true => "  stopping",
+            false => "  stopping: the base is brought to rest",
+        };
+        spans.push(Span::styled(what, look.palette.doubtful()));
     } else if look.is_paused {
         spans.push(Span::styled("  view paused, the run goes on", look.palette.doubtful()));
     }
@@ -89,10 +99,14 @@ fn plans<'a>(scene: &Scene<'a>, look: &Look) -> Line<'a> {
 }
 
 fn under_way(model: &Model) -> Line<'_> {
-    let steps = format!("step {} of {}", model.steps_done, model.steps);
     match &model.under_way {
-        Some(step) => Line::from(format!("{steps}  {}  {}", step.title, step.path)),
-        None => Line::from(steps),
+        Some(step) => {
+            let number = (model.steps_done + 1).min(model.steps);
+            let label = step.label.as_ref().map_or_else(String::new, |label| format!("{label}: "));
+            let Model { steps, .. } = model;
+            Line::from(format!("step {number} of {steps}  {label}{}  {}", step.title, step.path))
+        }
+        None => Line::from(format!("{} of {} steps done", model.steps_done, model.steps)),
     }
 }
 
@@ -132,7 +146,7 @@ fn condition<'a>(scene: &Scene<'_>, model: &'a Model, look: &Look) -> Line<'a> {
         spans.push(Span::styled(format!("  ✗ broke {name} at {at}"), palette.bad()));
     }
     if spans.is_empty() && !scene.stand.is_stopping {
-        spans.push(Span::raw("no word of anything wrong"));
+        spans.push(Span::raw("nothing wrong so far"));
     }
     Line::from(spans)
 }
@@ -146,6 +160,9 @@ fn share(model: &Model) -> f64 {
 }
 
 fn to_go(scene: &Scene<'_>, model: &Model) -> String {
+    if let Some(playing) = &scene.stand.replay {
+        return format!("of {}", figures::duration(playing.end_s));
+    }
     let share = share(model);
     let left_s = match model.estimate.left_s(model.now) {
         Some(left_s) if scene.stand.is_real_time => Some(left_s),
@@ -159,12 +176,16 @@ fn to_go(scene: &Scene<'_>, model: &Model) -> String {
 }
 
 /// Draws the row of keys, which is the last.
-pub(super) fn keys(look: &Look, area: Rect, picture: &mut Buffer) {
+pub(super) fn keys(scene: &Scene<'_>, look: &Look, area: Rect, picture: &mut Buffer) {
     let window = match look.window_s() {
         window_s if window_s.is_finite() => figures::duration(window_s),
         _ => "all".to_owned(),
     };
-    let text = format!("q stop  p pause  ? help  1-6 panel  + - window: {window}");
+    let own = match scene.stand.replay {
+        Some(_) => "q quit  space pause  ← → Home End move  < > speed",
+        None => "q stop  p pause",
+    };
+    let text = format!("{own}  ? help  1-6 panel  + - window: {window}");
     let style = Style::new().add_modifier(Modifier::REVERSED);
     Paragraph::new(text).style(style).render(area, picture);
 }

@@ -135,7 +135,7 @@ pub(super) fn scene(scene: &Scene<'_>, look: &Look, picture: &mut Buffer) {
         Some(panel) => draw_panel(panel, scene, model, look, body, picture),
         None => panels(scene, model, look, body, picture),
     }
-    header::keys(look, keys, picture);
+    header::keys(scene, look, keys, picture);
     if look.shows_help {
         overlay::help(look, area, picture);
     }

@@ -1,0 +1,44 @@
+//! Names that exist and names that do not.
+
+use super::{Kind, Library, PAPER_PLANS, names};
+use std::path::Path;
+
+#[test]
+fn every_procedure_of_the_paper_ships() {
+    let shipped = names(Kind::Plan);
+    for plan in PAPER_PLANS {
+        assert!(shipped.iter().any(|name| name == plan), "{plan}");
+    }
+}
+
+#[test]
+fn an_unknown_name_lists_what_there_is() {
+    let error = Library::shipped().open(Kind::Plan, "varification").unwrap_err();
+    assert_eq!(error.to_string(), "no plan is called \"varification\"");
+    let help = |name: &str, project: &Path, kind| {
+        let error = Library::of_project(project).open(kind, name).unwrap_err();
+        let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+        help.unwrap().lines().next().unwrap().to_owned()
+    };
+    let nowhere = Path::new("no/such/folder");
+    assert_eq!(help("varification", nowhere, Kind::Plan), "did you mean `verification`?");
+    assert!(help("x", nowhere, Kind::Plan).starts_with("shipped: close-the-loop, "));
+    assert_eq!(help("x", nowhere, Kind::Description), "there is none");
+    let project = tempfile::tempdir().unwrap();
+    std::fs::create_dir(project.path().join("devices")).unwrap();
+    for file in ["settles.toml", "devices/oven.toml"] {
+        std::fs::write(project.path().join(file), "").unwrap();
+    }
+    let plan = |name| help(name, project.path(), Kind::Plan);
+    assert_eq!(plan("setles"), "did you mean `settles.toml`?");
+    assert!(plan("x").starts_with("in this project: settles.toml; shipped: close-the-loop, "));
+    let device = |name| help(name, project.path(), Kind::Description);
+    assert_eq!(device("oevn"), "did you mean `oven`?");
+    assert_eq!(device("x"), "in this project: oven");
+}
+
+#[test]
+fn a_missing_path_names_the_path_and_the_cause() {
+    let error = Library::shipped().open(Kind::Bench, "no/such.toml").unwrap_err();
+    assert!(error.to_string().starts_with("failed to read no/such.toml: "), "{error}");
+}
