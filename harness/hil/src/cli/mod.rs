@@ -270,6 +270,7 @@ mod tests {
             "diff",
             "rerun",
             "debug",
+            "replay",
             "list",
             "doctor",
             "draw",

@@ -50,6 +50,7 @@ pub(in crate::cli) struct ReplayArguments {
 }
 
 impl ReplayArguments {
+    #[expect(clippy::disallowed_methods, reason = "a replay is paced by the clock")]
     pub(in crate::cli) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         if !(self.speed.is_finite() && self.speed > 0.0 && self.at.is_finite() && self.at >= 0.0) {
             let message = "expected a speed above 0, and a time of 0 s or later".to_owned();
@@ -81,7 +82,7 @@ impl ReplayArguments {
         // The bar of the first reading would be drawn over the view.
         let folder = RunFolder::open(&self.run)?;
         let film = Film { folder: &folder, plan: &plan, header: &header, broken: &broken, steps };
-        let mut shown = film.from_start(&view)?;
+        let mut shown = film.begun(&view)?;
         let clock = Stopwatch::start();
         let mut before_s = 0.0;
         while !interrupt.requested() && !stand.lock().is_over {
@@ -89,7 +90,7 @@ impl ReplayArguments {
             let wanted_s = stand.lock().moved_on(now_s - before_s);
             before_s = now_s;
             if wanted_s < shown.at_s {
-                shown = film.from_start(&view)?;
+                shown = film.begun(&view)?;
             }
             shown.to(wanted_s, &film);
             thread::sleep(PERIOD);
@@ -117,7 +118,7 @@ struct Shown {
 }
 
 impl Film<'_> {
-    fn from_start(&self, view: &View) -> Result<Shown, Failure> {
+    fn begun(&self, view: &View) -> Result<Shown, Failure> {
         let feed = Feed::new(self.plan, self.header);
         view.plan(0, feed.clone());
         let sink = Watched::new(NullSink, Some(&feed));
