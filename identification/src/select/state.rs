@@ -109,6 +109,13 @@ impl<'a> State<'a> {
         }
     }
 
+    /// With the noise tuned to it.
+    fn likelihood(&self) -> f64 {
+        let Data { block, layout, .. } = self.data;
+        let columns = self.columns(&self.terms);
+        noise::retune(layout, &block.residual, &columns, &self.noise, &self.left_out).1
+    }
+
     /// Replaces each added term by the named one that ranks higher beside all others, if there is one (sequential
     /// replacement; Miller 2002, chapter 3): a term was chosen without those that came later.
     pub fn exchange(&mut self, threshold: f64) {
@@ -136,7 +143,10 @@ impl<'a> State<'a> {
             next.families[index - self.base] = better.candidate.family;
             if is_within_physics(&next) {
                 next.refit();
-                *self = next;
+                // Its rank is that under the noise of the model before.
+                if next.likelihood() > self.likelihood() {
+                    *self = next;
+                }
             }
         }
     }

@@ -9,6 +9,7 @@ mod over;
 use super::EXIT_STATUSES;
 use super::annotation::Annotation;
 use super::build_server::SummaryArguments;
+use super::completions;
 use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
@@ -71,7 +72,7 @@ impl By {
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct CampaignArguments {
     /// Name of a shipped plan (see `hil list plans`) or path: anything that ends in .toml or contains a /.
-    #[arg(value_name = "PLAN")]
+    #[arg(value_name = "PLAN", add = completions::plan())]
     pub(super) plan: String,
     /// How many cases.
     #[arg(long, value_name = "N", default_value_t = 1_000,

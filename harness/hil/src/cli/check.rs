@@ -1,6 +1,7 @@
 //! `hil check`: judges recorded runs again. [`harness::run::judge_again`] explains what that means.
 
 use super::EXIT_STATUSES;
+use super::completions;
 use super::failure::Failure;
 use super::progress::Screen;
 use super::series::tell;
@@ -24,7 +25,7 @@ pub(super) struct CheckArguments {
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     /// Plan to judge by, name or path. [default: the one that the record holds]
-    #[arg(long, value_name = "PLAN")]
+    #[arg(long, value_name = "PLAN", add = completions::plan())]
     plan: Option<String>,
     /// Print one JSON document and nothing else: the summaries as in summary.json.
     #[arg(long)]

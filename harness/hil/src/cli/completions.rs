@@ -1,10 +1,21 @@
-//! `hil completions`: completion scripts for shells.
+//! `hil completions`: completion scripts for shells, and what they ask `hil` for while somebody types.
 
 use super::failure::Failure;
+use super::listed::listed;
 use super::{Cli, say};
-use clap::{Args, CommandFactory};
-use clap_complete::{Shell, generate};
+use clap::{Args, CommandFactory, ValueEnum};
+use clap_complete::Shell;
+use clap_complete::engine::{
+    ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
+};
+use clap_complete::env::{CompleteEnv, Shells};
+use plan::library::Kind;
 use record::outcome::Outcome;
+use std::ffi::OsStr;
+use std::path::Path;
+
+/// The scripts set it when they ask.
+const ASKED: &str = "HIL_COMPLETE";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -12,7 +23,7 @@ Examples:
   hil completions zsh > ~/.zfunc/_hil
   hil completions fish > ~/.config/fish/completions/hil.fish";
 
-/// Prints completions for a shell.
+/// Prints completions for a shell: commands, options, and the names of plans.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct CompletionsArguments {
@@ -30,25 +41,65 @@ impl CompletionsArguments {
 
 fn script(shell: Shell) -> String {
     let mut text = Vec::new();
-    generate(shell, &mut Cli::command(), "hil", &mut text);
+    let name = shell.to_possible_value();
+    let name = name.as_ref().map_or("", |name| name.get_name());
+    if let Some(shell) = Shells::builtins().completer(name) {
+        // A vector takes all that is written.
+        let _ = shell.write_registration(ASKED, "hil", "hil", "hil", &mut text);
+    }
     String::from_utf8_lossy(&text).into_owned()
+}
+
+/// Answers a script that asks, and ends the process then.
+pub(super) fn answer() {
+    CompleteEnv::with_factory(Cli::command).var(ASKED).complete();
+}
+
+/// Completes the name or the path of a plan.
+pub(super) fn plan() -> ArgValueCompleter {
+    ArgValueCompleter::new(plans)
+}
+
+fn plans(begun: &OsStr) -> Vec<CompletionCandidate> {
+    let begun_text = begun.to_string_lossy();
+    let known = listed(Path::new(""), Kind::Plan).map(|plan| (plan.path(Path::new("")), plan));
+    let known = known.filter(|(path, _)| path.starts_with(&*begun_text));
+    let mut found: Vec<_> = known
+        .map(|(path, plan)| CompletionCandidate::new(path).help(Some(plan.text("title").into())))
+        .collect();
+    let is_toml = |path: &Path| path.is_file() && path.extension().is_some_and(|end| end == "toml");
+    let paths = PathCompleter::any().filter(is_toml).complete(begun);
+    found.extend(paths);
+    found.sort_by(|a, b| a.get_value().cmp(b.get_value()));
+    found.dedup_by(|a, b| a.get_value() == b.get_value());
+    found
 }
 
 #[cfg(test)]
 mod tests {
-    use super::script;
-    use crate::cli::Cli;
-    use clap::{CommandFactory, ValueEnum};
+    use super::{ASKED, plans, script};
+    use clap::ValueEnum;
     use clap_complete::Shell;
+    use std::ffi::OsStr;
 
     #[test]
-    fn every_shell_knows_every_command() {
+    fn every_shell_asks_hil() {
         for shell in Shell::value_variants() {
             let script = script(*shell);
-            for command in Cli::command().get_subcommands() {
-                assert!(script.contains(command.get_name()), "{shell}: {}", command.get_name());
-            }
-            assert!(script.contains("seeds"), "{shell}: no options");
+            assert!(script.contains(ASKED) && script.contains("hil"), "{shell}: {script}");
         }
+    }
+
+    #[test]
+    fn plans_that_ship_and_paths_are_known() {
+        let names = |begun: &str| -> Vec<String> {
+            let found = plans(OsStr::new(begun));
+            found.iter().map(|one| one.get_value().to_string_lossy().into_owned()).collect()
+        };
+        assert_eq!(names("static-b"), ["static-bias"]);
+        assert!(
+            names("../../examples/battery-pack/ch")
+                .contains(&"../../examples/battery-pack/charge.toml".to_owned())
+        );
     }
 }

@@ -3,6 +3,7 @@
 mod asked;
 mod session;
 
+use super::completions;
 use super::export_whole::ears;
 use super::failure::Failure;
 use super::progress::Screen;
@@ -49,7 +50,7 @@ pub(super) struct DebugArguments {
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
     at: f64,
     /// Use this plan instead of the recorded one: a name or path.
-    #[arg(long, value_name = "PLAN")]
+    #[arg(long, value_name = "PLAN", add = completions::plan())]
     plan: Option<String>,
     /// The controller: in-process, process, or a command line with {gyro} and {base} for the ports
     #[arg(long, value_name = "in-process|process|COMMAND")]

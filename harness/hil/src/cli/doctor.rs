@@ -1,5 +1,6 @@
 //! `hil doctor`: what this machine and a bench have, what they lack, and the command that fixes it.
 
+use super::completions;
 use super::failure::Failure;
 use clap::Args;
 use record::outcome::Outcome;
@@ -17,7 +18,7 @@ Exit status:
 #[command(after_help = STATUSES)]
 pub(super) struct DoctorArguments {
     /// Plans to check for: names (see `hil list plans`) or paths.
-    #[arg(value_name = "PLAN")]
+    #[arg(value_name = "PLAN", add = completions::plan())]
     plans: Vec<String>,
     /// Bench to check: a name (see `hil list benches`) or a path.
     #[arg(long, value_name = "FILE")]

@@ -1,5 +1,6 @@
 //! `hil draw`: the rig of a plan as a picture.
 
+use super::completions;
 use super::failure::Failure;
 use super::say;
 use clap::Args;
@@ -15,6 +16,7 @@ use views::drawing;
 #[derive(Debug, Args)]
 pub(super) struct DrawArguments {
     /// The plan: a name from `hil list plans`, or a path.
+    #[arg(add = completions::plan())]
     plan: String,
     /// Show which nodes this bench file puts at ports.
     #[arg(long, value_name = "FILE")]

@@ -1,5 +1,6 @@
 //! `hil export`: a recorded run as a data package, a bus log, tables, an MCAP file or an MDF file.
 
+use super::completions;
 use super::export_device::{self, Fmi};
 use super::export_whole::{self, TableFormat};
 use super::failure::Failure;
@@ -82,7 +83,7 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap"])]
     mf4: Option<PathBuf>,
     /// With --tables, --mcap or --mf4: the plan whose rig is used to decode messages. [default: the one that the record holds]
-    #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
+    #[arg(long, value_name = "PLAN", conflicts_with_all = ["out", "kind", "gzip", "bus"], add = completions::plan())]
     plan: Option<String>,
     /// A functional mock-up unit to write instead, of the device in the file RUN: FILE.fmu.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap", "mf4", "plan"])]

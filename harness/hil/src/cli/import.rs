@@ -1,5 +1,6 @@
 //! `hil import`: the log of a bench's CAN bus as a run folder.
 
+use super::completions;
 use super::failure::Failure;
 use super::log_format::{format_of, format_parser};
 use super::measured::plain_name;
@@ -31,7 +32,7 @@ pub(super) struct ImportArguments {
     #[arg(value_name = "LOG")]
     log: PathBuf,
     /// The plan that ran on the bench: a name or a path.
-    #[arg(long, value_name = "PLAN")]
+    #[arg(long, value_name = "PLAN", add = completions::plan())]
     plan: String,
     /// The run folder. [default: runs/PLAN-LOG]
     #[arg(long, value_name = "RUN")]

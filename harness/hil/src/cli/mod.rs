@@ -178,6 +178,7 @@ impl Cli {
 
 /// Runs the command that the process's arguments name.
 pub fn main() -> ExitCode {
+    completions::answer();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return misread(&error),

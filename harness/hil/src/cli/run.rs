@@ -2,6 +2,7 @@
 
 use super::EXIT_STATUSES;
 use super::build_server::SummaryArguments;
+use super::completions;
 use super::crossing;
 use super::failure::Failure;
 use super::live;
@@ -42,7 +43,7 @@ impl From<Record> for Level {
 #[command(after_help = EXIT_STATUSES)]
 pub(super) struct RunArguments {
     /// Names of shipped plans (see `hil list plans`) or paths: anything that ends in .toml or contains a /.
-    #[arg(required = true, value_name = "PLAN")]
+    #[arg(required = true, value_name = "PLAN", add = completions::plan())]
     plans: Vec<String>,
     /// Seed of all random numbers; the first one with --seeds.
     #[arg(long, value_name = "N", default_value_t = 1)]

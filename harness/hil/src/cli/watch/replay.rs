@@ -4,6 +4,7 @@ use super::draw::Look;
 use super::stand::{Playing, SharedStand};
 use super::view::View;
 use super::why_not;
+use crate::cli::completions;
 use crate::cli::debug::recorded;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
@@ -45,7 +46,7 @@ pub(in crate::cli) struct ReplayArguments {
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     speed: f64,
     /// The plan of the run, if the record does not hold it: a name or path.
-    #[arg(long, value_name = "PLAN")]
+    #[arg(long, value_name = "PLAN", add = completions::plan())]
     plan: Option<String>,
 }
 
