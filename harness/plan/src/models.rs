@@ -230,7 +230,10 @@ fn translate(model: &Model, term: &model::Term, acts: Acts) -> Result<Vec<Term>,
     };
     let driver = driver.unwrap_or_default();
     let through = numbers.or_zero("through")?;
-    let [within, within_2] = [0, 1].map(|which| term.limits(which));
+    // Time goes on beyond every record, and with it what ages.
+    let within =
+        |which| term.limits(which).filter(|_| [first, second][which] != Some(Driver::Time));
+    let [within, within_2] = [0, 1].map(within);
     let translated = match (driver, form) {
         (_, form) if through == 0.0 => vec![Term { acts, driver, form, within, within_2 }],
         (Driver::TemperatureBranch { .. }, Form::Linear { slope, origin }) => vec![

@@ -138,13 +138,14 @@ impl<'a> State<'a> {
                     && !others.iter().any(|other| one.candidate.shape.label() == other.label())
             });
             let Some(better) = better else { continue };
+            let gain = better.rank - mine.rank;
             let mut next = self.clone();
             next.terms[index] = better.candidate.shape.clone();
             next.families[index - self.base] = better.candidate.family;
             if is_within_physics(&next) {
                 next.refit();
-                // Its rank is that under the noise of the model before.
-                if next.likelihood() > self.likelihood() {
+                // Its rank is that under the noise of the model before. Under its own it may not lose as much.
+                if next.likelihood() - self.likelihood() > -gain {
                     *self = next;
                 }
             }

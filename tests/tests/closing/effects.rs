@@ -150,6 +150,10 @@ fn is_refused(story: &Story, why: &str) {
     assert!(story.worst("before") > BAND, "{}", story.in_words());
     let ending = &story.done.simulated.ending;
     assert_eq!(ending.outcome, Outcome::Failed);
-    assert!(ending.reason.as_ref().is_some_and(|reason| reason.contains(why)), "{ending:?}");
+    assert!(
+        ending.reason.as_ref().is_some_and(|reason| reason.contains(why)),
+        "{ending:?}\n{}",
+        story.in_words()
+    );
     assert_eq!(story.worst("after"), 0.0, "no turn was made with a model that is not carried");
 }

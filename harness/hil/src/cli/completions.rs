@@ -61,17 +61,13 @@ pub(super) fn plan() -> ArgValueCompleter {
 }
 
 fn plans(begun: &OsStr) -> Vec<CompletionCandidate> {
-    let begun_text = begun.to_string_lossy();
-    let known = listed(Path::new(""), Kind::Plan).map(|plan| (plan.path(Path::new("")), plan));
-    let known = known.filter(|(path, _)| path.starts_with(&*begun_text));
-    let mut found: Vec<_> = known
-        .map(|(path, plan)| CompletionCandidate::new(path).help(Some(plan.text("title").into())))
+    let shipped = listed(Path::new(""), Kind::Plan).filter(|plan| plan.from == "shipped");
+    let meant = shipped.filter(|plan| plan.name.starts_with(&*begun.to_string_lossy()));
+    let mut found: Vec<_> = meant
+        .map(|plan| CompletionCandidate::new(&plan.name).help(Some(plan.text("title").into())))
         .collect();
     let is_toml = |path: &Path| path.is_file() && path.extension().is_some_and(|end| end == "toml");
-    let paths = PathCompleter::any().filter(is_toml).complete(begun);
-    found.extend(paths);
-    found.sort_by(|a, b| a.get_value().cmp(b.get_value()));
-    found.dedup_by(|a, b| a.get_value() == b.get_value());
+    found.extend(PathCompleter::any().filter(is_toml).complete(begun));
     found
 }
 

@@ -86,8 +86,11 @@ fn a_term_is_held_where_the_data_end_by_both() {
         ("seen_to_2", 90.0, "deg/s"),
     ];
     let product = term("scale", "coil spin", "product", &product);
-    let model = model(&[&line, &curve, &product]);
+    let seconds = [("slope", 0.1, "deg/s/h"), ("seen_from", 0.0, "s"), ("seen_to", 60.0, "s")];
+    let ageing = term("bias", "trend(since_on)", "linear", &seconds);
+    let model = model(&[&line, &curve, &product, &ageing]);
     let found = corrections(&model).unwrap();
+    assert_eq!(found[3].within, None, "what ages goes on ageing");
     assert_eq!(found[0].within, Some([18.0, 42.0]));
     assert_eq!(found[1].within, Some([20.0, 40.0]));
     let [low, high] = found[2].within_2.unwrap();
