@@ -117,6 +117,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "rig",
         ],
     ),
+    ("harness/hil-nats", &["hil"]),
     (
         "tests",
         &[
@@ -151,6 +152,9 @@ const ARROWS_OF_TESTS: &[(&str, &str)] = &[
     ("harness/exchange", "harness"),
     ("harness/fmu", "wire"),
     ("harness/fmu-device", "fmu"),
+    ("harness/hil-nats", "campaign"),
+    ("harness/hil-nats", "campaign-nats"),
+    ("harness/hil-nats", "harness"),
 ];
 
 /// Rooms that may depend on both the controller and the emulators.

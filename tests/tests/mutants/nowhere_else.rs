@@ -16,6 +16,7 @@ fn only_the_tests_enable_mutants() {
         "harness/campaign",
         "harness/campaign-nats",
         "harness/hil",
+        "harness/hil-nats",
     ];
     for package in packages {
         let path = root.join(package).join("Cargo.toml");

@@ -1,6 +1,6 @@
 //! A NATS server for one test, with its own port and store.
 
-use super::hil::wait_for;
+use super::hil::{PATIENCE, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead as _, BufReader};
 use std::net::{TcpListener, TcpStream};
@@ -31,7 +31,7 @@ impl Server {
             skips::skip_unless(
                 REQUIRED,
                 "there is no nats-server",
-                "apt-get install nats-server, then cargo test -p harness --test nats",
+                "apt-get install nats-server, then cargo test -p hil-nats",
             );
             return None;
         }
@@ -100,9 +100,11 @@ impl Drop for Server {
 }
 
 /// Runs requests to the server without `hil`.
+#[track_caller]
 pub fn say<T>(said: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    runtime.unwrap().block_on(said)
+    let said = runtime.unwrap().block_on(async { tokio::time::timeout(PATIENCE, said).await });
+    said.expect("the server answers")
 }
 
 /// Returns the number of cases on the stream, waiting or taken.

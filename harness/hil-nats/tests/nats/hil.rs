@@ -70,7 +70,7 @@ impl Hil {
     pub fn start(&self, name: &str, arguments: &[&str]) -> Running {
         let (out, err) = (self.path(format!("{name}.out")), self.path(format!("{name}.err")));
         let file = |path: &Path| Stdio::from(std::fs::File::create(path).unwrap());
-        let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hil-nats"));
         command.args(arguments).current_dir(self.folder.path()).env_remove("RUST_LOG");
         let child = command.stdin(Stdio::null()).stdout(file(&out)).stderr(file(&err)).spawn();
         Running { child: child.unwrap(), out, err }

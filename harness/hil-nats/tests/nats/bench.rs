@@ -15,7 +15,7 @@ use std::thread::scope;
 use std::time::Duration;
 
 /// Some seconds of real time, and a property that enough wheel slip breaks.
-const PLAN: &str = include_str!("../short.toml");
+const PLAN: &str = include_str!("../../../hil/tests/short.toml");
 
 /// Our controller, in the worker's process. The lateness of a busy machine has no influence here.
 const BENCH: &str = "title = \"The bench by the window\"\n[controller]\nin_process = true\n\

@@ -1,7 +1,7 @@
 //! One campaign, in one process and on several machines.
 
 use crate::hil::{Hil, cases};
-use crate::server::Server;
+use crate::server::{Server, say};
 
 const CASES: usize = 400;
 
@@ -53,8 +53,7 @@ fn it_is_the_same_though_a_worker_is_killed_and_the_server_restarted() {
 /// package and without the plans of the `found` failing cases.
 fn left(url: &str, found: usize) -> Vec<String> {
     use futures_util::StreamExt as _;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    runtime.block_on(async {
+    say(async {
         let jetstream = async_nats::jetstream::new(async_nats::connect(url).await.unwrap());
         let mut left = Vec::new();
         for (name, stream) in [("cases", "HIL_CASES"), ("results", "HIL_RESULTS")] {
