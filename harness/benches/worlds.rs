@@ -5,14 +5,15 @@
 //! alone: drawn, encoded, decoded and integrated. It is the limit, and tells how fast the machine is.
 //!
 //! With `--once`, each row runs once and is printed as its name, a tab and its processor time in seconds:
-//! `benchmarks/paired` compares two builds by that.
+//! `benchmarks/paired` compares two builds by that. With `--machine`, the first row alone is printed: `benchmarks/all` sets
+//! it beside each table.
 
 mod processor;
 
 use emulators::gyro::GyroEmulator;
 use harness::run::{Prepared, simulate, simulate_watched};
 use plan::made::Made;
-use processor::{RUNS, processor_s};
+use processor::{RUNS, grouped, processor_s};
 use record::run_folder::RunFolder;
 use record::sink::{Level, NullSink, RecordSink};
 use rig::operator::Answers;
@@ -30,18 +31,32 @@ fn main() {
     if std::env::args().any(|argument| argument == "--once") {
         return once();
     }
-    println!("{:<46} {:>10} {:>10} {:>10}  unit", "", "median", "best", "worst");
-    report("the gyro's stream alone", "x real time", times(|| STREAM_S / stream_alone()));
+    let alone = times(|| STREAM_S / stream_alone());
+    if std::env::args().any(|argument| argument == "--machine") {
+        return println!("{}", grouped(alone[RUNS / 2]));
+    }
+    println!("| what | figure (best, worst) | aim |\n|---|---|---|");
+    report("the gyro's stream alone", REAL_TIME, alone, None);
     let observed = prepared("laps-observed");
     let long =
         |sink: &mut dyn FnMut() -> Box<dyn RecordSink>| times(|| seconds(&observed, &mut sink()));
     let mut null = || Box::new(NullSink) as Box<dyn RecordSink>;
-    report("laps-observed, 17.6 h, no record", "x real time", long(&mut null));
+    report(
+        "`laps-observed` (40 runs, 17.6 h), no record",
+        REAL_TIME,
+        long(&mut null),
+        Some(100_000.0),
+    );
     let folder = tempfile::tempdir().expect("a temporary folder");
     let events = sink_in(&folder, "events", &observed, Level::Events);
-    report("laps-observed, events recorded", "x real time", long(&mut { events }));
+    report("the same, events recorded to a file", REAL_TIME, long(&mut { events }), None);
     let full = sink_in(&folder, "full", &observed, Level::Full);
-    report("laps-observed, every byte recorded", "x real time", long(&mut { full }));
+    report(
+        "the same, every byte and frame recorded",
+        REAL_TIME,
+        long(&mut { full }),
+        Some(20_000.0),
+    );
     for plan in ["laps-corrected", "laps-corrected-serial"] {
         let corrected = prepared(plan);
         // 40 laps with everything around them, including the two hours of warm-up.
@@ -50,10 +65,12 @@ fn main() {
             simulate(&corrected, 1, &Answers::default(), &mut NullSink, &mut |_| true);
             40.0 / (processor_s() - cpu)
         });
-        report(&format!("{plan}, 40 laps"), "laps/s", laps);
+        report(&format!("`{plan}`, 40 laps and a warm-up of 2 h"), "laps/s", laps, None);
     }
-    println!("peak memory of this process: {}", peak_memory());
+    println!("| peak memory | {} | 200 MB |", peak_memory());
 }
+
+const REAL_TIME: &str = "times real time";
 
 /// Bench time of the stream alone.
 const STREAM_S: f64 = 10.0 * 3_600.0;
@@ -128,9 +145,13 @@ fn times(mut one: impl FnMut() -> f64) -> [f64; RUNS] {
     figures
 }
 
-fn report(what: &str, unit: &str, figures: [f64; RUNS]) {
-    let [worst, .., best] = figures;
-    println!("{what:<46} {:>10.0} {best:>10.0} {worst:>10.0}  {unit}", figures[RUNS / 2]);
+fn report(what: &str, unit: &str, figures: [f64; RUNS], aim: Option<f64>) {
+    let [worst, best] = [figures[0], figures[RUNS - 1]].map(grouped);
+    let median = figures[RUNS / 2];
+    let aim = aim.map_or(String::new(), |aim| {
+        format!("{}, {}", grouped(aim), if median >= aim { "met" } else { "missed" })
+    });
+    println!("| {what} | {} ({best}, {worst}) {unit} | {aim} |", grouped(median));
 }
 
 fn peak_memory() -> String {

@@ -19,3 +19,11 @@ pub fn median(run: impl FnMut() -> f64) -> f64 {
     figures.sort_by(f64::total_cmp);
     figures[RUNS / 2]
 }
+
+/// A whole number with commas between thousands.
+#[allow(dead_code, reason = "another benchmark has small figures")]
+pub fn grouped(figure: f64) -> String {
+    let digits = format!("{figure:.0}");
+    let groups = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy);
+    groups.collect::<Vec<_>>().join(",")
+}

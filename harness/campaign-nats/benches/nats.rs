@@ -32,13 +32,15 @@ fn main() {
         println!("there is no nats-server: apt-get install nats-server");
         return;
     };
-    println!("{:>8} {:>8} {:>8} {:>8} {:>10}", "workers", "threads", "cases", "busy", "cases/s");
+    println!(
+        "| workers | threads each | cases | busy, % (aim 90) | cases/s |\n|---|---|---|---|---|"
+    );
     for (workers, threads) in [(1, 1), (3, 1), (3, 4), (8, 2)] {
         let cases = CASES * (workers * threads) as u64;
         let (busy, took) = measured(&server.url, workers, threads, cases);
         let all = took.as_secs_f64() * (workers * threads) as f64;
         let (share, rate) = (busy.as_secs_f64() / all, cases as f64 / took.as_secs_f64());
-        println!("{workers:>8} {threads:>8} {cases:>8} {:>7.1}% {rate:>10.0}", 100.0 * share);
+        println!("| {workers} | {threads} | {cases} | {:.1} | {rate:.0} |", 100.0 * share);
     }
 }
 

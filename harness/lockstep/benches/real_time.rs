@@ -37,7 +37,7 @@ fn report(name: &str, seconds: i64, streams: &[Stream], program: impl Fn() -> Pr
     starts_ms.sort_by(f64::total_cmp);
     let (worst, median, best) = (factors[0], factors[RUNS / 2], factors[RUNS - 1]);
     let start_ms = starts_ms[RUNS / 2];
-    println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0} {start_ms:>10.1}");
+    println!("| {name} | {median:.0} ({best:.0}, {worst:.0}) | {start_ms:.1} |");
 }
 
 /// Round trips per second of real time: data is sent to the program and answered, each at the next instant.
@@ -61,7 +61,7 @@ fn round_trips(name: &str, words: &[&str]) {
         .collect();
     rates.sort_by(f64::total_cmp);
     let (worst, median, best) = (rates[0], rates[RUNS / 2], rates[RUNS - 1]);
-    println!("{name:<46} {median:>10.0} {best:>10.0} {worst:>10.0}");
+    println!("| {name} | {median:.0} ({best:.0}, {worst:.0}) |");
 }
 
 /// An echo in Python, without packages.
@@ -78,22 +78,31 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    println!("{:<46} {:>10} {:>10} {:>10} {:>10}", "", "x real", "best", "worst", "start, ms");
+    println!("| program | times real time | start, ms |\n|---|---|---|");
     let two = || ["/dev/ttyHIL0", "/dev/ttyHIL1"];
     let serial = |words: &[&str]| {
         Program::new(words.iter().copied().chain(two())).serial(two()[0]).serial(two()[1])
     };
     let poll = c("poll.c");
-    report("C, poll, two serial lines", 300, &[gyro(0)], || serial(&[&poll]));
+    report(
+        "C with `poll`: a gyro at 100 Hz and a base at 50 Hz on serial lines (aim 300)",
+        300,
+        &[gyro(0)],
+        || serial(&[&poll]),
+    );
     let without_library = compiled("gcc", "poll.c", &["-static"]);
-    report("static C, poll, two serial lines", 300, &[gyro(0)], || serial(&[&without_library]));
+    report("the same program, linked statically: by the tracer (aim 300)", 300, &[gyro(0)], || {
+        serial(&[&without_library])
+    });
     if let Some(controller) = go("serial.go") {
-        report("Go, goroutines, two serial lines", 60, &[gyro(0)], || serial(&[&controller]));
+        report("Go with goroutines on the same lines: by the tracer", 60, &[gyro(0)], || {
+            serial(&[&controller])
+        });
     }
     if let Some(node) = go("can.go") {
         let program =
             || Program::new([node.as_str(), "can0", two()[0]]).can("can0").serial(two()[0]);
-        report("Go, a raw CAN socket, 50 Hz", 60, &[base(0)], program);
+        report("Go on a raw CAN socket, 50 Hz: by the tracer", 60, &[base(0)], program);
     }
     let python = |script: &str| {
         let script = source(script).to_str().unwrap().to_owned();
@@ -102,14 +111,21 @@ fn main() {
     if let Some(interpreter) = python_with("serial") {
         let words = python("reader.py")(&interpreter);
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        report("Python, pyserial", 120, &[gyro(0)], || serial(&words).env("PYTHONHASHSEED", "0"));
+        report("Python with pyserial, 100 Hz (aim 100)", 120, &[gyro(0)], || {
+            serial(&words).env("PYTHONHASHSEED", "0")
+        });
     }
     if let Some(interpreter) = python_with("can") {
         let words = python("notifier.py")(&interpreter);
         let program = || Program::new(words.clone()).can("can0").env("PYTHONHASHSEED", "0");
-        report("Python, python-can, Notifier, 50 Hz", 120, &[base(0)], program);
+        report(
+            "Python with python-can and its `Notifier`, 50 Hz (aim 100)",
+            120,
+            &[base(0)],
+            program,
+        );
     }
-    println!("\n{:<46} {:>10} {:>10} {:>10}", "round trips a second", "median", "best", "worst");
+    println!("\n| program | round trips a second |\n|---|---|");
     round_trips("C, read and write", &[&c("echo.c")]);
     round_trips("static C", &[&compiled("gcc", "echo.c", &["-static"])]);
     let interpreter = common::python();

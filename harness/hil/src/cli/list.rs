@@ -10,7 +10,7 @@ use emulators::base::{BaseParameters, Wheel};
 use emulators::gyro::GyroParameters;
 use emulators::parameters::{Domain, ParameterInfo, Parameters};
 use emulators::table::TableParameters;
-use plan::bench_file::{BenchFile, ROLES, Role};
+use plan::bench_file::{BenchFile, Role};
 use plan::faults::{FaultKind, table as vocabulary};
 use plan::library::Kind;
 use plan::quantities::QUANTITIES;
@@ -45,10 +45,10 @@ enum Topic {
     Faults,
 }
 
-/// Lists what ships, what the project in this folder contains, and which names plans can use.
+/// Lists the files of the project in this folder, those that ship, and the names that plans can use.
 #[derive(Debug, Args)]
 pub(super) struct ListArguments {
-    /// What to list. [default: everything]
+    /// What to list. [default: all files; with --json everything]
     #[arg(value_enum)]
     topic: Option<Topic>,
     /// Print one JSON document: a list of objects for each topic.
@@ -57,6 +57,9 @@ pub(super) struct ListArguments {
 }
 
 impl Topic {
+    const OF_FILES: [Self; 5] =
+        [Self::Plans, Self::Devices, Self::Rigs, Self::Benches, Self::Models];
+
     /// As typed on the command line.
     fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
@@ -82,7 +85,8 @@ impl ListArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
         let topics = match &self.topic {
             Some(topic) => std::slice::from_ref(topic),
-            None => Topic::value_variants(),
+            None if self.json => Topic::value_variants(),
+            None => &Topic::OF_FILES,
         };
         let tables = topics.iter().map(|topic| (topic, topic.table(Path::new("."))));
         if self.json {
@@ -91,7 +95,13 @@ impl ListArguments {
             say_json(&all)?;
         } else {
             let style = Style::of_stdout();
-            let texts: Vec<String> = tables.map(|(_, table)| lines(table, style)).collect();
+            let mut texts: Vec<String> = tables.map(|(_, table)| lines(table, style)).collect();
+            if self.topic.is_none() {
+                let rest =
+                    Topic::value_variants().iter().filter(|topic| !Topic::OF_FILES.contains(topic));
+                let rest: Vec<String> = rest.map(|topic| topic.name()).collect();
+                texts.push(format!("What plans can name: hil list {}\n", rest.join("|")));
+            }
             say(&texts.join("\n"))?;
         }
         Ok(Outcome::Passed)
@@ -208,25 +218,33 @@ fn rigs(project: &Path) -> Table {
 }
 
 fn benches(project: &Path) -> Table {
-    let mut table = table(["bench", "from", "gyro", "base", "table", "commands", "title"]);
+    let mut table = table(["bench", "from", "ports", "commands", "title"]);
     for file in listed(project, Kind::Bench) {
-        let (players, commands, title) = match file.source.parse::<BenchFile>() {
+        let (ports, commands, title) = match file.source.parse::<BenchFile>() {
             Ok(bench) => {
-                let player = |role| match bench.role(role) {
-                    Role::Real(port) => port.to_string(),
-                    Role::Emulated(None) => "emulated".to_owned(),
-                    Role::Emulated(Some(port)) => format!("emulated on {port}"),
-                };
                 let commands: Vec<&str> = bench.commands.keys().map(Name::as_str).collect();
-                (ROLES.map(player), commands.join(", "), bench.title)
+                (ports(&bench), commands.join(", "), bench.title)
             }
-            Err(error) => (ROLES.map(|_| String::new()), String::new(), error.to_string()),
+            Err(error) => (String::new(), String::new(), error.to_string()),
         };
-        let [gyro, base, turntable] = players;
-        let name = file.path(project);
-        table.add_row([name, file.from.to_owned(), gyro, base, turntable, commands, title]);
+        table.add_row([file.path(project), file.from.to_owned(), ports, commands, title]);
     }
     table
+}
+
+/// The devices and lines that a bench names, each with its port.
+fn ports(bench: &BenchFile) -> String {
+    let BenchFile { gyro, base, table, device, lines, .. } = bench;
+    let roles = [("device", device), ("gyro", gyro), ("base", base), ("table", table)];
+    let roles = roles.into_iter().filter_map(|(name, role)| {
+        Some(match role.as_ref()? {
+            Role::Real(port) => format!("{name} {port}"),
+            Role::Emulated(Some(port)) => format!("{name} {port} (emulated)"),
+            Role::Emulated(None) => format!("{name} (emulated)"),
+        })
+    });
+    let lines = lines.iter().map(|(name, line)| format!("{name} {}", line.port));
+    roles.chain(lines).collect::<Vec<_>>().join(", ")
 }
 
 fn quantities() -> Table {
@@ -337,8 +355,7 @@ mod tests {
         ] {
             std::fs::write(folder.path().join(name), text).unwrap();
         }
-        let tables = [Topic::Plans, Topic::Devices, Topic::Rigs, Topic::Benches, Topic::Models];
-        let tables = tables.map(|topic| lines(topic.table(folder.path()), Style::PLAIN));
+        let tables = Topic::OF_FILES.map(|topic| lines(topic.table(folder.path()), Style::PLAIN));
         let all = tables.concat();
         let own: Vec<&str> = all.lines().filter(|line| line.contains("project")).collect();
         insta::assert_snapshot!(own.join("\n"));

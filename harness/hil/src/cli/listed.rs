@@ -1,4 +1,4 @@
-//! Files that ship and files of a project, for `hil list`.
+//! Files of a project and files that ship, for `hil list`.
 
 use plan::library::{Kind, Library, Source, names, names_in};
 use std::path::Path;
@@ -12,12 +12,12 @@ pub(super) struct Listed {
     pub(super) source: Source,
 }
 
-/// Returns the shipped files of a kind, then the project's readable ones.
+/// Returns the project's readable files of a kind, then the shipped ones.
 pub(super) fn listed(project: &Path, kind: Kind) -> impl Iterator<Item = Listed> {
     let shipped = names(kind).into_iter().map(|name| ("shipped", Library::shipped(), name));
     let own = names_in(project, kind).into_iter();
     let own = own.map(|name| ("project", Library::of_project(project), name));
-    shipped.chain(own).filter_map(move |(from, library, name)| {
+    own.chain(shipped).filter_map(move |(from, library, name)| {
         let source = library.open(kind, &name).ok()?;
         Some(Listed { kind, name, from, library, source })
     })

@@ -177,6 +177,7 @@ fn text_from_outside_does_nothing() {
 fn time_to_load() {
     let Some(mut browser) = browser() else { return };
     let pages = Pages::make();
+    println!("| page | size (aim 5 MB) | loaded after (aim 2 s) |\n|---|---|---|");
     for page in pages.all() {
         open_alone(&mut browser, page);
         let loaded_ms =
