@@ -92,6 +92,10 @@ impl Node {
         }
         for place in 0..self.transmitted.len() {
             let sending = &mut self.transmitted[place];
+            // One that is switched off does not count.
+            if sending.pdo.id().is_none() {
+                continue;
+            }
             let is_due = match sending.pdo.kind {
                 0 => sending.is_changed,
                 kind if CYCLIC.contains(&kind) => {
@@ -100,7 +104,7 @@ impl Node {
                 }
                 _ => false,
             };
-            if is_due && sending.pdo.id().is_some() {
+            if is_due {
                 sending.syncs = 0;
                 let data = self.sample(place, application);
                 self.transmit_pdo(now, place, data);

@@ -174,6 +174,19 @@ fn a_received_pdo_of_a_synchronous_type_waits_for_the_sync() {
     assert_eq!(bus.device.value("target_velocity"), Some(20.0));
 }
 
+/// TPDO2 is sent at each SYNC, until its identifier is marked as not valid (CiA 301, 7.5.2.35).
+#[test]
+fn a_synchronous_pdo_that_is_switched_off_lasts_any_number_of_syncs() {
+    let mut bus = Bus::new();
+    bus.write((0x1801, 1), &0x8000_0285u32.to_le_bytes()).unwrap();
+    bus.say(0, &[1, 5]);
+    for _ in 0..300 {
+        assert_eq!(bus.say(0x80, &[]), []);
+    }
+    bus.write((0x1801, 1), &0x285u32.to_le_bytes()).unwrap();
+    assert_eq!(bus.say(0x80, &[]).len(), 1);
+}
+
 #[test]
 fn a_node_is_guarded_by_remote_requests_with_a_bit_that_toggles() {
     let mut bus = Bus::new();

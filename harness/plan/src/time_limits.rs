@@ -10,6 +10,7 @@
 //! | what a person does on a bench, each value of a sweep included | [`PERSON_LIMIT`] |
 //! | a command of the bench | [`COMMAND_S_MAX`](super::bench_file::COMMAND_S_MAX), which is the most that a bench file may allow, + [`SLACK`] |
 //! | settings and fits | [`SLACK`] |
+//! | the controller's answer to a mission where a person takes part in the step | [`MOTION_FACTOR`] x nominal time of the step's motion + [`ANSWER_LIMIT`] |
 //! | repeat, sweep | the limits of the repetitions, or their period if longer, + [`SLACK`] |
 
 use super::Plan;
@@ -25,6 +26,9 @@ pub const MOTION_FACTOR: i64 = 3;
 pub const CONDITION_LIMIT: Span = Span::from_secs(4 * 3_600);
 /// Limit for a reaction. Assumption: nodes that react at all do so within seconds.
 pub const REACTION_LIMIT: Span = Span::from_secs(60);
+/// Limit for an answer of the controller that no motion delays. Assumption: twice the longest fault that holds it up and
+/// that a run survives, a host that stands still for 60 s.
+pub const ANSWER_LIMIT: Span = Span::from_secs(120);
 /// Limit for a person's action: placing a robot, measuring a pose, answering. Assumption.
 pub const PERSON_LIMIT: Span = Span::from_secs(3_600);
 /// Ramps of speed. Assumption: 0.4 m/s^2 with 15 deg/s^2 give the paper's lap of 64 s.
@@ -53,6 +57,13 @@ impl Step {
     /// The limit in the plan, or the default of the [table](self).
     pub fn time_limit(&self) -> Span {
         self.explicit_time_limit.unwrap_or_else(|| self.action.default_limit())
+    }
+
+    /// The limit of each answer of the controller within the step, if that of the step is one for a person.
+    pub fn answer_limit(&self) -> Option<Span> {
+        let is_a_persons =
+            self.explicit_time_limit.is_none() && self.action.default_limit() >= PERSON_LIMIT;
+        is_a_persons.then(|| self.action.motion() * MOTION_FACTOR + ANSWER_LIMIT)
     }
 }
 

@@ -74,14 +74,17 @@ fn suite(summary: &Summary, attachments: &str) -> TestSuite {
 
 /// Succeeds if the run reached its end, whatever it measured, and the bench did not break.
 fn run(summary: &Summary) -> TestCase {
-    let status = if matches!(summary.outcome, Outcome::Passed | Outcome::Failed) {
-        TestCaseStatus::success()
-    } else {
-        let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
+    let kind = match (summary.outcome, &summary.reason) {
+        (Outcome::Passed, _) | (Outcome::Failed, None) => None,
+        (Outcome::Failed, Some(_)) => Some(NonSuccessKind::Failure),
+        _ => Some(NonSuccessKind::Error),
+    };
+    let status = kind.map_or_else(TestCaseStatus::success, |kind| {
+        let mut status = TestCaseStatus::non_success(kind);
         let reason = summary.reason.as_deref().unwrap_or("no reason was given");
         status.set_message(reason).set_type(summary.outcome.name()).set_description(reason);
         status
-    };
+    });
     named(RUN_CASE, summary, status)
 }
 

@@ -91,6 +91,7 @@ impl Engine {
                 let label = step.label.as_ref().map(|label| label.as_str());
                 self.tags = self.program.tags(&step.action, label, self.rounds);
                 self.step_deadline = (now + step.time_limit()).min(self.program.deadline());
+                self.answer_limit = step.answer_limit();
                 self.record(RecordKind::StepBegan {
                     path: self.program.place(),
                     title: step.action.to_string(),
@@ -226,6 +227,7 @@ impl Engine {
         self.phases.mission_began(&command, &mut self.actions);
         self.actions.push_back(Action::Mission(Box::new(Mission { id, command })));
         self.waiting = Waiting::Mission(id);
+        self.answer_deadline = self.answer_limit.map_or(Timestamp::MAX, |limit| now + limit);
     }
 
     fn open_window(&mut self) {

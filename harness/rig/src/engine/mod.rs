@@ -47,7 +47,7 @@ use signals::Signals;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use waiting::Waiting;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 pub use robot::BenchFacts;
 pub use robot::FIRST_MISSION;
@@ -71,6 +71,10 @@ pub struct Engine {
     /// The step in progress, when it began, and its limit.
     step: Option<(StepAction, Timestamp)>,
     step_deadline: Timestamp,
+    /// Limit of each answer to a mission of this step, unless the plan gives the step a limit: that of the step may be a
+    /// person's.
+    answer_limit: Option<Span>,
+    answer_deadline: Timestamp,
     plan_deadline: Timestamp,
     began: Timestamp,
     /// Signals of nodes.
@@ -111,6 +115,8 @@ impl Engine {
             waiting: Waiting::Nothing,
             step: None,
             step_deadline: Timestamp::MAX,
+            answer_limit: None,
+            answer_deadline: Timestamp::MAX,
             plan_deadline,
             began: now,
             signals: Signals::default(),
@@ -213,6 +219,7 @@ impl Engine {
             Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             Waiting::Sdo => self.transfers.deadline(),
+            Waiting::Mission(_) => self.answer_deadline,
             _ => Timestamp::MAX,
         };
         due.min(self.step_deadline).min(self.plan_deadline)
@@ -253,6 +260,9 @@ impl Engine {
                 Outcome::Timeout
             };
             self.end(now, outcome, Some(reason));
+        } else if matches!(self.waiting, Waiting::Mission(_)) && now >= self.answer_deadline {
+            let reason = format!("{}: the controller did not answer the mission", self.place());
+            self.end(now, Outcome::Timeout, Some(reason));
         }
     }
 

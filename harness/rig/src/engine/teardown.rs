@@ -110,4 +110,24 @@ mod tests {
         );
         assert!(noted);
     }
+
+    /// A person may take an hour to carry a robot; a controller may not take as long to believe where it is.
+    #[test]
+    fn an_answer_that_never_comes_ends_the_run_before_a_person_would() {
+        let text = PLAN.replace(
+            "{ log = { duration_s = 1, interval_s = 1 } }",
+            "{ place = { x_m = 0, y_m = 0, heading_deg = 0 } }",
+        );
+        let plan = Arc::new(Plan::parse("still.toml", &text).expect("a plan"));
+        let limit = plan.steps[0].answer_limit().expect("a person takes part");
+        let (facts, none) = (BenchFacts::default(), BTreeMap::new());
+        let mut engine = Engine::new(plan, Timestamp::ZERO).with_robot(facts, none);
+        engine.answer_limit = Some(limit);
+        engine.send(Timestamp::ZERO, controller::mission::Command::RequestState);
+        assert_eq!(engine.next_wakeup(), Timestamp::ZERO + limit);
+        engine.wake(Timestamp::ZERO + limit);
+        engine.wake(Timestamp::ZERO + limit + REST_WAIT);
+        let reason = engine.ending().and_then(|ending| ending.reason.clone()).unwrap_or_default();
+        assert!(reason.contains("the controller did not answer the mission"), "{reason}");
+    }
 }

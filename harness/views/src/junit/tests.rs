@@ -28,6 +28,21 @@ fn a_broken_bench_is_an_error() {
     insta::assert_snapshot!(document(&broken, None).unwrap());
 }
 
+/// For example a program under test that ended when all was measured.
+#[test]
+fn a_run_that_failed_for_a_reason_of_its_own_is_a_failure() {
+    let reason = Some("`manager` is under test and ended".to_owned());
+    let failed =
+        Summary { outcome: Outcome::Failed, reason, measurements: Vec::new(), ..summary() };
+    let report = Report::deserialize_from_str(&document(&failed, None).unwrap()).unwrap();
+    let TestCaseStatus::NonSuccess { message, .. } = &report.test_suites[0].test_cases[0].status
+    else {
+        panic!("a success")
+    };
+    assert!(message.as_ref().unwrap().as_str().contains("`manager` is under test"));
+    assert_eq!((report.test_suites[0].failures, report.test_suites[0].errors), (1, 0));
+}
+
 #[test]
 fn a_campaign_has_a_case_for_each_property() {
     let (done, saved) = example();
