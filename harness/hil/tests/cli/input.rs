@@ -4,10 +4,15 @@ use crate::hil::{Hil, TURN};
 
 #[test]
 fn what_ships_is_listed() {
-    let all = Hil::new().run(&["list"]).exits(0);
-    for name in ["laps-observed", "paper-table", "lap.gyro_error", "gyro.ambient_celsius"] {
-        assert!(all.out.contains(name), "{name}: {}", all.out);
+    let files = Hil::new().run(&["list"]).exits(0);
+    let all = Hil::new().run(&["list", "--json"]).exits(0);
+    for name in ["laps-observed", "paper-table"] {
+        assert!(files.out.contains(name) && all.out.contains(name), "{name}: {}", files.out);
     }
+    for name in ["lap.gyro_error", "gyro.ambient_celsius"] {
+        assert!(!files.out.contains(name) && all.out.contains(name), "{name}: {}", all.out);
+    }
+    assert!(files.out.ends_with("hil list steps|quantities|parameters|faults\n"), "{}", files.out);
     let plans = Hil::new().run(&["list", "plans"]).exits(0);
     assert!(plans.out.contains("umbmark") && !plans.out.contains("lap.gyro_error"));
 }
