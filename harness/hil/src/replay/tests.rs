@@ -74,12 +74,14 @@ fn every_frame_arrives_in_order_and_none_early() {
 
 #[test]
 fn a_port_that_vanishes_ends_it_with_what_was_sent() {
+    // 20 s: a busy machine may come late to see that it has vanished.
+    const LONG: u32 = 40_000;
     run(async {
         let mut adapter = opened(&"slcan-pty".parse().unwrap()).await;
         let setup = setup(&format!("slcan:{}", adapter.far_path().unwrap()));
         let played = async {
             let mut port = opened(&setup.port).await;
-            play(log(FRAMES), &mut port, &setup, pending()).await
+            play(log(LONG), &mut port, &setup, pending()).await
         };
         let vanish = async {
             let mut heard = 0;
@@ -90,7 +92,7 @@ fn a_port_that_vanishes_ends_it_with_what_was_sent() {
         };
         let (replayed, ()): (Replayed, ()) = tokio::join!(played, vanish);
         assert!(matches!(replayed.ending, Ending::PortLost(PortLost::HungUp)), "{replayed}");
-        assert!((10..u64::from(FRAMES)).contains(&replayed.sent()), "{replayed}");
+        assert!((10..u64::from(LONG)).contains(&replayed.sent()), "{replayed}");
     });
 }
 
