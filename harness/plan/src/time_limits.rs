@@ -59,11 +59,11 @@ impl Step {
         self.explicit_time_limit.unwrap_or_else(|| self.action.default_limit())
     }
 
-    /// The limit of each answer of the controller within the step, if that of the step is one for a person.
+    /// The limit of each answer of the controller, if that of the step leaves time for a person.
     pub fn answer_limit(&self) -> Option<Span> {
-        let is_a_persons =
-            self.explicit_time_limit.is_none() && self.action.default_limit() >= PERSON_LIMIT;
-        is_a_persons.then(|| self.action.motion() * MOTION_FACTOR + ANSWER_LIMIT)
+        let is_needed =
+            self.explicit_time_limit.is_none() && self.action.leaves_time_for_a_person();
+        is_needed.then(|| self.action.motion() * MOTION_FACTOR + ANSWER_LIMIT)
     }
 }
 
@@ -81,12 +81,30 @@ mod tests {
     use serde::Deserialize;
     use wire::time::Span;
 
-    fn action(text: &str) -> Action {
+    fn step(text: &str) -> Step {
         #[derive(Deserialize)]
         struct Holder {
             step: Step,
         }
-        toml::from_str::<Holder>(&format!("step = {text}")).unwrap().step.action
+        toml::from_str::<Holder>(&format!("step = {text}")).unwrap().step
+    }
+
+    fn action(text: &str) -> Action {
+        step(text).action
+    }
+
+    /// A test at rest may take longer than a person, and its answer as long as it.
+    #[test]
+    fn answers_have_a_limit_where_a_person_has_one() {
+        for (text, seconds) in [
+            ("{ place = { x_m = 0, y_m = 0, heading_deg = 0 } }", Some(120)),
+            ("{ lap = { direction = \"cw\" } }", Some(3 * 64 + 120)),
+            ("{ lap = { direction = \"cw\" }, time_limit_s = 900 }", None),
+            ("{ bias_test = { duration_s = 7200 } }", None),
+            ("{ straight = { distance_m = -4 } }", None),
+        ] {
+            assert_eq!(step(text).answer_limit(), seconds.map(Span::from_secs), "{text}");
+        }
     }
 
     #[test]

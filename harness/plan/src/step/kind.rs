@@ -79,6 +79,11 @@ pub(crate) trait StepKind {
         self.rest() + self.motion() * MOTION_FACTOR + SLACK
     }
 
+    /// Whether its limit leaves time for a person, besides that for the controller.
+    fn leaves_time_for_a_person(&self) -> bool {
+        false
+    }
+
     /// Missions for the controller that are phases of their own, and their number.
     fn missions(&self) -> &'static [(&'static str, u64)] {
         &[]

@@ -112,6 +112,10 @@ impl StepKind for Lap {
         self.motion() * MOTION_FACTOR + SLACK * 8 + PERSON_LIMIT * 2
     }
 
+    fn leaves_time_for_a_person(&self) -> bool {
+        true
+    }
+
     fn missions(&self) -> &'static [(&'static str, u64)] {
         &[("straight", 4), ("turn", 4)]
     }

@@ -29,4 +29,8 @@ impl StepKind for MeasurePose {
     fn limit(&self) -> Span {
         PERSON_LIMIT
     }
+
+    fn leaves_time_for_a_person(&self) -> bool {
+        true
+    }
 }

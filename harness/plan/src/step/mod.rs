@@ -289,6 +289,10 @@ impl Action {
         self.kind().limit()
     }
 
+    pub(crate) fn leaves_time_for_a_person(&self) -> bool {
+        self.kind().leaves_time_for_a_person()
+    }
+
     /// Missions for the controller that are phases of their own, and their number.
     pub(crate) fn missions(&self) -> &'static [(&'static str, u64)] {
         self.kind().missions()

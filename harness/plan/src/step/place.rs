@@ -47,4 +47,8 @@ impl StepKind for Place {
     fn limit(&self) -> Span {
         PERSON_LIMIT
     }
+
+    fn leaves_time_for_a_person(&self) -> bool {
+        true
+    }
 }
