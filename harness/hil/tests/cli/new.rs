@@ -60,6 +60,8 @@ fn an_invented_device_is_emulated_tested_and_broken() {
 #[test]
 fn how_much_of_a_fault_it_stands_is_measured() {
     let hil = oven(&[]);
+    // A weaker statement, which fewer runs show.
+    edit(&hil.path("oven/settles.toml"), "at_least = 2 ", "share = 0.5\nruns = 5\nat_least = 2 ");
     let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(0);
     assert!(ran.out.contains("at least 2 s: holds"), "{}", ran.out);
     // Runs of another device do not count for this one, though the plan is the same.

@@ -125,9 +125,9 @@ fn an_envelope_starts_the_program_afresh_for_each_run() {
         "--envelope",
         "drop",
         "--share",
-        "0.7",
+        "0.5",
         "--runs",
-        "10",
+        "5",
         "--quiet",
         "--out",
         "out",
@@ -138,8 +138,8 @@ fn an_envelope_starts_the_program_afresh_for_each_run() {
         let row = rows.find(|row| row.first() == Some(&severity));
         row.map(|row| row[1..4].join(" ")).unwrap_or_default()
     };
-    assert_eq!(row("0"), "10 of 10", "{}", ran.out);
-    assert_eq!(row("0.01"), "10 of 10", "{}", ran.out);
+    assert_eq!(row("0"), "5 of 5", "{}", ran.out);
+    assert_eq!(row("0.01"), "5 of 5", "{}", ran.out);
     assert!(row("100").starts_with("0 of "), "{}", ran.out);
     assert!(ran.out.contains("passes to "), "{}", ran.out);
 }
