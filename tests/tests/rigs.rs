@@ -3,8 +3,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use harness::run::Prepared;
+use harness::run::{PrepareError, Prepared, RigError};
 use harness::{Trial, TrialError, TrialRun};
+use plan::library::LibraryError;
 use plan::made::Made;
 use tempfile::TempDir;
 use tests::plans::{plan_of, record_file};
@@ -154,6 +155,23 @@ fn what_is_wrong_with_a_rig_is_refused() {
         let said = refused(&rig, &cells());
         assert!(said.contains(expected), "{expected}\n{said}");
     }
+}
+
+#[test]
+fn a_device_without_a_file_is_shown_where_the_rig_names_it() {
+    let rig = PACK.replace("emulate = \"cells\"", "emulate = \"cellz\"");
+    let project = project(&rig, &cells());
+    let refused = load(&project);
+    let Err(TrialError::Prepare(PrepareError::Rig(RigError::Library(error)))) = refused else {
+        panic!("taken")
+    };
+    let LibraryError::Mistake(mistake) = error else { panic!("without a place: {error}") };
+    assert!(mistake.file().ends_with("rigs/pack.toml"), "{}", mistake.file());
+    assert_eq!(&rig[mistake.range()], "\"cellz\"");
+    assert_eq!(
+        mistake.advice().map(|help| help.lines().next()),
+        Some(Some("did you mean `cells`?"))
+    );
 }
 
 #[test]

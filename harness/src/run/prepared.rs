@@ -18,7 +18,7 @@ use emulators::device_file::Devices;
 use identification::model::Model;
 #[cfg(feature = "live")]
 use live::world::{PortPlans, Setting, Site};
-use rig::bench::{Bench, DevicesError};
+use rig::bench::Bench;
 use rig::crossing::CrossedLine;
 use rig::director::Director;
 use rig::engine::Engine;
@@ -60,13 +60,11 @@ pub enum PrepareError {
 impl PrepareError {
     /// Adds the place in the plan that names the missing file.
     fn placed(self, plan: &Source) -> Self {
-        let missing = match &self {
-            Self::Library(error)
-            | Self::Rig(
-                RigError::Library(error) | RigError::Devices(DevicesError::Library(error)),
-            )
-            | Self::Calibration(CalibrationError::Library(error))
-            | Self::Model(ModelError::Library(error)) => plan.placed(error),
+        let missing = match self {
+            Self::Rig(error) => return error.placed(plan).into(),
+            Self::Library(ref error)
+            | Self::Calibration(CalibrationError::Library(ref error))
+            | Self::Model(ModelError::Library(ref error)) => plan.placed(error),
             _ => None,
         };
         missing.map_or(self, Self::Library)

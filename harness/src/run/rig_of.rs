@@ -48,6 +48,19 @@ pub enum RigError {
     },
 }
 
+impl RigError {
+    /// Adds the place in the file that names the missing one.
+    pub(super) fn placed(self, file: &Source) -> Self {
+        let missing = match &self {
+            Self::Library(error) | Self::Devices(DevicesError::Library(error)) => {
+                file.placed(error)
+            }
+            _ => None,
+        };
+        missing.map_or(self, Self::Library)
+    }
+}
+
 /// Loads the rig that `plan` names.
 ///
 /// # Errors
@@ -70,7 +83,13 @@ pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
 ///
 /// When it is missing or invalid.
 pub fn load_rig_named(library: &Library, name: &str) -> Result<Rig, RigError> {
-    rig_build::load(library, name, &mut Reader(library))
+    rig_build::load(library, name, &mut Reader(library)).map_err(|error| {
+        match library.open(Kind::Rig, name) {
+            Ok(rig) => error.placed(&rig),
+            // The missing file is the rig's own.
+            Err(_) => error,
+        }
+    })
 }
 
 /// Loads the plan and the rig of a recorded run: of the plan `named`, else of the plan in the record, else of the
