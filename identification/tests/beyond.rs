@@ -2,12 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod recorded;
-
+use crate::recorded::{Recorded, recorded};
 use identification::dataset::{Dataset, Role};
 use identification::identify::{Options, identify, predict};
 use identification::model::{Form, Model};
-use recorded::{Recorded, recorded};
 
 /// deg/s
 const SIGMA: f64 = 0.02;

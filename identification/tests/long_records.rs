@@ -1,10 +1,8 @@
 //! Records so long that slow causes are searched on means of rows, and fast ones on the rows.
 
-mod recorded;
-
+use crate::recorded::{Recorded, recorded};
 use identification::finding::Verdict;
 use identification::identify::{Identified, Options, identify};
-use recorded::{Recorded, recorded};
 
 const SIGMA: f64 = 0.05;
 /// Two hours at 10 Hz.

@@ -1,10 +1,8 @@
 //! A bias with a random walk appears among the effects with its size, and noise with a short memory does not.
 
-mod recorded;
-
+use crate::recorded::{Recorded, recorded};
 use identification::finding::Finding;
 use identification::identify::{Options, identify};
-use recorded::{Recorded, recorded};
 
 const RUNS: usize = 6;
 const ROWS: usize = 1200;

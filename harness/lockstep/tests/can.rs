@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{
+use crate::common::{
     base, c, compiled, drive, frame, has_tool, none_left, python_with, same_each_time, secs,
     source, text,
 };
@@ -48,7 +46,11 @@ fn python_can_with_asyncio() {
 }
 
 /// Runs a program for a number of seconds; returns what it sent and what it printed.
-fn printed(words: &[&str], seconds: i64, streams: &[common::Stream]) -> (Vec<Event>, String) {
+fn printed(
+    words: &[&str],
+    seconds: i64,
+    streams: &[crate::common::Stream],
+) -> (Vec<Event>, String) {
     let heard = Arc::new(Mutex::new(Vec::new()));
     let kept = Arc::clone(&heard);
     let sink = move |bytes: &[u8]| kept.lock().unwrap().extend_from_slice(bytes);
@@ -181,13 +183,13 @@ fn fd(id: u16, bits: u8, data: &[u8]) -> Transmit {
 }
 
 /// 64 bytes at 50 Hz, with a counter in the last one; every second frame is a classic one.
-fn long_frames() -> common::Stream {
+fn long_frames() -> crate::common::Stream {
     let what = |k: i64| {
         let mut data = [0x5a; 64];
         data[63] = k as u8;
         if k % 2 == 0 { frame(0x181, &data[..8]) } else { fd(0x181, 1, &data) }
     };
-    common::Stream { what, ..base(0) }
+    crate::common::Stream { what, ..base(0) }
 }
 
 #[test]

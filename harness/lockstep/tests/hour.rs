@@ -1,14 +1,12 @@
 //! An hour of bench time, twenty times, on a busy machine: each program sends the same at the same nanosecond.
 //!
-//! `cargo test -p lockstep --release --test hour -- --ignored --nocapture --test-threads 1` prints a row for each.
+//! `cargo test -p lockstep --release --test programs -- hour:: --ignored --nocapture --test-threads 1` prints a row for each.
 //! `HIL_TESTS_HOURS` sets another number of runs. Programs in Python need an interpreter with their packages
 //! (`HIL_TESTS_PYTHON`).
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{
+use crate::common::{
     Stream, base, c, compiled, example, go, gyro, python_with, same_each_time, secs, source,
 };
 use lockstep::Program;

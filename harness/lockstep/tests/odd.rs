@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{
+use crate::common::{
     c, compiled, drive, none_left, none_left_of, python_with, secs, text, with_others_rights,
 };
 use lockstep::verify::Event;
@@ -161,7 +159,7 @@ fn one_that_looks_for_bytes_without_end_gets_on() {
     let mut running =
         odd("look").spin_questions(100).spin_step(Span::from_micros(50)).start().unwrap();
     assert!(drive(&mut running, Timestamp::from_nanos(10_020_000), &[]).is_empty());
-    running.receive(Timestamp::from_nanos(10_020_000), PortId(0), &common::bytes("x"));
+    running.receive(Timestamp::from_nanos(10_020_000), PortId(0), &crate::common::bytes("x"));
     let events = drive(&mut running, secs(1), &[]);
     assert_eq!(text(&events, 0), "byte\n");
     assert_eq!(events[0].at.as_nanos(), 10_050_000);
@@ -227,7 +225,7 @@ fn programs_that_the_c_library_starts_are_waited_for() {
                   r = subprocess.run(['sh', '-c', 'sleep 3; echo done'], capture_output=True, text=True); \
                   open('/dev/ttyHIL0', 'w').write(f'{r.stdout.strip()} {time.time() - s}')";
     let program = || Program::new([python.as_str(), "-c", script]).serial("/dev/ttyHIL0");
-    let events = common::same_each_time(2, 5, &[], program);
+    let events = crate::common::same_each_time(2, 5, &[], program);
     assert_eq!(text(&events, 0), "done 3.0");
 }
 
@@ -246,7 +244,7 @@ fn one_that_is_stopped_may_still_say_something() {
     drive(&mut running, secs(5), &[]);
     running.stop(secs(5), Span::from_secs(1));
     let (_, what) = running.transmit(secs(5)).unwrap();
-    assert_eq!(what, common::bytes("bye\n"));
+    assert_eq!(what, crate::common::bytes("bye\n"));
     let Some(Ended::Stopped(status)) = running.ended() else { panic!("{:?}", running.state()) };
     assert!(status.success());
     let mut running = odd("deaf").start().unwrap();

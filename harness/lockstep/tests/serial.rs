@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{c, compiled, example, gyro, python_with, same_each_time, source, text};
+use crate::common::{c, compiled, example, gyro, python_with, same_each_time, source, text};
 use lockstep::Program;
 
 #[test]

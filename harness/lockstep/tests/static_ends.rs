@@ -2,9 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{bytes, compiled, drive, none_left_of, processes_of, secs, text, with_others_rights};
+use crate::common::{
+    bytes, compiled, drive, none_left_of, processes_of, secs, text, with_others_rights,
+};
 use lockstep::verify::Event;
 use lockstep::{BinaryError, Ended, Lockstep, Program, StartError, State};
 use std::os::unix::process::ExitStatusExt as _;

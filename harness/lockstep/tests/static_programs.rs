@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{
+use crate::common::{
     Busy, base, c, compiled, drive, example, frame, go, gyro, same_each_time, secs, source, text,
 };
 use lockstep::verify::{Event, compare};

@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{bytes, c, python, secs};
+use crate::common::{bytes, c, python, secs};
 use lockstep::{Lockstep, Program, Said};
 use wire::device::{Device as _, PortId, Transmit};
 use wire::packet::Packet;

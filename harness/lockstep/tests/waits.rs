@@ -2,9 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-mod common;
-
-use common::{bytes, c, compiled, drive, secs, text};
+use crate::common::{bytes, c, compiled, drive, secs, text};
 use lockstep::{Ended, Program};
 use wire::device::{Device as _, PortId};
 use wire::time::{Span, Timestamp};

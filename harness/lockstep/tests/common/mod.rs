@@ -1,7 +1,5 @@
 //! A small rig: streams timed by the bench clock, and everything that a program sends.
 
-#![allow(dead_code, reason = "no test uses all of it")]
-
 use lockstep::verify::{Event, compare};
 use lockstep::{Lockstep, Program};
 use std::ffi::OsString;

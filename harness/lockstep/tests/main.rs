@@ -1,0 +1,12 @@
+//! Programs in virtual time, one subject a file.
+
+mod can;
+mod common;
+mod hour;
+mod odd;
+mod other_machine;
+mod serial;
+mod static_ends;
+mod static_programs;
+mod talks;
+mod waits;

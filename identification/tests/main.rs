@@ -1,0 +1,19 @@
+//! Findings on data whose causes are known, one subject a file.
+
+mod beyond;
+mod clipping;
+mod comes_and_goes;
+mod driven;
+mod ends_of_laps;
+mod few_causes;
+mod first_light;
+mod late;
+mod long_records;
+mod marginality;
+mod memory;
+mod next_experiment;
+mod random_walk;
+mod recorded;
+mod rounding;
+mod sensor;
+mod turns;
