@@ -29,7 +29,7 @@ pub(crate) struct GyroInput {
     integrator: HeadingIntegrator,
     heard: Option<Timestamp>,
     good: Option<Timestamp>,
-    /// End of the last pause. Samples that arrived at that instant may have waited during the pause.
+    /// Arrival of the last sample that may have waited during a pause.
     returned: Timestamp,
     skipped: u16,
     /// Present on a base, whose turn rate is limited.
@@ -139,6 +139,13 @@ impl GyroInput {
         self.last_of_use().is_some_and(|last| last > self.returned)
     }
 
+    /// True if a sample that arrives at `now` follows one that ended a pause faster than a gyro sends: it has waited too.
+    /// A host reads what waited in pieces, each a little later than the one before.
+    fn follows_at_once(&self, now: Timestamp) -> bool {
+        let half = self.config.stream.format.period() / 2;
+        self.heard.is_some_and(|last| last == self.returned && now - last < half)
+    }
+
     /// Samples arrive, but none has been valid for too long, or all are equal.
     pub(crate) fn is_invalid(&self, now: Timestamp) -> bool {
         let since = |last: Option<Timestamp>, span| last.is_none_or(|last| now - last > span);
@@ -163,7 +170,7 @@ impl GyroInput {
     #[inline(always)]
     pub(crate) fn take(&mut self, now: Timestamp, sample: &GyroSample) -> Option<Reading> {
         // Samples that waited less make no heading older than one and a half time-outs.
-        if self.is_silent_for(now, self.config.timeout / 2) {
+        if self.is_silent_for(now, self.config.timeout / 2) || self.follows_at_once(now) {
             self.returned = now;
         }
         if self.is_silent(now)
@@ -227,5 +234,37 @@ fn is_finite(output: GyroOutput) -> bool {
     match output {
         GyroOutput::Rate(rate) => rate.is_finite(),
         GyroOutput::Increment(angle) | GyroOutput::Integrated(angle) => angle.is_finite(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{GyroConfig, GyroInput, GyroOutput, GyroSample, Timestamp};
+    use wire::gyro::GyroStatus;
+    use wire::time::Span;
+    use wire::units::AngularRate;
+
+    /// A stalled host reads what waited in pieces; the age of each is unknown, however late its piece was read.
+    #[test]
+    fn what_waited_is_not_current_in_whatever_pieces_it_is_read() {
+        let mut input = GyroInput::new(GyroConfig::default(), true);
+        let sample = GyroSample {
+            output: GyroOutput::Rate(AngularRate::ZERO),
+            valid: true,
+            status: GyroStatus::default(),
+            temperature: None,
+            sequence: None,
+        };
+        let mut current = |micros: i64| {
+            input.take(Timestamp::ZERO + Span::from_micros(micros), &sample);
+            input.is_current()
+        };
+        current(10_000);
+        assert!(current(20_000));
+        for piece in 0..40 {
+            assert!(!current(1_020_000 + piece * 300), "piece {piece}");
+        }
+        assert!(current(1_041_700), "one that came by itself");
+        assert!(current(1_042_000), "and what the line bunches then");
     }
 }

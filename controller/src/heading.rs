@@ -209,6 +209,7 @@ impl HeadingIntegrator {
         let stalled =
             after_silence && self.silences.is_known(silence, self.last_sequence, sample.sequence);
         if after_silence && !stalled {
+            self.samples_lost += silence.lost(self.last_sequence, sample.sequence);
             self.lose_track();
         }
         if let Some(heading) = self.silences.ends(now, stalled, sample.sequence.is_some()) {

@@ -2,6 +2,9 @@
 //!
 //! The controller receives both all the time. From the start of a drive, a good gyro and a good base differ only by
 //! the base's own errors. A larger difference means that one of the two is wrong; the controller cannot tell which.
+//!
+//! The same holds for the last second or two, over which these errors are smaller: a bias that leaps on a straight line
+//! shows there first.
 
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
@@ -15,6 +18,11 @@ const APART_PER_TURN: f64 = 0.025;
 const APART_DEG_PER_M: f64 = 0.25;
 /// Largest age difference of the compared headings. Assumption: one exchange on the serial line.
 const AGE: Span = Span::from_millis(60);
+/// Limit for a part of a drive. Assumption: a step of the K2A's heading of 0.3 deg, and a play of the steering of 0.5 deg,
+/// the greatest of its class.
+const PART_APART_MAX: Angle = Angle::from_deg(0.8);
+/// Least length of a part; at most twice that.
+const PART: Span = Span::from_secs(1);
 /// Duration for which they may differ by more: as long as a gyro may be silent.
 const PATIENCE: Span = Span::from_millis(100);
 
@@ -26,7 +34,17 @@ pub(crate) struct HeadingWatch {
     path: Length,
     /// The larger of the two turns.
     turned: Angle,
+    part: Part,
     apart_since: Option<Timestamp>,
+    part_apart_since: Option<Timestamp>,
+}
+
+/// The last part of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Part {
+    start: Option<Heard>,
+    /// Start of the next part, and when it was heard.
+    next: Option<(Timestamp, Heard)>,
 }
 
 /// State at a motion message of the base.
@@ -54,14 +72,11 @@ impl HeadingWatch {
         };
         self.path += (heard.displacement - self.last_path).abs();
         self.last_path = heard.displacement;
-        let gyro = heard.gyro - start.gyro;
-        let odometry = heard.odometry - start.odometry;
-        self.turned = self.turned.max(gyro.abs()).max(odometry.abs());
-        if self.agree(start, heard) {
-            self.apart_since = None;
-            return false;
-        }
-        now - *self.apart_since.get_or_insert(now) >= PATIENCE
+        self.turned = self.turned.max(turned(start, heard));
+        let alike = self.agree(start, heard);
+        let part_alike = self.part.agrees(now, heard);
+        is_late(&mut self.apart_since, now, alike)
+            | is_late(&mut self.part_apart_since, now, part_alike)
     }
 
     /// True if they may differ like that at the end of a drive, where both stand: nothing is late.
@@ -71,13 +86,48 @@ impl HeadingWatch {
     }
 
     fn agree(&self, start: Heard, heard: Heard) -> bool {
-        let apart_max = APART_MAX
-            + self.turned * APART_PER_TURN
-            + Angle::from_deg(APART_DEG_PER_M * self.path.m())
-            + heard.rate.abs() * AGE;
-        let apart = (heard.gyro - start.gyro) - (heard.odometry - start.odometry);
-        apart.abs() <= apart_max
+        apart(start, heard) <= APART_MAX + grows(self.turned, self.path) + heard.rate.abs() * AGE
     }
+}
+
+impl Part {
+    /// Takes a motion message; true if the headings turned alike since the start of the part.
+    fn agrees(&mut self, now: Timestamp, heard: Heard) -> bool {
+        let (since, next) = *self.next.get_or_insert((now, heard));
+        if now - since >= PART {
+            self.start = Some(next);
+            self.next = Some((now, heard));
+        }
+        let Some(start) = self.start else { return true };
+        let path = (heard.displacement - start.displacement).abs();
+        // At its start, too, one of the two may have been late.
+        let late = (heard.rate.abs() + start.rate.abs()) * AGE;
+        apart(start, heard) <= PART_APART_MAX + grows(turned(start, heard), path) + late
+    }
+}
+
+/// Difference between the turns of the two headings.
+fn apart(start: Heard, heard: Heard) -> Angle {
+    ((heard.gyro - start.gyro) - (heard.odometry - start.odometry)).abs()
+}
+
+/// The larger of the two turns.
+fn turned(start: Heard, heard: Heard) -> Angle {
+    (heard.gyro - start.gyro).abs().max((heard.odometry - start.odometry).abs())
+}
+
+/// By how much a base like the paper's may err over such a turn and path.
+fn grows(turned: Angle, path: Length) -> Angle {
+    turned * APART_PER_TURN + Angle::from_deg(APART_DEG_PER_M * path.m())
+}
+
+/// True if the headings have not been alike for too long.
+fn is_late(since: &mut Option<Timestamp>, now: Timestamp, alike: bool) -> bool {
+    if alike {
+        *since = None;
+        return false;
+    }
+    now - *since.get_or_insert(now) >= PATIENCE
 }
 
 #[cfg(test)]
@@ -117,6 +167,18 @@ mod tests {
         let at = noticed(30.0, |s| (30.0 * s.min(1.0), 30.0 * s), 0.0).expect("it stood for 2 s");
         assert!((1.0..1.4).contains(&at), "{at}");
         assert!(noticed(0.0, |s| (0.3 * s, 0.0), 0.4).is_some());
+    }
+
+    /// 3,000 deg/h for 1.6 s leave 1.3 deg: the whole line of 4 m may err by 2 deg, two seconds of it by less.
+    #[test]
+    fn a_leap_of_the_bias_shows_on_a_straight_line() {
+        let step = |deg: f64| (deg / 0.3).round() * 0.3;
+        let leap = |s: f64| 3_000.0 / 3_600.0 * (s - 4.0).clamp(0.0, 1.6);
+        // The steering follows the gyro.
+        let at = noticed(0.0, |s| (0.0, step(-leap(s) - 0.125 * 0.4 * s)), 0.4).expect("it leapt");
+        assert!((4.9..6.0).contains(&at), "{at}");
+        // Play of the steering, by the end of which the odometry is ahead.
+        assert_eq!(noticed(0.0, |s| (0.0, step(0.5 * f64::from(u8::from(s > 4.0)))), 0.4), None);
     }
 
     /// Found by a campaign: a gyro that drifted while the base crept, and the base's last word came as it stood.

@@ -80,6 +80,16 @@ impl Silence {
         (periods - 1.0).clamp(0.0, f64::from(u16::MAX)) as u16
     }
 
+    /// Samples lost in it: as many as were due, or by the numbers of its neighbours, which wrap, nearly as many.
+    pub(crate) fn lost(self, before: Option<Sequence>, after: Option<Sequence>) -> u64 {
+        let due = i64::from(self.due());
+        let (Some(before), Some(after)) = (before, after) else { return due.unsigned_abs() };
+        let (lost, modulus) =
+            (i64::from(after.lost_since(before)), i64::from(after.modulus.max(1)));
+        let wraps = (due - lost + modulus / 2).div_euclid(modulus).max(0);
+        (lost + wraps * modulus).unsigned_abs()
+    }
+
     fn is_short(self) -> bool {
         self.lasted <= INTERPOLATED_MAX
     }
@@ -127,6 +137,26 @@ mod tests {
             (9_000, 131, false),
         ] {
             assert_eq!(is_known(lasted_ms, lost), known, "{lasted_ms} ms, {lost} lost");
+        }
+    }
+
+    #[test]
+    fn what_was_lost_is_counted_by_time_and_numbers() {
+        let number = |value: u8| Some(Sequence { value, modulus: 256 });
+        let lost = |lasted_ms, before, after| {
+            Silence { lasted: Span::from_millis(lasted_ms), period: PERIOD }.lost(before, after)
+        };
+        assert_eq!(lost(500, None, None), 49);
+        for (lasted_ms, between, expected) in [
+            (500, 49, 49),
+            (500, 47, 47),
+            (500, 0, 0),
+            (2_700, 13, 269),
+            (2_570, 0, 256),
+            (7_800, 10, 778),
+        ] {
+            let after = number(201u8.wrapping_add(between));
+            assert_eq!(lost(lasted_ms, number(200), after), expected, "{lasted_ms} ms, {between}");
         }
     }
 

@@ -64,6 +64,7 @@ fn every_file_describes_devices() {
     assert_eq!(
         files,
         [
+            "biased-table.toml",
             "dsp3000-table.toml",
             "paper-mounted.toml",
             "paper-noisier.toml",

@@ -118,6 +118,22 @@ fn silence_is_not_bridged() {
     assert!((integrator.heading().deg() - 0.2).abs() < 1e-9);
 }
 
+/// Half a second and three seconds without a gyro, with and without numbers, which wrap.
+#[test]
+fn what_a_silence_lost_is_counted() {
+    for (back, lost) in [(150, 49), (400, 299)] {
+        for numbered in [true, false] {
+            let mut integrator = HeadingIntegrator::new(&GyroConfig::default());
+            for n in (0..=100).chain(back..back + 10) {
+                let mut sample = sample(GyroOutput::Rate(AngularRate::ZERO), n);
+                sample.sequence = sample.sequence.filter(|_| numbered);
+                integrator.sample(at(n), &sample, 0);
+            }
+            assert_eq!(integrator.samples_lost(), lost, "{numbered}");
+        }
+    }
+}
+
 #[test]
 fn host_time_follows_a_slow_gyro_and_sample_count_does_not() {
     for (clock, expected) in [(IntegrationClock::Samples, 30.0), (IntegrationClock::HostTime, 30.9)]

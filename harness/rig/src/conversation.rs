@@ -48,6 +48,11 @@ impl<C: Crossing> Simulation<C> {
                 // There may be more news.
                 touched.node(place);
             }
+            News::Misreport(what) => {
+                director.engine.failed(*now, &what);
+                touched.node(place);
+                touched.0 |= Touched::PLAN;
+            }
             News::Ended(how) => {
                 director.engine.lost_controller(*now, &how);
                 touched.0 |= Touched::PLAN;

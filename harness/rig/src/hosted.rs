@@ -51,6 +51,8 @@ pub trait HostedController: fmt::Debug + Send {
 pub enum News {
     /// A line that is not a report.
     Note(String),
+    /// A line that should have been a report on which the run depends: the run fails.
+    Misreport(String),
     /// The program has ended or did not start; why.
     Ended(String),
 }

@@ -125,6 +125,24 @@ fn the_bias_method_counts() {
     caught(Mutant::BiasMethodIgnored, "wrong", on_a_table(&steps, devices, Calibration::default()));
 }
 
+/// The bias of the paper's own unit is within the band of a turn.
+#[test]
+fn a_bias_that_is_not_taken_off_fails_the_table_run() {
+    let mut prepared = shipped("live-table-run");
+    let failed = |prepared: &Prepared| {
+        let run = verdicts(prepared, 1, &Answers::default(), &mut |_| true);
+        let failed = run.measurements.into_iter().filter(|row| !row.verdict.is_acceptable());
+        failed.map(|row| row.name).collect::<Vec<_>>()
+    };
+    assert_eq!(failed(&prepared), Vec::<String>::new());
+    let test = "{ bias_test = { duration_s = 20 } },";
+    let text = include_str!("../../../test-plans/live-table-run.toml");
+    let ignored = text.replace(test, &format!("{test} {{ bias_method = \"none\" }},"));
+    assert_ne!(ignored, text);
+    prepared.plan = Arc::new(Plan::parse("ignored", &ignored).expect("a plan"));
+    assert_eq!(failed(&prepared), ["table_error"]);
+}
+
 #[test]
 fn what_is_noticed_shows() {
     let text = r#"

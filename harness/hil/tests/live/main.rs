@@ -9,6 +9,7 @@
 //! * [`faults`]: what goes wrong on purpose, and properties.
 //! * [`late`]: devices that answer late.
 //! * [`lease`]: benches that people share.
+//! * [`liars`]: controllers that say what is not so.
 //! * [`ports`]: ports that come and go.
 //! * [`table`]: an emulated table on a port.
 //! * [`wrong`]: wrong wiring and settings.
@@ -24,6 +25,7 @@ mod commands;
 mod faults;
 mod late;
 mod lease;
+mod liars;
 mod own_device;
 mod ports;
 mod table;
@@ -108,7 +110,7 @@ fn a_side_and_a_corner_with_the_controller_in_the_process() {
             run(&["run", "live-side", "--clock", "real", "--controller", "in-process"], &out);
         assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
         let summary = summary(&out);
-        assert_eq!(summary["measurements"].as_array().unwrap().len(), 3);
+        assert_eq!(summary["measurements"].as_array().unwrap().len(), 8);
         assert!(summary["timing"]["bus_to_command"]["count"].as_u64().unwrap() > 10);
         assert_eq!(summary["timing"]["misses_judged"], 0);
         // Both ends of both lines.

@@ -33,11 +33,21 @@ paper = "none"
 }
 
 fn start(folder: &Path, out: &PathBuf, plan_text: &str, bench: &str) -> Child {
+    start_with("in-process", folder, out, plan_text, bench)
+}
+
+fn start_with(
+    controller: &str,
+    folder: &Path,
+    out: &PathBuf,
+    plan_text: &str,
+    bench: &str,
+) -> Child {
     let plan = plan(folder, plan_text);
     let file = folder.join("bench.toml");
     std::fs::write(&file, bench).unwrap();
     let mut run = hil();
-    run.args(["run", plan.to_str().unwrap(), "--clock", "real", "--controller", "in-process"]);
+    run.args(["run", plan.to_str().unwrap(), "--clock", "real", "--controller", controller]);
     run.arg("--bench").arg(file).arg("--quiet").arg("--out").arg(out);
     run.spawn().unwrap()
 }
@@ -48,12 +58,13 @@ fn block_on<T>(test: impl Future<Output = T>) -> T {
 }
 
 /// Unplugs the adapter of a real gyro, and plugs it in again if `again` is set.
-fn unplugged(again: bool) -> (Option<i32>, serde_json::Value, String) {
+fn unplugged(controller: &str, again: bool) -> (Option<i32>, serde_json::Value, String) {
     let (folder, out) = out("unplugged");
     let link = folder.path().join("ttyUSB0");
     let port = block_on(async { PtyPort::open(Some(&link)).unwrap() });
     let bench = format!("[gyro]\nport = \"serial:{}\"\n", link.display());
-    let mut child = start(folder.path(), &out, &waiting("paper-table", 8), &bench);
+    let plan = waiting("paper-table", 8);
+    let mut child = start_with(controller, folder.path(), &out, &plan, &bench);
     let back = block_on(async {
         // The run has opened the port: it begins the record before.
         while !out.join("record.hilrec").is_file() {
@@ -72,7 +83,7 @@ fn unplugged(again: bool) -> (Option<i32>, serde_json::Value, String) {
 #[test]
 fn a_port_that_is_plugged_in_again_is_used_again() {
     in_time(|| {
-        let (status, summary, record) = unplugged(true);
+        let (status, summary, record) = unplugged("in-process", true);
         assert_eq!(status, Some(0), "{summary}");
         assert!(record.contains("is lost: the device was unplugged"), "{record}");
         assert!(record.contains("is back"), "{record}");
@@ -93,11 +104,22 @@ fn a_port_that_is_plugged_in_again_is_used_again() {
 #[test]
 fn a_port_that_never_returns_ends_the_run_by_its_name() {
     in_time(|| {
-        let (status, summary, record) = unplugged(false);
+        let (status, summary, record) = unplugged("in-process", false);
         assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
         let reason = summary["reason"].as_str().unwrap();
         assert!(reason.contains("ttyUSB0") && reason.contains("is lost"), "{reason}");
         assert!(record.contains("is lost"), "{record}");
+    });
+}
+
+/// The controller has the port alone: the harness sees only that its path leads nowhere.
+#[test]
+fn a_port_that_only_the_controller_has_ends_the_run_by_its_name_too() {
+    in_time(|| {
+        let (status, summary, _) = unplugged("process", false);
+        assert_eq!((status, &summary["outcome"]), (Some(3), &"error".into()), "{summary}");
+        let reason = summary["reason"].as_str().unwrap();
+        assert!(reason.contains("ttyUSB0 is gone"), "{reason}");
     });
 }
 

@@ -12,7 +12,7 @@ mod splitter;
 #[cfg(test)]
 mod tests;
 
-use crate::process::{line_of, report_of};
+use crate::process::{Unread, line_of, report_of};
 use controller::mission::{Mission, ReportLine};
 use plan::bench_file::AttachPlace;
 use ports::spec::SpecError;
@@ -63,7 +63,7 @@ pub enum AttachedEvent {
         /// Line number, from one.
         number: u64,
         /// The mistake.
-        cause: String,
+        unread: Unread,
     },
     /// The connection is lost, with the reason.
     Lost(String),
@@ -141,6 +141,6 @@ fn told(number: u64, cut: &Cut) -> Option<AttachedEvent> {
     };
     Some(match report? {
         Ok(report) => AttachedEvent::Report(report),
-        Err(cause) => AttachedEvent::BadLine { number, cause },
+        Err(unread) => AttachedEvent::BadLine { number, unread },
     })
 }

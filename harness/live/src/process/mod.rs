@@ -8,9 +8,11 @@
 mod pipes;
 #[cfg(test)]
 mod tests;
+mod unread;
 
 pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX};
 pub use pipes::{line_of, report_of};
+pub use unread::Unread;
 
 use super::lines::{self, Places};
 use controller::mission::{Mission, ReportLine};
@@ -47,7 +49,7 @@ pub enum ProcessEvent {
         /// Line number, from one.
         number: u64,
         /// The mistake.
-        cause: String,
+        unread: Unread,
     },
     /// It has ended, and all of its output has been passed on.
     Exited(Exit),

@@ -1,6 +1,6 @@
 //! The three pipes of a process, each with a thread that may block so that the harness does not.
 
-use super::ProcessEvent;
+use super::{ProcessEvent, Unread};
 use controller::mission::{Mission, ReportLine};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, PipeReader, PipeWriter, Read as _, Write as _};
@@ -80,7 +80,7 @@ fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
         let event = match report_of(whole) {
             None => continue,
             Some(Ok(report)) => ProcessEvent::Report(report),
-            Some(Err(cause)) => ProcessEvent::BadLine { number, cause },
+            Some(Err(unread)) => ProcessEvent::BadLine { number, unread },
         };
         if events.blocking_send(event).is_err() {
             return;
@@ -89,22 +89,17 @@ fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
 }
 
 /// The report in a line, or the mistake in it; `line` is `None` for an overlong line. Returns `None` for a blank line.
-pub fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, String>> {
+pub fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, Unread>> {
     let Some(line) = line else {
-        return Some(Err(format!("longer than {LINE_BYTES_MAX} bytes")));
+        let cause = format!("longer than {LINE_BYTES_MAX} bytes");
+        return Some(Err(Unread { cause, is_grave: false }));
     };
-    if line.trim_ascii().is_empty() {
+    let line = line.trim_ascii();
+    if line.is_empty() {
         return None;
     }
-    let read = serde_json::from_slice(line.trim_ascii());
-    Some(read.map(Box::new).map_err(|cause| format!("{cause}: {}", shortened(line))))
-}
-
-/// The beginning of a line, escaped for output.
-fn shortened(line: &[u8]) -> String {
-    const QUOTED_BYTES: usize = 80;
-    let start = line.get(..QUOTED_BYTES).unwrap_or(line).trim_ascii();
-    start.escape_ascii().to_string()
+    let read = serde_json::from_slice(line);
+    Some(read.map(Box::new).map_err(|cause| Unread::new(line, &cause.to_string())))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -195,7 +190,7 @@ fn copy(mut pipe: PipeReader, (mut file, mut room): (File, usize), tail: &Mutex<
 
 #[cfg(test)]
 mod tests {
-    use super::{LINE_BYTES_MAX, ProcessEvent, read_reports};
+    use super::{LINE_BYTES_MAX, ProcessEvent, Unread, read_reports};
     use std::io::BufReader;
     use tokio::sync::mpsc;
 
@@ -214,9 +209,13 @@ mod tests {
         let events = events(&bytes);
         assert_eq!(events.len(), 4);
         assert!(matches!(&events[0], ProcessEvent::Report(line) if line.at.as_nanos() == 5));
-        let ProcessEvent::BadLine { number: 3, cause } = &events[1] else { panic!("{events:?}") };
+        let bad = |event: &ProcessEvent| match event {
+            ProcessEvent::BadLine { number, unread } => (*number, unread.clone()),
+            event => panic!("{event:?}"),
+        };
+        let (3, Unread { cause, is_grave: false }) = bad(&events[1]) else { panic!("{events:?}") };
         assert!(cause.ends_with("\\x1b[0mhello"), "{cause}");
-        let ProcessEvent::BadLine { number: 4, cause } = &events[2] else { panic!("{events:?}") };
+        let (4, Unread { cause, is_grave: false }) = bad(&events[2]) else { panic!("{events:?}") };
         assert!(cause.contains("longer"), "{cause}");
         assert_eq!(events[3], events[0]);
     }

@@ -3,7 +3,7 @@
 
 use super::in_step::{STOPPING, in_words};
 use crate::command::fill;
-use crate::process::{line_of, report_of};
+use crate::process::{Unread, line_of, report_of};
 use crate::world::controller_words;
 use controller::config::{Config, Transport};
 use controller::mission::{Mission, Report};
@@ -71,7 +71,7 @@ struct ControllerInStep {
     /// Number of lines that it has written.
     lines: u64,
     /// A line that is not a report.
-    note: Option<String>,
+    note: Option<News>,
     /// It no longer takes missions.
     is_deaf: bool,
     /// Its end was reported.
@@ -140,9 +140,11 @@ impl HostedController for ControllerInStep {
             match report_of(line) {
                 None => {}
                 Some(Ok(line)) => return Some(line.report),
-                Some(Err(cause)) => {
+                Some(Err(Unread { cause, is_grave })) => {
                     let number = self.lines;
-                    self.note = Some(format!("line {number} of the device under test: {cause}"));
+                    let what = format!("line {number} of the device under test: {cause}");
+                    self.note =
+                        Some(if is_grave { News::Misreport(what) } else { News::Note(what) });
                 }
             }
         }
@@ -151,7 +153,7 @@ impl HostedController for ControllerInStep {
 
     fn news(&mut self) -> Option<News> {
         if let Some(note) = self.note.take() {
-            return Some(News::Note(note));
+            return Some(note);
         }
         if self.is_told {
             return None;

@@ -8,7 +8,7 @@ use super::role_port::PortEvent;
 use super::talk::Talk;
 use crate::attached::{AttachError, AttachedDevice, AttachedEvent};
 use crate::command::{CommandError, fill};
-use crate::process::{DeviceProcess, ProcessEvent, SpawnError};
+use crate::process::{DeviceProcess, ProcessEvent, SpawnError, Unread};
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use plan::bench_file::AttachPlace;
@@ -91,6 +91,8 @@ pub(super) enum Heard {
     Note(String),
     /// A line that is not a report; there may be any number of them.
     BadLine(String),
+    /// A line that should have been a report on which the run depends.
+    Misreport(String),
     /// An event of a port of the in-process controller.
     Port(&'static str, PortEvent),
     /// It has ended.
@@ -267,9 +269,7 @@ impl Running {
             Self::Process { ended: true, .. } => std::future::pending().await,
             Self::Process { process, ended } => match process.next_event().await {
                 ProcessEvent::Report(line) => Heard::Report(line.report),
-                ProcessEvent::BadLine { number, cause } => {
-                    Heard::BadLine(format!("line {number} of the device under test: {cause}"))
-                }
+                ProcessEvent::BadLine { number, unread } => unread_line(number, unread),
                 ProcessEvent::Exited(exit) => {
                     *ended = true;
                     let words = process.last_words();
@@ -281,9 +281,7 @@ impl Running {
             },
             Self::Attached { device, place, missing } => match device.next_event().await {
                 AttachedEvent::Report(line) => Heard::Report(line.report),
-                AttachedEvent::BadLine { number, cause } => {
-                    Heard::BadLine(format!("line {number} of the device under test: {cause}"))
-                }
+                AttachedEvent::BadLine { number, unread } => unread_line(number, unread),
                 AttachedEvent::NotThere(why) => {
                     *missing = Some(why);
                     Heard::Nothing
@@ -304,6 +302,11 @@ impl Running {
             Self::Attached { device, .. } => device.end().await,
         }
     }
+}
+
+fn unread_line(number: u64, Unread { cause, is_grave }: Unread) -> Heard {
+    let what = format!("line {number} of the device under test: {cause}");
+    if is_grave { Heard::Misreport(what) } else { Heard::BadLine(what) }
 }
 
 /// Command line of our controller for this bench.

@@ -87,6 +87,7 @@ impl LiveWorld {
                     note(sink, now, Device::Controller, what);
                 }
             }
+            Heard::Misreport(what) => self.director.engine.failed(now, &what),
             Heard::Note(what) => note(sink, now, Device::Controller, what),
             Heard::Port(role, event) => {
                 let name = device.in_process().and_then(|here| here.port(role));

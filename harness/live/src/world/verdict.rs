@@ -1,13 +1,17 @@
 //! Final judgement of a run in real time: the cause of its end, how well time was kept, and the traffic of the ports.
 
 use super::LiveWorld;
-use super::device_under_test::Running;
+use super::device_under_test::{DeviceUnderTest, Running};
 use super::lateness::Lateness;
+use super::placement::Player;
 use super::ports::{BASE, GYRO, Ports};
 use judge::properties::{PropertyVerdict, Unjudged};
+use ports::PortSpec;
+use ports::spec::SerialDevice;
 use record::FaultSummary;
 use record::outcome::{CommandSummary, Outcome, PortSide, PortSummary, Timing};
 use rig::engine::Ending;
+use std::path::Path;
 use wire::time::Timestamp;
 
 /// Result of a live run.
@@ -61,10 +65,16 @@ pub(super) fn excuse(
     }
 }
 
+/// Whether the path of a serial port no longer leads anywhere.
+fn is_gone(spec: &PortSpec) -> bool {
+    let (PortSpec::Serial(serial) | PortSpec::Slcan { serial, .. }) = spec else { return false };
+    matches!(&serial.device, SerialDevice::Path(path) if !Path::new(path).exists())
+}
+
 impl LiveWorld {
     /// The ending, adjusted for problems of the ports and the machine.
     pub(super) fn judge(&self, ending: Ending, end: Timestamp, ports: &Ports) -> Ending {
-        let ending = self.journal.explain(ending, end);
+        let ending = self.journal.explain(self.blame_missing(ending), end);
         let gyro = self.rig.robot().map(|robot| robot.bench.gyro_stream().format);
         let miswired = ports.miswired(gyro);
         let why = match ending.outcome {
@@ -86,6 +96,25 @@ impl LiveWorld {
                 Ending { reason: Some(reason), ..ending }
             }
             None => ending,
+        }
+    }
+
+    /// A real device whose port only the controller has, in a process of its own: that the port is gone shows in its
+    /// path alone.
+    fn blame_missing(&self, ending: Ending) -> Ending {
+        if self.setting.device_under_test == DeviceUnderTest::InProcess {
+            return ending;
+        }
+        let gone = |role: &&str| {
+            let spec = match self.setting.site.player(role) {
+                Some(Player::Real(spec)) if self.setting.is_unheard(role) => spec,
+                _ => return None,
+            };
+            is_gone(spec).then(|| format!("the {role}'s port {spec} is gone"))
+        };
+        match ([GYRO, BASE].iter().find_map(gone), ending.outcome) {
+            (None, _) | (_, Outcome::Aborted) => ending,
+            (Some(why), _) => blame_bench(ending, &why),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::program::Next;
 use super::rest_watch::Window;
-use super::robot::Robot;
+use super::robot::{FIRST_MISSION, Robot};
 use super::signals::Signals;
 use super::{Action, Engine, StepAction, Waiting, fit};
 use controller::mission::{Command, Mission};
@@ -13,6 +13,9 @@ use wire::table;
 use wire::time::{Span, Timestamp};
 use wire::units::Temperature;
 
+/// Longest wait for rest before the first mission. Assumption: a base at rest tells of itself once a second, and the
+/// controller its state.
+const FIRST_REST_MAX: Span = Span::from_secs(5);
 /// Time between two queries to a turning table.
 const TABLE_POLL: Span = Span::from_millis(100);
 
@@ -30,7 +33,9 @@ impl Engine {
     /// Handles what is due by time alone.
     pub(super) fn pass_time(&mut self, now: Timestamp) {
         match self.waiting {
-            Waiting::Until(at) if now >= at => self.waiting = Waiting::Nothing,
+            Waiting::Until(at) | Waiting::FirstRest(at) if now >= at => {
+                self.waiting = Waiting::Nothing;
+            }
             Waiting::Residual(at) if now >= at => {
                 self.waiting = Waiting::Nothing;
                 self.end_residual(now);
@@ -39,7 +44,12 @@ impl Engine {
                 if let Some(window) = self.close_window() {
                     self.observe(now, |collector| collector.log(&window));
                 }
-                self.waiting = if now >= until {
+                let state = self.robot.as_ref().and_then(|robot| robot.state);
+                let is_silent = state.is_some_and(|state| state.health.causes.gyro_silent);
+                self.waiting = if now >= until && is_silent {
+                    let reason = format!("{}: the gyro was silent at its end", self.place());
+                    return self.end(now, Outcome::Failed, Some(reason));
+                } else if now >= until {
                     Waiting::Nothing
                 } else {
                     Waiting::Log { until, interval, due: (due + interval).min(until) }
@@ -118,7 +128,13 @@ impl Engine {
 
     fn begin(&mut self, now: Timestamp, op: Op) {
         match op {
-            Op::Mission(command) => self.send(now, *command),
+            Op::Mission(command) => {
+                self.first_rest(now);
+                match self.waiting {
+                    Waiting::Nothing => self.send(now, *command),
+                    _ => self.ops.push_front(Op::Mission(command)),
+                }
+            }
             Op::StateBefore | Op::StateAfter => {
                 if let Some(robot) = &mut self.robot {
                     match op {
@@ -201,6 +217,17 @@ impl Engine {
             Op::SaveCalibration(step) => self.save_calibration(now, &step),
             Op::Identify(step) => self.identify(now, &step),
             Op::UseModel(name) => self.use_model(now, name.as_deref()),
+        }
+    }
+
+    /// Before the first mission, waits a while for a state at rest: a controller that has just started says that its base
+    /// moves until it has heard from it, and refuses.
+    fn first_rest(&mut self, now: Timestamp) {
+        let Some(robot) = &mut self.robot else { return };
+        let is_first =
+            robot.next_id == FIRST_MISSION && !std::mem::replace(&mut robot.awaited, true);
+        if is_first && robot.state.is_some_and(|state| state.moving) {
+            self.waiting = Waiting::FirstRest(now + FIRST_REST_MAX);
         }
     }
 

@@ -20,7 +20,10 @@ mod robot;
 mod sdo;
 mod segment;
 mod signals;
+mod strays;
 mod teardown;
+#[cfg(test)]
+mod tests;
 mod uds;
 mod waiting;
 
@@ -216,7 +219,10 @@ impl Engine {
         let due = match self.waiting {
             // The first step waits for a report of the controller; see `report`.
             Waiting::Nothing if self.is_heard() => Timestamp::ZERO,
-            Waiting::Until(at) | Waiting::Residual(at) | Waiting::TableRest { ask_at: at } => at,
+            Waiting::Until(at)
+            | Waiting::Residual(at)
+            | Waiting::FirstRest(at)
+            | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             Waiting::Sdo => self.transfers.deadline(),
             Waiting::Mission(_) => self.answer_deadline,
@@ -251,7 +257,8 @@ impl Engine {
                 Waiting::Reaction => ": nothing asked for it",
                 _ => "",
             };
-            let reason = format!("{} took longer than its limit{why}", self.place());
+            let instead = self.instead_of_an_answer();
+            let reason = format!("{} took longer than its limit{why}{instead}", self.place());
             // A node under test that misses a limit has failed.
             let awaited = matches!(self.waiting, Waiting::Condition(_) | Waiting::Reaction);
             let outcome = if awaited && !self.under_test.is_empty() {
@@ -261,7 +268,9 @@ impl Engine {
             };
             self.end(now, outcome, Some(reason));
         } else if matches!(self.waiting, Waiting::Mission(_)) && now >= self.answer_deadline {
-            let reason = format!("{}: the controller did not answer the mission", self.place());
+            let instead = self.instead_of_an_answer();
+            let reason =
+                format!("{}: the controller did not answer the mission{instead}", self.place());
             self.end(now, Outcome::Timeout, Some(reason));
         }
     }

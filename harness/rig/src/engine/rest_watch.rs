@@ -45,6 +45,12 @@ impl RestWatch {
             self.history.clear();
             return;
         }
+        if state.health.causes.gyro_silent {
+            // What the gyro last read is not what it reads now.
+            self.history.clear();
+            self.open();
+            return;
+        }
         if self.history.len() >= HISTORY_MAX {
             self.history.pop_front();
         }

@@ -5,10 +5,11 @@ use super::fit::Fitted;
 use super::observe::Ends;
 use super::rest_watch::RestWatch;
 use super::segment::Look;
+use super::strays::Strays;
 use super::teardown::Teardown;
 use super::{Action, Engine, Waiting};
 use controller::calibration::Calibration;
-use controller::health::Level;
+use controller::health::{Health, Level};
 use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
 use identification::model::Model;
 use plan::Op;
@@ -26,6 +27,9 @@ pub const FIRST_MISSION: MissionId = 1;
 
 /// Reason of an error when the base was not seen at rest after the end.
 pub(super) const NO_REST: &str = "the controller never confirmed that the base stands still";
+/// Reason of a failure when the controller says that the base still moves.
+pub(super) const MOVES_ON: &str =
+    "the base still moves long after the order to stop, as the controller says itself";
 
 /// Facts about the bench that the engine needs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -65,6 +69,11 @@ pub(super) struct Robot {
     level: Level,
     /// A mission was refused or aborted.
     declined: bool,
+    /// Health has said that samples were lost.
+    says_lost: bool,
+    /// Rest was awaited before the first mission, or need not be.
+    pub(super) awaited: bool,
+    pub(super) strays: Strays,
     teardown: Option<Teardown>,
 }
 
@@ -74,7 +83,9 @@ impl Robot {
         self.state.is_some()
     }
 
-    fn take_health(&mut self, level: Level) {
+    fn take_health(&mut self, Health { level, causes }: &Health) {
+        let level = *level;
+        self.says_lost |= causes.samples_lost;
         self.times_degraded += u32::from(level >= Level::Degraded && self.level < Level::Degraded);
         self.times_fault += u32::from(level == Level::Fault && self.level < Level::Fault);
         self.level = level;
@@ -107,6 +118,9 @@ impl Engine {
             times_fault: 0,
             level: Level::Starting,
             declined: false,
+            says_lost: false,
+            awaited: false,
+            strays: Strays::default(),
             teardown: None,
         }));
         self
@@ -117,6 +131,12 @@ impl Engine {
     pub fn has_announced(&self) -> bool {
         let said = |robot: &Robot| robot.declined || robot.times_degraded + robot.times_fault > 0;
         self.robot.as_deref().is_some_and(said)
+    }
+
+    /// What the controller answered instead of the mission that the engine awaits, as the end of a sentence.
+    pub(super) fn instead_of_an_answer(&self) -> String {
+        let robot = self.robot.as_ref().filter(|_| matches!(self.waiting, Waiting::Mission(_)));
+        robot.map_or_else(String::new, |robot| robot.strays.instead())
     }
 
     pub(super) fn teardown(&self) -> Option<&Teardown> {
@@ -150,7 +170,7 @@ impl Engine {
         }
         match report {
             Report::State(state) => self.take_state(now, state),
-            Report::Health(health) => robot.take_health(health.level),
+            Report::Health(health) => robot.take_health(health),
             Report::Done { id, result } if self.waiting == Waiting::Mission(*id) => {
                 self.phases.mission_ended(&mut self.actions);
                 self.take_result(now, result);
@@ -168,8 +188,11 @@ impl Engine {
                     format!("{}: the controller broke off: {}", self.place(), words(reason));
                 self.end(now, Outcome::Failed, Some(reason));
             }
-            // Answers to a mission that the engine no longer awaits.
-            Report::Done { .. } | Report::Refused { .. } | Report::Aborted { .. } => {}
+            Report::Done { id, .. } | Report::Refused { id, .. } | Report::Aborted { id, .. } => {
+                if let Some(note) = robot.strays.take(*id, robot.next_id) {
+                    self.record(RecordKind::Note(note));
+                }
+            }
         }
     }
 
@@ -247,7 +270,7 @@ impl Engine {
             });
         }
         self.ends_wait();
-        if self.waiting == Waiting::Rest && !state.moving {
+        if matches!(self.waiting, Waiting::Rest | Waiting::FirstRest(_)) && !state.moving {
             self.waiting = Waiting::Nothing;
         }
         if first || self.waiting == Waiting::Nothing {
@@ -280,8 +303,8 @@ impl Engine {
 
     /// Observes quantities of the run as a whole.
     pub(super) fn observe_whole_run(&mut self, now: Timestamp) {
-        let (degraded, fault, state) = match &self.robot {
-            Some(robot) => (robot.times_degraded, robot.times_fault, robot.state),
+        let (degraded, fault, says_lost, state) = match &self.robot {
+            Some(robot) => (robot.times_degraded, robot.times_fault, robot.says_lost, robot.state),
             None => Default::default(),
         };
         let reactions = self.reactions.finish(now);
@@ -293,7 +316,9 @@ impl Engine {
             collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);
             let Some(state) = state else { return };
             collector.add(&q::SAMPLES_USED, state.samples as f64, 0.0, &[]);
-            collector.add(&q::SAMPLES_LOST, state.samples_lost as f64, 0.0, &[]);
+            // A controller that does not know how many were lost, and says so in its health, has lost at least one.
+            let lost = state.samples_lost.max(u64::from(says_lost));
+            collector.add(&q::SAMPLES_LOST, lost as f64, 0.0, &[]);
             let overflows = f64::from(u8::from(state.health.causes.overflow));
             collector.add(&q::QUEUE_OVERFLOWS, overflows, 0.0, &[]);
             if let Some(ratio) = state.clock_ratio {
@@ -309,17 +334,21 @@ impl Engine {
             return;
         }
         let at_rest = teardown.at_rest();
+        let (worse, why) = if teardown.moves(now) {
+            (Outcome::Failed, MOVES_ON)
+        } else {
+            (Outcome::Error, NO_REST)
+        };
         robot.teardown = None;
         if !at_rest && let Some(ending) = &mut self.ending {
-            // A failure or a time-out is more important than the silence of the bench afterwards.
+            // A failure or a time-out is more important than what comes afterwards.
             if ending.outcome == Outcome::Passed {
-                ending.outcome = Outcome::Error;
+                ending.outcome = worse;
             }
-            self.actions
-                .push_back(Action::Record(Device::Plan, RecordKind::Note(NO_REST.to_owned())));
+            self.actions.push_back(Action::Record(Device::Plan, RecordKind::Note(why.to_owned())));
             ending.reason = Some(match ending.reason.take() {
-                Some(reason) => format!("{reason}; {NO_REST}"),
-                None => NO_REST.to_owned(),
+                Some(reason) => format!("{reason}; {why}"),
+                None => why.to_owned(),
             });
         }
     }

@@ -13,6 +13,10 @@ const REST_WAIT: Span = Span::from_secs(5);
 /// back (60 ms, the longest exchange, and 20 ms, a report in motion).
 const ASK_PERIOD: Span = Span::from_millis(200);
 
+/// Longest time between two states of a controller that is asked for one every [`ASK_PERIOD`]. Assumption: as long as
+/// between two that it sends unasked.
+const STATE_PERIOD_MAX: Span = Span::from_secs(1);
+
 /// Stops base and table and waits for rest.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Teardown {
@@ -20,11 +24,13 @@ pub(super) struct Teardown {
     ask_at: Timestamp,
     told_at: Option<Timestamp>,
     at_rest: bool,
+    /// When a state last said that the base moves, unless one said since that it stands.
+    moved_at: Option<Timestamp>,
 }
 
 impl Teardown {
     pub(super) const fn begin(now: Timestamp) -> Self {
-        Self { give_up: now_plus(now), ask_at: now, told_at: None, at_rest: false }
+        Self { give_up: now_plus(now), ask_at: now, told_at: None, at_rest: false, moved_at: None }
     }
 
     pub(super) fn next_wakeup(&self) -> Timestamp {
@@ -36,11 +42,17 @@ impl Teardown {
         self.at_rest
     }
 
+    /// Whether the controller still says that the base moves.
+    pub(super) fn moves(&self, now: Timestamp) -> bool {
+        self.moved_at.is_some_and(|at| now - at <= STATE_PERIOD_MAX)
+    }
+
     pub(super) fn report(&mut self, now: Timestamp, report: &Report) {
         if let Report::State(state) = report {
             // A state from before the stop took effect proves nothing.
             let stopped = self.told_at.is_some_and(|told_at| now - told_at >= ASK_PERIOD);
             self.at_rest |= stopped && !state.moving;
+            self.moved_at = (stopped && state.moving).then_some(now);
         }
     }
 

@@ -25,6 +25,8 @@ pub(super) enum Waiting {
     Sdo,
     /// A state in which nothing moves.
     Rest,
+    /// The same before the first mission, until this instant.
+    FirstRest(Timestamp),
     /// The absolute measurement.
     Absolute(Op),
     /// A look at the base.
