@@ -80,6 +80,30 @@ fn a_dbc_says_all_of_a_signal() {
 }
 
 /// A DBC with these messages, sent by `ECU`.
+/// With a search through all names for each, this takes minutes.
+#[test]
+fn names_are_found_among_tens_of_thousands() {
+    let message = |number: u32| {
+        format!(
+            "BO_ {} M{number}: 8 ECU\n SG_ S{number} : 0|8@1+ (1,0) [0|0] \"\" TOOL\n \
+             SG_ Counter : 8|8@1+ (1,0) [0|0] \"\" TOOL\n",
+            (1 << 31) + number
+        )
+    };
+    const MESSAGES: u32 = 20_000;
+    let text: String = (0..MESSAGES).map(message).collect();
+    let layout = Layout::from_dbc("large.dbc", &format!("BU_: ECU TOOL\n{text}"), "ECU").unwrap();
+    for number in 0..MESSAGES {
+        let index = number as usize;
+        assert_eq!(layout.find(&format!("M{number}")), Some(index));
+        assert_eq!(layout.signal(&format!("S{number}")), Some((index, 0)));
+        assert_eq!(layout.signal(&format!("M{number}.Counter")), Some((index, 1)));
+        assert_eq!(layout.signal(&format!("M{number}.Count")), None);
+        assert_eq!(layout.sent_signal(Sender::Host, &format!("S{number}")), None);
+    }
+    assert_eq!(layout.signal("Counter"), None);
+}
+
 fn layout(messages: &str) -> Layout {
     let text = format!("BU_: ECU TOOL\n{messages}");
     Layout::from_dbc("test.dbc", &text, "ECU").unwrap_or_else(|error| panic!("{error}"))
