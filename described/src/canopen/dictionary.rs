@@ -1,7 +1,7 @@
 //! The object dictionary of a device (CiA 301, 7.4), as its EDS describes it.
 
 use super::abort::Abort;
-use crate::layout::{Coding, Scale};
+use crate::layout::{Coding, Note, Scale};
 use std::ops::Range;
 
 /// Objects below this index belong to the communication, those from it on to the application (CiA 301, 7.4.1).
@@ -13,6 +13,8 @@ pub struct Dictionary {
     pub(super) node_id: u8,
     /// In ascending order of index and sub-index.
     pub(super) entries: Vec<Entry>,
+    /// Contradictions in the file.
+    pub(crate) notes: Vec<Note>,
 }
 
 /// An object that can be read or written: one sub-index.

@@ -5,7 +5,7 @@
 
 use super::dictionary::{APPLICATION, Dictionary, Entry, Kind};
 use crate::error::FileError;
-use crate::layout::{Coding, Scale};
+use crate::layout::{Coding, Note, Scale};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -31,6 +31,7 @@ struct Reader<'a> {
     /// By name in lower case.
     sections: BTreeMap<String, Section<'a>>,
     entries: Vec<Entry>,
+    notes: Vec<Note>,
 }
 
 /// The node identifier of a DCF.
@@ -47,7 +48,8 @@ pub(super) fn commissioned(text: &str) -> Option<u8> {
 /// With the place of the first mistake.
 pub(super) fn dictionary(file: &str, text: &str, node_id: u8) -> Result<Dictionary, FileError> {
     let sections = sections(file, text)?;
-    let mut reader = Reader { file, text, node_id, sections, entries: Vec::new() };
+    let mut reader =
+        Reader { file, text, node_id, sections, entries: Vec::new(), notes: Vec::new() };
     reader.check_lists()?;
     let indices: BTreeSet<u16> = reader.sections.keys().filter_map(|name| index(name)).collect();
     for index in indices {
@@ -64,7 +66,7 @@ pub(super) fn dictionary(file: &str, text: &str, node_id: u8) -> Result<Dictiona
             names.insert(entry.name.clone());
         }
     }
-    Ok(Dictionary { node_id, entries: reader.entries })
+    Ok(Dictionary { node_id, entries: reader.entries, notes: reader.notes })
 }
 
 fn sections<'a>(file: &str, text: &'a str) -> Result<BTreeMap<String, Section<'a>>, FileError> {
@@ -91,9 +93,16 @@ fn sections<'a>(file: &str, text: &'a str) -> Result<BTreeMap<String, Section<'a
         let section = current.as_ref().and_then(|name| sections.get_mut(name));
         let section = section.ok_or_else(|| wrong("expected a `[section]` first"))?;
         let (key, value) = line.split_once('=').ok_or_else(|| wrong("expected `key=value`"))?;
-        section.keys.insert(key.trim().to_ascii_lowercase(), (value.trim(), at.clone()));
+        section.keys.insert(key.trim().to_ascii_lowercase(), (without_comment(value), at.clone()));
     }
     Ok(sections)
+}
+
+/// The value of a key without the comment that some tools write behind it: ` ; UNSIGNED8`.
+fn without_comment(value: &str) -> &str {
+    let comment = value.match_indices(';').map(|(at, _)| &value[..at]);
+    let mut before = comment.filter(|before| before.is_empty() || before.ends_with([' ', '\t']));
+    before.next().unwrap_or(value).trim()
 }
 
 /// The index of an object whose section has this name.
@@ -197,12 +206,22 @@ impl<'a> Reader<'a> {
             .filter_map(|name| Some((name.clone(), sub_index(name, index)?)))
             .collect();
         let said = self.number(&section, "subnumber")?;
+        // Files of makers have the wrong number: what counts is what is there.
         if said.is_none_or(|said| said != subs.len() as i128) {
             let at = self.value(&section, "subnumber").map(|(_, at)| at);
             let at = at.unwrap_or_else(|| self.sections[&section].at.clone());
-            let message = format!("[{index:04X}] has {} sub-indices", subs.len());
-            let help = "SubNumber says how many there are: is the file cut short?".to_owned();
-            return Err(self.mistake(at, message).with_help(Some(help)));
+            let said = said.map_or("nothing".to_owned(), |said| said.to_string());
+            self.notes.push(Note {
+                file: self.file.to_owned(),
+                line: self.text[..at.start].matches('\n').count() + 1,
+                message: format!("[{index:04X}]"),
+                signal: None,
+                is_left_out: false,
+                what: format!(
+                    "its SubNumber says {said}, and the file has {} sub-indices: these are used",
+                    subs.len()
+                ),
+            });
         }
         subs.iter().try_for_each(|(name, sub)| self.entry(index, *sub, name, Some(&title)))
     }

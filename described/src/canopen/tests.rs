@@ -246,6 +246,31 @@ fn mistakes_have_a_place_in_the_device_file_or_the_eds() {
     insta::assert_snapshot!(mistakes.join("\n"));
 }
 
+/// As in an EDS of Pilz.
+#[test]
+fn sub_indices_are_those_of_the_file_whatever_their_number_says() {
+    let wrong = EDS.replacen("SubNumber=5", "SubNumber=6", 1);
+    assert_ne!(wrong, EDS);
+    let (right, found) = (described(DRIVE, EDS).unwrap(), described(DRIVE, &wrong).unwrap());
+    let objects = |description: &Description| {
+        let dictionary = description.layout().dictionary().unwrap();
+        dictionary.objects().map(|entry| entry.name().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(objects(&found), objects(&right));
+    assert!(right.layout().notes().is_empty());
+    let [note] = found.layout().notes() else { panic!("{:?}", found.layout().notes()) };
+    assert!(note.to_string().contains("SubNumber says 6, and the file has 5"), "{note}");
+    let without = EDS.replacen("SubNumber=5\n", "", 1);
+    assert_eq!(described(DRIVE, &without).unwrap().layout().notes().len(), 1);
+}
+
+#[test]
+fn a_value_may_have_a_comment_behind_it() {
+    let commented = EDS.replace("DataType=0x0007", "DataType=0x0007 ; UNSIGNED32");
+    assert_ne!(commented, EDS);
+    assert!(described(DRIVE, &commented).is_ok());
+}
+
 #[test]
 fn a_mapping_of_more_than_eight_bytes_is_refused() {
     let eds = EDS.replace("ParameterName=Number of mapped objects\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=2", "ParameterName=Number of mapped objects\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=3");

@@ -13,7 +13,8 @@ use wire::can::Id;
 
 impl Layout {
     pub(crate) fn of_canopen(messages: Vec<Message>, dictionary: Arc<Dictionary>) -> Self {
-        Self { dictionary: Some(dictionary), ..Self::new(Medium::Can, messages) }
+        let layout = Self::new(Medium::Can, messages).noting(dictionary.notes.clone());
+        Self { dictionary: Some(dictionary), ..layout }
     }
 
     /// What a master of several CANopen devices on one line sends. A message that each of them hears by another

@@ -10,6 +10,7 @@ mod encoder;
 mod frame_writer;
 mod frames;
 mod message;
+mod names;
 mod note;
 mod number;
 mod printed;
@@ -32,6 +33,7 @@ pub use encoder::{Encoded, Encoder};
 use frame_writer::FrameWriter;
 use frames::{FrameReader, Identifiers};
 pub use message::{Message, Sender};
+use names::{Names, Place};
 pub use note::Note;
 pub(crate) use number::{Coding, Scale};
 #[cfg(test)]
@@ -65,6 +67,7 @@ pub struct Layout {
     medium: Medium,
     messages: Arc<[Message]>,
     identifiers: Arc<Identifiers>,
+    names: Arc<Names>,
     /// One per message.
     frames: Arc<[FrameReader]>,
     /// One per message; `None` if its frames differ in the signals that they carry.
@@ -186,11 +189,20 @@ fn spaced(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}") }
 }
 
+/// The only one of `places`.
+fn only(places: &[Place]) -> Option<Place> {
+    match places {
+        [only] => Some(*only),
+        _ => None,
+    }
+}
+
 impl Layout {
     pub(crate) fn new(medium: Medium, messages: Vec<Message>) -> Self {
         Self {
             medium,
             identifiers: Arc::new(Identifiers::of(&messages)),
+            names: Arc::new(Names::of(&messages)),
             frames: messages.iter().map(FrameReader::of).collect(),
             writers: messages.iter().map(FrameWriter::of).collect(),
             messages: messages.into(),
@@ -244,22 +256,22 @@ impl Layout {
 
     /// The index of the message with this name.
     pub fn find(&self, message: &str) -> Option<usize> {
-        self.messages.iter().position(|known| known.name == message)
+        self.names.message(message)
     }
 
     /// The index of the signal's message, and the position of the signal in it: `Temperature` if only one message has
     /// it, otherwise `Status.Temperature`. [`Layout::resolve`] explains a failure.
-    pub fn signal(&self, name: &str) -> Option<(usize, usize)> {
-        self.resolve(name).ok()
+    pub fn signal(&self, name: &str) -> Option<Place> {
+        only(&self.called(name, None))
     }
 
     /// As [`Layout::signal`], among the messages of one sender.
-    pub fn sent_signal(&self, sender: Sender, name: &str) -> Option<(usize, usize)> {
-        self.resolve_among(name, Some(sender)).ok()
+    pub fn sent_signal(&self, sender: Sender, name: &str) -> Option<Place> {
+        only(&self.called(name, Some(sender)))
     }
 
     /// As [`Layout::signal`], with the nearest names if there is no such signal.
-    pub fn resolve(&self, name: &str) -> Result<(usize, usize), SignalName> {
+    pub fn resolve(&self, name: &str) -> Result<Place, SignalName> {
         self.resolve_among(name, None)
     }
 
@@ -268,45 +280,49 @@ impl Layout {
         &self,
         name: &str,
         sender: Option<Sender>,
-    ) -> Result<(usize, usize), SignalName> {
-        let full = name.contains('.');
-        let called = |message: usize, signal: &Signal| match full {
-            true => format!("{}.{}", self.messages[message].name, signal.name),
-            false => signal.name.clone(),
-        };
-        let places = || {
-            let sent =
-                |message: usize| sender.is_none_or(|one| self.messages[message].sender == one);
-            self.places().filter(move |(message, ..)| sent(*message))
-        };
-        let found: Vec<_> = places().filter(|(m, _, signal)| called(*m, signal) == name).collect();
-        match found.as_slice() {
-            [] => {
-                let known: Vec<String> = places().map(|(m, _, signal)| called(m, signal)).collect();
-                let help = match self.left_out(name) {
-                    Some(note) => note.to_string(),
-                    None => hint::proposal(name, &known),
-                };
-                Err(SignalName::Unknown { name: name.to_owned(), help })
-            }
-            [(message, signal, _)] => Ok((*message, *signal)),
-            several => {
-                let each = several.iter().map(|(message, _, signal)| {
-                    format!("`{}.{}`", self.messages[*message].name, signal.name)
-                });
-                let help = format!("say which: {}", each.collect::<Vec<_>>().join(" or "));
-                Err(SignalName::Ambiguous { name: name.to_owned(), help })
-            }
+    ) -> Result<Place, SignalName> {
+        let found = self.called(name, sender);
+        if let Some(place) = only(&found) {
+            return Ok(place);
         }
+        if found.is_empty() {
+            let help = match self.left_out(name) {
+                Some(note) => note.to_string(),
+                None => hint::proposal(name, &self.known(name.contains('.'), sender)),
+            };
+            return Err(SignalName::Unknown { name: name.to_owned(), help });
+        }
+        let each = found.into_iter().map(|(message, signal)| {
+            let message = &self.messages[message];
+            format!("`{}.{}`", message.name, message.signals[signal].name)
+        });
+        let help = format!("say which: {}", each.collect::<Vec<_>>().join(" or "));
+        Err(SignalName::Ambiguous { name: name.to_owned(), help })
     }
 
-    /// Every signal, with the index of its message and its own position.
-    fn places(&self) -> impl Iterator<Item = (usize, usize, &Signal)> {
-        self.messages.iter().enumerate().flat_map(|(message, known)| {
-            known.signals.iter().enumerate().map(move |(signal, known)| (message, signal, known))
-        })
+    /// The places of all signals of this name in the messages of one sender, or of both.
+    fn called(&self, name: &str, sender: Option<Sender>) -> Vec<Place> {
+        let mut places = self.names.signals(name, &self.messages);
+        places.retain(|(message, _)| self.is_of(*message, sender));
+        places
     }
 
+    fn is_of(&self, message: usize, sender: Option<Sender>) -> bool {
+        sender.is_none_or(|one| self.messages[message].sender == one)
+    }
+
+    /// The names of all signals of one sender, or of both; in full, with their messages.
+    fn known(&self, in_full: bool, sender: Option<Sender>) -> Vec<String> {
+        let messages = self.messages.iter().enumerate();
+        let sent = messages.filter(|(index, _)| self.is_of(*index, sender));
+        let signals = sent.flat_map(|(_, message)| {
+            message.signals.iter().map(move |signal| match in_full {
+                true => format!("{}.{}", message.name, signal.name),
+                false => signal.name.clone(),
+            })
+        });
+        signals.collect()
+    }
     /// The message with these values, one per signal and in its unit. Values of signals that a multiplexed frame does
     /// not carry are ignored. A counter and a checksum among the signals have the given values; an
     /// [`Outbox`](crate::Outbox) computes them.

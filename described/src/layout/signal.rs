@@ -76,15 +76,22 @@ impl Signal {
         }
     }
 
-    /// The value clamped to the range, or moved to the next count inwards if rounding would leave the range.
+    /// The value clamped to the range, or moved to the next count or floating-point number inwards if rounding would
+    /// leave the range.
     pub(super) fn nearest(&self, value: f64) -> f64 {
         let value = value.clamp(self.minimum, self.maximum);
         if self.holds(self.as_sent(value)) {
             return value;
         }
-        // If rounding leaves the range, use the next count inwards.
-        let count = libm::round(self.scale.number(value));
-        let beside = [count - 1.0, count + 1.0].map(|count| self.scale.physical(count));
+        let number = self.scale.number(value);
+        let beside = match self.storage {
+            Storage::Bits { coding: Coding::Float32, .. } => {
+                let rounded = number as f32;
+                [rounded.next_down(), rounded.next_up()].map(f64::from)
+            }
+            _ => [-1.0, 1.0].map(|step| libm::round(number) + step),
+        };
+        let beside = beside.map(|number| self.scale.physical(number));
         beside.into_iter().find(|value| self.holds(*value)).unwrap_or(value)
     }
 

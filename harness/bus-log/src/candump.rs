@@ -40,6 +40,11 @@ impl<R: Read> Reader<R> {
         Self { lines, channel: Channel::CAN0 }
     }
 
+    /// What is doubtful in the file so far.
+    pub(crate) fn note(&self) -> Option<String> {
+        self.lines.note()
+    }
+
     /// Returns the next entry; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {

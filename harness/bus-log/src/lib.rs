@@ -190,6 +190,16 @@ impl<R: Read + Seek> LogReader<R> {
             Reader::Mdf4(reader) => reader.passed_over(),
         }
     }
+
+    /// What is doubtful in what has been read so far: a date that is not understood, a last line that may be cut.
+    pub fn notes(&self) -> Vec<String> {
+        match &self.reader {
+            Reader::Candump(reader) => reader.note().into_iter().collect(),
+            Reader::Asc(reader) => reader.notes(),
+            Reader::Trc(reader) => reader.note().into_iter().collect(),
+            Reader::Pcapng(_) | Reader::Blf(_) | Reader::Mdf4(_) => Vec::new(),
+        }
+    }
 }
 
 impl<R: Read + Seek> Iterator for LogReader<R> {

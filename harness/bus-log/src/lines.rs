@@ -15,6 +15,8 @@ pub(super) struct Lines<R: Read> {
     input: BufReader<R>,
     line: Vec<u8>,
     number: u64,
+    /// Whether the last line is one of an event, without an end of line.
+    is_open: bool,
     path: PathBuf,
     format: Format,
 }
@@ -22,7 +24,7 @@ pub(super) struct Lines<R: Read> {
 impl<R: Read> Lines<R> {
     pub(super) fn new(path: &Path, input: R, format: Format) -> Self {
         let input = BufReader::with_capacity(BUFFER_BYTES, input);
-        Self { input, line: Vec::new(), number: 0, path: path.to_owned(), format }
+        Self { input, line: Vec::new(), number: 0, is_open: false, path: path.to_owned(), format }
     }
 
     /// Advances to the next line; `false` at the end of the file.
@@ -36,7 +38,24 @@ impl<R: Read> Lines<R> {
         if self.line.len() > LINE_BYTES_MAX {
             return Err(self.malformed(Defect::new("a line of at most 4096 bytes", &self.line)));
         }
-        Ok(!self.line.is_empty())
+        if self.line.is_empty() {
+            return Ok(false);
+        }
+        let begins = |first: &u8| first.is_ascii_digit() || *first == b'(';
+        let is_event = self.text().first().is_some_and(begins);
+        self.is_open = is_event && !self.line.ends_with(b"\n");
+        Ok(true)
+    }
+
+    /// The number of the current line.
+    pub(super) const fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Says so if the last line is cut, as far as can be seen: half of a frame may look like a whole one.
+    pub(super) fn note(&self) -> Option<String> {
+        let what = "its last line has no end: if the file is cut short, that line is wrong";
+        self.is_open.then(|| what.to_owned())
     }
 
     /// The line, without surrounding white space.

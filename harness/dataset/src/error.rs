@@ -23,7 +23,7 @@ struct Inner {
 /// A row of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// Number of the data row, from 1, not counting the header.
+    /// Number of the data row, from 1; 0 is the header.
     pub number: u64,
     /// Line of the file on which it begins, from 1; 0 in a file without lines.
     pub line: u64,
@@ -206,6 +206,9 @@ impl Defect {
                  auxiliary field of text needs \"type\": \"string\""
                     .to_owned()
             }
+            Self::NotText => "save it as UTF-8: spreadsheets often write Latin-1 or Windows-1252, in which `°` and \
+                 `ä` are other bytes"
+                .to_owned(),
             Self::NotFinite(_) => "a missing number is an empty cell".to_owned(),
             Self::RoleTwice { role, .. } if role.has_axes() => {
                 "give each an axis of its own (x, y or z), or make one auxiliary".to_owned()
@@ -273,6 +276,7 @@ impl fmt::Display for DatasetError {
         write!(f, "{}", self.0.file.display())?;
         match self.0.row {
             None => {}
+            Some(Row { number: 0, line }) => write!(f, ", line {line}")?,
             Some(Row { number, line: 0 }) => write!(f, ", row {number}")?,
             Some(Row { number, line }) => write!(f, ", row {number} (line {line})")?,
         }

@@ -127,9 +127,10 @@ impl Rows {
             reader.read_record(record).map_err(|error| {
                 let row = error.position().map_or(line, csv::Position::line);
                 let error = fail(of_csv(error));
-                match number {
-                    0 => error,
-                    number => error.at_row(Row { number, line: row }),
+                match (number, error.defect()) {
+                    // A compressed file that is damaged has no lines yet.
+                    (0, Defect::NotText) | (1.., _) => error.at_row(Row { number, line: row }),
+                    _ => error,
                 }
             })
         };

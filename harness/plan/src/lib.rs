@@ -92,8 +92,8 @@ use serde::Deserialize;
 use wire::gyro::GyroStream;
 use wire::time::Span;
 
-/// Largest plan file, in bytes.
-pub const FILE_LEN_MAX: usize = 1 << 20;
+/// Largest plan, rig, device or bench file, in bytes: one with each signal of a DBC of thousands of messages.
+pub const FILE_LEN_MAX: usize = 16 << 20;
 /// Most steps written in one plan.
 pub const STEPS_MAX: usize = 1_000;
 /// Most steps carried out by one plan, including all repetitions.

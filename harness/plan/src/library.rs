@@ -5,11 +5,13 @@
 //! that a copy of `test-plans` can be changed as a whole.
 
 mod pack;
+mod reading;
 
 pub use pack::{PLAN, Pack, PackedFile};
+pub use reading::bytes;
 
+use described::FileError;
 use described::hint::nearest;
-use described::{FileError, dbc_text};
 use include_dir::{Dir, include_dir};
 use miette::Diagnostic as _;
 use serde::de::DeserializeOwned;
@@ -377,14 +379,7 @@ fn is_path(name: &str) -> bool {
 }
 
 fn read(path: &Path) -> Result<Source, LibraryError> {
-    const OF_TOOLS: [&str; 3] = ["dbc", "eds", "dcf"];
-    let is_one = |end: &std::ffi::OsStr| OF_TOOLS.iter().any(|one| end.eq_ignore_ascii_case(one));
-    // Tools write them in UTF-8 or in Windows-1252.
-    let text = match path.extension().is_some_and(is_one) {
-        true => std::fs::read(path).map(|bytes| dbc_text(&bytes).into_owned()),
-        false => std::fs::read_to_string(path),
-    };
-    match text {
+    match reading::text(path) {
         Ok(text) => Ok(Source { origin: path.display().to_string(), text }),
         Err(cause) => Err(LibraryError::Unreadable { path: path.to_owned(), cause }),
     }

@@ -1,12 +1,13 @@
 //! Converts the messages of a DBC to a layout, with notes on what is left out.
 
+use super::lines::Lines;
 use super::multiplexing::{Multiplexed, multiplexed};
 use super::sending::sending;
 use super::syntax::{
     ADDRESS, BIT_RATE_SWITCH, FRAME_FORMAT, LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of,
     SIGNAL_TYPE, START_VALUE, SignalLine, Syntax, Value,
 };
-use super::{Note, ORPHANS, line, long_node, senders};
+use super::{Note, ORPHANS, long_node, senders};
 use crate::layout::bits::{BitField, ByteOrder};
 use crate::layout::message::{Carrier, Message, Sender};
 use crate::layout::number::{Coding, Scale};
@@ -14,6 +15,7 @@ use crate::layout::selection::{self, Carried, Selection};
 use crate::layout::signal::{Signal, Storage};
 use crate::place::Place;
 use crate::protection::ProtectionTable;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, FdFlags, Id, StandardId, fd_length};
 use wire::j1939::{self, Identifier};
@@ -28,13 +30,15 @@ pub(super) fn convert(
     syntax: &Syntax,
     is_ours: &dyn Fn(&str) -> bool,
 ) -> (Vec<(Message, Range<usize>)>, Vec<Note>) {
-    let mut converter = Converter { file, text, syntax, is_ours, notes: Vec::new() };
+    let lines = Lines::of(text);
+    let mut converter = Converter { file, lines, syntax, is_ours, notes: Vec::new() };
+    let repetitions = converter.repetitions();
     let mut messages = Vec::new();
-    for (place, message) in syntax.messages.iter().enumerate() {
+    for (message, repeated) in syntax.messages.iter().zip(repetitions) {
         if message.name == ORPHANS {
             continue;
         }
-        match converter.message(message, &syntax.messages[place + 1..]) {
+        match repeated.map_or_else(|| converter.message(message), Err) {
             Ok(converted) => messages.push((converted, message.at.clone())),
             Err(why) => {
                 let what = format!("{why}: the message is left out");
@@ -47,7 +51,7 @@ pub(super) fn convert(
 
 struct Converter<'a> {
     file: &'a str,
-    text: &'a str,
+    lines: Lines,
     syntax: &'a Syntax,
     is_ours: &'a dyn Fn(&str) -> bool,
     notes: Vec<Note>,
@@ -66,7 +70,7 @@ impl Converter<'_> {
     ) {
         self.notes.push(Note {
             file: self.file.to_owned(),
-            line: line(self.text, signal.map_or(&message.at, |signal| &signal.at)),
+            line: self.lines.number(signal.map_or(&message.at, |signal| &signal.at)),
             message: self.message_name(message).to_owned(),
             signal: signal.map(|signal| self.signal_name(message, signal).to_owned()),
             is_left_out,
@@ -84,16 +88,28 @@ impl Converter<'_> {
         self.syntax.attribute(of, LONG_SIGNAL).and_then(Value::text).unwrap_or(&signal.name)
     }
 
-    /// The message; `later` are the ones after it. Otherwise the reason for leaving it out.
-    fn message(&mut self, message: &MessageLine, later: &[MessageLine]) -> Result<Message, String> {
+    /// For each message the reason for leaving it out if a later one has its identifier or its name.
+    fn repetitions(&self) -> Vec<Option<String>> {
+        let (mut by_id, mut by_name) = (BTreeMap::new(), BTreeMap::new());
+        let mut reasons: Vec<_> = (self.syntax.messages.iter().rev())
+            .map(|message| {
+                let same_id = by_id.insert(message.id, message);
+                let same_name = by_name.insert(self.message_name(message), message);
+                let line = |other: &MessageLine| self.lines.number(&other.at);
+                let of_id = |other: &MessageLine| {
+                    format!("`{}` in line {} has the same identifier", other.name, line(other))
+                };
+                let of_name = |other| format!("line {} has the name again", line(other));
+                same_id.map(of_id).or(same_name.map(of_name))
+            })
+            .collect();
+        reasons.reverse();
+        reasons
+    }
+
+    /// The message. Otherwise the reason for leaving it out.
+    fn message(&mut self, message: &MessageLine) -> Result<Message, String> {
         let name = self.message_name(message).to_owned();
-        if let Some(other) = later.iter().find(|other| other.id == message.id) {
-            let (line, other) = (line(self.text, &other.at), &other.name);
-            return Err(format!("`{other}` in line {line} has the same identifier"));
-        }
-        if let Some(other) = later.iter().find(|other| self.message_name(other) == name) {
-            return Err(format!("line {} has the name again", line(self.text, &other.at)));
-        }
         let mut id = self.identifier(message)?;
         let group = self.group(message, &mut id);
         let carrier = self.carrier(message, id, group.is_some())?;

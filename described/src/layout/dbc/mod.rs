@@ -2,6 +2,7 @@
 
 mod convert;
 mod cursor;
+mod lines;
 mod multiplexing;
 mod parts;
 mod sending;
@@ -19,7 +20,8 @@ use crate::error::FileError;
 use crate::hint;
 use convert::convert;
 use cursor::Unexpected;
-use std::ops::Range;
+use lines::Lines;
+use std::collections::BTreeMap;
 use syntax::{LONG_NODE, MessageLine, Of, Syntax, Value};
 
 /// The sender that a DBC names for messages without a sending node.
@@ -55,20 +57,25 @@ impl Layout {
     ) -> Result<Self, FileError> {
         let mut messages: Vec<Message> = Vec::new();
         let mut origins = Vec::new();
+        let (mut by_name, mut by_id) = (BTreeMap::new(), BTreeMap::new());
         let mut notes = Vec::new();
         for (file, text) in files {
             let (read, of_file) = convert(file, text, &parsed(file, text)?, is_ours);
             notes.extend(of_file);
             for (message, at) in read {
-                let (name, id) = (&message.name, message.can_id());
-                let is_it = |known: &Message| known.name == *name || known.can_id() == id;
-                let Some(place) = messages.iter().position(is_it) else {
+                let (name, id) = (message.name.clone(), message.can_id());
+                // The first of them.
+                let known = by_name.get(&name).into_iter().chain(by_id.get(&id)).min().copied();
+                let Some(place) = known else {
+                    by_name.insert(name, messages.len());
+                    by_id.insert(id, messages.len());
                     messages.push(message);
-                    origins.push((file, line(text, &at)));
+                    origins.push((file, text, at));
                     continue;
                 };
                 let Some(what) = difference(&messages[place], &message) else { continue };
-                let (other, line) = origins[place];
+                let (other, of_other, at_other) = &origins[place];
+                let line = Lines::of(of_other).number(at_other);
                 let known = &messages[place].name;
                 let message =
                     format!("`{name}` and `{known}` in {other}, line {line}, have {what}");
@@ -144,11 +151,6 @@ fn parsed(file: &str, text: &str) -> Result<Syntax, FileError> {
         let message = format!("failed to read the DBC: expected {expected}");
         FileError::new(file, text, at, message).with_help(help)
     })
-}
-
-/// The line number of a position, from 1.
-fn line(text: &str, at: &Range<usize>) -> usize {
-    text.get(..at.start).map_or(0, |before| before.matches('\n').count()) + 1
 }
 
 /// The difference between two definitions of a message, apart from comments.

@@ -79,6 +79,44 @@ fn a_dbc_says_all_of_a_signal() {
     assert_eq!(values, [Some(2.0), None, None, Some(0.0)]);
 }
 
+/// With a search through all names for each, this takes minutes.
+#[test]
+fn names_are_found_among_tens_of_thousands() {
+    let message = |number: u32| {
+        format!(
+            "BO_ {} M{number}: 8 ECU\n SG_ S{number} : 0|8@1+ (1,0) [0|0] \"\" TOOL\n \
+             SG_ Counter : 8|8@1+ (1,0) [0|0] \"\" TOOL\n",
+            (1 << 31) + number
+        )
+    };
+    const MESSAGES: u32 = 20_000;
+    let text: String = (0..MESSAGES).map(message).collect();
+    let layout = Layout::from_dbc("large.dbc", &format!("BU_: ECU TOOL\n{text}"), "ECU").unwrap();
+    for number in 0..MESSAGES {
+        let index = number as usize;
+        assert_eq!(layout.find(&format!("M{number}")), Some(index));
+        assert_eq!(layout.signal(&format!("S{number}")), Some((index, 0)));
+        assert_eq!(layout.signal(&format!("M{number}.Counter")), Some((index, 1)));
+        assert_eq!(layout.signal(&format!("M{number}.Count")), None);
+        assert_eq!(layout.sent_signal(Sender::Host, &format!("S{number}")), None);
+    }
+    assert_eq!(layout.signal("Counter"), None);
+}
+
+/// The nearest number of 32 bits is 4294967296, one beyond the range.
+#[test]
+fn a_range_may_end_between_two_floating_point_numbers() {
+    let layout = layout(
+        "BO_ 100 M: 8 ECU\n SG_ F : 0|32@1- (-1,-40) [-4294967335|-40] \"\" TOOL\n\
+         SIG_VALTYPE_ 100 F : 1;",
+    );
+    assert_eq!(notes(&layout), [""; 0]);
+    let signal = &layout.messages()[0].signals[0];
+    assert_eq!((signal.minimum, signal.maximum), (-4_294_967_335.0, -40.0));
+    let least = signal.nearest(signal.minimum);
+    assert_eq!(least, -4_294_967_080.0, "256 is the distance of such numbers there");
+}
+
 /// A DBC with these messages, sent by `ECU`.
 fn layout(messages: &str) -> Layout {
     let text = format!("BU_: ECU TOOL\n{messages}");

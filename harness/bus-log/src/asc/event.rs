@@ -168,8 +168,8 @@ fn fd(words: &mut Words<'_>, base: Base) -> Result<OnBus, Defect> {
     read_bytes(&mut data[..length], words, base)?;
     let _duration_ns = words.next();
     let _bits = words.next();
-    // Without flags, the event is a CAN FD frame, as its name says.
-    let flags = hex::number(words.next()).unwrap_or(EDL);
+    // Without flags, or with none set as in older files, the event is a CAN FD frame, as its name says.
+    let flags = hex::number(words.next()).filter(|flags| *flags != 0).unwrap_or(EDL);
     let data = &data[..length];
     let payload = if flags & EDL != 0 {
         let flags = FdFlags { bit_rate_switch, error_state };

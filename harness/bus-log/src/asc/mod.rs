@@ -18,9 +18,10 @@
 //! * `timestamps relative`: each time counts from the previous event of any kind.
 //! * Channels are numbers from 1. Number 1 is `can0` here, as in python-can and `asc2log`.
 //! * An absolute time is the date of the measurement, taken as UTC since the file names no zone, plus the time of the
-//!   event. A date that is not understood counts as 1970.
+//!   event. The names of months may be in the languages of Europe, or numbers. A date that is not understood counts as
+//!   1970, and the reader says so.
 //! * An error frame has no details: it becomes [`ErrorFrame::BUS_ERROR`].
-//! * CANFD events also carry classic frames: those without the EDL flag.
+//! * CANFD events also carry classic frames: those with flags, and EDL not among them.
 //! * Every other event (statistics, status, LIN, J1939) is skipped and counted.
 //!
 //! [`ErrorFrame::BUS_ERROR`]: super::ErrorFrame::BUS_ERROR

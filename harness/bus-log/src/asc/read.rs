@@ -27,6 +27,8 @@ pub(crate) struct Reader<R: Read> {
     times: Times,
     /// Start of the measurement.
     began: Timestamp,
+    /// Line and text of a date that is not understood, as long as no other is.
+    refused: Option<(u64, String)>,
     /// Time of the last event since the start.
     last: Span,
     passed_over: u64,
@@ -51,6 +53,7 @@ impl<R: Read> Reader<R> {
             base: Base::Hex,
             times: Times::Absolute,
             began: Timestamp::ZERO,
+            refused: None,
             last: Span::ZERO,
             passed_over: 0,
         }
@@ -59,6 +62,14 @@ impl<R: Read> Reader<R> {
     /// Number of events so far that are not frames of a CAN bus, and of lines that are not understood.
     pub(crate) const fn passed_over(&self) -> u64 {
         self.passed_over
+    }
+
+    /// What is doubtful in the file so far.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let refused = self.refused.as_ref().map(|(line, date)| {
+            format!("the date `{date}` in line {line} is not understood: times count from 1970")
+        });
+        refused.into_iter().chain(self.lines.note()).collect()
     }
 
     /// Returns the next entry; `None` at the end.
@@ -70,8 +81,16 @@ impl<R: Read> Reader<R> {
                 Line::Other => self.passed_over += 1,
                 Line::Base(base, times) => (self.base, self.times) = (base, times),
                 Line::Date(text) => {
-                    let date = std::str::from_utf8(text).ok().and_then(date::parse);
-                    self.began = date.map_or(self.began, Timestamp::from_nanos);
+                    let text = date::text(text);
+                    match date::parse(&text) {
+                        Some(nanos) => {
+                            (self.began, self.refused) = (Timestamp::from_nanos(nanos), None);
+                        }
+                        None if self.began == Timestamp::ZERO && !text.is_empty() => {
+                            self.refused = Some((self.lines.number(), shown(&text)));
+                        }
+                        None => {}
+                    }
                 }
                 Line::Event(nanos, text) => {
                     let since = match self.times {
@@ -93,6 +112,12 @@ impl<R: Read> Reader<R> {
         }
         Ok(None)
     }
+}
+
+/// The date for a message: shortened, without control characters.
+fn shown(date: &str) -> String {
+    const CHARS_MAX: usize = 60;
+    date.chars().take(CHARS_MAX).collect::<String>().escape_debug().to_string()
 }
 
 fn parse(line: &[u8]) -> Result<Line<'_>, Defect> {

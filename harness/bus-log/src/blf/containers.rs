@@ -3,8 +3,8 @@
 use super::super::error::{Defect, LogError, Place};
 use super::super::{BUFFER_BYTES, Format};
 use super::{
-    CONTAINER_HEAD_BYTES, FILE_HEAD_BYTES, FILE_MARK, LOG_CONTAINER, OBJECT_BASE_BYTES,
-    OBJECT_MARK, STORED, ZLIB,
+    CONTAINER_HEAD_BYTES, FILE_HEAD_BYTES, FILE_LENGTH_AT, FILE_MARK, LOG_CONTAINER,
+    OBJECT_BASE_BYTES, OBJECT_MARK, STORED, ZLIB,
 };
 use flate2::{Decompress, FlushDecompress, Status};
 use std::io::{BufRead, BufReader, Read};
@@ -18,6 +18,8 @@ pub(super) const PADDING_MAX: usize = 7;
 pub(super) struct Containers<R: Read> {
     path: PathBuf,
     input: BufReader<R>,
+    /// Length of the file according to its head; a file that was not finished says less than it has.
+    said: u64,
     /// Bytes read so far.
     offset: u64,
     /// Start of the current container.
@@ -37,6 +39,7 @@ impl<R: Read> Containers<R> {
         let mut containers = Self {
             path: path.to_owned(),
             input: BufReader::with_capacity(BUFFER_BYTES, input),
+            said: 0,
             offset: 0,
             began: 0,
             left: 0,
@@ -56,6 +59,8 @@ impl<R: Read> Containers<R> {
                 return Err(containers.malformed(defect));
             }
         }
+        containers.said =
+            head[FILE_LENGTH_AT..].first_chunk().copied().map_or(0, u64::from_le_bytes);
         Ok((containers, head))
     }
 
@@ -131,7 +136,9 @@ impl<R: Read> Containers<R> {
     fn open(&mut self) -> Result<bool, LogError> {
         loop {
             if !self.find()? {
-                return Ok(false);
+                // The padding after the last container may be missing.
+                let is_cut = self.offset + (PADDING_MAX as u64) < self.said;
+                return if is_cut { Err(self.shorter()) } else { Ok(false) };
             }
             let mut base = [0; OBJECT_BASE_BYTES];
             base[..4].copy_from_slice(OBJECT_MARK);
@@ -208,6 +215,12 @@ impl<R: Read> Containers<R> {
         self.offset += skipped;
         self.left = 0;
         if skipped < count { Err(self.cut()) } else { Ok(()) }
+    }
+
+    /// Containers that the head counts are missing.
+    fn shorter(&self) -> LogError {
+        let found = format!("the end after {} of {} bytes", self.offset, self.said);
+        self.malformed(Defect::new("as many bytes as the head says", found.as_bytes()))
     }
 
     fn cut(&self) -> LogError {

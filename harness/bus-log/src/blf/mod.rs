@@ -43,6 +43,8 @@ const FILE_MARK: &[u8; 4] = b"LOGG";
 const OBJECT_MARK: &[u8; 4] = b"LOBJ";
 /// Bytes of the head of a file.
 const FILE_HEAD_BYTES: usize = 144;
+/// Offset of the length of the file in its head.
+const FILE_LENGTH_AT: usize = 16;
 /// Offset of the start of the measurement in the head of a file; its end follows.
 const BEGAN_AT: usize = 40;
 /// Common start of all objects: mark, lengths, version and type.

@@ -144,6 +144,9 @@ impl Chain {
                     next: block.link(0),
                 };
             }
+            columns @ (b"##DV" | b"##DI" | b"##LD") => {
+                return Err(source.malformed(address, column_oriented(columns)));
+            }
             other => {
                 let defect = Defect::new("data: `##DT`, `##SD`, `##DZ`, `##DL` or `##HL`", other);
                 return Err(source.malformed(address, defect));
@@ -151,6 +154,11 @@ impl Chain {
         }
         Ok(true)
     }
+}
+
+/// The defect of data with one block a channel, as MDF 4.2 has them.
+pub(super) fn column_oriented(found: &[u8]) -> Defect {
+    Defect::new("records of all channels (column-oriented storage of MDF 4.2 is not read)", found)
 }
 
 /// Opens the contents of a `DZ` block.

@@ -2,14 +2,18 @@
 
 use super::super::error::{Defect, LogError};
 use super::blocks::{Block, Source};
+use super::chain::column_oriented;
 use super::field::{Clock, Field};
 use super::frames::{Data, Frames};
-use super::{CG_BUS_EVENT, CG_VARIABLE, CN_FIXED, CN_MASTER, CN_MOST, CN_VARIABLE, Kind};
+use super::{
+    BLOCK_HEAD_BYTES, CG_BUS_EVENT, CG_REMOTE_MASTER, CG_VARIABLE, CN_FIXED, CN_MASTER, CN_MOST,
+    CN_VARIABLE, Kind,
+};
 use std::io::{Read, Seek};
 
-/// Limits for the groups of a file and the channels of its frame groups: loggers have a few dozen.
-pub(super) const GROUPS_MAX: usize = 4_096;
-pub(super) const CHANNELS_MAX: usize = 65_536;
+/// Limits for the groups and channels of a file: one with every message of a large DBC has thousands of groups.
+pub(super) const GROUPS_MAX: usize = 65_536;
+pub(super) const CHANNELS_MAX: usize = 262_144;
 /// Longest record of a frame group.
 const RECORD_BYTES_MAX: usize = 16 * 1024;
 /// Most data groups with frames: each has its own buffer.
@@ -80,12 +84,16 @@ pub(super) fn all<R: Read + Seek>(
     Ok(all)
 }
 
+/// Refuses more groups or channels than `most`.
 pub(super) fn bounded<R: Read + Seek>(
     source: &Source<R>,
     address: u64,
     count: usize,
     most: usize,
 ) -> Result<(), LogError> {
+    // A cycle of links has more than fit into the file.
+    let room = source.length() / BLOCK_HEAD_BYTES as u64;
+    let most = most.min(usize::try_from(room).unwrap_or(usize::MAX));
     if count <= most {
         return Ok(());
     }
@@ -106,6 +114,9 @@ fn group_of<R: Read + Seek>(
     }
     let mut records = Records::Other(bytes);
     if flags & CG_BUS_EVENT != 0 {
+        if flags & CG_REMOTE_MASTER != 0 {
+            return Err(source.malformed(address, column_oriented(b"a group without times")));
+        }
         let mut found = Found::default();
         found.take(source, block.link(1), DEPTH_MAX, channels)?;
         if let Some(frames) = found.frames().map_err(|defect| source.malformed(address, defect))? {

@@ -60,6 +60,8 @@ const BLOCK_HEAD_BYTES: usize = 24;
 const CG_VARIABLE: u16 = 1;
 const CG_BUS_EVENT: u16 = 1 << 1;
 const CG_PLAIN: u16 = 1 << 2;
+/// Flag of a channel group whose time is in another one: column-oriented storage of MDF 4.2.
+const CG_REMOTE_MASTER: u16 = 1 << 3;
 
 /// Kinds of channels.
 const CN_FIXED: u8 = 0;

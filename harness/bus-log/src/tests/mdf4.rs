@@ -56,7 +56,7 @@ impl Blocks {
     }
 
     /// A frame's channels: time 8, bus and flags 1, identifier 4, data or their offset 8.
-    fn frames(&mut self, variable: Option<u64>) -> u64 {
+    pub(super) fn frames(&mut self, variable: Option<u64>) -> u64 {
         let (kind, number, at) = variable.map_or((0, 10, 0), |at| (1, 10, at));
         let data = self.channel(0, ("CAN_DataFrame.DataBytes", kind, number, 13, 0, 64), at);
         let length = self.channel(data, ("CAN_DataFrame.DataLength", 0, 0, 8, 4, 4), 0);
@@ -113,11 +113,11 @@ fn entry(quarters: i64, id: u16, data: &[u8]) -> Entry {
     }
 }
 
-fn entries() -> Vec<Entry> {
+pub(super) fn entries() -> Vec<Entry> {
     vec![entry(1, 0x123, &[1, 2, 3]), entry(2, 0x7ff, &[]), entry(3, 0x124, &[9; 8])]
 }
 
-fn records() -> Vec<Vec<u8>> {
+pub(super) fn records() -> Vec<Vec<u8>> {
     vec![
         record(1, 0x123, 3, [1, 2, 3, 0, 0, 0, 0, 0]),
         record(2, 0x7ff, 0, [0; 8]),

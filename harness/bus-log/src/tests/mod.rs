@@ -1,7 +1,9 @@
 mod blf;
 mod channels;
 mod damaged;
+mod doubtful;
 mod mdf4;
+mod mdf42;
 mod messages;
 mod round_trip;
 mod samples;

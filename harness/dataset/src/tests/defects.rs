@@ -242,3 +242,13 @@ fn a_row_without_end_is_refused() {
         assert!(message.contains("it holds more than 1048576 bytes in a row"), "{message}");
     }
 }
+
+/// As a spreadsheet on Windows saves it.
+#[test]
+fn a_header_in_latin_1_has_its_line() {
+    let package = series("");
+    package.put("data.csv", b"t,w,ref,Temperatur \xb0C\n0,0.1,0,20\n");
+    let text = message(&package);
+    assert!(text.starts_with("data.csv, line 1: found bytes that are no UTF-8"), "{text}");
+    assert!(text.contains("save it as UTF-8"), "{text}");
+}

@@ -2,6 +2,7 @@
 
 use super::completions;
 use super::failure::Failure;
+use super::log::tell_notes;
 use super::log_format::{format_of, format_parser};
 use super::measured::plain_name;
 use super::progress::Screen;
@@ -54,15 +55,17 @@ impl ImportArguments {
         let prepared = Prepared::load(&self.plan, &Made::default())?;
         let format = format_of(&self.log, self.from, "--from")?;
         let name = self.log.display().to_string();
-        let reader = LogReader::open_telling(&self.log, format, screen.reading(&name))?;
+        let mut reader = LogReader::open_telling(&self.log, format, screen.reading(&name))?;
         let folder = self.folder(&prepared.plan.name);
         if prepared.rig.robot.is_none() {
-            let summary = import_rig_to_folder(&prepared, reader, self.channel, &folder)?;
+            let summary = import_rig_to_folder(&prepared, reader.by_ref(), self.channel, &folder)?;
+            tell_notes(&self.log, &reader, screen);
             let outcome = summary.outcome;
             say(&console::measurements_table(&[summary], Style::of_stdout()))?;
             return Ok(outcome);
         }
-        let imported = import_to_folder(&prepared.plan, reader, self.channel, &folder)?;
+        let imported = import_to_folder(&prepared.plan, reader.by_ref(), self.channel, &folder)?;
+        tell_notes(&self.log, &reader, screen);
         let (summary, channel) = (imported.summary, imported.channel);
         screen.chat(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));
         if imported.left_out != crate::import::LeftOut::default() {

@@ -88,7 +88,15 @@ impl ConvertArguments {
             let what = "lines or blocks that are no frames were passed over";
             screen.note(&format!("{}: {count} {what}", self.input.display()));
         }
+        tell_notes(&self.input, &reader, screen);
         tell(&self.output, converted, screen)
+    }
+}
+
+/// Says what is doubtful in a log.
+pub(super) fn tell_notes(path: &Path, reader: &LogReader, screen: &Screen) {
+    for note in reader.notes() {
+        screen.note(&format!("{}: {note}", path.display()));
     }
 }
 

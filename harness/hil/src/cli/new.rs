@@ -8,7 +8,7 @@ use clap::Args;
 use described::{DbcNode, Note};
 use harness::run::{PrepareError, RigError};
 use plan::Name;
-use plan::library::LibraryError;
+use plan::library::{self, LibraryError};
 use record::outcome::Outcome;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -93,13 +93,13 @@ impl NewArguments {
         })
     }
 
-    /// Returns the files, and notes on those parts of a DBC that are changed.
+    /// Returns the files, and notes on those parts of a DBC or an EDS that are changed.
     fn files(&self, name: &Name) -> Result<(Vec<ProjectFile>, Vec<Note>), Failure> {
         if let Some(eds) = &self.eds {
             let bytes = read(eds)?;
             let made = project::from_eds(name, &eds.display().to_string(), &bytes, self.node_id);
-            let files = made.map_err(|error| PrepareError::from(RigError::from(error)))?;
-            return Ok((files, Vec::new()));
+            let made = made.map_err(|error| PrepareError::from(RigError::from(error)))?;
+            return Ok((made.files, made.notes));
         }
         let Some(dbc) = &self.dbc else {
             let template = if self.serial { Template::Serial } else { Template::Can };
@@ -134,7 +134,7 @@ impl NewArguments {
 
 fn read(file: &Path) -> Result<Vec<u8>, Failure> {
     let unreadable = |cause| LibraryError::Unreadable { path: file.to_owned(), cause };
-    Ok(std::fs::read(file).map_err(unreadable).map_err(PrepareError::from)?)
+    Ok(library::bytes(file).map_err(unreadable).map_err(PrepareError::from)?)
 }
 
 /// Lists the nodes that `--node` may name.

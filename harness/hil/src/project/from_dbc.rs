@@ -1,35 +1,20 @@
 //! A project for one node of a given DBC: every signal that the node sends has a value, every message a period, and a
 //! plan receives all of them. The user knows what they mean.
 
+use super::traffic::{LOAD_MAX, Waits, assumed_period, load, period};
 use super::written::{key, number, text};
 use super::{ProjectFile, Template, with_schemas};
 use described::{
     DbcNode, FileError, Layout, Message, NOBODY, Note, Sender, Signal, dbc_nodes, dbc_text,
 };
-use plan::{Name, QuantityName, unit_of};
+use plan::{FILE_LEN_MAX, Name, QuantityName, STEPS_MAX, unit_of};
+use rig::link::FRAMES_MAX;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use wire::can::Id;
 use wire::time::Span;
 
-/// Candidate periods of messages for which the DBC states none: the first that leaves room on the bus is used.
-/// Assumption: the first is the usual one of status messages.
-const PERIODS: [Span; 3] =
-    [Span::from_millis(100), Span::from_millis(1_000), Span::from_millis(10_000)];
-
-/// Maximum bus load of all messages, so that each arrives on time.
-const LOAD_MAX: f64 = 0.5;
-
-/// Bit rate of the emulated device's bus, bit/s.
-const BIT_RATE: f64 = 500e3;
-
-/// Longest frames of eight bytes, with all stuff bits and the interframe gap: identifiers of 11 and of 29 bits. Zeros,
-/// the signals' start values, need nearly as many bits.
-const BITS_STANDARD: f64 = 135.0;
-const BITS_EXTENDED: f64 = 160.0;
-
-/// Longest CAN FD frame with 64 bytes, if the file does not state a faster data rate.
-const BITS_FD: f64 = 730.0;
+/// Largest text of a plan, in bytes, with room for what is added behind the measurements.
+pub(super) const PLAN_LEN_MAX: usize = FILE_LEN_MAX - 4096;
 
 /// Minimum listening time of the plan, and minimum rounds of each message.
 const LISTENING_S_MIN: f64 = 10.0;
@@ -110,58 +95,23 @@ pub(super) fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Messa
     layout.messages().iter().filter(move |message| message.sender == sender)
 }
 
-/// Returns the period of a message. A multi-packet message takes 50 ms per packet; without a period in the file, twice
-/// that is assumed.
-fn period(message: &Message, assumed: Span) -> Span {
-    message.period.unwrap_or_else(|| match message.frames() {
-        1 => assumed,
-        frames => assumed.max(Span::from_millis(100) * frames),
-    })
-}
-
-/// Returns the bits of all frames of a message.
-fn bits(message: &Message) -> f64 {
-    let each = match message.can_id() {
-        _ if message.is_fd() => BITS_FD,
-        Some(Id::Extended(_)) => BITS_EXTENDED,
-        _ => BITS_STANDARD,
-    };
-    each * message.frames() as f64
-}
-
-/// Returns the bus load of these messages, with this period for messages whose file states no period.
-fn load<'a>(messages: impl Iterator<Item = &'a Message>, assumed: Span) -> f64 {
-    let bits_per_s = messages.map(|message| bits(message) / period(message, assumed).as_secs_f64());
-    bits_per_s.sum::<f64>() / BIT_RATE
-}
-
-/// Returns the maximum wait of a message for the bus if all others are due at once: for a frame in progress, and for
-/// those of higher priority.
-fn wait_s(layout: &Layout, message: &Message) -> f64 {
-    let better = layout.messages().iter().filter(|other| other.can_id() < message.can_id());
-    (BITS_FD + better.map(bits).sum::<f64>()) / BIT_RATE
-}
-
-/// Returns the period of messages whose file states no period.
-pub(super) fn assumed_period(layout: &Layout) -> Span {
-    let [usual, .., longest] = PERIODS;
-    let is_light = |period: &Span| load(layout.messages().iter(), *period) <= LOAD_MAX;
-    let is_hopeless = !is_light(&longest);
-    if is_hopeless { usual } else { PERIODS.into_iter().find(is_light).unwrap_or(longest) }
-}
-
 /// Returns the messages that the plan sends: all that the device receives, except the most frequent ones if the bus has
-/// no room for them beside those of the device.
+/// no room for them beside those of the device, or if the plan would have too many steps. All are due at once.
 fn told(layout: &Layout, assumed: Span) -> Vec<&Message> {
     let mut room = LOAD_MAX - load(of(layout, Sender::Device), assumed);
+    let waiting = FRAMES_MAX.saturating_sub(of(layout, Sender::Device).count());
     let mut slowest_first: Vec<&Message> = of(layout, Sender::Host).collect();
     slowest_first.sort_by_key(|message| std::cmp::Reverse(period(message, assumed)));
     let fits = |message: &&Message| {
         room -= load(std::iter::once(*message), assumed);
         room >= 0.0
     };
-    let names: BTreeSet<&str> =
-        slowest_first.into_iter().take_while(fits).map(|message| message.name.as_str()).collect();
+    let names: BTreeSet<&str> = slowest_first
+        .into_iter()
+        .take_while(fits)
+        .take(waiting.min(STEPS_MAX - 1))
+        .map(|message| message.name.as_str())
+        .collect();
     of(layout, Sender::Host).filter(|message| names.contains(message.name.as_str())).collect()
 }
 
@@ -250,7 +200,7 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
     if untold > 0 {
         let _ = writeln!(
             text_of,
-            "    # {untold} messages that the device receives are not sent: they would overload the bus."
+            "    # {untold} messages that the device receives are not sent: they are too many for the bus or for a plan."
         );
     }
     for message in told {
@@ -272,11 +222,12 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
         text_of,
         "    {{ wait = {{ duration_s = {duration_s} }}, label = \"talking\" }},\n]"
     );
-    let mut names = BTreeSet::new();
+    let mut measured = Measured::new(&mut text_of);
+    let waits = Waits::of(layout);
     for message in of(layout, Sender::Device) {
-        let period = period(message, assumed);
-        measure(&mut text_of, (None, layout), message, period, &mut names);
+        measured.add((None, layout, &waits), message, period(message, assumed));
     }
+    measured.finish();
     text_of
 }
 
@@ -310,11 +261,48 @@ fn rounded(seconds: f64) -> f64 {
     (seconds * 1e6).round() / 1e6
 }
 
-/// Adds the measurements of a message: that it arrives at its period, and that its signals are in their ranges. `node`
-/// is its sender on a rig, and `None` if the device is the only one of the plan.
-pub(super) fn measure(
+/// A sender on a rig, its layout and the waits of its messages; no name if the device is the only one of the plan.
+type Of<'a> = (Option<&'a Name>, &'a Layout, &'a Waits);
+
+/// The measurements at the end of a plan.
+pub(super) struct Measured<'a> {
+    plan: &'a mut String,
+    names: BTreeSet<String>,
+    /// Messages for which the plan has no room.
+    left_out: usize,
+}
+
+impl<'a> Measured<'a> {
+    pub(super) const fn new(plan: &'a mut String) -> Self {
+        Self { plan, names: BTreeSet::new(), left_out: 0 }
+    }
+
+    /// Adds those of a message, unless the plan would be too large to be read.
+    pub(super) fn add(&mut self, of: Of<'_>, message: &Message, period: Span) {
+        let before = self.plan.len();
+        measure(self.plan, of, message, period, &mut self.names);
+        if self.plan.len() > PLAN_LEN_MAX {
+            self.plan.truncate(before);
+            self.left_out += 1;
+        }
+    }
+
+    /// Says what is left out.
+    pub(super) fn finish(self) {
+        if self.left_out > 0 {
+            let count = self.left_out;
+            let _ = writeln!(
+                self.plan,
+                "\n# {count} more messages are not measured: a plan has no room for them."
+            );
+        }
+    }
+}
+
+/// Adds the measurements of a message: that it arrives at its period, and that its signals are in their ranges.
+fn measure(
     plan: &mut String,
-    (node, layout): (Option<&Name>, &Layout),
+    (node, layout, waits): Of<'_>,
     message: &Message,
     period: Span,
     names: &mut BTreeSet<String>,
@@ -325,7 +313,7 @@ pub(super) fn measure(
     };
     if QuantityName::new(&quantity).is_some() {
         let period_s = period.as_secs_f64();
-        let beside_s = wait_s(layout, message).max(0.2 * period_s);
+        let beside_s = waits.wait_s(message).max(0.2 * period_s);
         let _ = write!(
             plan,
             "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\n\

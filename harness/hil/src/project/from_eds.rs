@@ -3,7 +3,7 @@
 
 use super::from_dbc::{of, unique};
 use super::written::{number, text};
-use super::{ProjectFile, Template, with_schemas};
+use super::{FromDbc, ProjectFile, Template, with_schemas};
 use described::{Description, Dictionary, Entry, FileError, Layout, Sender, dbc_text};
 use plan::{Name, unit_of};
 use std::collections::BTreeSet;
@@ -22,7 +22,7 @@ pub fn from_eds(
     file: &str,
     bytes: &[u8],
     node_id: Option<u8>,
-) -> Result<Vec<ProjectFile>, Box<FileError>> {
+) -> Result<FromDbc, Box<FileError>> {
     let eds = dbc_text(bytes);
     let read = |node: &str| {
         let head = format!("name = \"{name}\"\neds = {}\n{node}", text(file));
@@ -47,7 +47,8 @@ pub fn from_eds(
         ProjectFile::of_text("talks.toml", plan(name, layout, dictionary)),
         ProjectFile::of_text("README.md", readme),
     ];
-    Ok(with_schemas(made.into_iter().chain(benches).collect()))
+    let files = with_schemas(made.into_iter().chain(benches).collect());
+    Ok(FromDbc { files, notes: layout.notes().to_vec() })
 }
 
 fn device(name: &Name, node: &str, dictionary: Option<&Dictionary>) -> String {

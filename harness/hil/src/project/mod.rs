@@ -11,6 +11,7 @@ mod from_eds;
 mod restbus;
 #[cfg(test)]
 mod tests;
+mod traffic;
 mod written;
 
 pub use from_dbc::{FromDbc, FromDbcError, from_dbc};

@@ -1,11 +1,14 @@
 //! A rest-of-bus simulation for the user's own device: all nodes of a DBC except some are emulated and send its
 //! messages.
 
-use super::from_dbc::{assumed_period, description, listening_s, measure, of};
+use super::from_dbc::{Measured, description, listening_s, of};
+use super::traffic::{Waits, assumed_period};
 use super::written::text;
 use super::{FromDbc, FromDbcError, ProjectFile, with_schemas};
-use described::{Layout, NOBODY, Sender, dbc_nodes, dbc_text};
+use described::{DbcNode, Layout, NOBODY, Note, Sender, dbc_nodes, dbc_text};
 use plan::Name;
+use plan::rig::NODES_MAX;
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use wire::time::Span;
@@ -13,6 +16,9 @@ use wire::time::Span;
 /// Names that a rig node cannot have, since they have another meaning in plans and bench files.
 const TAKEN: [&str; 8] =
     ["device", "host", "operator", "gyro", "base", "table", "controller", "plan"];
+
+/// Most nodes of a rig file.
+const MEMBERS_MAX: usize = NODES_MAX - 2;
 
 /// A node of the DBC and its name in the rig.
 struct Member {
@@ -42,6 +48,7 @@ pub fn restbus(
         Layout::from_dbc(file, &text, real).map_err(Box::new)?;
     }
     nodes.retain(|node| node.messages > 0 || is_real(&node.name));
+    let left_out = beyond(&mut nodes, &is_real);
     let mut taken = BTreeSet::new();
     let mut members = Vec::new();
     for node in nodes {
@@ -54,7 +61,16 @@ pub fn restbus(
     }
     let emulated = || members.iter().filter(|one| !one.is_real);
     let Some(first) = emulated().next() else { return Err(FromDbcError::Alone(file.to_owned())) };
-    let (assumed, notes) = (assumed_period(&first.layout), first.layout.notes().to_vec());
+    let (assumed, mut notes) = (assumed_period(&first.layout), first.layout.notes().to_vec());
+    let line = text.lines().position(|line| line.starts_with("BU_")).map_or(1, |place| place + 1);
+    notes.extend(left_out.into_iter().map(|node| Note {
+        file: file.to_owned(),
+        line,
+        message: node,
+        signal: None,
+        is_left_out: true,
+        what: format!("the node is left out: a rig has at most {MEMBERS_MAX} nodes"),
+    }));
     let mut made =
         vec![ProjectFile { path: format!("devices/{name}.dbc").into(), bytes: bytes.to_owned() }];
     for one in emulated() {
@@ -69,6 +85,20 @@ pub fn restbus(
     }
     made.push(ProjectFile::of_text("README.md", readme(name, &members)));
     Ok(FromDbc { files: with_schemas(made), notes })
+}
+
+/// Takes out the nodes beyond what a rig can have, those with the fewest messages, and returns their names.
+fn beyond(nodes: &mut Vec<DbcNode>, is_real: &dyn Fn(&str) -> bool) -> Vec<String> {
+    let mut places: Vec<usize> = (0..nodes.len()).collect();
+    places.sort_by_key(|place| (!is_real(&nodes[*place].name), Reverse(nodes[*place].messages)));
+    let kept: BTreeSet<usize> = places.into_iter().take(MEMBERS_MAX).collect();
+    let (mut left_out, mut place) = (Vec::new(), 0..);
+    nodes.retain(|node| {
+        let is_kept = place.next().is_some_and(|place| kept.contains(&place));
+        left_out.extend((!is_kept).then(|| node.name.clone()));
+        is_kept
+    });
+    left_out
 }
 
 /// Returns the name of a node in a rig: `EPS_Rack` becomes `eps_rack`.
@@ -144,13 +174,15 @@ fn bench_plan(name: &Name, members: &[Member], assumed: Span) -> String {
 }
 
 fn measured<'a>(plan: &mut String, members: impl Iterator<Item = &'a Member>, assumed: Span) {
-    let mut names = BTreeSet::new();
+    let mut measured = Measured::new(plan);
     for one in members {
+        let waits = Waits::of(&one.layout);
         for message in of(&one.layout, Sender::Device) {
             let period = message.period.unwrap_or(assumed);
-            measure(plan, (Some(&one.name), &one.layout), message, period, &mut names);
+            measured.add((Some(&one.name), &one.layout, &waits), message, period);
         }
     }
+    measured.finish();
 }
 
 fn readme(name: &Name, members: &[Member]) -> String {

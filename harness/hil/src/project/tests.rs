@@ -9,6 +9,8 @@ use record::outcome::Outcome;
 use record::sink::NullSink;
 use std::path::Path;
 
+const K2A: &str = include_str!("../../../../wire/dbc/k2a.dbc");
+
 fn plans(folder: &Path) -> Vec<String> {
     let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut plans: Vec<String> = names
@@ -48,14 +50,59 @@ fn each_template_runs_under_any_name_and_passes() {
 #[test]
 fn a_project_of_a_dbc_passes_too() {
     let folder = tempfile::tempdir().unwrap();
-    let text = include_str!("../../../../wire/dbc/k2a.dbc");
     let name = Name::new("base").unwrap();
-    let node = text.lines().find_map(|line| line.strip_prefix("BU_:")).unwrap();
+    let node = K2A.lines().find_map(|line| line.strip_prefix("BU_:")).unwrap();
     for node in node.split_whitespace() {
         let at = folder.path().join(node);
-        let made = from_dbc(&name, "k2a.dbc", text.as_bytes(), Some(node)).unwrap();
+        let made = from_dbc(&name, "k2a.dbc", K2A.as_bytes(), Some(node)).unwrap();
         write(&at, &made.files).unwrap();
         assert_eq!(outcomes(&at).len(), 1, "{node}");
+    }
+}
+
+/// 20,000 signals: with a search through all of them for each, this took minutes.
+#[test]
+fn a_project_of_a_large_dbc_can_be_read() {
+    use std::fmt::Write as _;
+    let mut dbc = "BU_: ECU TOOL\n".to_owned();
+    for number in 0..5_000u32 {
+        let (id, sender) = ((1 << 31) + number, if number % 4 == 0 { "TOOL" } else { "ECU" });
+        let _ = writeln!(dbc, "BO_ {id} Message_{number}: 8 {sender}");
+        for signal in 0..4 {
+            let start = 16 * signal;
+            let _ = writeln!(
+                dbc,
+                " SG_ Signal_{number}_{signal} : {start}|16@1+ (0.1,0) [0|6553.5] \"V\" TOOL"
+            );
+        }
+        let _ = writeln!(dbc, "CM_ SG_ {id} Signal_{number}_0 \"doc\";");
+    }
+    dbc += "BA_DEF_DEF_ \"GenMsgCycleTime\" 5000;\n";
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path().join("large");
+    let made = from_dbc(&Name::new("large").unwrap(), "large.dbc", dbc.as_bytes(), Some("ECU"));
+    write(&at, &made.unwrap().files).unwrap();
+    let plan = at.join("talks.toml");
+    let prepared = Prepared::load(plan.to_str().unwrap(), &Made::default()).unwrap();
+    assert_eq!(prepared.plan.measurements.len(), 3_750 * 5);
+    // Beside so many messages the bus has no room for those that the device receives.
+    assert_eq!(prepared.plan.steps.len(), 1);
+}
+
+#[test]
+fn a_plan_has_as_many_measurements_as_can_be_read() {
+    use super::from_dbc::{Measured, PLAN_LEN_MAX};
+    use super::traffic::Waits;
+    let layout = described::Layout::from_dbc("k2a.dbc", K2A, "BASE").unwrap();
+    let message = &layout.messages()[0];
+    for (length, is_measured) in [(0, true), (PLAN_LEN_MAX - 10, false)] {
+        let mut plan = "#".repeat(length);
+        let mut measured = Measured::new(&mut plan);
+        measured.add((None, &layout, &Waits::of(&layout)), message, wire::time::Span::ZERO);
+        measured.finish();
+        assert_eq!(plan.contains("[[measurement]]"), is_measured);
+        assert_eq!(plan.contains("1 more messages are not measured"), !is_measured);
+        assert!(plan.len() < plan::FILE_LEN_MAX);
     }
 }
 
@@ -83,6 +130,26 @@ fn the_rest_of_a_bus_runs_and_passes() {
     assert_eq!(alone.to_string(), "bus.dbc has no other node that sends messages");
     let nobody = restbus(&name, "bus.dbc", HARD, &["Toll".to_owned()]).unwrap_err();
     assert!(nobody.to_string().contains("no node `Toll`"), "{nobody}");
+}
+
+#[test]
+fn the_rest_of_a_bus_has_as_many_nodes_as_a_rig() {
+    use std::fmt::Write as _;
+    let mut dbc = "BU_:".to_owned();
+    (0..100).for_each(|node| _ = write!(dbc, " N{node}"));
+    for id in 0..200u32 {
+        let _ =
+            write!(dbc, "\nBO_ {} M{id}: 8 N{}", id + 1, if id < 40 { id + 60 } else { id % 100 });
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let name = Name::new("many").unwrap();
+    let made = restbus(&name, "many.dbc", dbc.as_bytes(), &["N1".to_owned()]).unwrap();
+    assert_eq!(made.notes.len(), 40);
+    assert!(!made.notes.iter().any(|note| note.message == "N1" || note.message == "N99"));
+    write(folder.path(), &made.files).unwrap();
+    let plan = folder.path().join("rest.toml");
+    let prepared = Prepared::load(plan.to_str().unwrap(), &Made::default()).unwrap();
+    assert_eq!(prepared.rig.nodes.len(), 59);
 }
 
 /// Most difficult features of a DBC, in the encoding that Vector's tools write.
@@ -140,7 +207,7 @@ fn a_project_of_an_eds_passes() {
     for (bytes, node) in [(&eds[..], None), (&latin[..], Some(127))] {
         let at = folder.path().join(format!("{node:?}"));
         let made = from_eds(&name, "drive.eds", bytes, node).unwrap();
-        write(&at, &made).unwrap();
+        write(&at, &made.files).unwrap();
         assert_eq!(outcomes(&at).len(), 1, "{node:?}");
     }
     let cut = from_eds(&name, "drive.eds", &eds[..9_000], None).unwrap_err();

@@ -2,9 +2,11 @@
 
 use super::super::super::error::{Defect, LogError};
 use super::super::blocks::{Block, Source};
+use super::super::chain::column_oriented;
 use super::super::groups::{CHANNELS_MAX, DEPTH_MAX, GROUPS_MAX, bounded};
-use super::super::{CG_VARIABLE, CN_MASTER, CN_VIRTUAL_MASTER};
+use super::super::{CG_REMOTE_MASTER, CG_VARIABLE, CN_MASTER, CN_VIRTUAL_MASTER};
 use std::io::{Read, Seek};
+use std::sync::Arc;
 
 /// The master channel is a time.
 const SYNC_TIME: u8 = 1;
@@ -27,8 +29,8 @@ pub struct Group {
     /// Bytes of values in a record, and of the invalidation bits after them.
     pub(super) value_bytes: u64,
     pub(super) invalid_bytes: u64,
-    /// Numbers and record lengths of other groups among these records; no length if their records state it.
-    pub(super) others: Vec<(u64, Option<u64>)>,
+    /// Numbers and record lengths of all groups among these records, by number; no length if their records state it.
+    pub(super) others: Arc<[(u64, Option<u64>)]>,
 }
 
 /// A channel of a group.
@@ -75,9 +77,11 @@ pub(super) fn all<R: Read + Seek>(
             let defect = Defect::new("record numbers of 0, 1, 2, 4 or 8 bytes", found.as_bytes());
             return Err(source.malformed(next, defect));
         }
+        lengths.sort_by_key(|(number, _)| *number);
+        lengths.dedup_by_key(|(number, _)| *number);
+        let others: Arc<[_]> = lengths.into();
         for group in &mut all[begin..] {
-            let others = lengths.iter().filter(|(number, _)| *number != group.number);
-            group.others = others.copied().collect();
+            group.others = Arc::clone(&others);
         }
         // A data group without channel groups also counts, as links may form a cycle.
         blocks += 1;
@@ -93,6 +97,9 @@ fn group_of<R: Read + Seek>(
     data_group: &Block,
     count: &mut usize,
 ) -> Result<Group, LogError> {
+    if block.u16(16) & CG_REMOTE_MASTER != 0 {
+        return Err(source.malformed(block.address, column_oriented(b"a group without times")));
+    }
     let mut channels = Vec::new();
     take(source, block.link(1), DEPTH_MAX, count, &mut channels)?;
     Ok(Group {
@@ -105,7 +112,7 @@ fn group_of<R: Read + Seek>(
         number: block.u64(0),
         value_bytes: u64::from(block.u32(24)),
         invalid_bytes: u64::from(block.u32(28)),
-        others: Vec::new(),
+        others: Arc::default(),
     })
 }
 

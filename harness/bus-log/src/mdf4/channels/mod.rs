@@ -15,7 +15,7 @@
 //!
 //! The reader handles numbers of any size and byte order at any bit, texts, and counted values (virtual channels), in
 //! sorted and unsorted groups, in `DT`, `DZ`, `DL` and `HL` blocks. Conversions: linear, rational, tables with and
-//! without interpolation, ranges, value and range to text. Arrays, algebra and columns (`DV`, 4.2) are refused. An
+//! without interpolation, ranges, value and range to text. Arrays, algebra and column-oriented storage (`DV`, 4.2) are refused. An
 //! unfinished file is read as far as it goes.
 //!
 //! Source: ASAM MDF 4.1.1, as far as asammdf's `v4_blocks.py` and `v4_constants.py` show it.

@@ -165,12 +165,12 @@ impl<'a> Records<'a> {
                 return Ok(Some(record));
             }
             let others = &self.group.others;
-            let Some((_, length)) = others.iter().find(|(other, _)| *other == number) else {
+            let Ok(place) = others.binary_search_by_key(&number, |(other, _)| *other) else {
                 let expected = "the number of a group before a record";
                 let defect = Defect::new(expected, number.to_string().as_bytes());
                 return Err(source.malformed(self.chain.began(), defect));
             };
-            let length = match *length {
+            let length = match others[place].1 {
                 Some(length) => length,
                 None if self.has(4, source)? => {
                     let bytes = self.window.bytes().first_chunk().copied();
