@@ -5,6 +5,7 @@
 //! that a copy of `test-plans` can be changed as a whole.
 
 mod pack;
+mod unreadable;
 
 pub use pack::{PLAN, Pack, PackedFile};
 
@@ -64,6 +65,9 @@ pub enum LibraryError {
         path: PathBuf,
         /// Why.
         cause: std::io::Error,
+        /// A file of nearly this name.
+        #[help]
+        help: Option<String>,
     },
     /// The file is invalid.
     #[error(transparent)]
@@ -386,7 +390,7 @@ fn read(path: &Path) -> Result<Source, LibraryError> {
     };
     match text {
         Ok(text) => Ok(Source { origin: path.display().to_string(), text }),
-        Err(cause) => Err(LibraryError::Unreadable { path: path.to_owned(), cause }),
+        Err(cause) => Err(LibraryError::unreadable(path, cause)),
     }
 }
 
