@@ -17,6 +17,7 @@ mod protected;
 mod selection;
 mod send_rule;
 mod signal;
+mod signal_value;
 #[cfg(test)]
 pub(crate) mod tests;
 mod text;
@@ -39,6 +40,7 @@ pub(crate) use protected::tests::cells;
 pub use selection::{Carried, Selection};
 pub use send_rule::{SendKind, SendRule};
 pub use signal::Signal;
+pub use signal_value::SignalValue;
 use wire::device::Transmit;
 
 use crate::canopen::Dictionary;

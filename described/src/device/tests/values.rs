@@ -49,6 +49,12 @@ fn what_is_not_finite_leaves_what_was_before() {
 }
 
 #[test]
+fn an_initial_value_may_be_the_name_of_one() {
+    let description = parse(&OVEN.replace("Enable = 0 }", "Enable = \"on\" }"));
+    assert_eq!(Device::new(description, 1).value("Enable"), Some(1.0));
+}
+
+#[test]
 fn what_is_beyond_its_range_is_sent_as_its_end() {
     let text = OVEN.replace("expression = \"temperature\"", "expression = \"1e6 * (t - 0.15)\"");
     let description = parse(&text);
