@@ -151,7 +151,7 @@
 //! States with a `value` are evaluated in the order of their dependencies; a cycle is refused.
 //!
 //! A non-finite result (a division by zero, for example) keeps the previous value, and [`Device::not_finite`] counts
-//! it. A value beyond the range of its signal is clipped, and [`Device::clipped`] counts it.
+//! it. A value beyond the range of its signal is clipped, and [`Device::clipped`] says so.
 //!
 //! The expressions are implemented in this crate: other crates either bind a sign tighter than a power (`-2^2` would
 //! be 4), or divide whole numbers as integers, or use the platform's functions.
@@ -178,15 +178,15 @@ mod uds;
 
 pub use canopen::{Abort, Dictionary, Entry, Progress, SDO_REQUEST, SDO_RESPONSE, SdoClient};
 pub use description::Description;
-pub use device::Device;
+pub use device::{Clipped, Device};
 pub use error::FileError;
 pub use files::Files;
 pub use fmu::{Fmu, FmuInstance, FmuRole, FmuVariable};
 pub use isotp::{IsoTp, IsoTpTable};
 pub use layout::{
     ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
-    Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName, dbc_nodes,
-    dbc_text,
+    Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName, SignalValue,
+    dbc_nodes, dbc_text,
 };
 pub use outbox::Outbox;
 pub use protection::{ProtectionTable, Verdict};

@@ -63,6 +63,8 @@ pub struct Simulated {
     pub properties: Vec<PropertyVerdict>,
     /// Properties of the plan that this bench cannot judge; empty in virtual time.
     pub unjudged: Vec<Unjudged>,
+    /// What no measurement covers, one sentence each.
+    pub notes: Vec<String>,
     /// Whether the controller reported a problem; `false` on a rig without a controller.
     pub announced: bool,
 }
@@ -164,6 +166,7 @@ impl<C: Crossing> Underway<C> {
             faults: end.faults,
             properties: end.monitor.map(|monitor| monitor.verdicts(end.at)).unwrap_or_default(),
             unjudged: Vec::new(),
+            notes: end.notes,
             announced: simulation.director.engine.has_announced(),
         }
     }

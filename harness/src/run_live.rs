@@ -224,6 +224,7 @@ impl LiveRun {
             faults: end.faults,
             properties: end.properties,
             unjudged: end.unjudged,
+            notes: end.notes,
             announced: engine.has_announced(),
         };
         Self { run, timing: end.timing, ports: end.ports, artifacts: end.artifacts }

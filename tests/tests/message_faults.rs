@@ -153,7 +153,7 @@ fn what_is_out_of_its_range_or_not_used_is_told() {
             "signal_value = { value = 1e6 }",
             &[
                 "manager.Request.Limit was out of its range, 0 to 300 A",
-                "cells said a value beyond its range, and sent the end of that",
+                "cells.CellStatus.Limit was clipped to its range, 0 to 300 A; the farthest value was 655.4 A",
             ][..],
         ),
         (

@@ -130,12 +130,15 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
             let text = format!("`{}` has no signal `{name}`", message.name);
             return Err(Mistake::new(place.name(), text).help(hint::proposal(name, &names)));
         };
-        if !(signal.minimum..=signal.maximum).contains(value) {
+        let value = value
+            .of(signal)
+            .map_err(|(text, help)| Mistake::new(place.clone(), text).help(help))?;
+        if !(signal.minimum..=signal.maximum).contains(&value) {
             let (least, greatest) = (signal.minimum, signal.maximum);
             let text = format!("`{name}` cannot be {value}: it goes from {least} to {greatest}");
             return Err(Mistake::new(place, text));
         }
-        signal.start = *value;
+        signal.start = value;
     }
     Ok(())
 }

@@ -96,6 +96,7 @@ fn wrong_names() {
         ("[message.Status]", "[message.Stauts]"),
         ("answers = \"Command\"", "answers = \"Status\""),
         ("initial = { Setpoint", "initial = { Setpiont"),
+        ("initial = { Setpoint = 20", "initial = { Setpoint = \"Warm\""),
         ("value = 20.0", "vlaue = 20.0"),
         ("[parameter.hysteresis]", "[parameter.t]"),
         ("[parameter.hysteresis]", "[parameter.\"my hysteresis\"]"),

@@ -2,6 +2,7 @@
 
 mod answers;
 mod canopen;
+mod clipped;
 mod correction;
 mod diagnosis;
 mod dynamics;
@@ -20,6 +21,7 @@ use crate::layout::{Decoder, Sender};
 use crate::outbox::Outbox;
 use crate::uds::Server;
 use answers::Answers;
+pub use clipped::Clipped;
 use dynamics::{Dynamics, finite};
 use readings::Readings;
 use sending::{Agenda, Sending};
@@ -54,7 +56,6 @@ pub struct Device {
     answers: Answers,
     /// Values of the message being received, one per signal.
     heard: Vec<Option<f64>>,
-    clipped: u64,
     not_finite: u64,
     /// Number of messages with a wrong counter or checksum.
     refused: u64,
@@ -91,7 +92,6 @@ impl Device {
             lost: vec![NEVER; model.heard.len()],
             answers: Answers::default(),
             heard: Vec::new(),
-            clipped: 0,
             not_finite: 0,
             description: Arc::clone(&description),
         };
@@ -294,9 +294,15 @@ impl Device {
         self.outbox.dropped() + self.answers.dropped + uds + canopen
     }
 
-    /// Number of sent values that were clipped to their signal's range. Values that round to one in range are not.
-    pub const fn clipped(&self) -> u64 {
-        self.clipped
+    /// The signals of which values were clipped to the range. Values that round to one in range are not.
+    pub fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
+        self.senders.iter().zip(&self.description.model.sent).flat_map(|(sending, sent)| {
+            let message = &self.description.layout().messages()[sent.message];
+            sending.clipped.all().into_iter().map(|(place, count, farthest)| {
+                let signal = &message.signals[place];
+                Clipped { message: &message.name, signal, count, farthest }
+            })
+        })
     }
 
     /// Number of non-finite values of states and signals, for which the previous value was kept.

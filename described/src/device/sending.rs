@@ -1,5 +1,6 @@
 //! Sending of messages and its times.
 
+use super::clipped::Counts;
 use super::dynamics::finite;
 use super::occasion::Occasion;
 use super::{Device, NEVER};
@@ -22,6 +23,8 @@ pub(super) struct Sending {
     pub(super) last: Vec<f64>,
     /// Smallest and largest value of each signal.
     limits: Box<[(f64, f64)]>,
+    /// Values beyond these limits.
+    pub(super) clipped: Counts,
     /// Positions of the multiplexers among the signals.
     multiplexers: Box<[usize]>,
     /// One stream per noisy signal, so that none shifts the numbers of another: its position and its stream.
@@ -62,6 +65,7 @@ impl Sending {
             pages: vec![0; message.signals.len()],
             last: message.signals.iter().map(|signal| signal.start).collect(),
             limits: message.signals.iter().map(|one| (one.minimum, one.maximum)).collect(),
+            clipped: Counts::default(),
             multiplexers: message.multiplexers().collect(),
             noise: noisy.map(|(place, _)| (place, stream(&message.signals[place].name))).collect(),
             sensors: vec![Memory::default(); message.signals.len()],
@@ -341,9 +345,12 @@ impl Device {
         if !sending.corrections.is_empty() {
             self.take_errors_off(index, values);
         }
-        for (value, (least, greatest)) in values.iter_mut().zip(&self.senders[index].limits) {
+        let Sending { limits, clipped, .. } = &mut self.senders[index];
+        for (place, (value, (least, greatest))) in values.iter_mut().zip(&*limits).enumerate() {
             let inside = value.clamp(*least, *greatest);
-            self.clipped += u64::from(inside != *value);
+            if inside != *value {
+                clipped.add(place, *value, inside);
+            }
             *value = inside;
         }
     }

@@ -1,7 +1,7 @@
 //! Messages in a description: additions to a DBC, or complete definitions.
 
 use super::Formula;
-use crate::layout::{ByteOrder, SendKind, Sender};
+use crate::layout::{ByteOrder, SendKind, Sender, SignalValue};
 use crate::protection::{ChecksumTable, CounterTable, E2eTable, ProtectionTable};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -59,7 +59,7 @@ pub(crate) struct MessageRules {
     pub(crate) queue: Option<usize>,
     /// For a received message: values of its signals before the first message.
     #[serde(default)]
-    pub(crate) initial: BTreeMap<String, f64>,
+    pub(crate) initial: BTreeMap<String, SignalValue>,
     /// For a received message: after this time without one, s, its signals return to their initial values.
     pub(crate) timeout_s: Option<f64>,
     /// A counter that advances with each message.
@@ -145,7 +145,7 @@ pub(crate) struct MessageTable {
     queue: Option<usize>,
     /// For a received message: values of its signals before the first message.
     #[serde(default)]
-    initial: BTreeMap<String, f64>,
+    initial: BTreeMap<String, SignalValue>,
     /// For a received message: after this time without one, s, its signals return to their initial values.
     timeout_s: Option<f64>,
 }

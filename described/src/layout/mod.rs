@@ -18,6 +18,7 @@ mod protected;
 mod selection;
 mod send_rule;
 mod signal;
+mod signal_value;
 #[cfg(test)]
 pub(crate) mod tests;
 mod text;
@@ -41,6 +42,7 @@ pub(crate) use protected::tests::cells;
 pub use selection::{Carried, Selection};
 pub use send_rule::{SendKind, SendRule};
 pub use signal::Signal;
+pub use signal_value::SignalValue;
 use wire::device::Transmit;
 
 use crate::canopen::Dictionary;

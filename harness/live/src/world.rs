@@ -297,6 +297,7 @@ impl LiveWorld {
         };
         let end = clock.now();
         self.lateness.end_step(self.course());
+        let notes = self.end_notes(end, sink);
         let (faults, dropped) = self.end_faults(end, sink, &mut device);
         let eyes = self.eyes.take();
         let (properties, unjudged) = eyes.map(|eyes| eyes.close(end)).unwrap_or_default();
@@ -329,6 +330,7 @@ impl LiveWorld {
             faults,
             properties,
             unjudged,
+            notes,
         })
     }
 

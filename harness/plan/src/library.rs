@@ -6,6 +6,7 @@
 
 mod pack;
 mod reading;
+mod unreadable;
 
 pub use pack::{PLAN, Pack, PackedFile};
 pub use reading::bytes;
@@ -66,6 +67,9 @@ pub enum LibraryError {
         path: PathBuf,
         /// Why.
         cause: std::io::Error,
+        /// A file of nearly this name.
+        #[help]
+        help: Option<String>,
     },
     /// The file is invalid.
     #[error(transparent)]
@@ -381,7 +385,7 @@ fn is_path(name: &str) -> bool {
 fn read(path: &Path) -> Result<Source, LibraryError> {
     match reading::text(path) {
         Ok(text) => Ok(Source { origin: path.display().to_string(), text }),
-        Err(cause) => Err(LibraryError::Unreadable { path: path.to_owned(), cause }),
+        Err(cause) => Err(LibraryError::unreadable(path, cause)),
     }
 }
 

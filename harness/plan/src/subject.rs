@@ -117,7 +117,11 @@ impl<'a> Subject<'a> {
                 let help = note.unwrap_or_else(|| proposal(name, &known));
                 return Err(at.fault(&here, message, Some(help)));
             };
-            if !(signal.minimum..=signal.maximum).contains(value) {
+            let value = match value.of(signal) {
+                Ok(value) => value,
+                Err((message, help)) => return Err(at.fault(&here, message, Some(help))),
+            };
+            if !(signal.minimum..=signal.maximum).contains(&value) {
                 let (least, greatest, unit) = (signal.minimum, signal.maximum, &signal.unit);
                 let message = format!("{name} = {value}, expected {least} to {greatest} {unit}");
                 return Err(at.fault(&here, message.trim_end().to_owned(), None));
@@ -348,7 +352,7 @@ fn not_carried(message: &Message, send: &Send) -> Option<(String, String)> {
         for selection in message.selections(place) {
             let multiplexer = &message.signals[selection.multiplexer];
             let Some(value) = send.set.get(&multiplexer.name) else { continue };
-            let number = multiplexer.number_of(*value);
+            let number = value.of(multiplexer).ok().and_then(|value| multiplexer.number_of(value));
             if number.is_some_and(|number| !selection.has(number)) {
                 let (of, by) = (&message.name, &multiplexer.name);
                 let text = format!("`{of}` has no `{name}` where `{by}` is {value}");

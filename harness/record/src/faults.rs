@@ -1,5 +1,6 @@
 //! The traces of a fault in the record and in `summary.json`.
 
+use crate::text::OneLine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -59,17 +60,17 @@ pub struct FaultSummary {
 impl fmt::Display for FaultRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { index, name, event } = self;
-        let name = name.escape_debug();
+        let name = OneLine(name);
         match event {
             FaultEvent::Began => write!(f, "fault {index} begins: {name}"),
             FaultEvent::Ended { acted } => {
                 write!(f, "fault {index} ends: {name}, acted {acted} times")
             }
             FaultEvent::NeverHappened { why } => {
-                write!(f, "fault {index} never happened: {name}, {}", why.escape_debug())
+                write!(f, "fault {index} never happened: {name}, {}", OneLine(why))
             }
             FaultEvent::Confinement { node, state, tec, rec } => {
-                let (node, state) = (node.escape_debug(), state.escape_debug());
+                let (node, state) = (OneLine(node), OneLine(state));
                 write!(f, "fault {index}: {node} is {state}, TEC {tec}, REC {rec}")
             }
         }

@@ -139,6 +139,9 @@ pub struct Summary {
     /// Results of the plan's properties; absent if it declares none.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub properties: Vec<PropertySummary>,
+    /// What no measurement covers, one sentence each: values out of range, messages that were refused.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub notes: Vec<String>,
 }
 
 /// Result of a property that the plan declares.

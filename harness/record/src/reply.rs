@@ -1,6 +1,7 @@
 //! A person's answer: the number, its author, the way it was given, and when.
 
 use crate::figures;
+use crate::text::OneLine;
 use plan::Answer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -75,13 +76,13 @@ impl fmt::Display for Reply {
             None => write!(f, "done")?,
             Some(Number { name, value, unit }) => {
                 let value = figures::quantity(*value, 0.0, unit);
-                write!(f, "{} = {}", name.escape_debug(), value.escape_debug())?;
+                write!(f, "{} = {}", OneLine(name), OneLine(&value))?;
             }
         }
-        write!(f, " by {} {}", by.escape_debug(), through.words())?;
+        write!(f, " by {} {}", OneLine(by), through.words())?;
         if let Some(unix_s) = unix_s {
             write!(f, ", unix time {unix_s} s")?;
         }
-        write!(f, ": {}", question.escape_debug())
+        write!(f, ": {}", OneLine(question))
     }
 }

@@ -80,7 +80,8 @@ impl fmt::Display for Line<'_> {
 }
 
 /// A text in which characters that start another line or control a terminal are escaped.
-struct OneLine<'a>(&'a str);
+#[derive(Debug, Clone, Copy)]
+pub struct OneLine<'a>(pub &'a str);
 
 impl fmt::Display for OneLine<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -192,17 +193,41 @@ pub fn name_of(value: &impl Serialize) -> String {
 
 fn write_observation(f: &mut fmt::Formatter<'_>, observation: &Observation) -> fmt::Result {
     let Observation { quantity, value, uncertainty, tags } = observation;
-    write!(f, "observation {} {value}", quantity.escape_debug())?;
+    write!(f, "observation {} {value}", OneLine(quantity))?;
     if *uncertainty != 0.0 {
         write!(f, " +- {uncertainty}")?;
     }
-    tags.iter().try_for_each(|(tag, value)| write!(f, " {}={value}", tag.escape_debug()))
+    tags.iter().try_for_each(|(tag, value)| write!(f, " {}={value}", OneLine(tag)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::Line;
     use crate::samples::one_of_each;
+    use controller::health::{Causes, Health};
+
+    #[test]
+    fn the_documentation_has_each_cause_and_its_level() {
+        const PAGE: &str = include_str!("../../../docs/robot-controllers.md");
+        let told: Vec<(&str, &str)> = (PAGE.lines())
+            .filter_map(|line| line.strip_prefix("| `")?.split_once("` | "))
+            .filter_map(|(cause, rest)| Some((cause, rest.split_once(" | ")?.0)))
+            .filter(|(_, level)| ["fault", "degraded"].contains(level))
+            .collect();
+        let serde_json::Value::Object(all) = serde_json::to_value(Causes::default()).unwrap() else {
+            panic!("causes are an object");
+        };
+        let expected = all.keys().map(|cause| {
+            let causes = serde_json::json!({ cause: true });
+            let causes: Causes = serde_json::from_value(causes).unwrap();
+            (cause.clone(), super::name_of(&Health::new(false, causes).level))
+        });
+        let mut expected: Vec<_> = expected.collect();
+        let mut told: Vec<_> = told.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect();
+        expected.sort();
+        told.sort();
+        assert_eq!(told, expected);
+    }
 
     #[test]
     fn each_kind_has_its_line() {

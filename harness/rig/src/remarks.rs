@@ -3,6 +3,8 @@
 
 use super::Rig;
 use super::node::Part;
+use described::{Clipped, Signal};
+use record::figures;
 
 impl Rig {
     /// One line for each count that is not zero.
@@ -19,20 +21,26 @@ impl Rig {
             for ((message, signal), count) in &ear.out_of_range {
                 let message = &ear.decoder.layout().messages()[*message];
                 let signal = &message.signals[*signal];
-                let range = format!("{} to {} {}", signal.minimum, signal.maximum, signal.unit);
                 remarks.push(format!(
                     "{count} times {node}.{}.{} was out of its range, {}",
                     message.name,
                     signal.name,
-                    range.trim_end()
+                    range(signal)
                 ));
             }
         }
         for node in &self.nodes {
             let Part::Described(described) = &node.part else { continue };
             let device = &described.device;
+            let clipped = device.clipped().map(|Clipped { message, signal, count, farthest }| {
+                let farthest = figures::quantity_alone(farthest, 0.0, &signal.unit);
+                format!(
+                    "{count} times {}.{message}.{} was clipped to its range, {}; the farthest value was {farthest}",
+                    node.name, signal.name, range(signal)
+                )
+            });
+            remarks.extend(clipped);
             let counted = [
-                (device.clipped(), "said a value beyond its range, and sent the end of that"),
                 (device.not_finite(), "had a value that is no number, and kept the one before"),
                 (device.refused(), "did not use a message with a wrong counter or checksum"),
                 (device.refused_busy(), "refused a question while it answered another"),
@@ -43,4 +51,9 @@ impl Rig {
         }
         remarks
     }
+}
+
+fn range(signal: &Signal) -> String {
+    let text = format!("{} to {} {}", signal.minimum, signal.maximum, signal.unit);
+    text.trim_end().to_owned()
 }

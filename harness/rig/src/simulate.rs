@@ -80,6 +80,8 @@ pub struct End {
     pub dropped: u64,
     pub faults: Vec<FaultSummary>,
     pub monitor: Option<Monitor>,
+    /// What no measurement covers, one sentence each.
+    pub notes: Vec<String>,
 }
 
 impl<C: Crossing> Simulation<C> {
@@ -150,8 +152,9 @@ impl<C: Crossing> Simulation<C> {
         let ending = self.run_to_end(sink, keep, pulse);
         self.last_words(sink, keep);
         let Self { faults, rig, director, now, .. } = self;
-        for remark in rig.remarks() {
-            let kind = RecordKind::Note(remark);
+        let notes = rig.remarks();
+        for note in &notes {
+            let kind = RecordKind::Note(note.clone());
             sink.record(Record { at: *now, device: Device::Plan, kind });
         }
         let faults = match faults {
@@ -165,6 +168,7 @@ impl<C: Crossing> Simulation<C> {
             dropped: self.rig.dropped(),
             faults,
             monitor: self.watch.take().map(|watch| watch.into_monitor()),
+            notes,
         }
     }
 

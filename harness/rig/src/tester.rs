@@ -86,8 +86,9 @@ impl Tester {
             let Some(signal) = form.signals.iter().position(|signal| signal.name == *name) else {
                 return Err(format!("`{}` has no signal `{name}`", send.message));
             };
-            is_change |= self.values[message][signal] != *value;
-            self.values[message][signal] = *value;
+            let value = value.of(&form.signals[signal]).map_err(|(why, _)| why)?;
+            is_change |= self.values[message][signal] != value;
+            self.values[message][signal] = value;
             self.own[message].push(signal);
         }
         let signals = form.signals.iter().enumerate();
@@ -223,7 +224,7 @@ BA_ "GenMsgSendType" BO_ 256 1;
         let mut tester = Tester::new(layout, Sender::Device);
         let send = |speed: f64, every: Option<Span>| Send {
             message: "Command".to_owned(),
-            set: BTreeMap::from([("Speed".to_owned(), speed)]),
+            set: BTreeMap::from([("Speed".to_owned(), speed.into())]),
             every,
         };
         tester.send(Timestamp::ZERO, &send(7.0, None)).unwrap();

@@ -148,6 +148,7 @@ pub fn unfinished(recorded: &Header, title: &str, last: Timestamp) -> Summary {
         timing: None,
         ports: Vec::new(),
         commands: Vec::new(),
+        notes: Vec::new(),
         faults: Vec::new(),
         properties: Vec::new(),
     }

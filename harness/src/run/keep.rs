@@ -238,6 +238,7 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
         commands: run.commands.clone(),
         faults: run.faults.clone(),
         properties: properties(prepared, run),
+        notes: run.notes.clone(),
     };
     let broken = summary.properties.iter().find(|property| property.is_broken());
     if let Some(why) = broken.map(breach) {

@@ -227,10 +227,8 @@ impl Files for Beside<'_> {
     fn fmu(&mut self, name: &str) -> Result<Arc<dyn described::Fmu>, String> {
         let mut opened = None;
         let description = self.library.open_beside_by(self.source, name, |path| {
-            let unreadable = |why: String| LibraryError::Unreadable {
-                path: path.to_owned(),
-                cause: std::io::Error::other(why),
-            };
+            let unreadable =
+                |why: String| LibraryError::unreadable(path, std::io::Error::other(why));
             let (unit, text) = fmu::Unit::open(path).map_err(unreadable)?;
             opened = Some(unit);
             Ok(Source { origin: path.display().to_string(), text })

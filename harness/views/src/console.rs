@@ -156,6 +156,11 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
         }
     }
     for summary in summaries {
+        for note in &summary.notes {
+            text += &format!("{}: {}\n", printable(&summary.plan), printable(note));
+        }
+    }
+    for summary in summaries {
         for one in summary.commands.iter().filter(|one| one.times == 0) {
             let (plan, name) = (printable(&summary.plan), printable(&one.name));
             text += &format!("{plan}: `{name}` was not run: in virtual time there is no bench\n");
@@ -313,6 +318,17 @@ mod tests {
         let table = measurements_table(&[summary], Style::PLAIN);
         let said: Vec<_> = table.lines().filter(|line| line.contains("not judged:")).collect();
         assert_eq!(said, ["laps-observed: done_is_done not judged: the base is real"]);
+    }
+
+    #[test]
+    fn notes_stand_below_the_table() {
+        let note = "12 times oven.Status.Power was clipped to its range, 0 to 600 W";
+        let table = measurements_table(
+            &[Summary { notes: vec![note.to_owned()], ..summary() }],
+            Style::PLAIN,
+        );
+        let below = table.lines().rev().nth(1);
+        assert_eq!(below, Some(format!("laps-observed: {note}").as_str()));
     }
 
     #[test]

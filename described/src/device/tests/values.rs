@@ -49,6 +49,12 @@ fn what_is_not_finite_leaves_what_was_before() {
 }
 
 #[test]
+fn an_initial_value_may_be_the_name_of_one() {
+    let description = parse(&OVEN.replace("Enable = 0 }", "Enable = \"on\" }"));
+    assert_eq!(Device::new(description, 1).value("Enable"), Some(1.0));
+}
+
+#[test]
 fn what_is_beyond_its_range_is_sent_as_its_end() {
     let text = OVEN.replace("expression = \"temperature\"", "expression = \"1e6 * (t - 0.15)\"");
     let description = parse(&text);
@@ -56,7 +62,10 @@ fn what_is_beyond_its_range_is_sent_as_its_end() {
     let sent = run(&mut device, 0.2);
     let first = |(_, wired): &(Timestamp, Transmit)| values(description.layout(), wired).1[0];
     assert_eq!(sent.iter().map(first).collect::<Vec<_>>(), [-40.0, 320.0]);
-    assert_eq!(device.clipped(), 2);
+    let clipped = device.clipped().map(|one| (one.message, one.signal.name.as_str(), one.count));
+    assert_eq!(clipped.collect::<Vec<_>>(), [("Status", "Temperature", 2)]);
+    let farthest = device.clipped().next().unwrap().farthest;
+    assert!((farthest + 50_000.0).abs() < 1.0, "{farthest}");
 }
 
 #[test]

@@ -26,20 +26,23 @@ pub(super) fn verify(
         return Ok(());
     }
     let folder = RunFolder::open(out)?;
-    if let Some(what) = difference(&folder, &RunFolder::open(scratch.path())?)? {
+    if let Some([first, second]) = difference(&folder, &RunFolder::open(scratch.path())?)? {
         let summary = &mut completed.summary;
         summary.outcome = Outcome::Error;
-        summary.reason = Some(format!("two runs of seed {} differ: {what}", options.seed));
+        summary.reason = Some(format!(
+            "two runs of seed {} differ: `{first}`, and then `{second}`",
+            options.seed
+        ));
         write_documents(&folder, summary, &prepared.header(options.seed))?;
     }
     Ok(())
 }
 
-/// The first difference between two records, as text.
+/// The first difference between two records: a line of each.
 pub(super) fn difference(
     one: &RunFolder,
     other: &RunFolder,
-) -> Result<Option<String>, RunFolderError> {
+) -> Result<Option<[String; 2]>, RunFolderError> {
     let (one, other) = (one.records()?, other.records()?);
     let header = one.header().clone();
     Ok(first(&header, one, other))
@@ -49,7 +52,7 @@ fn first(
     header: &Header,
     mut one: impl Iterator<Item = Result<Record, RecordError>>,
     mut other: impl Iterator<Item = Result<Record, RecordError>>,
-) -> Option<String> {
+) -> Option<[String; 2]> {
     let told = |record: Option<Result<Record, RecordError>>| match record {
         Some(Ok(record)) => Line(&record, header.name_of(record.device)).to_string(),
         Some(Err(error)) => error.to_string(),
@@ -61,8 +64,7 @@ fn first(
             (None, None) => return None,
             (Some(Ok(first)), Some(Ok(second))) if first == second => {}
             (first, second) => {
-                let (first, second) = (told(first), told(second));
-                return Some(format!("`{}`, and then `{}`", first.trim(), second.trim()));
+                return Some([first, second].map(|record| told(record).trim().to_owned()));
             }
         }
     }
@@ -88,9 +90,10 @@ mod tests {
             first(&Header::default(), notes(one).into_iter(), notes(other).into_iter())
         };
         assert_eq!(between(&["a", "b"], &["a", "b"]), None);
-        let told = between(&["a", "b", "c"], &["a", "x", "c"]).unwrap();
-        assert!(told.contains("1.0") && told.contains('b') && told.contains('x'), "{told}");
-        let told = between(&["a", "b"], &["a"]).unwrap();
-        assert!(told.contains("the record ends"), "{told}");
+        let [one, other] = between(&["a", "b", "c"], &["a", "x", "c"]).unwrap();
+        assert!(one.starts_with("1.0") && one.ends_with(" b"), "{one}");
+        assert!(other.starts_with("1.0") && other.ends_with(" x"), "{other}");
+        let [_, other] = between(&["a", "b"], &["a"]).unwrap();
+        assert_eq!(other, "the record ends");
     }
 }

@@ -32,11 +32,13 @@ impl DiffArguments {
         let (table, differing) = comparison(&one.summary()?, &other.summary()?, Style::of_stdout());
         let difference = difference(&one, &other)?;
         if let Some(page) = &self.html {
-            let text = self.page((&one, &other), difference.as_deref())?;
+            let text = self.page((&one, &other), difference.as_ref())?;
             std::fs::write(page, text).map_err(|source| Failure::file(page, source))?;
         }
         let records = match difference {
-            Some(what) => format!("first difference: {what}"),
+            Some([first, second]) => {
+                format!("first difference of the records:\n  first   {first}\n  second  {second}\n")
+            }
             None => "the records are the same".to_owned(),
         };
         let verdicts = match differing {
@@ -51,7 +53,7 @@ impl DiffArguments {
     fn page(
         &self,
         (one, other): (&RunFolder, &RunFolder),
-        difference: Option<&str>,
+        difference: Option<&[String; 2]>,
     ) -> Result<String, Failure> {
         let names = [&self.one, &self.other].map(|path| path.display().to_string());
         let (summaries, records) =

@@ -133,7 +133,7 @@ impl NewArguments {
 }
 
 fn read(file: &Path) -> Result<Vec<u8>, Failure> {
-    let unreadable = |cause| LibraryError::Unreadable { path: file.to_owned(), cause };
+    let unreadable = |cause| LibraryError::unreadable(file, cause);
     Ok(library::bytes(file).map_err(unreadable).map_err(PrepareError::from)?)
 }
 

@@ -167,6 +167,7 @@ pub fn import_to_folder(
         commands: Vec::new(),
         faults: Vec::new(),
         properties: unjudged::properties(plan),
+        notes: Vec::new(),
     };
     write_documents(&folder, &summary, &header)?;
     let unjudged = unjudged::of_plan(plan);

@@ -101,7 +101,7 @@ pub(super) fn counters(emulated: &Emulated) -> Value {
             (None, Some(device)) => json!({
                 "messages_refused": device.refused(),
                 "questions_refused": device.refused_busy(),
-                "values_out_of_range": device.clipped(),
+                "values_out_of_range": device.clipped().map(|one| one.count).sum::<u64>(),
                 "values_not_finite": device.not_finite(),
             }),
             (None, None) => Value::Null,

@@ -52,16 +52,22 @@ impl LiveWorld {
         }
     }
 
-    /// Ends the run: records the faults and counts that are left, and returns the totals.
+    /// Records the counts that no measurement covers, and returns them.
+    pub(super) fn end_notes(&self, now: Timestamp, sink: &mut impl RecordSink) -> Vec<String> {
+        let notes = self.rig.remarks();
+        for text in &notes {
+            note(sink, now, Device::Plan, text.clone());
+        }
+        notes
+    }
+
+    /// Ends the run: records the faults that are left, and returns the totals.
     pub(super) fn end_faults(
         &mut self,
         now: Timestamp,
         sink: &mut impl RecordSink,
         device: &mut Running,
     ) -> (Vec<FaultSummary>, u64) {
-        for remark in self.rig.remarks() {
-            note(sink, now, Device::Plan, remark);
-        }
         let dropped = self.rig.dropped() + device.in_process().map_or(0, |here| here.dropped());
         let Some(faults) = &mut self.faults else { return (Vec::new(), dropped) };
         let machine = device.machine();

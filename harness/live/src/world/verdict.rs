@@ -39,6 +39,8 @@ pub struct LiveEnd {
     pub properties: Vec<PropertyVerdict>,
     /// Properties that this bench cannot judge.
     pub unjudged: Vec<Unjudged>,
+    /// What no measurement covers, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// The bench broke: its reason comes first, then that of the run.

@@ -41,4 +41,18 @@ fn an_unknown_name_lists_what_there_is() {
 fn a_missing_path_names_the_path_and_the_cause() {
     let error = Library::shipped().open(Kind::Bench, "no/such.toml").unwrap_err();
     assert!(error.to_string().starts_with("failed to read no/such.toml: "), "{error}");
+    assert!(miette::Diagnostic::help(&error).is_none());
+}
+
+#[test]
+fn a_misspelt_path_is_answered_with_the_file_beside_it() {
+    let project = tempfile::tempdir().unwrap();
+    for file in ["settles.toml", "setles.md", "other.toml"] {
+        std::fs::write(project.path().join(file), "").unwrap();
+    }
+    let path = project.path().join("setles.toml");
+    let error = Library::shipped().open(Kind::Plan, path.to_str().unwrap()).unwrap_err();
+    let help = miette::Diagnostic::help(&error).map(|help| help.to_string()).unwrap();
+    let meant = project.path().join("settles.toml");
+    assert_eq!(help, format!("did you mean `{}`?", meant.display()));
 }

@@ -3,6 +3,7 @@
 use super::{Known, Needs, Op, Order, StepKind};
 use crate::number;
 use crate::validate::{Checked, Place, Survey};
+use described::SignalValue;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -16,9 +17,9 @@ use wire::time::Span;
 pub struct Send {
     /// Its name in the layout of the device.
     pub message: String,
-    /// Signals and their values, in their units; the others stay what they were last, or were at first.
-    #[serde(default, deserialize_with = "values")]
-    pub set: BTreeMap<String, f64>,
+    /// Signals and their values, in their units or by their names in the DBC; the others stay what they were last, or were at first.
+    #[serde(default)]
+    pub set: BTreeMap<String, SignalValue>,
     /// It is sent again after each such time, until it is sent anew or stopped; 0 sends it once. Where it is absent, as
     /// the layout says.
     #[serde(rename = "every_s", default, deserialize_with = "number::sending_period")]
@@ -62,12 +63,4 @@ impl StepKind for Send {
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
         survey.subject.send(self, at)
     }
-}
-
-fn values<'de, D: serde::Deserializer<'de>>(d: D) -> Result<BTreeMap<String, f64>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(transparent)]
-    struct Value(#[serde(deserialize_with = "number::finite")] f64);
-    let values = BTreeMap::<String, Value>::deserialize(d)?;
-    Ok(values.into_iter().map(|(name, value)| (name, value.0)).collect())
 }

@@ -61,11 +61,30 @@ fn a_plan_speaks_of_what_its_device_has() {
 }
 
 #[test]
+fn a_value_is_sent_by_its_name() {
+    let dbc = DBC.to_owned() + "VAL_ 256 Enable 0 \"Off\" 1 \"On\" ;\n";
+    let rig = of_dbc(&dbc);
+    let check = |value: &str| {
+        let text = PLAN.replace("Enable = 1", &format!("Enable = {value}"));
+        assert_ne!(text, PLAN);
+        Plan::parse("p.toml", &text).and_then(|plan| plan.check_rig("p.toml", &text, &rig))
+    };
+    check("\"On\"").unwrap();
+    check("0").unwrap();
+    assert_eq!(check("\"Onn\"").unwrap_err().to_string(), "`Enable` has no value `Onn`");
+    assert_eq!(
+        check("nan").unwrap_err().to_string(),
+        "invalid value: floating point `NaN`, expected a finite number or the name of a value"
+    );
+}
+
+#[test]
 fn what_the_device_has_not_is_shown_in_place() {
     let cases = [
         ("message = \"Command\", set = { Enable = 1", "message = \"Comand\", set = { Enable = 1"),
         ("Setpoint = 60", "Setpont = 60"),
         ("Setpoint = 60", "Setpoint = 600"),
+        ("Setpoint = 60", "Setpoint = \"Warm\""),
         ("stop_sending = \"Command\"", "stop_sending = \"Status\""),
         (
             "above = { quantity = \"signal.Temperature\"",

@@ -95,5 +95,6 @@ pub fn summary() -> Summary {
         commands: Vec::new(),
         faults: Vec::new(),
         properties: Vec::new(),
+        notes: Vec::new(),
     }
 }

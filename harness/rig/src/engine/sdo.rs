@@ -1,7 +1,7 @@
 //! SDO transfers of the plan: requests as messages that a tester sends, answers as messages of the device.
 
 use super::{Action, Engine, Waiting};
-use described::{Abort, Decoded, Dictionary, Progress, SDO_RESPONSE, SdoClient};
+use described::{Abort, Decoded, Dictionary, Progress, SDO_RESPONSE, SdoClient, SignalValue};
 use plan::{Order, Sdo, Send, Speaker, canopen_devices};
 use record::outcome::Outcome;
 use std::collections::BTreeMap;
@@ -55,9 +55,9 @@ fn request(message: &str, words: [u8; 8]) -> Send {
     let value = |(name, first, length): (&str, usize, usize)| {
         let number = words[first..first + length].iter().rev();
         let number = number.fold(0u32, |number, byte| number << 8 | u32::from(*byte));
-        (name.to_owned(), f64::from(number))
+        (name.to_owned(), f64::from(number).into())
     };
-    let set: BTreeMap<String, f64> = PARTS.into_iter().map(value).collect();
+    let set: BTreeMap<String, SignalValue> = PARTS.into_iter().map(value).collect();
     Send { message: message.to_owned(), set, every: Some(Span::ZERO) }
 }
 

@@ -4,6 +4,7 @@ use super::attendance::{AnswersError, Attendance};
 use super::by_hand::{self, RealRoles};
 use super::number::in_unit;
 use plan::{Answer, Plan, Step};
+use record::text::OneLine;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A question of a plan.
@@ -79,7 +80,7 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
     let mut lines = BTreeMap::new();
     let mut told = BTreeSet::new();
     for Asking { plan, text, answer, .. } in missing {
-        let text = text.escape_debug();
+        let text = OneLine(text);
         let line = match answer {
             None => format!("plan {} asks to be done: {text}\n", plan.name),
             Some(answer) => {

@@ -2,6 +2,7 @@
 
 use super::number;
 use plan::Answer;
+use record::text::OneLine;
 use record::{Reply, Through};
 
 /// Most unusable answers to one question before the run is given up.
@@ -40,7 +41,7 @@ impl Question {
     /// The text shown to the person: the question and the expected answer.
     pub fn shown(&self) -> String {
         // Escaped, so that a text of a plan cannot move the cursor.
-        let text = self.text.escape_debug();
+        let text = OneLine(&self.text);
         match &self.answer {
             None => format!("{text}\n  press Enter when it is done"),
             Some(Answer { name, unit, range, .. }) => {

@@ -105,7 +105,8 @@ impl Compared {
 
 /// Compares two runs; also returns how many verdicts differ, including those that one run lacks.
 pub fn comparison(one: &Summary, other: &Summary, style: Style) -> (String, usize) {
-    let mut table = style.table(&["what", "first", "second", "verdict", "then", "moved by"]);
+    let mut table =
+        style.table(&["what", "first", "second", "verdict", "second verdict", "change"]);
     let all = Compared::all(one, other);
     for compared in &all {
         let Compared { name, figures: [first, second], verdicts: [verdict, _], moved } = compared;

@@ -17,25 +17,33 @@ pub fn runs_markdown(summaries: &[Summary]) -> String {
         if let Some(reason) = &summary.reason {
             let _ = writeln!(text, "\n**{}**", escaped(reason));
         }
+        let has_paper = summary.measurements.iter().any(|one| one.paper.is_some());
         if !summary.measurements.is_empty() {
-            text += "\n| verdict | measurement | measured | band | margin | paper |\n";
-            text += "|---|---|---|---|---|---|\n";
+            text += "\n| verdict | measurement | measured | band | margin |";
+            text += if has_paper {
+                " paper |\n|---|---|---|---|---|---|\n"
+            } else {
+                "\n|---|---|---|---|---|\n"
+            };
         }
         let mut rows: Vec<&Measurement> = summary.measurements.iter().collect();
         rows.sort_by_key(|measurement| measurement.verdict.is_acceptable());
         for measurement in rows {
-            text += &measurement_row(measurement);
+            text += &measurement_row(measurement, has_paper);
         }
         for property in summary.properties.iter().filter(|property| property.is_broken()) {
             let what = escaped(property.what.as_deref().unwrap_or("broken"));
             let _ = writeln!(text, "\n* **{}** broke: {what}", escaped(&property.name));
+        }
+        for note in &summary.notes {
+            let _ = writeln!(text, "\n* {}", escaped(note));
         }
         text.push('\n');
     }
     text
 }
 
-fn measurement_row(measurement: &Measurement) -> String {
+fn measurement_row(measurement: &Measurement, has_paper: bool) -> String {
     let Measurement { unit, lower, upper, uncertainty, .. } = measurement;
     let measured = measurement.value.map_or_else(
         || "nothing measured".to_owned(),
@@ -50,14 +58,16 @@ fn measurement_row(measurement: &Measurement) -> String {
         true => verdict.to_owned(),
         false => format!("**{verdict}**"),
     };
-    let cells = [
+    let mut cells = vec![
         verdict,
         escaped(&measurement.name),
         escaped(&measured),
         escaped(&figures::band(*lower, *upper, unit)),
         escaped(&margin),
-        escaped(measurement.paper.as_deref().unwrap_or("-")),
     ];
+    if has_paper {
+        cells.push(escaped(measurement.paper.as_deref().unwrap_or("-")));
+    }
     format!("| {} |\n", cells.join(" | "))
 }
 
@@ -157,6 +167,18 @@ mod tests {
         let row = |name: &str| text.lines().position(|line| line.contains(name)).unwrap();
         assert!(row(r"stop\_error") < row(r"return\_orientation\_ccw"), "{text}");
         insta::assert_snapshot!(text);
+    }
+
+    #[test]
+    fn without_values_of_the_paper_it_has_no_column() {
+        let mut summary = summary();
+        summary.measurements.iter_mut().for_each(|one| one.paper = None);
+        summary.notes = vec!["12 times a|b".to_owned()];
+        let text = runs_markdown(&[summary]);
+        assert!(!text.contains("paper"), "{text}");
+        let rows = text.lines().filter(|line| line.starts_with('|'));
+        assert!(rows.clone().count() > 2 && rows.clone().all(|row| row.matches('|').count() == 6));
+        assert!(text.contains("* 12 times a\\|b\n"), "{text}");
     }
 
     #[test]

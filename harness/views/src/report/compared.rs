@@ -17,7 +17,7 @@ use plotters::style::Color;
 use record::Record;
 use record::figures;
 use record::header::{Header, Quantity};
-use record::outcome::Summary;
+use record::outcome::{Outcome, Summary};
 use record::reader::RecordError;
 
 /// The most plots on a page.
@@ -40,16 +40,23 @@ pub struct Run<'a, R> {
     pub records: R,
 }
 
-/// The page. `first_difference` is that of the records, where they differ.
+/// The page. `first_difference` is a line of each record, where they differ first.
 pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
     one: Run<'_, R>,
     other: Run<'_, R>,
-    first_difference: Option<&str>,
+    first_difference: Option<&[String; 2]>,
 ) -> String {
     let judged = Compared::all(one.summary, other.summary);
     let differing = judged.iter().filter(|compared| compared.differs()).count();
     let names = [one.name, other.name];
     let outcomes = [one.summary.outcome.name(), other.summary.outcome.name()];
+    let has_passed = [one.summary, other.summary].iter().all(|it| it.outcome == Outcome::Passed);
+    let look = match (differing, has_passed) {
+        (0, true) => "passed",
+        // Two that failed alike are no success.
+        (0, false) => "open",
+        _ => "failed",
+    };
     let (mut left_out, mut figures) = (0, Vec::new());
     let header = one.header;
     let both = [Collected::of(one.header, one.records), Collected::of(other.header, other.records)];
@@ -72,14 +79,16 @@ pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
         ));
     }
     let body = html! {
-        header.(if differing == 0 { "passed" } else { "failed" }) {
+        header.(look) {
             p.outcome { (match differing { 0 => "no verdict differs".to_owned(), 1 => "1 verdict differs".to_owned(), n => format!("{n} verdicts differ") }) }
             h1 { (one.summary.title) }
-            p.lead {
-                @match first_difference {
-                    Some(what) => { "First difference of the records: " (what) "." }
-                    None => { "The records are the same." }
+            @match first_difference {
+                Some([first, second]) => {
+                    p.lead { "First difference of the records:" }
+                    p.lead { code { i.mark.ccw { "●" } (first) } }
+                    p.lead { code { i.mark.cw { "▲" } (second) } }
                 }
+                None => p.lead { "The records are the same." }
             }
             p.legend {
                 span { i.mark.ccw { "●" } (names[0]) ": " (outcomes[0]) }
@@ -107,8 +116,8 @@ fn table(judged: &[Compared]) -> Markup {
             table {
                 thead {
                     tr {
-                        th { "what" } th { "verdict" } th { "then" } th.number { "first" } th.number { "second" }
-                        th.number { "moved by" }
+                        th { "what" } th { "verdict" } th { "second verdict" } th.number { "first" } th.number { "second" }
+                        th.number { "change" }
                     }
                 }
                 tbody {
@@ -211,10 +220,10 @@ mod tests {
         let page = render(
             run("<before>", &one, 1.0, "signal.Old"),
             run("after", &other, 2.0, "signal.New"),
-            Some("1.0 s: x | 1.0 s: y"),
+            Some(&["1.0 x".to_owned(), "1.0 <y>".to_owned()]),
         );
         assert!(page.contains("1 verdict differs") && page.contains("&lt;before&gt;"));
-        assert!(page.contains("First difference of the records: 1.0 s: x | 1.0 s: y."));
+        assert!(page.contains("</i>1.0 x</code>") && page.contains("</i>1.0 &lt;y&gt;</code>"));
         assert_eq!(page.matches("<figure>").count(), 1, "only one quantity is in both");
         assert!(page.contains("first, 20") && page.contains("second, 20"));
         let drawn = |colour: &str, mark: &str| {
@@ -223,5 +232,6 @@ mod tests {
         assert_eq!((drawn("#1F66D1", "circle"), drawn("#D96C06", "polygon")), (20, 20));
         let none = render(run("a", &one, 1.0, "x"), run("b", &one, 1.0, "x"), None);
         assert!(none.contains("no verdict differs") && none.contains("The records are the same."));
+        assert!(none.contains("<header class=\"open\">"), "both failed");
     }
 }

@@ -57,8 +57,8 @@ impl Table {
             a.data download={ (file_name(name)) ".csv" }
                 href={ "data:text/csv;charset=utf-8," (percent_encoded(&bytes)) } { "CSV" }
             @if self.left_out > 0 {
-                " of the lowest and the highest of each column, without " (self.left_out)
-                " between them; all of them: " code { "hil show RUN" }
+                ", without " (self.left_out) " between these; " code { "hil show" }
+                " prints all of them"
             }
         }
     }
@@ -171,7 +171,7 @@ mod tests {
         let group = Group { label: "all", look: Look::Disc, samples: all };
         let link = samples(&[group], "deg").link("x").into_string();
         assert!(link.contains("all,4321,,,,7.5,0%0A"), "{link}");
-        assert!(link.contains("between them; all of them: <code>hil show RUN</code>"), "{link}");
+        assert!(link.contains("between these; <code>hil show</code> prints all of them"), "{link}");
         assert!(link.matches("%0A").count() <= ROWS_MAX + 1);
         assert_eq!(text("=1+1"), "'=1+1");
     }

@@ -1,5 +1,6 @@
 //! Latest events of a run, as text.
 
+use record::text::OneLine;
 use std::collections::VecDeque;
 use wire::time::Timestamp;
 
@@ -53,7 +54,7 @@ impl News {
             self.pieces.pop_front();
         }
         self.count += 1;
-        let text = text.escape_debug().take(TEXT_CHARS_MAX).collect();
+        let text = OneLine(text).to_string().chars().take(TEXT_CHARS_MAX).collect();
         self.pieces.push_back(Piece { number: self.count, at, kind, text });
     }
 

@@ -60,8 +60,8 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
             }
             figcaption {
                 p {
-                    "The share of cases with this fault in which a property broke, with its 95 % interval (Wilson), and the number of "
-                    "cases. The colour shows the lower end of the interval: few cases stay pale. A case holds several faults: "
+                    "The share of cases with this fault in which a property broke: below it, how many of how many, and the 95 % "
+                    "interval (Wilson). The colour shows the lower end of the interval: few cases stay pale. A case holds several faults: "
                     "only the smallest case shows which of them broke it."
                 }
                 p {
@@ -103,7 +103,8 @@ fn cell(tried: Tried) -> Markup {
                 Some(interval) => {
                     (percent(tried.broke as f64 / tried.cases as f64)) " %"
                     div.small {
-                        (percent(interval.lower)) " to " (percent(interval.upper)) " of " (tried.cases)
+                        (tried.broke) " of " (tried.cases) "; "
+                        (percent(interval.lower)) " to " (percent(interval.upper)) " %"
                     }
                 }
             }
@@ -126,10 +127,10 @@ mod tests {
         let told = |class: &str, rate: &str, small: &str| {
             format!("<td class=\"number {class}\">{rate}<div class=\"small\">{small}</div></td>")
         };
-        assert_eq!(text(9, 0), told("held", "0 %", "0 to 30 of 9"));
-        assert_eq!(text(100, 1), told("shade1", "1 %", "0 to 5 of 100"));
+        assert_eq!(text(9, 0), told("held", "0 %", "0 of 9; 0 to 30 %"));
+        assert_eq!(text(100, 1), told("shade1", "1 %", "1 of 100; 0 to 5 %"));
         // One case of one is no proof of a rate.
-        assert_eq!(text(1, 1), told("shade2", "100 %", "21 to 100 of 1"));
-        assert_eq!(text(300, 300), told("shade5", "100 %", "99 to 100 of 300"));
+        assert_eq!(text(1, 1), told("shade2", "100 %", "1 of 1; 21 to 100 %"));
+        assert_eq!(text(300, 300), told("shade5", "100 %", "300 of 300; 99 to 100 %"));
     }
 }

@@ -96,7 +96,12 @@ fn the_page_says_what_broke_how_to_see_it_again_and_what_was_tried() {
     // 34 multiples of three below 100, of which 27, 57 and 87 end in 7.
     assert_eq!(
         texts(&page, ".heat td.shade1"),
-        ["11 %5 to 20 of 66", "11 %5 to 20 of 66", "9 %3 to 23 of 34", "9 %3 to 23 of 34"]
+        [
+            "11 %7 of 66; 5 to 20 %",
+            "11 %7 of 66; 5 to 20 %",
+            "9 %3 of 34; 3 to 23 %",
+            "9 %3 of 34; 3 to 23 %"
+        ]
     );
     assert_eq!(texts(&page, ".heat td.untried").len(), 2 * 2 + 4);
     assert_eq!(texts(&page, "svg.plot").len(), 2);
