@@ -1,6 +1,5 @@
 //! Builds the finding and the model from the fits of all blocks.
 
-use crate::align::Aligned;
 use crate::clipping::Clipped;
 use crate::compensation::compensation;
 use crate::dataset::Dataset;
@@ -22,7 +21,8 @@ pub(crate) struct Done<'a> {
     pub plain: Vec<Found>,
     pub fit: BlockFit,
     pub judge: Judge<'a>,
-    pub aligned: Option<Aligned>,
+    /// Times what is right that the readings of a sensor are.
+    pub factor: f64,
     /// Clipping, with the held-out errors of a model that ignores it.
     pub clipped: Option<(&'a Clipped, Vec<Metric>)>,
     /// Rounding step, if it is coarser than the noise.
@@ -30,17 +30,6 @@ pub(crate) struct Done<'a> {
 }
 
 impl<'a> Done<'a> {
-    /// The correction as a found term.
-    fn set_right(&self) -> Option<Found> {
-        self.aligned.as_ref().map(|aligned| Found {
-            shape: aligned.shape.clone(),
-            coefficients: vec![(aligned.value, f64::NAN)],
-            numbers: Vec::new(),
-            strength: f64::MAX,
-            rivals: Vec::new(),
-        })
-    }
-
     /// Puts the model without clipping first on the path.
     pub fn put_before(&mut self, clipped: &'a Clipped) {
         let layout = Layout::new(&clipped.before, self.data.channels);
@@ -49,14 +38,19 @@ impl<'a> Done<'a> {
         let white = NoiseModel::white(layout.runs());
         let base: Vec<Shape> = self.fit.base.iter().map(|found| found.shape.clone()).collect();
         let metrics = judge.judge(&base, &white, &[]);
+        self.put_first(metrics, &[clipped.shape.name.clone()]);
+        self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
+    }
+
+    /// Puts a plainer model with these errors first on the path; all others have `names` that it lacks.
+    pub fn put_first(&mut self, metrics: Vec<Metric>, names: &[String]) {
         let of = metrics.iter().zip(&self.fit.path[self.fit.chosen].metrics);
         let margins = of.map(|(plain, chosen)| margin(plain, chosen)).collect();
         for model in &mut self.fit.path {
-            model.effects.insert(0, clipped.shape.name.clone());
+            model.effects.splice(0..0, names.iter().cloned());
         }
         self.fit.path.insert(0, Waypoint { effects: Vec::new(), causes: 0, metrics, margins });
         self.fit.chosen += 1;
-        self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
     }
 
     /// Clipping as a found term, and its effect.
@@ -97,11 +91,10 @@ impl<'a> Done<'a> {
         let all = || self.fit.base.iter().chain(&self.fit.effects);
         let coefficients: Vec<f64> =
             all().flat_map(|found| &found.coefficients).map(|(value, _)| *value).collect();
-        let fixed = self.aligned.as_ref().map(|aligned| (&aligned.shape, aligned.value));
         let noise = (&self.fit.noise, &*self.fit.left_out);
         let shapes = self.fit.shapes().into_iter();
         let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
-        compensation(dataset, self.data, (fixed, shapes), &coefficients, noise, seed)
+        compensation(dataset, self.data, (self.factor, shapes), &coefficients, noise, seed)
     }
 
     /// Held-out errors without an effect, and without the other powers of the same polynomial.
@@ -122,10 +115,11 @@ pub(crate) fn assemble(
     dataset: &Dataset,
     problem: &Problem,
     done: &[Done<'_>],
+    set_right: Vec<(f64, Effect)>,
     options: &Options,
 ) -> Identified {
     let (seed, noise_is_known) = (options.seed, options.noise_from.is_some());
-    let mut effects = Vec::new();
+    let mut effects = set_right;
     let mut terms: Vec<Term> = Vec::new();
     let mut plain = Vec::new();
     let mut base = Vec::new();
@@ -135,13 +129,6 @@ pub(crate) fn assemble(
     let mut diagnostics =
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     for one in done {
-        if let Some(found) = one.set_right() {
-            let error = one.errors().1[0].errors.rmse() / one.data.block.unit.si;
-            effects.push((found.strength, outcome::effect(one.data, &found, error, error)));
-            let term = outcome::term(one.data, &found);
-            plain.push(term.clone());
-            terms.push(term);
-        }
         if let Some((found, effect)) = one.clipping() {
             terms.push(outcome::term(one.data, &found));
             effects.push((found.strength, effect));
@@ -214,6 +201,12 @@ pub(crate) fn assemble(
             (&one.errors().0[0].errors, &one.errors().1[0].errors),
         ));
     }
+    if done.iter().any(|one| one.data.block.pose.is_some()) {
+        // Beside a driven path everything is certain; what matters more goes first.
+        for (strength, effect) in &mut effects {
+            *strength = effect.held_out_before / effect.held_out_after;
+        }
+    }
     effects.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
     outcome::lines_before_their_zero(&mut effects);
@@ -281,6 +274,7 @@ pub(crate) fn assemble(
             fields,
             counts_per_rad_per_s: problem.counts_per_unit,
             closing_lever_m: problem.closing_lever_m,
+            corrections: Vec::new(),
             compensation,
             terms,
             plain,
@@ -311,15 +305,9 @@ fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
     })
 }
 
-/// The models that were judged; the correction holds for all of them.
+/// The models that were judged.
 fn path(done: &[Done<'_>]) -> Vec<PathModel> {
-    let mut path = outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>());
-    let aligned = done.iter().filter_map(|one| one.aligned.as_ref());
-    let names: Vec<String> = aligned.map(|aligned| aligned.shape.name.clone()).collect();
-    for model in &mut path {
-        model.effects.splice(0..0, names.iter().cloned());
-    }
-    path
+    outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>())
 }
 
 /// Whether the gyro sees less than half of the rotation that it should measure.

@@ -1,8 +1,8 @@
 //! The entry point: takes data and a model, returns a finding and a better model.
 
-use crate::align::{Aligned, align};
 use crate::assemble::{Done, assemble};
 use crate::clipping::{Clipped, clip};
+use crate::corrections;
 use crate::dataset::Dataset;
 use crate::experiment::Experiment;
 use crate::finding::Finding;
@@ -14,6 +14,7 @@ use crate::problem::{Block, Known, Problem};
 use crate::select::{
     Asked, Data, Memory, agreed, fewer, fit_terms, identify_block, without_rounding,
 };
+use crate::set_right::{set_right, worthwhile};
 
 pub use crate::outcome::predict;
 
@@ -78,11 +79,18 @@ pub fn identify(
         return Err(IdentifyError::Model("the model is of another kind than the data".to_owned()));
     }
     progress(0.0, "reading");
+    // A given model already holds its corrections.
+    let corrections = model.map_or_else(
+        || worthwhile(dataset, corrections::find(dataset)),
+        |one| one.corrections.clone(),
+    );
+    let (stated, right) = (dataset, corrections::applied(dataset, &corrections));
+    let dataset = &right;
+    let fitted = corrections.iter().filter(|one| one.standard_error.is_some()).count();
+    let effects_max = options.max_effects.saturating_sub(fitted);
     let mut problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
     // A given model already holds its correction.
     let is_plain = model.is_none();
-    let aligned: Vec<Option<Aligned>> =
-        problem.blocks.iter_mut().map(|block| if is_plain { align(block) } else { None }).collect();
     let Problem { blocks, channels, .. } = &mut problem;
     let clipped = blocks.iter_mut().map(|block| {
         let own = block.own.clone();
@@ -130,12 +138,7 @@ pub fn identify(
         // Errors are those of the readings before any correction.
         let read = Data { block: &problem.blocks[index], ..data };
         let judge = Judge { data: read, path: problem.path.as_ref(), holding: Holding::Spread };
-        let asked = Asked {
-            share: 1.0 / count as f64,
-            effects_max: options.max_effects,
-            noise: known,
-            timing: None,
-        };
+        let asked = Asked { share: 1.0 / count as f64, effects_max, noise: known, timing: None };
         let fit = identify_block(data, &judge, base.clone(), asked, &mut report);
         let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
         done.push(Done {
@@ -143,7 +146,7 @@ pub fn identify(
             judge,
             plain,
             fit,
-            aligned: aligned[index].clone(),
+            factor: corrections::factor(&corrections),
             clipped: None,
             step: steps[index],
         });
@@ -157,7 +160,7 @@ pub fn identify(
             one.plain = fit_terms(one.data, base, &one.fit.noise, &one.fit.left_out);
         }
     }
-    let few = fewer(&done.iter().map(|one| &one.fit).collect::<Vec<_>>(), options.max_effects);
+    let few = fewer(&done.iter().map(|one| &one.fit).collect::<Vec<_>>(), effects_max);
     for ((one, (base, asked)), effects_max) in done.iter_mut().zip(&bases).zip(few) {
         if let Some(effects_max) = effects_max {
             let asked = Asked { effects_max, timing, ..*asked };
@@ -167,8 +170,13 @@ pub fn identify(
     for (one, clipped) in done.iter_mut().zip(&clipped) {
         clipped.iter().for_each(|clipped| one.put_before(clipped));
     }
+    let set_right = match is_plain {
+        true => set_right(stated, &corrections, &mut done)?,
+        false => Vec::new(),
+    };
     progress(1.0, "done");
-    let mut identified = assemble(dataset, &problem, &done, options);
+    let mut identified = assemble(dataset, &problem, &done, set_right, options);
+    identified.model.corrections = corrections;
     identified.finding.notices.extend(notices);
     Ok(identified)
 }

@@ -8,11 +8,11 @@
 )]
 #![expect(clippy::needless_range_loop, reason = "loops go over several columns at once")]
 
-mod align;
 mod assemble;
 mod candidates;
 mod clipping;
 pub mod compensation;
+mod corrections;
 pub mod dataset;
 pub mod experiment;
 pub mod finding;
@@ -26,6 +26,7 @@ pub mod outcome;
 mod problem;
 mod robust;
 mod select;
+mod set_right;
 mod signal;
 mod significance;
 pub mod units;

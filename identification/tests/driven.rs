@@ -242,7 +242,13 @@ fn a_tricycle_whose_steering_is_scaled_and_offset_is_set_right() {
     assert!(exact.held_out.before < 0.02, "kinematics alone: {:?}", exact.held_out);
     let finding = found(&tricycle(0.8, 0.05, 8, 400));
     assert!(finding.held_out.after < 0.2 * finding.held_out.before, "{:?}", finding.held_out);
-    let names: Vec<&str> = finding.effects.iter().map(|effect| effect.name.as_str()).collect();
-    assert!(names.contains(&"unequal_wheels") || names.contains(&"steer_offset"), "{names:?}");
+    assert_eq!(exact.effects, [], "{:?}", exact.effects);
+    let value = |name: &str| {
+        let effect = finding.effects.iter().find(|effect| effect.name == name).unwrap();
+        effect.parameters[0].value
+    };
+    assert!((value("steer_scale") - 0.8).abs() < 0.01, "{:?}", finding.effects);
+    assert!((value("steer_offset") - 0.05_f64.to_degrees()).abs() < 0.2, "{:?}", finding.effects);
+    assert!(finding.held_out.after < 0.02, "{:?}", finding.held_out);
     assert_sound(&finding);
 }

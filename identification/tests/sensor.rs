@@ -219,3 +219,78 @@ fn units_that_contradict_are_refused_by_name() {
         "{error}"
     );
 }
+
+#[test]
+fn a_backlash_far_narrower_than_the_travel_is_told_beside_an_eccentric_mount() {
+    let travel = |t: f64| 900.0 * (t / 90.0).sin() + 200.0 * (t / 17.0).sin();
+    let error = |course: &[f64], row: usize| {
+        let mut play = course[0];
+        for now in &course[..=row] {
+            play = play.clamp(now - 0.25, now + 0.25);
+        }
+        play + 0.45 * (course[row].to_radians() - 0.6).cos()
+    };
+    let found = found(&dataset(Unit::Degree, travel, error, 0.04, 8));
+    let names: Vec<&str> = found.finding.effects.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names.len(), 2, "{:?}", found.finding.effects);
+    assert!(names.contains(&"once_a_turn") && names.contains(&"hysteresis"), "{names:?}");
+    let play = found.finding.effects.iter().find(|one| one.name == "hysteresis").unwrap();
+    let half = play.parameters.iter().find(|one| one.name == "half_width").unwrap();
+    assert!((half.value - 0.25).abs() < 0.03, "{half:?}");
+}
+
+#[test]
+fn a_load_cell_creeps_and_is_warm() {
+    let load = |t: f64| 50.0 + 45.0 * ((t / 40.0).floor() * 2.4).sin();
+    let error = |course: &[f64], row: usize| {
+        let mut slow = course[0];
+        for now in &course[1..=row] {
+            slow += (now - slow) * (1.0 - (-1.0_f64 / 60.0).exp());
+        }
+        course[row] + 0.02 * (slow - course[row])
+    };
+    let mut data = dataset(Unit::One, load, error, 0.03, 4);
+    let warm = data.column(Role::Temperature).unwrap().values.clone();
+    let reads = data.columns.iter_mut().find(|one| one.role == Role::Measured).unwrap();
+    reads.values.iter_mut().zip(warm).for_each(|(value, warm)| *value += 0.05 * (warm - 22.0));
+    let found = found(&data);
+    let names: Vec<&str> = found.finding.effects.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names.len(), 2, "{:?}", found.finding.effects);
+    assert!(names.contains(&"creep") && names.contains(&"bias_over_temperature"), "{names:?}");
+    assert!(found.finding.held_out.after < 0.032, "{:?}", found.finding.held_out);
+}
+
+#[test]
+fn a_reference_at_another_rate_is_not_the_readings() {
+    let truth = |t: f64| 5.0 * (t / 40.0).sin() + 2.0 * (t / 13.0).cos();
+    let error = |course: &[f64], row: usize| {
+        let mut slow = course[0];
+        for now in &course[1..=row] {
+            slow += (now - slow) * (1.0 - (-1.0_f64 / 5.0).exp());
+        }
+        slow
+    };
+    let mut data = dataset(Unit::One, truth, error, 0.02, 6);
+    let reference = data.columns.iter_mut().find(|one| one.role == Role::Reference).unwrap();
+    let sparse = reference.values.iter_mut().enumerate().filter(|(row, _)| row % 5 != 2);
+    sparse.for_each(|(_, value)| *value = f64::NAN);
+    let found = found(&data);
+    let names: Vec<&str> = found.finding.effects.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["bandwidth"], "{:?}", found.finding.effects);
+    let late = &found.finding.effects[0].parameters[0];
+    // Of samples: the recursion above lags by half a sample more than the continuous one.
+    assert!((late.value - 5.0).abs() < 0.6, "{late:?}");
+}
+
+#[test]
+fn a_resolver_that_turns_the_other_way_is_told_by_its_sign() {
+    let angle = |t: f64| (1.7 * t).rem_euclid(360.0);
+    let error = |course: &[f64], row: usize| {
+        (20.0 - course[row] + 0.3 * (2.0 * course[row].to_radians()).cos()).rem_euclid(360.0)
+    };
+    let found = found(&dataset(Unit::Degree, angle, error, 0.05, 3));
+    let names: Vec<&str> = found.finding.effects.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["reversed_sign", "twice_a_turn"], "{:?}", found.finding.effects);
+    let compensation = found.finding.compensation.unwrap().held_out;
+    assert!(compensation.after < 0.06, "{compensation:?}");
+}

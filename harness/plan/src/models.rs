@@ -125,6 +125,7 @@ pub const fn empty() -> Model {
         fields: BTreeMap::new(),
         counts_per_rad_per_s: None,
         closing_lever_m: None,
+        corrections: Vec::new(),
         compensation: None,
         terms: Vec::new(),
         plain: Vec::new(),
@@ -172,6 +173,10 @@ pub fn calibration(model: &Model, in_force: &Calibration) -> Result<Calibration,
 pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
     let mut corrections = Corrections::new();
     let mut refused = Vec::new();
+    for fault in &model.corrections {
+        let why = format!("it is mended where `{}` is wired or read", fault.field);
+        refused.push((format!("{:?}", fault.fault), why));
+    }
     for term in &model.terms {
         let push = |term| {
             corrections

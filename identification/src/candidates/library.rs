@@ -13,22 +13,24 @@ pub(super) const OPEN: [Acts; 5] =
 /// Number of time constants tried for a lag.
 const LAGS: usize = 10;
 /// Half widths of a hysteresis, as shares of a channel's span.
-const PLAYS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.35];
+pub(super) const PLAYS: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.35];
 /// Delays tried, as multiples of the sample interval.
 const DELAYS: [f64; 10] = [-4.0, -2.0, -1.0, -0.4, -0.1, 0.1, 0.4, 1.0, 2.0, 4.0];
 
-struct Builder<'a> {
-    block: &'a Block,
-    channels: &'a Channels,
+pub(super) struct Builder<'a> {
+    pub(super) block: &'a Block,
+    pub(super) channels: &'a Channels,
     found: Vec<Candidate>,
 }
 
 /// Named effects that these data could show.
 pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
+    // Of a tricycle: one wheel is steered and drives.
+    let is_steered = channels.of(Role::SteerAngle).is_some();
     let mut builder = Builder { block, channels, found: Vec::new() };
     for on in OPEN.into_iter().filter(|on| block.exposure(*on).is_some()) {
         if !block.constants.iter().any(|known| known.acts == on) {
-            builder.push(Family::Library, Shape::constant(constant(on), on));
+            builder.push(Family::Library, Shape::constant(constant(on, is_steered), on));
         }
         for channel in &channels.channels {
             builder.over_channel(on, channel);
@@ -41,7 +43,7 @@ pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
         builder.rate_errors();
     }
     if block.exposure(Acts::Reference).is_some() {
-        let shape = Shape::constant(constant(Acts::Reference), Acts::Reference);
+        let shape = Shape::constant(constant(Acts::Reference, is_steered), Acts::Reference);
         builder.push(Family::Library, shape);
     }
     if block.exposure(Acts::Drive).is_some() {
@@ -51,7 +53,7 @@ pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
 }
 
 impl Builder<'_> {
-    fn push(&mut self, family: Family, shape: Shape) {
+    pub(super) fn push(&mut self, family: Family, shape: Shape) {
         self.found.push(Candidate { shape, family });
     }
 
@@ -61,7 +63,13 @@ impl Builder<'_> {
         let driver = |wrap| Driver::new(wrap, &channel.name);
         if channel.role == Role::Heading {
             if on != Acts::Drive && !self.channels.of_sensor {
-                for wrap in [Wrap::Harmonic(1), Wrap::Harmonic(2)] {
+                // The ground has a slope, and no more: only a wheel that is steered has two cycles.
+                let angles = self.channels.channels.iter().filter(|one| one.role == Role::Heading);
+                let is_of_ground = self.block.pose.is_some() && angles.count() < 2;
+                for wrap in [Wrap::Harmonic(1), Wrap::Harmonic(2)]
+                    .into_iter()
+                    .take(if is_of_ground { 1 } else { 2 })
+                {
                     let shape =
                         Shape::new(&name(wrap, Form::Harmonic), on, driver(wrap), Form::Harmonic);
                     self.push(Family::Library, shape);
@@ -90,6 +98,9 @@ impl Builder<'_> {
         self.push(Family::Library, plain(Form::Linear).with("origin", origin));
         // A bias test yields one number per run: it has no curve and no rate.
         if channel.is_angle() || matches!(channel.role, Role::Duration | Role::Bias) {
+            return;
+        }
+        if !channel.has_more_than(2) {
             return;
         }
         self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));
@@ -165,7 +176,7 @@ impl Builder<'_> {
         }
     }
 
-    fn time_constants(&self) -> Vec<f64> {
+    pub(super) fn time_constants(&self) -> Vec<f64> {
         let (interval, span) = (self.channels.interval(), self.channels.span());
         let (from, to) = ((2.0 * interval).max(span / 500.0), span / 2.0);
         (0..LAGS)
@@ -193,44 +204,6 @@ impl Builder<'_> {
                 let shape = Shape::new(name, on, Driver::plain(&time), Form::Exponential);
                 self.push(Family::Memory, shape.with("time_constant", constant));
             }
-        }
-    }
-
-    /// Errors of a sensor over the quantity it measures: a curve, a hysteresis, cycles per turn.
-    fn over_reference(&mut self, on: Acts) {
-        if on != Acts::Bias {
-            return;
-        }
-        let name = &self.channels.rotation_name;
-        let values = &self.channels.rotation;
-        let (low, high) = values
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        let shape =
-            |name_of: &str, wrap, form| Shape::new(name_of, on, Driver::new(wrap, name), form);
-        let origin = mean(values);
-        let mut found = vec![
-            shape("nonlinearity", Wrap::Plain, Form::Quadratic).with("origin", origin),
-            shape("nonlinearity_cubic", Wrap::Plain, Form::Cubic).with("origin", origin),
-            shape("rate_dependence", Wrap::RateOf, Form::Linear),
-        ];
-        for share in PLAYS {
-            let play = shape("hysteresis", Wrap::BranchOf, Form::Linear);
-            found.push(play.with("half_width", share * (high - low)));
-        }
-        let turns = self.channels.rotation_unit.dimension() == Dimension::Angle;
-        for order in (1..=Wrap::HARMONICS).filter(|_| turns) {
-            found.push(shape(&cycles(order), Wrap::Harmonic(order), Form::Harmonic));
-        }
-        for heading in self.channels.channels.iter().filter(|one| one.role == Role::Heading) {
-            for order in 1..=Wrap::HARMONICS {
-                let driver = Driver::new(Wrap::Harmonic(order), &heading.name);
-                found.push(Shape::new(&cycles(order), on, driver, Form::Harmonic));
-            }
-        }
-        for shape in found {
-            let remembers = shape.drivers[0].wrap == Wrap::BranchOf;
-            self.push(if remembers { Family::Memory } else { Family::Library }, shape);
         }
     }
 
@@ -373,15 +346,6 @@ impl Builder<'_> {
     }
 }
 
-/// Name of an error that repeats that many times per turn.
-fn cycles(order: u8) -> String {
-    match order {
-        1 => "once_a_turn".to_owned(),
-        2 => "twice_a_turn".to_owned(),
-        _ => format!("{order}_times_a_turn"),
-    }
-}
-
 /// Zero of a channel: its middle, rounded to three digits of its span.
 fn origin(channel: &Channel) -> f64 {
     let middle = mean(&channel.values);
@@ -389,7 +353,7 @@ fn origin(channel: &Channel) -> f64 {
     (middle / digit).round() * digit
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 

@@ -2,6 +2,7 @@
 
 mod library;
 mod names;
+mod reference;
 mod shapes;
 mod timed;
 

@@ -35,6 +35,8 @@ struct Sensor<'a> {
     channels: &'a Channels,
     reading: &'a Column,
     truth: &'a Column,
+    /// Times what is right that `reading` is.
+    factor: f64,
     /// The shapes of its terms.
     shapes: Vec<Shape>,
     /// Smallest angle that the sensor reads, if its angle wraps after a turn; SI.
@@ -49,12 +51,12 @@ struct Way {
     passes: usize,
 }
 
-/// The compensation of a sensor with these terms and coefficients, if it improves the readings. The first of `shapes`
-/// that `fixed` has a value for was corrected before anything was fitted.
+/// The compensation of a sensor with these terms and coefficients, if it improves the readings, which are `factor` times
+/// those of `dataset`.
 pub(crate) fn compensation(
     dataset: &Dataset,
     data: Data<'_>,
-    (fixed, shapes): (Option<(&Shape, f64)>, Vec<Shape>),
+    (factor, shapes): (f64, Vec<Shape>),
     coefficients: &[f64],
     (noise, left_out): (&NoiseModel, &[bool]),
     seed: u64,
@@ -62,21 +64,21 @@ pub(crate) fn compensation(
     if dataset.kind != Kind::Sensor {
         return None;
     }
-    let reading = dataset.column(Role::Measured)?;
+    let right = dataset.column(Role::Measured)?;
+    let stated = right.values.iter().map(|value| value * factor).collect();
+    let reading = &Column { values: stated, ..right.clone() };
     let width: usize = shapes.iter().map(Shape::width).sum();
     if coefficients.len() != width || data.all_columns(&shapes).len() != width {
         return None;
     }
     let of_fold = data.trained(&shapes, noise, left_out);
-    let with_fixed = |coefficients: &[f64]| -> Vec<f64> {
-        fixed.iter().map(|(_, value)| *value).chain(coefficients.iter().copied()).collect()
-    };
     let sensor = Sensor {
         dataset,
         channels: data.channels,
         reading,
         truth: dataset.column(Role::Reference)?,
-        shapes: fixed.iter().map(|(shape, _)| (*shape).clone()).chain(shapes).collect(),
+        factor,
+        shapes,
         wraps_at: wraps_at(reading, &data.channels.run),
     };
     let [mut before, mut after] = [Errors::default(), Errors::default()];
@@ -87,7 +89,7 @@ pub(crate) fn compensation(
             rows
         };
         let (test, train) = (rows(test), rows(train));
-        let (program, _) = sensor.best(&with_fixed(coefficients), &train);
+        let (program, _) = sensor.best(coefficients, &train);
         let plain = Program::default();
         for (program, errors) in [(&plain, &mut before), (&program, &mut after)] {
             errors.folds = of_fold.len();
@@ -103,7 +105,7 @@ pub(crate) fn compensation(
     if !(after.rmse() < before.rmse()) {
         return None;
     }
-    let (program, left_out) = sensor.best(&with_fixed(coefficients), &vec![true; dataset.rows()]);
+    let (program, left_out) = sensor.best(coefficients, &vec![true; dataset.rows()]);
     let unit = data.block.unit.clone();
     let metric = |errors| Metric { name: reading.name.clone(), unit: unit.clone(), errors };
     let held_out = metric(after).held_out(&metric(before), false, seed);
@@ -205,7 +207,7 @@ impl Sensor<'_> {
             smoothing: way.led_over.unwrap_or(SMOOTHINGS[0]),
         };
         let si = self.reading.unit.si();
-        let mut reading = program.input(Input::Reading) * number(si);
+        let mut reading = program.input(Input::Reading) * number(si / self.factor);
         let remembers = late != 0.0 || others.iter().any(|(shape, _)| shape.remembers());
         let unwrapped = self.wraps_at.is_some() && remembers;
         if unwrapped {

@@ -3,6 +3,7 @@
 use super::formula::number;
 use super::program::{Input, Program};
 use super::terms::{Estimate, Fields, adds, lagged};
+use crate::corrections::factor;
 use crate::dataset::{Dataset, Role};
 use crate::finding::{CompensationInput, CompensationStep, LeftOut};
 use crate::model::{Acts, Form, Model, Shape, Wrap};
@@ -81,7 +82,7 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
     if !refused.is_empty() {
         return Err(refused);
     }
-    program.step("reading", sum / number(si));
+    program.step("reading", sum / number(si / factor(&model.corrections)));
     let (inputs, steps) = program.written("truth", |_| String::new());
     Ok(Reading { inputs, steps, delay_s })
 }

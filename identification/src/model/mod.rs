@@ -14,6 +14,7 @@ mod term;
 mod tests;
 mod unit;
 
+pub use crate::corrections::{Correction, Fault};
 use crate::dataset::{Axis, Kind, Role};
 use crate::finding::{Compensation, Parameter};
 use crate::problem::Known;
@@ -165,6 +166,9 @@ pub struct Model {
     /// Half a side of the square that the laps were, m, where their ends lie as a square's do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub closing_lever_m: Option<f64>,
+    /// What the package states wrongly, which is set right before the terms apply.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<Correction>,
     /// How a firmware takes its terms off a reading, of a sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensation: Option<Compensation>,

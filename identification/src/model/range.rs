@@ -1,6 +1,6 @@
 //! Physical ranges of terms, each with its source. A value outside is not a calibration but a different fault.
 
-use super::{Acts, Form, Shape};
+use super::{Acts, Form, Shape, Wrap};
 use crate::dataset::Dimension;
 use crate::problem::Channels;
 
@@ -46,6 +46,10 @@ const OF_ACCELERATION_MAX: f64 = 0.017_453 / 9.806_65;
 /// within 10 % over its whole temperature range; MPU-6050: 2 %, nonlinearity 0.2 %).
 const OF_SCALE_MAX: f64 = 0.2;
 
+/// Maximum share of the measured quantity that a sensor shows late (creep of a load cell is below 0.001, of a polymer some
+/// hundredths). One that shows most of it late is slow, which is a delay.
+const CREEP_MAX: f64 = 0.3;
+
 /// Whether the contribution of `shape` with `coefficients` is within the range. `columns` are its columns over the
 /// rows.
 pub fn is_physical(
@@ -56,6 +60,13 @@ pub fn is_physical(
 ) -> bool {
     if shape.acts == Acts::Bias && !channels.of_sensor {
         return bears_acceleration(shape, channels, columns, coefficients);
+    }
+    let is_creep = shape.acts == Acts::Bias
+        && shape.drivers.first().is_some_and(|driver| {
+            driver.wrap == Wrap::LagOf && driver.field == channels.rotation_name
+        });
+    if is_creep {
+        return coefficients.iter().all(|value| value.abs() <= CREEP_MAX);
     }
     if shape.acts == Acts::Delay && channels.of_sensor {
         // A probe in a thick wall is minutes late.

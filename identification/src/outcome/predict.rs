@@ -1,5 +1,6 @@
 //! Applies a model to other data.
 
+use crate::corrections::applied;
 use crate::dataset::Dataset;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
 use crate::identify::IdentifyError;
@@ -74,7 +75,9 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
             word(dataset.kind)
         )));
     }
-    let problem = Problem::new(dataset, model.known())?;
+    let stated = Problem::new(dataset, model.known())?.path;
+    let right = applied(dataset, &model.corrections);
+    let problem = Problem::new(&right, model.known())?;
     let mut quantities = Vec::new();
     let rows = dataset.rows();
     let (mut corrections, mut plain_corrections) = (Added::nothing(rows), Added::nothing(rows));
@@ -116,9 +119,10 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
             residual,
         });
     }
-    if let Some(path) = &problem.path {
-        quantities.insert(0, headings(path, &plain_corrections, &corrections));
-        quantities.insert(0, positions(path, &plain_corrections, &corrections));
+    if let Some((stated, path)) = stated.as_ref().zip(problem.path.as_ref()) {
+        let both = [(stated, &plain_corrections), (path, &corrections)];
+        quantities.insert(0, headings(both));
+        quantities.insert(0, positions(both));
     }
     let first = quantities.remove(0);
     Ok(Prediction {
@@ -172,27 +176,25 @@ fn readings(
 }
 
 /// Final positions of dead reckoning, one per run (in its last row): distance from the reference.
-fn positions(path: &Path, plain: &Added, all: &Added) -> PredictedQuantity {
-    finals(path, plain, all, ("final_position", "m", 1.0), |error| error.position)
+fn positions(both: [(&Path, &Added); 2]) -> PredictedQuantity {
+    finals(both, ("final_position", "m", 1.0), |error| error.position)
 }
 
 /// Final headings, in the same way.
-fn headings(path: &Path, plain: &Added, all: &Added) -> PredictedQuantity {
+fn headings(both: [(&Path, &Added); 2]) -> PredictedQuantity {
     let degree = crate::dataset::Unit::Degree.si();
-    finals(path, plain, all, ("final_heading", "deg", degree), |error| error.heading)
+    finals(both, ("final_heading", "deg", degree), |error| error.heading)
 }
 
 fn finals(
-    path: &Path,
-    plain: &Added,
-    all: &Added,
+    [(stated, plain), (path, all)]: [(&Path, &Added); 2],
     (name, unit, si): (&str, &str, f64),
     of: impl Fn(&PathError) -> f64,
 ) -> PredictedQuantity {
     let mut residual = vec![None; path.distance.len()];
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for (run, rows) in path.runs.iter().enumerate() {
-        if let Some(error) = path.error(run, plain) {
+        if let Some(error) = stated.error(run, plain) {
             before.push(of(&error) / si);
         }
         if let Some(error) = path.error(run, all) {

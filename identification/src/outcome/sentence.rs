@@ -3,6 +3,7 @@
 use super::polynomial::is_polynomial;
 use crate::finding::{Effect, Parameter};
 use crate::model::{Driver, Wrap};
+use crate::units::si_factor;
 
 /// A sentence for each cause. Late axes share one delay.
 pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
@@ -128,6 +129,37 @@ fn quantity(value: f64, unit: &str) -> String {
     format!("{} {unit}", short(value)).trim_end().to_owned()
 }
 
+/// A sentence for what the package states wrongly about a field.
+fn set_right(effect: &Effect) -> Option<String> {
+    let is_of_field = effect.form == "constant" && effect.drivers.len() == 1;
+    let field = effect.drivers.first().filter(|_| is_of_field)?;
+    let value = effect.parameters.first()?.value;
+    let unit = &effect.parameters.first()?.unit;
+    let side = if value > 0.0 { "left" } else { "right" };
+    let size = quantity(value.abs(), unit);
+    Some(match effect.name.as_str() {
+        "reversed_sign" => format!("{field} has the wrong sign."),
+        "exchanged_wheels" => format!("The wheels are exchanged: {field} is the other one."),
+        name if name.ends_with("for_radians") || name.ends_with("for_degrees") => {
+            format!("{field} is in another unit than its file says: {}.", plain(name))
+        }
+        "reference_heading_offset" => {
+            format!("The reference looks {size} to the {side} of where the robot drives.")
+        }
+        "reference_left_of_axle" => {
+            format!("The reference sits {size} to the {side} of the middle of the axle.")
+        }
+        "steer_scale" => {
+            format!("The wheel is steered by {} times what {field} says.", short(value))
+        }
+        "steer_offset" => format!("The wheel stands {size} to the {side} where {field} says zero."),
+        "wrong_axis" => {
+            format!("What is measured{} is the rotation that {field} has.", of_axis(effect))
+        }
+        _ => return None,
+    })
+}
+
 /// A cause as a sentence.
 fn cause(effect: &Effect) -> String {
     let first = effect.parameters.first();
@@ -139,12 +171,21 @@ fn cause(effect: &Effect) -> String {
     let more_or_less =
         |more: &'static str, less: &'static str| if value > 0.0 { more } else { less };
     let is_constant = effect.form == "constant";
+    if let Some(sentence) = set_right(effect) {
+        return sentence;
+    }
     match (effect.term.as_str(), effect.name.as_str()) {
         ("scale", "reversed_sign") => return format!("What is measured{of} has the wrong sign."),
         ("scale", name) if name.ends_with("for_radians") || name.ends_with("for_degrees") => {
             return format!(
                 "What is measured{of} is in another unit than its file says: {}.",
                 plain(name)
+            );
+        }
+        ("turn", "effective_wheelbase") => {
+            return format!(
+                "The robot turns as if its wheelbase were {} times as long as the package says.",
+                short(1.0 / (1.0 + value))
             );
         }
         ("turn", _) if is_constant && value > -1.0 => {
@@ -185,9 +226,10 @@ fn cause(effect: &Effect) -> String {
             );
         }
         ("axis", _) => {
+            let share = value * si_factor(unit).unwrap_or(1.0);
             return format!(
                 "What is measured{of} has {} % of the rotation about another axis in it ({}).",
-                percent(),
+                short(100.0 * share.abs()),
                 seen(effect, 0)
             );
         }

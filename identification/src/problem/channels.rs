@@ -29,6 +29,20 @@ impl Channel {
         self.range.1 - self.range.0
     }
 
+    /// Whether it takes more than `count` values.
+    pub fn has_more_than(&self, count: usize) -> bool {
+        let mut seen: Vec<f64> = Vec::new();
+        for value in &self.values {
+            if !seen.contains(value) {
+                seen.push(*value);
+            }
+            if seen.len() > count {
+                return true;
+            }
+        }
+        false
+    }
+
     /// Whether it is an angle that repeats after a turn.
     pub fn is_angle(&self) -> bool {
         self.unit.dimension() == Dimension::Angle

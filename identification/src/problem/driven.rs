@@ -6,6 +6,7 @@ use super::path::Path;
 use super::series;
 use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
+use crate::corrections::{DELAY, LEFT};
 use crate::dataset::{Dataset, Drive, Role, Unit};
 use crate::identify::IdentifyError;
 use crate::model::Acts;
@@ -22,7 +23,10 @@ pub(super) fn odometry(
     dataset: &Dataset,
     mut channels: Channels,
 ) -> Result<Problem, IdentifyError> {
-    let motion = wheels::motion(dataset, &channels)?;
+    let mut motion = wheels::motion(dataset, &channels)?;
+    if let Some(delay) = dataset.constants.get(DELAY) {
+        motion.delay(delay.value * delay.unit.si(), &channels);
+    }
     let reference = |role, what| {
         dataset
             .column(role)
@@ -34,8 +38,10 @@ pub(super) fn odometry(
         reference(Role::ReferenceY, "reference y")?,
         reference(Role::ReferenceHeading, "reference heading")?,
     ];
-    if let Some(ahead) = wheels::length(dataset, &["reference_ahead_of_axle"]) {
-        on_the_axle(&mut reference, ahead);
+    let ahead = wheels::length(dataset, &["reference_ahead_of_axle"]).unwrap_or(0.0);
+    let left = wheels::length(dataset, &[LEFT]).unwrap_or(0.0);
+    if (ahead, left) != (0.0, 0.0) {
+        on_the_axle(&mut reference, ahead, left);
     }
     let mut notices = Vec::new();
     let is_known = |row: usize| reference.iter().all(|values| values[row].is_finite());
@@ -88,12 +94,12 @@ fn runs(run_of_row: &[usize]) -> Vec<Range<usize>> {
     found
 }
 
-/// Moves the position of a reference that sits `ahead` of the axle, m, to the axle.
-fn on_the_axle(reference: &mut [Vec<f64>; 3], ahead: f64) {
+/// Moves the position of a reference that sits `ahead` of the middle of the axle and to its `left`, m, there.
+fn on_the_axle(reference: &mut [Vec<f64>; 3], ahead: f64, left: f64) {
     let [xs, ys, headings] = reference;
     for ((x, y), heading) in xs.iter_mut().zip(ys).zip(headings) {
-        *x -= ahead * heading.cos();
-        *y -= ahead * heading.sin();
+        *x -= ahead * heading.cos() - left * heading.sin();
+        *y -= ahead * heading.sin() + left * heading.cos();
     }
 }
 
@@ -235,12 +241,18 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
         };
         let first = errors.len();
         let reckoned = path.reckon(start, run.end);
+        let mut off = 0.0;
         for row in start + 1..run.end {
             let believed = reckoned[row - start].2 - path.turn[row] / 2.0;
-            let known = (true_heading[row] + true_heading[row - 1]) / 2.0;
-            let between = believed + wrap(known - believed) / 2.0;
-            pose.displacement[0][row] = path.distance[row] * between.cos();
-            pose.displacement[1][row] = path.distance[row] * between.sin();
+            let turned = wrap(true_heading[row] - true_heading[row - 1]);
+            let known = true_heading[row - 1] + turned / 2.0;
+            // A path that is off by turns is off by the chord: the sine of half the error, not half the error.
+            off += wrap(known - believed - off);
+            let between = believed + off / 2.0;
+            let half = off / 2.0;
+            let chord = if half.abs() > 1e-4 { half.sin() / half } else { 1.0 };
+            pose.displacement[0][row] = path.distance[row] * chord * between.cos();
+            pose.displacement[1][row] = path.distance[row] * chord * between.sin();
             pose.direction[0][row] = known.cos();
             pose.direction[1][row] = known.sin();
         }

@@ -23,6 +23,7 @@ pub use path::{Added, Path, PathError};
 pub use pose::{Component, Moves, Pose};
 use std::rc::Rc;
 pub use turning::{Over, Turning};
+pub(crate) use wheels::motion;
 
 /// How rows accumulate to observations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

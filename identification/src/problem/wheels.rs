@@ -5,9 +5,10 @@ use super::gyro::missing;
 use super::wrap;
 use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::identify::IdentifyError;
+use crate::signal::interpolate;
 
 /// Nominal motion in each row.
-pub(super) struct Motion {
+pub(crate) struct Motion {
     /// Distance, m.
     pub distance: Vec<f64>,
     /// Turn, rad.
@@ -16,10 +17,46 @@ pub(super) struct Motion {
     pub steer: Option<(String, Vec<f64>)>,
 }
 
+impl Motion {
+    /// Makes it come later by `delay`, s, as its reference does.
+    pub fn delay(&mut self, delay: f64, channels: &Channels) {
+        let later = |per_row: &[f64]| -> Vec<f64> {
+            let mut sum = 0.0;
+            let total: Vec<f64> = per_row
+                .iter()
+                .map(|step| {
+                    sum += step;
+                    sum
+                })
+                .collect();
+            let mut found = vec![0.0; per_row.len()];
+            let mut start = 0;
+            for row in 1..=per_row.len() {
+                if row < per_row.len() && channels.run[row] == channels.run[start] {
+                    continue;
+                }
+                let (time, total) = (&channels.time[start..row], &total[start..row]);
+                let at = |time_of: f64| interpolate(time, total, time_of - delay);
+                for row in start + 1..row {
+                    found[row] = at(channels.time[row]) - at(channels.time[row - 1]);
+                }
+                start = row;
+            }
+            found
+        };
+        (self.distance, self.turn) = (later(&self.distance), later(&self.turn));
+        if let Some((_, angle)) = &mut self.steer {
+            *angle = channels.by_segment(angle, |times, values| {
+                times.iter().map(|time| interpolate(times, values, time - delay)).collect()
+            });
+        }
+    }
+}
+
 /// Ratio of range to largest step from which a reading counts as cumulative.
 const CUMULATIVE: f64 = 20.0;
 
-pub(super) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, IdentifyError> {
+pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, IdentifyError> {
     let wheels = (dataset.column(Role::WheelLeft), dataset.column(Role::WheelRight));
     if let (Some(left), Some(right)) = wheels {
         let track =

@@ -3,13 +3,14 @@
 
 use super::block::{Asked, Step};
 use super::data::{Data, combine};
+use super::gain::{best_of, fall, matters};
 use super::record::Record;
 use super::roughly::{doubtful, is_sure};
 use super::sound::is_sound;
 use super::state::State;
 use super::timing;
 use crate::candidates::Candidate;
-use crate::judge::{Judge, Metric, margin};
+use crate::judge::{Judge, Metric};
 use crate::linear::{Basis, Normal, dot};
 use crate::model::{Form, Shape};
 use crate::noise::{NoiseModel, Whitener};
@@ -37,6 +38,9 @@ pub(super) struct Material<'a> {
     sampled: OnceCell<Vec<Vec<Vec<f64>>>>,
 }
 
+/// How many times more than a delay a function must lower the error to go before it.
+const MUCH_BETTER: f64 = 1.5;
+
 /// Number of classes.
 const CLASSES: usize = 3;
 
@@ -55,12 +59,7 @@ fn class(shape: &Shape) -> usize {
 impl<'a> Material<'a> {
     /// A search over the candidates of `record`.
     pub fn new(judge: &'a Judge<'a>, record: &Record<'a>) -> Self {
-        let candidates = record
-            .candidates()
-            .iter()
-            .map(|seen| seen.candidate.clone())
-            .filter(|candidate| candidate.shape.form != Form::Step)
-            .collect();
+        let candidates = record.candidates().iter().map(|seen| seen.candidate.clone()).collect();
         Self { data: record.data, judge, candidates, sampled: OnceCell::new() }
     }
 
@@ -132,16 +131,21 @@ impl<'a> Material<'a> {
     /// The model with the most beneficial term, from the first class that has one that matters.
     fn step<'s>(&self, state: &State<'s>, before: &[Metric]) -> Option<(State<'s>, Vec<Metric>)> {
         let scored = self.scored(state);
-        (0..CLASSES).find_map(|class| {
-            let mut best: Option<(f64, (State<'s>, Vec<Metric>))> = None;
-            for (next, after) in self.judged(state, &scored, class) {
-                let fall = fall(before, &after);
-                if matters(before, &after) && best.as_ref().is_none_or(|(most, _)| fall > *most) {
-                    best = Some((fall, (next, after)));
-                }
-            }
-            best.map(|(_, found)| found)
-        })
+        let best = |class: usize| {
+            let mut judged = self.judged(state, &scored, class);
+            judged.retain(|(_, after)| matters(before, after) && fall(before, after) > BETTER);
+            best_of(judged, before)
+        };
+        let (first, (next, after)) = (0..CLASSES).find_map(|class| Some((class, best(class)?)))?;
+        // A delay is simple, but what is late may also be a filter, a backlash or a hysteresis.
+        if first == 0
+            && next.terms.last().is_some_and(|term| term.form == Form::Delay)
+            && let Some((other, its)) = best(1)
+            && fall(before, &its) > MUCH_BETTER * fall(before, &after)
+        {
+            return Some((other, its));
+        }
+        Some((next, after))
     }
 
     /// The strongest candidates of each class added to `state`, judged.
@@ -241,31 +245,6 @@ impl<'a> Material<'a> {
         let tried = self.fitted(tried);
         (is_sound(&tried, state.terms.len()) && is_sure(&tried)).then_some(tried)
     }
-}
-
-/// Sum over the metrics of the logarithm by which the error falls.
-fn fall(before: &[Metric], after: &[Metric]) -> f64 {
-    before
-        .iter()
-        .zip(after)
-        .map(|(before, after)| {
-            (before.errors.rmse() / after.errors.rmse().max(f64::MIN_POSITIVE)).ln()
-        })
-        .sum()
-}
-
-/// Whether the error of some metric falls beyond its uncertainty and in most runs, and none rises beyond its standard
-/// error.
-fn matters(before: &[Metric], after: &[Metric]) -> bool {
-    let falls = before.iter().zip(after).any(|(before, after)| {
-        let (less, _) = before.errors.beyond(&after.errors);
-        less > margin(before, after) && before.errors.share_above(&after.errors) > 0.5
-    });
-    let rises = before.iter().zip(after).any(|(before, after)| {
-        let (more, error) = after.errors.beyond(&before.errors);
-        more > error
-    });
-    falls && !rises
 }
 
 /// Sets the number of each delay to its coefficient; returns false if none moved.

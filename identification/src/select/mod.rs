@@ -6,6 +6,8 @@ mod cross;
 mod data;
 mod few;
 mod finish;
+mod gain;
+pub(crate) use gain::fall;
 mod held_back;
 mod material;
 mod means;

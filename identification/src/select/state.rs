@@ -23,6 +23,8 @@ const LEFT_FROM: f64 = 4.0;
 /// Extra strength required of a term that leaves coloured noise or replaces it, in nats (measured on nulls: it halves the
 /// false alarms of short records in coloured noise, and costs one effect in a hundred).
 pub(super) const BESIDE_COLOUR: f64 = 2.0;
+/// Share of what an unnamed shape explains from which its constant is all that matters.
+const LEVEL_SHARE: f64 = 0.95;
 /// Number of contenders measured with the noise fitted anew.
 const PROFILED: usize = 8;
 /// Number of contenders tried in a round.
@@ -131,14 +133,22 @@ impl<'a> State<'a> {
             else {
                 continue;
             };
+            // A shape that is level is its constant, however certain the rest of it may be.
+            let is_level = |one: &Contender| {
+                let constant = &one.candidate.shape;
+                !term.known
+                    && constant.drivers.is_empty()
+                    && constant.acts == term.acts
+                    && one.score.statistic > LEVEL_SHARE * mine.score.statistic
+            };
             let better = found.iter().find(|one| {
-                one.rank > mine.rank
+                (one.rank > mine.rank || is_level(one))
                     && names_a_cause(&one.candidate)
                     && one.strength >= threshold
                     && !others.iter().any(|other| one.candidate.shape.label() == other.label())
             });
             let Some(better) = better else { continue };
-            let gain = better.rank - mine.rank;
+            let gain = if is_level(better) { f64::INFINITY } else { better.rank - mine.rank };
             let mut next = self.clone();
             next.terms[index] = better.candidate.shape.clone();
             next.families[index - self.base] = better.candidate.family;

@@ -130,6 +130,21 @@ fn standard(name: &str) -> Option<&'static str> {
             "The robot turns as if its wheels were further apart or closer than assumed: a wheel touches \
              the ground over a width, not at a point."
         }
+        "effective_wheelbase" => {
+            "The robot turns as if the steered wheel were further from the axle or closer to it than assumed."
+        }
+        "steer_offset" => "The steered wheel does not stand straight where its angle reads zero.",
+        "steer_scale" => "The steering angle reads more or less than the wheel turns.",
+        "reference_heading_offset" => {
+            "The reference is turned in its mount: a straight drive looks askew to it."
+        }
+        "reference_left_of_axle" => "The reference is not mounted in the middle of the robot.",
+        "exchanged_wheels" => "The left wheel is read as the right one.",
+        "wrong_axis" => "The axes of the sensor and of the reference are named unlike.",
+        "reversed_sign" => "It counts backwards: its wires or its axis are the other way round.",
+        "creep" => {
+            "The sensor gives way slowly under what it measures, and comes back as slowly afterwards."
+        }
         "unequal_wheels" => {
             "The robot bends to one side while it drives straight, as with wheels of unequal diameter."
         }

@@ -125,6 +125,7 @@ pub(super) fn model() -> Model {
         fields: BTreeMap::new(),
         counts_per_rad_per_s: None,
         closing_lever_m: None,
+        corrections: Vec::new(),
         compensation: None,
         terms: vec![scale, term],
         plain: vec![given],

@@ -1,0 +1,119 @@
+//! Corrections as effects of a finding.
+
+use super::{Correction, Fault};
+use crate::dataset::{Axis, Dataset, Role, Unit};
+use crate::finding::{Effect, Parameter};
+use crate::significance::surprise_chi2;
+
+impl Correction {
+    /// Its name.
+    pub(crate) fn name(&self) -> &'static str {
+        match self.fault {
+            Fault::ReversedSign => "reversed_sign",
+            Fault::DegreesForRadians => "degrees_for_radians",
+            Fault::RadiansForDegrees => "radians_for_degrees",
+            Fault::ExchangedWheels => "exchanged_wheels",
+            Fault::HeadingOffset => "reference_heading_offset",
+            Fault::ReferenceLeft => "reference_left_of_axle",
+            Fault::ReferenceDelay => "delay",
+            Fault::SteerScale => "steer_scale",
+            Fault::SteerOffset => "steer_offset",
+            Fault::WrongAxis => "wrong_axis",
+        }
+    }
+
+    /// How certain it is, in nats.
+    pub(crate) fn strength(&self) -> f64 {
+        let zero = if self.fault == Fault::SteerScale { 1.0 } else { 0.0 };
+        self.standard_error
+            .map_or(f64::MAX, |error| surprise_chi2(((self.value - zero) / error).powi(2), 1.0))
+    }
+
+    /// The effect, with the held-out error without it and with it.
+    pub(crate) fn effect(&self, dataset: &Dataset, before: f64, after: f64) -> Effect {
+        let column = dataset.named(&self.field);
+        let role = column.map(|column| column.role);
+        if matches!(role, Some(Role::GyroRate | Role::Measured)) {
+            return self.of_reading(column.and_then(|column| column.axis), before, after);
+        }
+        let term = match self.fault {
+            Fault::ReferenceDelay => "delay",
+            Fault::SteerScale | Fault::SteerOffset => "curvature",
+            Fault::WrongAxis => "axis",
+            Fault::HeadingOffset | Fault::ReferenceLeft => "reference",
+            _ if role == Some(Role::ReferenceHeading) => "reference",
+            _ if role == Some(Role::SteerAngle) => "turn",
+            _ => "drive",
+        };
+        let name = match self.fault {
+            Fault::ReferenceDelay => "delay",
+            Fault::HeadingOffset | Fault::SteerOffset => "offset",
+            Fault::ReferenceLeft => "value",
+            _ => "factor",
+        };
+        // Positive where the wheels are later than their reference, as for any other sensor.
+        let value = match self.fault {
+            Fault::ReferenceDelay => -self.value,
+            Fault::WrongAxis => 1.0,
+            _ => self.value,
+        };
+        let degrees = |most: f64| [-most / self.unit.si(), most / self.unit.si()];
+        let range = match self.fault {
+            Fault::ReferenceDelay => Some([-1.0, 1.0]),
+            Fault::HeadingOffset => Some(degrees(std::f64::consts::PI)),
+            Fault::SteerOffset => Some(degrees(std::f64::consts::FRAC_PI_2)),
+            Fault::SteerScale => Some([0.1, 10.0]),
+            Fault::ReferenceLeft => Some([-5.0, 5.0]),
+            _ => None,
+        };
+        Effect {
+            name: self.name().to_owned(),
+            known: true,
+            term: term.to_owned(),
+            axis: match self.fault {
+                Fault::WrongAxis => column.and_then(|column| column.axis),
+                _ => None,
+            },
+            drivers: vec![self.field.clone()],
+            form: "constant".to_owned(),
+            knots: Vec::new(),
+            knots_2: Vec::new(),
+            parameters: vec![Parameter {
+                name: name.to_owned(),
+                value,
+                standard_error: self.standard_error,
+                unit: if self.unit == Unit::One { "1" } else { self.unit.text() }.to_owned(),
+                range,
+            }],
+            p_value: (-self.strength()).exp().min(1.0),
+            held_out_before: before,
+            held_out_after: after,
+            rivals: Vec::new(),
+        }
+    }
+
+    /// The same of a reading: a scale error of a known size.
+    fn of_reading(&self, axis: Option<Axis>, before: f64, after: f64) -> Effect {
+        Effect {
+            name: self.name().to_owned(),
+            known: true,
+            term: "scale".to_owned(),
+            axis,
+            drivers: Vec::new(),
+            form: "constant".to_owned(),
+            knots: Vec::new(),
+            knots_2: Vec::new(),
+            parameters: vec![Parameter {
+                name: "value".to_owned(),
+                value: self.value - 1.0,
+                standard_error: None,
+                unit: "1".to_owned(),
+                range: None,
+            }],
+            p_value: 0.0,
+            held_out_before: before,
+            held_out_after: after,
+            rivals: Vec::new(),
+        }
+    }
+}

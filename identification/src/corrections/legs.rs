@@ -1,0 +1,124 @@
+//! A driven path cut into legs between references: what the reference says of each, and what the wheels say.
+
+use crate::dataset::Dataset;
+use crate::problem::wrap;
+use crate::signal::interpolate;
+use std::ops::Range;
+
+/// Poses that are known as a whole.
+pub(super) struct Poses {
+    /// Time of each row, s.
+    pub time: Vec<f64>,
+    /// Rows of each run.
+    pub runs: Vec<Range<usize>>,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    heading: Vec<f64>,
+    /// Rows of each run with a whole pose.
+    known: Vec<Vec<usize>>,
+}
+
+/// Motion between two references, as they say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Leg {
+    /// Its run.
+    pub run: usize,
+    /// Row of the reference at its start and its end.
+    pub rows: (usize, usize),
+    /// Turn, rad.
+    pub turned: f64,
+    /// Distance ahead, m.
+    pub along: f64,
+    /// Distance to the left, m.
+    pub aside: f64,
+}
+
+impl Poses {
+    /// The poses of `dataset`; `None` without them.
+    pub fn new(dataset: &Dataset) -> Option<Self> {
+        use crate::dataset::Role;
+        let column = |role| dataset.column(role).map(|column| column.si().collect::<Vec<f64>>());
+        let (x, y) = (column(Role::ReferenceX)?, column(Role::ReferenceY)?);
+        let heading = column(Role::ReferenceHeading)?;
+        let time = column(Role::Time)?;
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for (row, run) in dataset.run_of_row.iter().enumerate() {
+            match runs.last_mut() {
+                Some(last) if dataset.run_of_row[last.start] == *run => last.end = row + 1,
+                _ => runs.push(row..row + 1),
+            }
+        }
+        let whole =
+            |row: &usize| x[*row].is_finite() && y[*row].is_finite() && heading[*row].is_finite();
+        let known = runs.iter().map(|rows| rows.clone().filter(whole).collect()).collect();
+        Some(Self { time, runs, x, y, heading, known })
+    }
+
+    /// About `count` legs; each heading is `factor` times the one that is stated.
+    pub fn legs(&self, count: usize, factor: f64) -> Vec<Leg> {
+        let steps: usize = self.known.iter().map(|known| known.len().saturating_sub(1)).sum();
+        let size = (steps / count).max(1);
+        let mut legs = Vec::new();
+        for (run, known) in self.known.iter().enumerate() {
+            let mut from = 0;
+            while from + 1 < known.len() {
+                let to = (from + size).min(known.len() - 1);
+                legs.push(self.leg(run, &known[from..=to], factor));
+                from = to;
+            }
+        }
+        legs
+    }
+
+    fn leg(&self, run: usize, rows: &[usize], factor: f64) -> Leg {
+        let mut leg =
+            Leg { run, rows: (rows[0], rows[rows.len() - 1]), turned: 0.0, along: 0.0, aside: 0.0 };
+        for pair in rows.windows(2) {
+            let heading = |row: usize| factor * self.heading[row];
+            let turned = wrap(heading(pair[1]) - heading(pair[0]));
+            let middle = heading(pair[0]) + turned / 2.0;
+            let (dx, dy) = (self.x[pair[1]] - self.x[pair[0]], self.y[pair[1]] - self.y[pair[0]]);
+            leg.turned += turned;
+            leg.along += dx * middle.cos() + dy * middle.sin();
+            leg.aside += dy * middle.cos() - dx * middle.sin();
+        }
+        leg
+    }
+
+    /// Sums over each leg of `per_row`, what each row adds, where the legs come `late` by that much, s.
+    pub fn sums(&self, legs: &[Leg], per_row: &[f64], late: f64) -> Vec<f64> {
+        let mut sum = 0.0;
+        let total: Vec<f64> = per_row
+            .iter()
+            .map(|value| {
+                sum += value;
+                sum
+            })
+            .collect();
+        let at = |run: usize, row: usize| {
+            if late == 0.0 {
+                return total[row];
+            }
+            let rows = self.runs[run].clone();
+            interpolate(&self.time[rows.clone()], &total[rows], self.time[row] - late)
+        };
+        legs.iter().map(|leg| at(leg.run, leg.rows.1) - at(leg.run, leg.rows.0)).collect()
+    }
+}
+
+/// Fewer runs than this are cut into stretches.
+const RUNS_MIN: usize = 6;
+const STRETCHES: usize = 12;
+
+/// Cluster of each leg: its run, or its stretch if runs are few.
+pub(super) fn clusters(legs: &[Leg]) -> Vec<usize> {
+    let mut found: Vec<usize> = Vec::with_capacity(legs.len());
+    for (i, leg) in legs.iter().enumerate() {
+        let is_new = i > 0 && leg.run != legs[i - 1].run;
+        found.push(found.last().map_or(0, |last| last + usize::from(is_new)));
+    }
+    if found.last().is_some_and(|last| last + 1 >= RUNS_MIN) {
+        return found;
+    }
+    (0..legs.len()).map(|i| i * STRETCHES / legs.len()).collect()
+}

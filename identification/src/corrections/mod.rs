@@ -1,0 +1,165 @@
+//! What a data package states wrongly about its fields: a sign, a unit, an axis, how a reference is mounted. It is set
+//! right in the data before any model is fitted, and the model carries it over to other data.
+
+mod axes;
+mod drive;
+mod effect;
+mod fit;
+mod legs;
+mod readings;
+mod steering;
+
+use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What is wrong with a field.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fault {
+    /// It counts backwards; `value` is -1.
+    ReversedSign,
+    /// It is in degrees and the package says radians; `value` is a radian in degrees.
+    DegreesForRadians,
+    /// It is in radians and the package says degrees; `value` is a degree in radians.
+    RadiansForDegrees,
+    /// It is the right wheel, and the other the left one.
+    ExchangedWheels,
+    /// It is `value` greater than the heading of the robot.
+    HeadingOffset,
+    /// It sits to the left of the middle of the axle by `value`.
+    ReferenceLeft,
+    /// It comes later than the wheels by `value`.
+    ReferenceDelay,
+    /// The wheel is steered by `value` times as much as it says.
+    SteerScale,
+    /// The wheel stands to the left by `value` where it says zero.
+    SteerOffset,
+    /// It is the rotation about another axis; `value` is 0 for x, 1 for y, 2 for z.
+    WrongAxis,
+}
+
+/// A fault of a field and its size.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Correction {
+    /// What is wrong.
+    pub fault: Fault,
+    /// Name of the field.
+    pub field: String,
+    /// In `unit`.
+    pub value: f64,
+    /// Its unit.
+    #[schemars(with = "String")]
+    pub unit: Unit,
+    /// Standard error of `value`; none if it can only be what it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_error: Option<f64>,
+}
+
+impl Correction {
+    /// A fault that has no size of its own.
+    fn exact(fault: Fault, field: &str, value: f64) -> Self {
+        Self { fault, field: field.to_owned(), value, unit: Unit::One, standard_error: None }
+    }
+
+    /// A fault with a fitted size, SI.
+    fn fitted(fault: Fault, field: &str, (value, error): (f64, f64), unit: Unit) -> Self {
+        let (value, error) = (value / unit.si(), error / unit.si());
+        Self { fault, field: field.to_owned(), value, unit, standard_error: Some(error) }
+    }
+
+    /// Times what is right that the field reads.
+    fn factor(&self) -> f64 {
+        match self.fault {
+            Fault::ReversedSign | Fault::DegreesForRadians | Fault::RadiansForDegrees => self.value,
+            _ => 1.0,
+        }
+    }
+
+    fn si(&self) -> f64 {
+        self.value * self.unit.si()
+    }
+
+    fn apply(&self, dataset: &mut Dataset) {
+        let constant = match self.fault {
+            Fault::ReferenceDelay => Some(DELAY),
+            Fault::ReferenceLeft => Some(LEFT),
+            _ => None,
+        };
+        if let Some(name) = constant {
+            let stated = dataset.constants.get(name).map_or(0.0, |one| one.value * one.unit.si());
+            let unit = if name == DELAY { Unit::Second } else { Unit::Metre };
+            let value = stated + self.si();
+            dataset.constants.insert(name.to_owned(), Constant { value, unit });
+            return;
+        }
+        if self.fault == Fault::ExchangedWheels {
+            for column in &mut dataset.columns {
+                column.role = match column.role {
+                    Role::WheelLeft => Role::WheelRight,
+                    Role::WheelRight => Role::WheelLeft,
+                    other => other,
+                };
+            }
+            return;
+        }
+        // A scale that the package states comes after the offset.
+        let stated = match self.fault {
+            Fault::SteerOffset => dataset.constants.get("steer_scale").map_or(1.0, |one| one.value),
+            _ => 1.0,
+        };
+        let si = self.si();
+        let Some(column) = dataset.columns.iter_mut().find(|one| one.name == self.field) else {
+            return;
+        };
+        let by = |column: &mut Column, factor: f64, added: f64| {
+            let added = added / column.unit.si();
+            column.values.iter_mut().for_each(|value| *value = factor * *value + added);
+        };
+        match self.fault {
+            Fault::SteerScale => by(column, self.value, 0.0),
+            Fault::ReversedSign | Fault::DegreesForRadians | Fault::RadiansForDegrees => {
+                by(column, 1.0 / self.value, 0.0);
+            }
+            Fault::HeadingOffset => by(column, 1.0, -si),
+            Fault::SteerOffset => by(column, 1.0, si / stated),
+            Fault::WrongAxis => column.axis = Some(AXES[(self.value as usize).min(2)]),
+            Fault::ExchangedWheels | Fault::ReferenceDelay | Fault::ReferenceLeft => {}
+        }
+    }
+}
+
+/// Constant of a package: how much later than the wheels the reference comes.
+pub(crate) const DELAY: &str = "reference_delay";
+
+/// Constant of a package: how far to the left of the middle of the axle the reference sits.
+pub(crate) const LEFT: &str = "reference_left_of_axle";
+
+const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
+
+/// Times what is right that the readings of a sensor are.
+pub(crate) fn factor(corrections: &[Correction]) -> f64 {
+    corrections.iter().map(Correction::factor).product()
+}
+
+/// `dataset` set right.
+pub(crate) fn applied(dataset: &Dataset, corrections: &[Correction]) -> Dataset {
+    let mut right = dataset.clone();
+    corrections.iter().for_each(|correction| correction.apply(&mut right));
+    right
+}
+
+/// What `dataset` states wrongly, in the order in which it is set right.
+pub(crate) fn find(dataset: &Dataset) -> Vec<Correction> {
+    match dataset.kind {
+        Kind::Odometry => drive::find(dataset),
+        Kind::Series => {
+            let mut found = axes::find(dataset);
+            found.extend(readings::find(&applied(dataset, &found)));
+            found
+        }
+        Kind::Sensor => readings::find(dataset),
+        _ => Vec::new(),
+    }
+}

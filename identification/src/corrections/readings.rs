@@ -1,0 +1,137 @@
+//! The sign and the unit of readings against their reference.
+
+use super::{Correction, Fault};
+use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
+
+/// Minimum squared correlation of readings and reference for a correction.
+const FOLLOWS: f64 = 0.8;
+/// Maximum relative deviation of the slope from a factor; a scale error may come on top.
+const WITHIN: f64 = 0.2;
+/// Mean resultant of the error of an angle that keeps turning, from which it follows its reference, and up to which it
+/// does not.
+const ALIKE: f64 = 0.9;
+const UNLIKE: f64 = 0.5;
+
+/// A reading this many times the truth.
+const DEGREES: f64 = 1.0 / DEGREE;
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+/// What is wrong with the readings of `dataset`.
+pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
+    let mut found = Vec::new();
+    for column in &dataset.columns {
+        let reference = match (dataset.kind, column.role) {
+            (Kind::Sensor, Role::Measured) => dataset.column(Role::Reference),
+            (_, Role::GyroRate) => dataset
+                .columns_of(Role::ReferenceRate)
+                .find(|one| one.axis.is_none() || column.axis.is_none() || one.axis == column.axis),
+            _ => None,
+        };
+        let Some(reference) = reference else { continue };
+        if reference.unit.dimension() != column.unit.dimension() {
+            continue;
+        }
+        let turns = dataset.kind == Kind::Sensor && column.unit.dimension() == Dimension::Angle;
+        let factor =
+            if turns { factor_of_angle(column, reference) } else { factor(column, reference) };
+        let Some(factor) = factor else { continue };
+        let name = &column.name;
+        if factor.abs() > 1.0 {
+            found.push(Correction::exact(Fault::DegreesForRadians, name, DEGREES));
+        } else if factor.abs() < 1.0 {
+            found.push(Correction::exact(Fault::RadiansForDegrees, name, DEGREE));
+        }
+        if factor < 0.0 {
+            found.push(Correction::exact(Fault::ReversedSign, name, -1.0));
+        }
+    }
+    found
+}
+
+/// Factors by which readings of that unit can be off.
+fn factors(unit: Unit) -> Vec<f64> {
+    let has_degrees = matches!(unit.dimension(), Dimension::Angle | Dimension::AngularRate);
+    let sizes = if has_degrees { &[1.0, DEGREES, DEGREE][..] } else { &[1.0][..] };
+    sizes.iter().flat_map(|size| [*size, -size]).collect()
+}
+
+fn pairs<'a>(column: &'a Column, reference: &'a Column) -> impl Iterator<Item = (f64, f64)> + 'a {
+    let both = reference.si().zip(column.si());
+    both.filter(|(truth, reading)| (truth + reading).is_finite())
+}
+
+/// The factor near the slope of a line through truth and reading; `None` if it is 1 or they do not follow a line.
+fn factor(column: &Column, reference: &Column) -> Option<f64> {
+    let n = pairs(column, reference).count() as f64;
+    let (mx, my) =
+        pairs(column, reference).fold((0.0, 0.0), |(x, y), pair| (x + pair.0 / n, y + pair.1 / n));
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (x, y) in pairs(column, reference) {
+        xx += (x - mx).powi(2);
+        xy += (x - mx) * (y - my);
+        yy += (y - my).powi(2);
+    }
+    if !(xy * xy > FOLLOWS * xx * yy && xx > 0.0) {
+        return None;
+    }
+    let near = |factor: &f64| (xy / xx / factor - 1.0).abs() < WITHIN;
+    factors(column.unit).into_iter().find(near).filter(|factor| *factor != 1.0)
+}
+
+/// The factor with which an angle that keeps turning stays with its reference.
+fn factor_of_angle(column: &Column, reference: &Column) -> Option<f64> {
+    let alike = |factor: f64| {
+        let (mut cos, mut sin, mut count) = (0.0, 0.0, 0.0);
+        for (truth, reading) in pairs(column, reference) {
+            let error = reading / factor - truth;
+            (cos, sin, count) = (cos + error.cos(), sin + error.sin(), count + 1.0);
+        }
+        f64::hypot(cos, sin) / f64::max(count, 1.0)
+    };
+    if alike(1.0) > UNLIKE {
+        return None;
+    }
+    factors(column.unit).into_iter().find(|factor| alike(*factor) > ALIKE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DEGREES, factor, factor_of_angle};
+    use crate::dataset::{Column, Role, Unit};
+    use std::f64::consts::TAU;
+
+    fn columns(of: impl Fn(f64) -> f64, unit: Unit) -> [Column; 2] {
+        let truth: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.1).collect();
+        let measured = truth.iter().map(|truth| of(*truth)).collect();
+        [
+            Column::new("measured", Role::Measured, unit, measured),
+            Column::new("truth", Role::Reference, unit, truth),
+        ]
+    }
+
+    #[test]
+    fn only_what_follows_its_reference_has_a_factor() {
+        let of = |of: fn(f64) -> f64, unit| {
+            let [measured, truth] = columns(of, unit);
+            factor(&measured, &truth)
+        };
+        let rate = Unit::RadianPerSecond;
+        assert_eq!(of(|truth| -0.97 * DEGREES * truth + 3.0, rate), Some(-DEGREES));
+        assert_eq!(of(|truth| 1.1 * truth, rate), None);
+        assert_eq!(of(|truth| (truth * 370.0).sin(), rate), None);
+        // No volt is a degree.
+        assert_eq!(of(|truth| DEGREES * truth, Unit::Volt), None);
+        assert_eq!(of(|truth| 0.5 - truth, Unit::Volt), Some(-1.0));
+    }
+
+    #[test]
+    fn an_angle_that_keeps_turning_has_a_sign_too() {
+        let of = |of: fn(f64) -> f64| {
+            let [measured, truth] = columns(of, Unit::Radian);
+            factor_of_angle(&measured, &truth)
+        };
+        assert_eq!(of(|truth| (2.0 - truth).rem_euclid(TAU)), Some(-1.0));
+        assert_eq!(of(|truth| (truth + 0.4).rem_euclid(TAU)), None);
+        assert_eq!(of(|truth| (truth % TAU) * DEGREES), Some(DEGREES));
+    }
+}
