@@ -168,6 +168,9 @@ impl Engine {
             self.step_teardown(now);
             return;
         }
+        if self.ending.is_some() {
+            return;
+        }
         match report {
             Report::State(state) => self.take_state(now, state),
             Report::Health(health) => robot.take_health(health),

@@ -104,6 +104,19 @@ fn a_second_answer_and_one_to_no_mission_are_noted_and_the_last_is_in_the_reason
     );
 }
 
+/// The last question is answered by a state, which ends the run, and then as a mission.
+#[test]
+fn what_comes_after_the_end_is_no_second_answer() {
+    let mut engine = engine(WAIT, "health.degraded", "1");
+    engine.report(at(0), &Report::State(state(false)));
+    engine.wake(at(1_000));
+    engine.wake(at(1_200));
+    engine.report(at(1_210), &Report::State(state(false)));
+    assert_eq!(engine.ending().map(|ending| ending.outcome), Some(Outcome::Passed));
+    engine.report(at(1_220), &Report::Done { id: 2, result: MissionResult::Applied });
+    assert_eq!(did(&mut engine), (2, Vec::new()));
+}
+
 /// A controller that has just started says that its base moves until it has heard from it.
 #[test]
 fn the_first_mission_waits_for_rest_and_not_for_ever() {
