@@ -1,5 +1,6 @@
 //! Values that a device could not send, because the range of their signal ends before them.
 
+use super::Device;
 use crate::layout::Signal;
 
 /// A signal with values beyond its range.
@@ -13,6 +14,19 @@ pub struct Clipped<'a> {
     pub count: u64,
     /// The value farthest from the range, in the signal's unit.
     pub farthest: f64,
+}
+
+impl Device {
+    /// The signals of which values were clipped to the range. Values that round to one in range are not.
+    pub fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
+        self.senders.iter().zip(&self.description.model.sent).flat_map(|(sending, sent)| {
+            let message = &self.description.layout().messages()[sent.message];
+            sending.clipped.all().into_iter().map(|(place, count, farthest)| {
+                let signal = &message.signals[place];
+                Clipped { message: &message.name, signal, count, farthest }
+            })
+        })
+    }
 }
 
 /// The counts of one message: only its signals with such values.

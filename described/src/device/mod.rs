@@ -294,17 +294,6 @@ impl Device {
         self.outbox.dropped() + self.answers.dropped + uds + canopen
     }
 
-    /// The signals of which values were clipped to the range. Values that round to one in range are not.
-    pub fn clipped(&self) -> impl Iterator<Item = Clipped<'_>> {
-        self.senders.iter().zip(&self.description.model.sent).flat_map(|(sending, sent)| {
-            let message = &self.description.layout().messages()[sent.message];
-            sending.clipped.all().into_iter().map(|(place, count, farthest)| {
-                let signal = &message.signals[place];
-                Clipped { message: &message.name, signal, count, farthest }
-            })
-        })
-    }
-
     /// Number of non-finite values of states and signals, for which the previous value was kept.
     pub const fn not_finite(&self) -> u64 {
         self.not_finite + self.dynamics.not_finite()

@@ -27,7 +27,7 @@ pub enum FileKind {
     Bench,
     /// A rig: nodes on lines.
     Rig,
-    /// A device file: gyro, base and table that are emulated.
+    /// A device file: the emulated gyro, base and table.
     Devices,
     /// The description of a device of your own.
     Device,

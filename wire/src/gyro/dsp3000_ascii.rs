@@ -11,7 +11,9 @@
 //! number.
 //!
 //! Lines carry no checksum. Both forms fix the number of digits, so the decoder detects a lost, doubled or non-digit
-//! byte, but not a digit changed to another digit or a minus changed to a space.
+//! byte, but not a digit changed to another digit or a minus changed to a space. A sender with other spacing, in
+//! lines of at most [`LINE_BYTES`], is accepted if its columns are fixed, which shows in [`FORM_LINES`] such lines
+//! without any other good line between them. From then on a lost byte moves the columns and is detected as well.
 
 use super::tally::Tally;
 use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
@@ -44,6 +46,10 @@ pub const FORMAT: FormatFacts = FormatFacts {
     takes_commands: true,
     resync_bytes_max: RESYNC_BYTES_MAX,
 };
+
+/// Lines of a spacing of its own after which it is accepted. A line that lost a byte looks like one; so many in a row
+/// do not.
+pub const FORM_LINES: u32 = 10;
 
 const STEPS_PER_UNIT: f64 = 1e6;
 const STEPS_PER_RAD: f64 = 1.0 / ANGLE_STEP.rad();
@@ -112,12 +118,51 @@ pub struct Decoder {
     line_bytes: usize,
     /// The line is longer than any good one: everything up to its end is discarded.
     too_long: bool,
+    spacing: Spacing,
+}
+
+/// Columns of a line: its length, and the end of its number.
+type Form = (usize, usize);
+
+/// The spacing of a sender that has its own.
+#[derive(Debug, Clone, Default)]
+struct Spacing {
+    accepted: Option<Form>,
+    /// The form of the last lines, and their number.
+    seen: Form,
+    lines: u32,
+}
+
+impl Spacing {
+    const NONE: Self = Self { accepted: None, seen: (0, 0), lines: 0 };
+
+    /// Whether a line of this form is one of the sender.
+    fn accepts(&mut self, form: Form) -> bool {
+        if self.accepted == Some(form) {
+            self.lines = 0;
+            return true;
+        }
+        self.lines = if self.seen == form { self.lines + 1 } else { 1 };
+        self.seen = form;
+        if self.lines < FORM_LINES {
+            return false;
+        }
+        self.accepted = Some(form);
+        true
+    }
 }
 
 impl Decoder {
     /// A decoder of a gyro set to `mode`.
     pub const fn new(mode: OutputMode) -> Self {
-        Self { mode, tally: Tally::new(), line: [0; LINE_BYTES], line_bytes: 0, too_long: false }
+        Self {
+            mode,
+            tally: Tally::new(),
+            line: [0; LINE_BYTES],
+            line_bytes: 0,
+            too_long: false,
+            spacing: Spacing::NONE,
+        }
     }
 
     /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
@@ -130,6 +175,7 @@ impl Decoder {
                         break;
                     };
                     bytes = rest;
+                    self.spacing.lines = 0;
                     self.judge(Some(reading), LINE_BYTES, deliver);
                 }
             }
@@ -169,11 +215,22 @@ impl Decoder {
             self.tally.discard(1);
         }
         if byte == b'\n' {
-            let reading = self.line.get(..self.line_bytes).and_then(read_line);
+            let reading = self.read_line();
             self.judge(reading, self.line_bytes, deliver);
             self.line_bytes = 0;
             self.too_long = false;
         }
+    }
+
+    /// Parses the line, its end included, in one of the two forms or in that of the sender.
+    fn read_line(&mut self) -> Option<Reading> {
+        let line = self.line.get(..self.line_bytes)?;
+        if let Some(reading) = read_known(line) {
+            self.spacing.lines = 0;
+            return Some(reading);
+        }
+        let (form, reading) = read_spaced(line)?;
+        self.spacing.accepts(form).then_some(reading)
     }
 
     /// Evaluates a complete line; an overlong one has no bytes left to discard.
@@ -226,7 +283,7 @@ impl Reading {
 }
 
 /// Parses a line, its end included, in either form.
-fn read_line(line: &[u8]) -> Option<Reading> {
+fn read_known(line: &[u8]) -> Option<Reading> {
     if let Ok(columns) = line.try_into() {
         return read_columns(columns);
     }
@@ -236,6 +293,18 @@ fn read_line(line: &[u8]) -> Option<Reading> {
     let digits = number.strip_prefix(b"-").unwrap_or(number);
     (digits.len() == INTEGER_DIGITS_MAX + 1 + DECIMALS).then_some(())?;
     Some(Reading { steps: read_number(number)?, valid: read_flag(flag)? })
+}
+
+/// Parses a line with other spaces around its number, and returns its form.
+fn read_spaced(line: &[u8]) -> Option<(Form, Reading)> {
+    let (&flag, rest) = line.strip_suffix(LINE_END)?.split_last()?;
+    let number = rest.trim_ascii_end();
+    if number.len() == rest.len() {
+        return None;
+    }
+    let reading =
+        Reading { steps: read_number(number.trim_ascii_start())?, valid: read_flag(flag)? };
+    Some(((line.len(), number.len()), reading))
 }
 
 /// Parses a line in fixed columns.

@@ -41,7 +41,8 @@ pub enum ExportError {
     /// It contains nothing of this kind.
     #[error("{run} holds no {what}")]
     #[diagnostic(help(
-        "record a run with turns of the table, with laps, or of a gyro that is heard"
+        "a data package is made of turns of a table, of laps, or of a gyro's rate; for other devices, `hil export RUN --tables \
+         DIR` writes all signals"
     ))]
     Nothing {
         /// The run folder.
@@ -180,8 +181,11 @@ pub fn export(folder: &RunFolder, kind: Option<Kind>) -> Result<Dataset, ExportE
         if kind == Kind::Odometry {
             return ExportError::NoPath { run, why: recorded.drives.why_not() };
         }
-        let what =
-            if kind == Kind::Series { "states of a gyro that is heard" } else { kind.name() };
+        let what = if kind == Kind::Series {
+            "readings of a gyro, which `hil identify` would need"
+        } else {
+            kind.name()
+        };
         ExportError::Nothing { run, what }
     })
 }

@@ -92,7 +92,7 @@ enum What {
         /// The rig: a name (see `hil list rigs`) or a path.
         #[arg(value_name = "RIG")]
         rig: String,
-        /// Port of a line, such as can0=can:vcan0; a line without one is within.
+        /// Port of a line, such as can0=can:vcan0; a line without a port stays inside `hil`.
         #[arg(long = "line", value_name = "LINE=PORT", required = true)]
         lines: Vec<String>,
         /// Also take requests on this socket.
@@ -121,7 +121,7 @@ enum What {
 
 #[derive(Debug, Args)]
 struct PortArguments {
-    /// A pty, with a link to its other side where one is named; the usual.
+    /// A pty, which is the default; LINK, if given, leads to its other side.
     #[arg(long, value_name = "LINK", num_args = 0..=1, conflicts_with = "port")]
     pty: Option<Option<String>>,
     /// Any port, as `hil emulate --help` lists them.

@@ -78,8 +78,8 @@ pub(super) struct ExportArguments {
     /// An MCAP file to write instead, for Foxglove: FILE.mcap.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables"])]
     mcap: Option<PathBuf>,
-    /// An MDF 4 file with the run's quantities and signals as measured channels instead, for asammdf and tools of
-    /// measuring: FILE.mf4. Raw frames are in --bus FILE.mf4.
+    /// An MDF 4 file with the run's quantities and signals as measured channels instead, for asammdf and other
+    /// measurement tools: FILE.mf4. Raw frames are in --bus FILE.mf4.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables", "mcap"])]
     mf4: Option<PathBuf>,
     /// With --tables, --mcap or --mf4: the plan whose rig is used to decode messages. [default: the one that the record holds]

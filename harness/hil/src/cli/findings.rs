@@ -33,10 +33,10 @@ pub(super) fn summary(finding: &Finding) -> String {
                 .as_ref()
                 .map_or(String::new(), |plan| format!(", {plan} decides"));
             let percent = 100.0 * rival.probability;
-            let seen = rival.drivers.join(", ");
+            let seen = seen(&rival.drivers);
             line(
                 &mut out,
-                &format!("  or {} ({} by {seen}; {percent:.0} %{by})", rival.name, rival.term),
+                &format!("  or {} ({}{seen}; {percent:.0} %{by})", rival.name, rival.term),
             );
         }
     }
@@ -100,13 +100,18 @@ fn words(effect: &Effect) -> String {
     let is_number = |one: &&Parameter| !is_frame(&one.name);
     let parameters: Vec<_> = effect.parameters.iter().filter(is_number).map(parameter).collect();
     format!(
-        "effect {}: {} by {} ({}{axis}): {}",
+        "effect {}: {}{} ({}{axis}): {}",
         effect.name,
         effect.term,
-        effect.drivers.join(", "),
+        seen(&effect.drivers),
         effect.form,
         parameters.join(", "),
     )
+}
+
+/// What an effect sees; a constant sees nothing.
+fn seen(drivers: &[String]) -> String {
+    if drivers.is_empty() { String::new() } else { format!(" by {}", drivers.join(", ")) }
 }
 
 fn parameter(parameter: &Parameter) -> String {
@@ -132,8 +137,14 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::summary;
+    use super::{seen, summary};
     use identification::finding::Finding;
+
+    #[test]
+    fn a_constant_is_by_nothing() {
+        assert_eq!(seen(&[]), "");
+        assert_eq!(seen(&["speed".to_owned(), "time".to_owned()]), " by speed, time");
+    }
 
     #[test]
     fn a_finding_in_a_few_lines() {

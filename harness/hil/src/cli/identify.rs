@@ -39,10 +39,10 @@ pub(super) struct IdentifyArguments {
     /// The folder for what is found. [default: findings/NAME, with the name of the data set]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Seed of whatever is drawn.
+    /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
     seed: u64,
-    /// No more effects than this are added.
+    /// The most effects to add.
     #[arg(long, value_name = "N", default_value_t = Options::default().max_effects as u64,
           value_parser = clap::value_parser!(u64).range(0..=EFFECTS_MAX))]
     max_effects: u64,

@@ -13,7 +13,7 @@ pub(super) struct Interrupt(Arc<AtomicBool>);
 impl Interrupt {
     /// Takes over the signals; once per process.
     pub(super) fn install(screen: &Screen) -> Result<Self, Failure> {
-        let what = "stopping: the base is brought to rest; once more to leave at once";
+        let what = "stopping in order; once more to leave at once";
         Self::install_saying(screen, what)
     }
 

@@ -34,8 +34,8 @@ enum Command {
 
 /// Writes a log in another format.
 ///
-/// Candump, ASC and TRC keep microseconds. Only pcapng keeps serial lines. ASC, BLF, MDF and TRC call channels by numbers
-/// from 1 (can0 is 1) and know of an error frame only that it was. What is left out is counted.
+/// Candump, ASC and TRC keep microseconds. Only pcapng keeps serial lines. ASC, BLF, MDF and TRC number channels
+/// from 1 (can0 is 1), and say of an error frame only that it occurred. What is left out is counted.
 #[derive(Debug, Args)]
 struct ConvertArguments {
     /// The log.
@@ -44,10 +44,10 @@ struct ConvertArguments {
     /// The file to write.
     #[arg(value_name = "OUT")]
     output: PathBuf,
-    /// What IN is. [default: by the end of its name]
+    /// Format of IN. [default: from its extension]
     #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     from: Option<Format>,
-    /// What OUT is to be. [default: by the end of its name]
+    /// Format of OUT. [default: from its extension]
     #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     to: Option<Format>,
 }

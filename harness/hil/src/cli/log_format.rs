@@ -19,9 +19,9 @@ pub(super) fn format_of(
     argument: &str,
 ) -> Result<Format, Failure> {
     said.or_else(|| Format::of_path(path)).ok_or_else(|| {
-        let message = format!("the name {} ends as no bus log does", path.display());
+        let message = format!("{} has no extension of a bus log", path.display());
         let help = match argument {
-            "--from" | "--to" => format!("say what it is: {argument} {}", Format::any_name()),
+            "--from" | "--to" => format!("name the format: {argument} {}", Format::any_name()),
             _ => format!("give {argument} a name that ends in {}", Format::any_end()),
         };
         Failure::arguments(message, help)

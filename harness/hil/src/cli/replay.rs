@@ -31,7 +31,7 @@ Exit status:
 
 /// Plays a log onto a port, in real time, for whatever device listens.
 ///
-/// Frames are as far apart as they were. Error frames, serial lines, and CAN FD frames for an adapter (SLCAN) are left
+/// The frames keep their spacing. Error frames, serial lines, and CAN FD frames for an adapter (SLCAN) are left
 /// out and counted. At the end it says how many frames were sent, how late (from when a frame was due to when it was
 /// handed to the port), and what the port counted.
 #[derive(Debug, Args)]
@@ -43,7 +43,7 @@ pub(super) struct ReplayArguments {
     /// Port that the frames are sent to.
     #[arg(long, value_name = "PORT", required_unless_present = "count_only")]
     port: Option<String>,
-    /// Times as fast as it was.
+    /// Speed, as a multiple of that of the log.
     #[arg(long, value_name = "X", default_value = "1", value_parser = speed)]
     speed: f64,
     /// Channel of the log to play. [default: that of the first frame]

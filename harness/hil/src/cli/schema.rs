@@ -23,7 +23,7 @@ pub(super) struct SchemaArguments {
     /// Which kind of file.
     #[arg(value_enum, value_name = "KIND", required_unless_present = "out")]
     kind: Option<FileKind>,
-    /// Write it to this folder instead, as KIND.schema.json; all of them where no kind is named.
+    /// Write it to this folder instead, as KIND.schema.json; all kinds if none is named.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -292,7 +292,7 @@ impl SetupArguments {
     fn simulated(&self, setup: Setup) -> Result<Setup, Failure> {
         if self.bench.is_some() {
             return Err(Failure::arguments(
-                "the virtual clock has no use for a bench file: real ports keep real time",
+                "a bench file needs the real clock: its ports keep real time",
                 "add --clock real, or leave --bench out",
             ));
         }

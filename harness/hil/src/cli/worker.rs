@@ -75,7 +75,7 @@ impl WorkerArguments {
         let saying = match &place {
             Place::Virtual => "stopping: what is under way is reported; once more to leave at once",
             Place::Bench(_) => {
-                "stopping: the base is brought to rest and its case handed back; once more to leave at once"
+                "stopping in order: the case is handed back; once more to leave at once"
             }
         };
         let interrupt = Interrupt::install_saying(screen, saying)?;

@@ -46,7 +46,7 @@ fn arguments_that_do_not_go_together_are_bad_input() {
             &["--controller", "process", "--seeds", "3"],
             "--seeds needs the controller in the process",
         ),
-        (&["--bench", "mine.toml"], "has no use for a bench file"),
+        (&["--bench", "mine.toml"], "a bench file needs the real clock"),
         (&["--clock", "real", "--seeds", "3"], "--seeds needs the virtual clock"),
         (&["--answer", "mass=1"], "no plan asks for mass"),
         (&["--answer", "mass"], "expected NAME=VALUE"),

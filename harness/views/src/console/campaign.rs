@@ -206,26 +206,26 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
     let percent = 100.0 * found.share;
     let verdict = match found.tolerated {
         Some(most) if found.is_all => {
-            format!("tolerates all that was tried, up to {} {}", figure(most), found.unit)
+            format!("tolerated at every severity, up to {} {}", figure(most), found.unit)
         }
-        Some(most) => format!("passes to {} {}", figure(most), found.unit),
+        Some(most) => format!("tolerated up to {} {}", figure(most), found.unit),
         None => match found.fails_by_itself() {
             Some(level) => {
                 format!("too few runs pass without any fault: {} of {}", level.passed, level.runs)
             }
-            None => "tolerates none that was tried".to_owned(),
+            None => "tolerated at no severity".to_owned(),
         },
     };
     let claim = at_least.map_or(String::new(), |least| {
         let word = if found.tolerates(least) { "holds" } else { "does not hold" };
-        format!("; at least {} {}: {word}", figure(least), found.unit)
+        format!("; at least {} {} is required: {word}", figure(least), found.unit)
     });
     let silent = found.most_silent().map_or(String::new(), |level| {
         let (silent, runs) = (level.silent, level.runs);
         let at = format!("{} {}", figure(level.severity), found.unit);
         format!("silently wrong: {silent} of {runs} runs at {at}, and no larger share elsewhere\n")
     });
-    let tolerated = format!("{verdict}: {percent} % of runs pass, at 95 % confidence{claim}");
+    let tolerated = format!("{verdict}: at least {percent} % of runs pass, at 95 % confidence{claim}");
     format!("{}\n{tolerated}\n{silent}", lines(&table))
 }
 

@@ -48,6 +48,35 @@ fn the_manuals_form_is_read() {
 }
 
 #[test]
+fn a_spacing_of_its_own_is_read_once_it_is_known() {
+    let line = |k: u32| std::format!("{:11}  1\r\n", std::format!("-{k}.500000"));
+    let right = |k: u32| std::format!("{:>11}  1\r\n", std::format!("-{k}.500000"));
+    let text: String = (1..200).map(right).collect();
+    let rates = |text: &str| -> Vec<f64> {
+        let outputs = read(text.as_bytes(), OutputMode::Rate).into_iter();
+        let rate = |output| match output {
+            GyroOutput::Rate(rate) => rate.deg_per_s(),
+            other => panic!("{other:?}"),
+        };
+        outputs.map(rate).collect()
+    };
+    assert_eq!(rates(&text).len(), 199 - super::FORM_LINES as usize + 1);
+    // What loses a byte afterwards is refused, and so is the same where the usual lines stand between.
+    let lost = right(123).replacen('2', "", 1);
+    assert_eq!(rates(&(text.clone() + &lost)).len(), rates(&text).len());
+    let usual = line_of(-123.5);
+    let between: String = (0..50).map(|_| usual.clone() + &usual.replacen('2', "", 1)).collect();
+    assert_eq!(rates(&between).len(), 50);
+    // Numbers that begin in one column have no columns: a lost digit would not show.
+    let ragged: String = (0..100).map(|k| line(if k % 2 == 0 { 5 } else { 15 })).collect();
+    assert!(rates(&ragged).is_empty());
+}
+
+fn line_of(rate_deg_per_s: f64) -> String {
+    String::from_utf8(encode(&rate_sample(rate_deg_per_s)).to_vec()).unwrap()
+}
+
+#[test]
 fn lines_that_are_not_right_are_refused() {
     for text in [
         "\r\n",

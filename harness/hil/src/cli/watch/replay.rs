@@ -42,7 +42,7 @@ pub(in crate::cli) struct ReplayArguments {
     /// Bench time at which to begin (s).
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     at: f64,
-    /// Times as fast as it was.
+    /// Speed, as a multiple of that of the run.
     #[arg(long, value_name = "X", default_value_t = 1.0)]
     speed: f64,
     /// The plan of the run, if the record does not hold it: a name or path.

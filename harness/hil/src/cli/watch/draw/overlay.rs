@@ -11,7 +11,7 @@ use ratatui::widgets::{Block, Clear, Paragraph, Widget, Wrap};
 const WIDTH: u16 = 64;
 
 const HELP: [&str; 10] = [
-    "q, Ctrl-C   stop the run: the base is brought to rest",
+    "q, Ctrl-C   stop the run in order",
     "            once more: leave at once",
     "p, space    hold the view; the run goes on",
     "1 to 6      enlarge a panel, and back",
