@@ -54,11 +54,15 @@ impl JumpGate {
     fn could_follow(&self, (at, from): Seen, (now, to): Seen) -> bool {
         // Samples that arrive in bunches seem simultaneous.
         let passed = (now - at).max(self.period);
-        let differs_by = NOISE_MAX + ACCELERATION_MAX * passed;
+        let differs_by = || NOISE_MAX + ACCELERATION_MAX * passed;
         match (from, to) {
-            (GyroOutput::Rate(from), GyroOutput::Rate(to)) => (to - from).abs() <= differs_by,
+            (GyroOutput::Rate(from), GyroOutput::Rate(to)) => {
+                let differs = (to - from).abs();
+                // The usual case takes no division.
+                differs <= NOISE_MAX || differs <= differs_by()
+            }
             (GyroOutput::Increment(from), GyroOutput::Increment(to)) => {
-                (to - from).abs() <= differs_by * self.period
+                (to - from).abs() <= differs_by() * self.period
             }
             (GyroOutput::Integrated(from), GyroOutput::Integrated(to)) => {
                 (to - from).wrapped().abs() <= RATE_MAX * (passed + self.period)

@@ -3,6 +3,7 @@
 use super::GyroEmulator;
 use crate::random::RandomStream;
 use wire::gyro::{GyroSample, Sequence};
+use wire::packet::Packet;
 use wire::units::Temperature;
 
 /// A fault of a gyro. None of them shows in the stream's valid bit.
@@ -67,8 +68,20 @@ impl GyroEmulator {
         self.faults.acted(number)
     }
 
-    /// The output for the rate `wanted`, with active faults; `None` while it is off.
+    /// Writes the output for the rate `wanted`, with active faults, to `packet`; `false` while the gyro is off.
     #[cold]
+    pub(super) fn output_faulty(
+        &mut self,
+        wanted: f64,
+        interval_s: f64,
+        packet: &mut Packet,
+    ) -> bool {
+        let Some(sample) = self.measure_faulty(wanted, interval_s) else { return false };
+        *packet = self.encoder.encode(&sample);
+        true
+    }
+
+    /// The output for the rate `wanted`, with active faults; `None` while it is off.
     pub(super) fn measure_faulty(&mut self, wanted: f64, interval_s: f64) -> Option<GyroSample> {
         let mut rate = wanted;
         let mut range = self.range;

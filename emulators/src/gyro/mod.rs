@@ -45,7 +45,7 @@ use std::collections::VecDeque;
 use terms::Term;
 use thermal::{Ramp, Thermal};
 use wire::gyro::dsp3000_command::{Command, CommandDecoder};
-use wire::gyro::{GyroEncoder, GyroFormat, GyroSample, GyroStream, OutputMode, Sequence};
+use wire::gyro::{GyroEncoder, GyroFormat, GyroStream, OutputMode, Sequence};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Temperature};
@@ -171,9 +171,13 @@ impl GyroEmulator {
     pub fn wake(&mut self, now: Timestamp, carrier_heading: Angle, packet: &mut Packet) -> bool {
         if now >= self.clock.next() {
             let due = self.clock.next();
-            let encoder = self.encoder;
-            let encode = |sample| encoder.encode_to(&sample, packet);
-            if self.measure(now, carrier_heading, encode).is_none() {
+            let Some((wanted, interval_s)) = self.advance(now, carrier_heading) else {
+                return false;
+            };
+            if self.faults.is_empty() {
+                let sample = self.sound(wanted, interval_s);
+                self.encoder.encode_to(&sample, packet);
+            } else if !self.output_faulty(wanted, interval_s, packet) {
                 return false;
             }
             if self.parameters.latency_s == 0.0 && self.pending.is_empty() {
@@ -296,15 +300,11 @@ impl GyroEmulator {
             (start - parameters.steady_celsius()).abs() > parameters.warm_up_flag_kelvin;
     }
 
-    /// Passes the next output to `take`, for the carrier at `heading` now; `None` at the first call and without supply.
-    // A sample is not returned: copying it right after it was written stalls the processor.
-    #[inline]
-    fn measure<T>(
-        &mut self,
-        now: Timestamp,
-        heading: Angle,
-        take: impl FnOnce(GyroSample) -> T,
-    ) -> Option<T> {
+    /// The rate of the next output before faults and range, in rad/s, for the carrier at `heading` now, and the time since
+    /// the output before, in s; `None` at the first call.
+    // Numbers, not a sample: one that was just written to memory and is read again at once stalls the processor.
+    #[inline(always)]
+    fn advance(&mut self, now: Timestamp, heading: Angle) -> Option<(f64, f64)> {
         let Some((last, last_heading)) = self.carrier else {
             // The clock starts at the first heading.
             self.carrier = Some((now, heading));
@@ -336,13 +336,7 @@ impl GyroEmulator {
         if self.has_fast {
             scaled = self.parameters.beyond_dead_zone(scaled) + self.fast_bias;
         }
-        let wanted = scaled + self.bias.value + noise;
-        if !self.faults.is_empty() {
-            return self.measure_faulty(wanted, interval_s).map(take);
-        }
-        let over_range = wanted.abs() > self.range;
-        let measured = wanted.clamp(-self.range, self.range);
-        Some(take(self.sample(measured, interval_s, over_range)))
+        Some((scaled + self.bias.value + noise, interval_s))
     }
 
     /// Evaluates the fast effects: stores the bias, returns the scale.

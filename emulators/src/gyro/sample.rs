@@ -5,7 +5,16 @@ use wire::gyro::{GyroOutput, GyroSample, GyroStatus, OutputMode, Sequence};
 use wire::units::{Angle, AngularRate, Temperature};
 
 impl GyroEmulator {
+    /// The next output of a gyro without faults, for the rate `wanted` in rad/s.
+    #[inline(always)]
+    pub(super) fn sound(&mut self, wanted: f64, interval_s: f64) -> GyroSample {
+        let over_range = wanted.abs() > self.range;
+        let measured = wanted.clamp(-self.range, self.range);
+        self.sample(measured, interval_s, over_range)
+    }
+
     /// The next output, for a measured rate in rad/s.
+    #[inline(always)]
     pub(super) fn sample(&mut self, rate: f64, interval_s: f64, over_range: bool) -> GyroSample {
         let increment = rate * interval_s;
         self.integrated += increment;

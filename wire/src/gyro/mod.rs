@@ -289,14 +289,11 @@ impl GyroEncoder {
 
     /// Writes these bytes to `packet`, in place of what it held: a copy of a packet that was just written costs as much
     /// as encoding it.
-    #[inline]
+    // The sample stays in registers: one that was just written to memory is not read again at once.
+    #[inline(always)]
     pub fn encode_to(&self, sample: &GyroSample, packet: &mut Packet) {
-        if self.stream.reversed {
-            let reversed = GyroSample { output: negated(sample.output), ..*sample };
-            self.stream.format.encode(&reversed, packet);
-        } else {
-            self.stream.format.encode(sample, packet);
-        }
+        let output = if self.stream.reversed { negated(sample.output) } else { sample.output };
+        self.stream.format.encode(&GyroSample { output, ..*sample }, packet);
     }
 }
 

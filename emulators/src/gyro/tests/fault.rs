@@ -1,6 +1,8 @@
 //! Effect of each fault on the outputs, and full recovery after it.
 
-use super::{DSP3000, GyroFault, GyroParameters, NAVIGATOR, gyro, increment, rate, table_turn};
+use super::{
+    DSP3000, GyroFault, GyroParameters, NAVIGATOR, gyro, increment, measured, rate, table_turn,
+};
 use crate::gyro::GyroEmulator;
 use crate::random::RandomStream;
 use wire::gyro::GyroSample;
@@ -25,7 +27,7 @@ fn run(gyro: &mut GyroEmulator, fault: GyroFault) -> (Vec<(f64, GyroSample)>, u6
         if t >= 7.0 && acted.is_none() {
             acted = Some(gyro.end_fault(4));
         }
-        if let Some(sample) = gyro.measure(now, heading(t), |sample| sample) {
+        if let Some(sample) = measured(gyro, now, heading(t)) {
             samples.push((t, sample));
         }
     }

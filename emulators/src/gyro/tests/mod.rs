@@ -21,6 +21,19 @@ pub(super) fn gyro(parameters: GyroParameters, stream: GyroStream) -> GyroEmulat
     GyroEmulator::new(parameters, stream, 5, "gyro")
 }
 
+/// The next output, before the encoder rounds it.
+pub(super) fn measured(
+    gyro: &mut GyroEmulator,
+    now: Timestamp,
+    heading: Angle,
+) -> Option<GyroSample> {
+    let (wanted, interval_s) = gyro.advance(now, heading)?;
+    if gyro.faults.is_empty() {
+        return Some(gyro.sound(wanted, interval_s));
+    }
+    gyro.measure_faulty(wanted, interval_s)
+}
+
 /// Every output up to `seconds`, on a carrier with the heading `heading`.
 pub(super) fn run(
     gyro: &mut GyroEmulator,
@@ -30,7 +43,7 @@ pub(super) fn run(
 ) {
     while gyro.next_wakeup() <= Timestamp::from_secs_f64(seconds) {
         let now = gyro.next_wakeup();
-        if let Some(sample) = gyro.measure(now, heading(now.as_secs_f64()), |sample| sample) {
+        if let Some(sample) = measured(gyro, now, heading(now.as_secs_f64())) {
             deliver(sample);
         }
     }

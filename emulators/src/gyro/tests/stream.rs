@@ -1,6 +1,6 @@
 //! Outputs in time: clock, latency, modes, late wakes.
 
-use super::{DSP3000, NAVIGATOR, gyro, increment, rate, run};
+use super::{DSP3000, NAVIGATOR, gyro, increment, measured, rate, run};
 use crate::gyro::{GyroEmulator, GyroParameters};
 use crate::parameters::Parameters as _;
 use proptest::prelude::*;
@@ -94,7 +94,7 @@ fn a_late_wake_loses_no_angle() {
         now += Span::from_millis(10 + late_ms);
         let heading = Angle::from_deg(7.0 * now.as_secs_f64().powi(2));
         while gyro.next_wakeup() <= now {
-            turned += gyro.measure(now, heading, |sample| sample).map_or(0.0, increment);
+            turned += measured(&mut gyro, now, heading).map_or(0.0, increment);
         }
     }
     // Up to the last output, evenly within the last wake's interval.

@@ -47,6 +47,10 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             self.dropped += 1;
             return;
         }
+        if self.on_bus.is_none() && self.faulty.is_none() {
+            // The usual case; then no other frame waits.
+            return self.begin(now, from, frame);
+        }
         self.waiting.push(from, frame);
         if let Some(faulty) = &mut self.faulty {
             faulty.sent(from);
@@ -82,8 +86,12 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             return self.arbitrate_faulty(now);
         }
         if let Some((from, frame)) = self.waiting.take(0) {
-            self.on_bus = Some((now + frame.duration(self.rates), from, frame));
+            self.begin(now, from, frame);
         }
+    }
+
+    fn begin(&mut self, now: Timestamp, from: Node, frame: CanFrame) {
+        self.on_bus = Some((now + frame.duration(self.rates), from, frame));
     }
 }
 
