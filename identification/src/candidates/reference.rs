@@ -26,6 +26,7 @@ impl Builder<'_> {
         let mut found = vec![
             shape("nonlinearity", Wrap::Plain, Form::Quadratic).with("origin", origin),
             shape("nonlinearity_cubic", Wrap::Plain, Form::Cubic).with("origin", origin),
+            shape("rate_dependence", Wrap::RateOf, Form::Linear),
         ];
         // A backlash is as wide as the error that it makes, however far the sensor travels.
         let error = robust::spread(&self.block.residual);

@@ -6,7 +6,7 @@ use super::finish::finish;
 use super::material::Material;
 use super::record::Record;
 use super::rivals::RivalFound;
-use super::roughly::{is_sure, is_sure_by_runs};
+use super::roughly::is_sure;
 use super::scene::robust_fit;
 use super::state::State;
 use super::timing::Timing;
@@ -217,9 +217,6 @@ fn reported(
         // A term that was certain while the residual counted as noise may no longer be.
         let mut is_plain = true;
         path.retain(|step| std::mem::take(&mut is_plain) || is_sure(&step.state));
-    } else if judge.data.block.pose.is_some() {
-        let mut is_plain = true;
-        path.retain(|step| std::mem::take(&mut is_plain) || is_sure_by_runs(&step.state));
     }
     let richest = &path[path.len() - 1].state;
     // If the residual is noise, the innovation of each reading is the most informative.

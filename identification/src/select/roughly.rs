@@ -122,17 +122,12 @@ const DOUBTFUL: f64 = 0.01;
 /// The least certain of the added terms that could be zero. Constants and lower orders only determine the zero of
 /// another term.
 pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
-    least_certain(state, -DOUBTFUL.ln())
-}
-
-/// The least certain of the added terms whose surprise, in nats, is below `limit`.
-fn least_certain(state: &State<'_>, limit: f64) -> Option<usize> {
     let terms = estimates(state).terms;
     let is_zero_of_another = |shape: &Shape| {
         shape.drivers.is_empty() || terms.iter().any(|other| shape.is_lower_order_of(&other.shape))
     };
     (state.base..terms.len())
-        .filter(|&index| terms[index].strength < limit)
+        .filter(|&index| terms[index].strength < -DOUBTFUL.ln())
         .filter(|&index| !is_zero_of_another(&terms[index].shape))
         .min_by(|a, b| terms[*a].strength.total_cmp(&terms[*b].strength))
 }
@@ -140,16 +135,6 @@ fn least_certain(state: &State<'_>, limit: f64) -> Option<usize> {
 /// Whether no added term is doubtful.
 pub(super) fn is_sure(state: &State<'_>) -> bool {
     doubtful(state).is_none()
-}
-
-/// Probability of being zero from which a term of a driven path is refused, by the errors of whole runs. Slip makes errors
-/// of a path heavy in turns, and an error of the heading is one of the position too, so that its noise is never quite that of
-/// the model; the term was chosen among some hundred.
-const REFUSED: f64 = 1e-4;
-
-/// Whether every added term would be certain if only whole runs were independent.
-pub(super) fn is_sure_by_runs(state: &State<'_>) -> bool {
-    least_certain(state, -REFUSED.ln()).is_none()
 }
 
 impl Material<'_> {
