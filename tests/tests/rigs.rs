@@ -160,18 +160,14 @@ fn what_is_wrong_with_a_rig_is_refused() {
 #[test]
 fn a_device_without_a_file_is_shown_where_the_rig_names_it() {
     let rig = PACK.replace("emulate = \"cells\"", "emulate = \"cellz\"");
-    let project = project(&rig, &cells());
-    let refused = load(&project);
+    let refused = load(&project(&rig, &cells()));
     let Err(TrialError::Prepare(PrepareError::Rig(RigError::Library(error)))) = refused else {
         panic!("taken")
     };
     let LibraryError::Mistake(mistake) = error else { panic!("without a place: {error}") };
     assert!(mistake.file().ends_with("rigs/pack.toml"), "{}", mistake.file());
     assert_eq!(&rig[mistake.range()], "\"cellz\"");
-    assert_eq!(
-        mistake.advice().map(|help| help.lines().next()),
-        Some(Some("did you mean `cells`?"))
-    );
+    assert!(mistake.advice().is_some_and(|help| help.starts_with("did you mean `cells`?")));
 }
 
 #[test]

@@ -214,7 +214,8 @@ mod tests {
             .filter_map(|(cause, rest)| Some((cause, rest.split_once(" | ")?.0)))
             .filter(|(_, level)| ["fault", "degraded"].contains(level))
             .collect();
-        let serde_json::Value::Object(all) = serde_json::to_value(Causes::default()).unwrap() else {
+        let serde_json::Value::Object(all) = serde_json::to_value(Causes::default()).unwrap()
+        else {
             panic!("causes are an object");
         };
         let expected = all.keys().map(|cause| {

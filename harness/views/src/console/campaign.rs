@@ -225,7 +225,8 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
         let at = format!("{} {}", figure(level.severity), found.unit);
         format!("silently wrong: {silent} of {runs} runs at {at}, and no larger share elsewhere\n")
     });
-    let tolerated = format!("{verdict}: at least {percent} % of runs pass, at 95 % confidence{claim}");
+    let tolerated =
+        format!("{verdict}: at least {percent} % of runs pass, at 95 % confidence{claim}");
     format!("{}\n{tolerated}\n{silent}", lines(&table))
 }
 
