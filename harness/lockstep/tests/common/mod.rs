@@ -16,8 +16,6 @@ use wire::device::{Device as _, PortId, Transmit};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 
-pub const SECOND: i64 = 1_000_000_000;
-
 /// A periodic input.
 pub struct Stream {
     pub port: PortId,
