@@ -21,7 +21,7 @@ fn a_plan_asserts_how_much_it_stands() {
     let hil = declaring(0.02);
     let ran =
         hil.run(&["campaign", "./turn.toml", "--envelopes", "--out", "narrow", "--quiet"]).exits(0);
-    assert!(ran.out.contains("at least 0.02 %: holds"), "{}", ran.out);
+    assert!(ran.out.contains("at least 0.02 % is required: holds"), "{}", ran.out);
     let figures = fs::read(hil.path("narrow/envelopes.json")).unwrap();
     let figures: Value = serde_json::from_slice(&figures).unwrap();
     let tolerated = figures[0]["tolerated"].as_f64().unwrap();

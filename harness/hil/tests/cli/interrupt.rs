@@ -46,7 +46,7 @@ fn the_first_ctrl_c_ends_the_run_in_good_order() {
         let child = start(&hil, &arguments, &record);
         signal(&child, stop);
         let ran = Ran::of(child.wait_with_output().unwrap()).exits(5);
-        assert!(ran.err.contains("stopping: "), "{}", ran.err);
+        assert!(ran.err.contains("stopping in order"), "{}", ran.err);
         assert!(ran.err.contains("not run: turn.toml"), "{}", ran.err);
         assert!(ran.out.contains("endless: aborted: stopped by request"), "{}", ran.out);
         assert_eq!(hil.outcome("runs/endless-seed1"), "aborted");

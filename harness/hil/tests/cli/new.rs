@@ -63,7 +63,7 @@ fn how_much_of_a_fault_it_stands_is_measured() {
     // A weaker statement, which fewer runs show.
     edit(&hil.path("oven/settles.toml"), "at_least = 2 ", "share = 0.5\nruns = 5\nat_least = 2 ");
     let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(0);
-    assert!(ran.out.contains("at least 2 s: holds"), "{}", ran.out);
+    assert!(ran.out.contains("at least 2 s is required: holds"), "{}", ran.out);
     // Runs of another device do not count for this one, though the plan is the same.
     edit(&hil.path("oven/devices/oven.toml"), "value = 1.0", "value = 5.0");
     let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(2);

@@ -34,7 +34,7 @@ fn sixteen_hours_of_readings_and_of_laps_stay_small_and_say_what_they_lack() {
     assert!(log.len() < BYTES_MAX, "{} bytes", log.len());
     assert!(log.contains("28800 observations; "), "all are counted");
     assert!(log.contains("drawn, the lowest and the highest of each column"));
-    assert!(log.contains("between them; all of them: <code>hil show RUN</code>"));
+    assert!(log.contains("between these; <code>hil show</code> prints all of them"));
 
     hil.run(&["run", "laps-observed", "--out", "laps", "--quiet"]).exits(0);
     let laps = page(&hil, "laps");
