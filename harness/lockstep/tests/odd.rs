@@ -294,7 +294,7 @@ fn none_outlives_the_harness() {
     // A killed process does not clean up.
     let folder = tempfile::tempdir().unwrap();
     let mut harness = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "none_outlives_the_harness", "--nocapture"])
+        .args(["--exact", "odd::none_outlives_the_harness", "--nocapture"])
         .env(TO_BE_KILLED, "yes")
         .env("TMPDIR", folder.path())
         .stdout(Stdio::piped())
