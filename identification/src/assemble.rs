@@ -38,7 +38,7 @@ impl<'a> Done<'a> {
         let white = NoiseModel::white(layout.runs());
         let base: Vec<Shape> = self.fit.base.iter().map(|found| found.shape.clone()).collect();
         let metrics = judge.judge(&base, &white, &[]);
-        self.put_first(metrics, &[clipped.shape.name.clone()]);
+        self.put_first(metrics, std::slice::from_ref(&clipped.shape.name));
         self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
     }
 

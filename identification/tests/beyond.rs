@@ -1,7 +1,5 @@
 //! A curve that was fitted over some range of its driver is held beyond that range, and not extrapolated.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::recorded::{Recorded, recorded};
 use identification::dataset::{Dataset, Role};
 use identification::identify::{Options, identify, predict};

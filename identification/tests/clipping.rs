@@ -1,7 +1,5 @@
 //! Clipped readings are reported with their limits, and do not hide other effects.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};
 use identification::identify::{Identified, Options, identify, predict};

@@ -1,7 +1,5 @@
 //! An effect that is certain in the whole of the data and predicts no held-out run is not added, and not hidden either.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};
 use identification::identify::{Options, identify};

@@ -1,7 +1,5 @@
 //! Driven paths: the cause that matters comes first and no richer model is reported, whatever else the robot does.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Constant, Dataset, Drive, Kind, Role, Unit};
 use identification::finding::Finding;
 use identification::identify::{Options, identify};

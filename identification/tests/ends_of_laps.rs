@@ -1,7 +1,5 @@
 //! Ends of laps round a square: heading, x and y are readings of one error over a lever.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::identify::{Identified, Options, identify};
 use identification::model::Model;

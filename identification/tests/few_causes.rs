@@ -1,7 +1,5 @@
 //! The number of causes is limited over all axes together, and the least useful is left out.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Axis, Column, Dataset, Kind, Role, Unit};
 use identification::finding::Finding;
 use identification::identify::{Options, identify};

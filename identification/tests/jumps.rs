@@ -1,7 +1,5 @@
 //! A bias that jumps is told also where a delay leaves a residual that is no noise.
 
-#![expect(clippy::panic, clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::identify::{Options, identify};
 use rand::SeedableRng;

@@ -1,8 +1,6 @@
 //! A gyro that is late by some slow samples is reported as late, and noise far above the motion is not reported as an
 //! error.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::Finding;
 use identification::identify::{Options, identify};

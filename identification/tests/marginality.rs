@@ -1,7 +1,5 @@
 //! Effects with a zero off the middle of the data: each part explains little without the others.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};
 use identification::identify::{Options, identify};

@@ -1,7 +1,5 @@
 //! A memory that the noise model does not declare is structure; one that it declares is noise.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};
 use identification::identify::{Options, identify};

@@ -1,7 +1,5 @@
 //! From data to the plan that decides between causes.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::identify::{Identified, Options, identify};
 use rand::SeedableRng;

@@ -1,7 +1,5 @@
 //! Any sensor against its reference: a cause of each kind that such sensors have, and noise alone.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::{Effect, Verdict};
 use identification::identify::{Identified, Options, identify, predict};

@@ -1,8 +1,6 @@
 //! What a package states wrongly about its fields is set right before anything else: signs, units, axes, how and when a
 //! reference reads.
 
-#![expect(clippy::panic, clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Axis, Column, Constant, Dataset, Drive, Kind, Role, Unit};
 use identification::finding::{Effect, Finding};
 use identification::identify::{Identified, Options, identify, predict};

@@ -1,7 +1,5 @@
 //! Turns of a table: effects of the rate and the heading appear as means over a turn.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::Finding;
 use identification::identify::{Identified, Options, identify};

@@ -1,7 +1,5 @@
 //! Programs on CAN, on a kernel that need not support it.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{
     base, c, compiled, drive, frame, has_tool, none_left, python_with, same_each_time, secs,
     source, text,

@@ -4,8 +4,6 @@
 //! `HIL_TESTS_HOURS` sets another number of runs. Programs in Python need an interpreter with their packages
 //! (`HIL_TESTS_PYTHON`).
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{
     Stream, base, c, compiled, example, go, gyro, python_with, same_each_time, secs, source,
 };

@@ -1,7 +1,5 @@
 //! Badly behaved programs: each outcome has a name, and no process is left behind.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{
     c, compiled, drive, none_left, none_left_of, python_with, secs, text, with_others_rights,
 };

@@ -1,7 +1,5 @@
 //! Programs on serial lines: each runs several times, and sends the same at the same nanosecond.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{c, compiled, example, gyro, python_with, same_each_time, source, text};
 use lockstep::Program;
 

@@ -1,7 +1,5 @@
 //! How a program without a C library may end: the same as one with it, and no process is left.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{
     bytes, compiled, drive, none_left_of, processes_of, secs, text, with_others_rights,
 };

@@ -1,7 +1,5 @@
 //! Programs without a C library: the tracer runs them, with the same contract as the shim.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{
     Busy, base, c, compiled, drive, example, frame, go, gyro, same_each_time, secs, source, text,
 };

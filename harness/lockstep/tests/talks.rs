@@ -1,7 +1,5 @@
 //! Talking with a program in virtual time, and what it sees of its inputs and its interfaces.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{bytes, c, python, secs};
 use lockstep::{Lockstep, Program, Said};
 use wire::device::{Device as _, PortId, Transmit};

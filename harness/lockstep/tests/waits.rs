@@ -1,7 +1,5 @@
 //! Every way to wait takes exactly the requested time.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
-
 use crate::common::{bytes, c, compiled, drive, secs, text};
 use lockstep::{Ended, Program};
 use wire::device::{Device as _, PortId};

@@ -48,7 +48,11 @@ pub(super) fn gain(effect: &str, rivals: &[(String, Gain)]) -> String {
 }
 
 fn figure(lambda: f64) -> String {
-    if lambda < 10.0 { format!("{lambda:.1}") } else { format!("{lambda:.0}") }
+    match lambda {
+        ..10.0 => format!("{lambda:.1}"),
+        ..1e6 => format!("{lambda:.0}"),
+        _ => format!("{lambda:.0e}"),
+    }
 }
 
 /// The reason for the plan, and what a reader should know before running it.
