@@ -1,4 +1,4 @@
-//! A bias that jumps is told also where a delay leaves a residual that is no noise.
+//! A bias that jumps is reported even where a delay leaves a residual that is no noise.
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::identify::{Options, identify};

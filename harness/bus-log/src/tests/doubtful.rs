@@ -20,6 +20,16 @@ fn asc(date: &[u8]) -> Vec<u8> {
     [b"date ", date, event].concat()
 }
 
+fn entry() -> Entry {
+    let frame = CanFrame::new(StandardId::new(0x123).unwrap(), &[1, 2, 3]).unwrap();
+    Entry {
+        at: Timestamp::from_nanos(DATE_NS),
+        channel: Channel::CAN0,
+        direction: Some(Direction::Rx),
+        payload: Payload::Frame(frame),
+    }
+}
+
 #[test]
 fn a_date_may_be_in_the_language_of_the_machine() {
     for date in [&b"Mi Nov 12 14:22:05.123 2025"[..], b"mer. nov. 12 02:22:05.123 pm 2025"] {
@@ -44,13 +54,7 @@ fn a_date_that_is_not_understood_is_told() {
 
 #[test]
 fn a_last_line_without_an_end_is_told() {
-    let frame = CanFrame::new(StandardId::new(0x123).unwrap(), &[1, 2, 3]).unwrap();
-    let entry = Entry {
-        at: Timestamp::from_nanos(DATE_NS),
-        channel: Channel::CAN0,
-        direction: Some(Direction::Rx),
-        payload: Payload::Frame(frame),
-    };
+    let entry = entry();
     for format in [Format::Candump, Format::Asc, Format::Trc] {
         let whole = written(format, &[entry; 2]);
         assert!(notes(format, &whole).is_empty(), "{format:?}");
@@ -78,13 +82,7 @@ fn a_canfd_event_whose_flags_are_zero_is_a_can_fd_frame() {
 
 #[test]
 fn a_blf_file_without_the_containers_of_its_head_is_cut() {
-    let frame = CanFrame::new(StandardId::new(0x123).unwrap(), &[1, 2, 3]).unwrap();
-    let entry = Entry {
-        at: Timestamp::from_nanos(DATE_NS),
-        channel: Channel::CAN0,
-        direction: Some(Direction::Rx),
-        payload: Payload::Frame(frame),
-    };
+    let entry = entry();
     let whole = written(Format::Blf, &[entry; 6_000]);
     let second = whole[200..].windows(4).position(|four| four == b"LOBJ").unwrap() + 200;
     for (end, least) in [(144, 0), (second, 2_700)] {

@@ -10,7 +10,7 @@ const NO_NUMBERS: [&str; 6] = ["NaN", "nan", "Infinity", "-Infinity", "inf", "-i
 pub struct Unread {
     /// The mistake, and the beginning of the line.
     pub cause: String,
-    /// It was meant as an answer to a mission, or as a report of a number that is none: the run cannot go on as if it
+    /// It was meant as an answer to a mission, or as a report with `NaN` in place of a number: the run cannot go on as if it
     /// had not been said.
     pub is_grave: bool,
 }
@@ -31,7 +31,7 @@ impl Unread {
     }
 }
 
-/// The first value that is a number that is none, with its key.
+/// The first value that is `NaN` or infinite, with its key.
 fn no_number(text: &str) -> Option<(&str, &'static str)> {
     text.match_indices(':').find_map(|(at, _)| {
         let value = text.get(at + 1..)?.trim_start();
@@ -75,7 +75,7 @@ mod tests {
         );
     }
 
-    /// `serde_json` writes null where a number is none.
+    /// `serde_json` writes null in place of `NaN`.
     #[test]
     fn an_answer_that_cannot_be_read_is_grave_and_a_remark_is_not() {
         let line = r#"{"at_ns":5,"report":{"done":{"id":1,"result":{"bias_test":{"mean_rad_per_s":null}}}}}"#;
