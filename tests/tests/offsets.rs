@@ -2,10 +2,10 @@
 //!
 //! A run compares windows over 3.3 h with a table that was made just before, or with no correction. The drift that does
 //! not change meanwhile is an offset of all windows. Their scatter shows the rest: that of eight block means over the
-//! root of eight (`harness/judge/src/checks/jackknife.rs`).
+//! root of eight (`harness/plan/src/check/jackknife.rs`).
 
 use harness::run::Prepared;
-use plan::Check;
+use plan::check::{Check, RmsRatioWithin};
 use plan::made::Made;
 use tests::devices::shipped;
 
@@ -76,7 +76,9 @@ fn the_offsets_of_static_bias_are_those_of_its_gyros_drift() {
         [("test_against_table", table), ("test_against_none", vec![0.0; PIECES])]
     {
         let declared = plan.measurements.iter().find(|one| one.name.as_str() == name);
-        let Some(Check::RmsRatioWithin { to_offset, .. }) = declared.map(|one| &one.check) else {
+        let Some(Check::RmsRatioWithin(RmsRatioWithin { to_offset, .. })) =
+            declared.map(|one| &one.check)
+        else {
             panic!("{name} is a ratio");
         };
         let expected =

@@ -136,7 +136,7 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
         let (passed, seeds) = (runs.iter().filter(accepted).count() as u64, runs.len() as u64);
         let interval = wilson(passed, seeds, Z_95);
         let figures = runs.iter().filter_map(|(_, run)| *run.figures.get(index)?);
-        let figures: Vec<_> = figures.filter(|_| declared.check.estimates()).collect();
+        let figures: Vec<_> = figures.filter(|_| declared.check.kind().estimates()).collect();
         SeedShare {
             plan: plan.name.as_str().to_owned(),
             measurement: declared.name.as_str().to_owned(),

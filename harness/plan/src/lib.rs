@@ -38,7 +38,7 @@
 mod band;
 pub mod bench_file;
 pub mod calibrations;
-mod check;
+pub mod check;
 pub mod confidence;
 mod contradiction;
 mod envelope;
@@ -69,7 +69,7 @@ pub(crate) mod timeline;
 mod validate;
 
 pub use band::Band;
-pub use check::{Check, PAPER_SIDE, UmbmarkFigure};
+pub use check::{Check, PAPER_SIDE};
 pub use envelope::{DeclaredEnvelope, struck_by};
 pub use formula::{Origin, Reads, formula, origins};
 pub use measurement::{Declared, Proves};

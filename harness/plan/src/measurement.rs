@@ -1,7 +1,8 @@
 //! The declaration of a measurement, with its band and its place in the paper.
 
-use super::check::Check;
+use super::check::{Check, Meant, Selection};
 use super::name::Name;
+use super::observation::Observations;
 use super::quantity::{Filter, QuantityName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -36,6 +37,21 @@ pub struct Declared {
     /// With fewer observations than this it is unset, and fails.
     #[serde(default = "one")]
     pub observations_min: NonZeroU32,
+}
+
+impl Declared {
+    /// Those of `observations` that are judged. These may contain other quantities and be in any order.
+    pub fn select<'a>(&self, observations: &'a Observations) -> Selection<'a> {
+        let kind = self.check.kind();
+        let meant = Meant {
+            quantity: &self.quantity,
+            second: kind.second_quantity().map(|(_, quantity)| quantity),
+            filter: &self.filter,
+            during: kind.during(),
+            least: self.observations_min.get() as usize,
+        };
+        Selection::new(&meant, observations)
+    }
 }
 
 /// What a measurement proves.

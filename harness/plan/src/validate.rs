@@ -1,6 +1,5 @@
 //! Checks of a plan as a whole, beyond the bounds of single values.
 
-use super::check::Check;
 use super::contradiction::contradictions;
 use super::measurement::Declared;
 use super::name::Name;
@@ -154,16 +153,15 @@ impl<'a> Survey<'a> {
         let Some(unit) = self.unit(&declared.quantity, at, &[Segment::Key("quantity")])? else {
             return Ok(());
         };
-        let on_the_floor =
-            matches!(declared.check, Check::AllButInSquare { .. } | Check::UmbmarkWithin { .. });
-        if on_the_floor && unit != "m" {
-            let kind = declared.check.name();
-            let message = format!("`{}` is in {unit}, `{kind}` needs m", declared.quantity);
+        let kind = declared.check.kind();
+        if kind.is_on_the_floor() && unit != "m" {
+            let name = declared.check.name();
+            let message = format!("`{}` is in {unit}, `{name}` needs m", declared.quantity);
             return Err(at.fault(&[Segment::Key("quantity")], message, None));
         }
         let check = [Segment::Key("check"), Segment::Key(declared.check.name())];
         let in_check = |key| [check[0].clone(), check[1].clone(), Segment::Key(key)];
-        if let Some((key, second)) = declared.check.second_quantity() {
+        if let Some((key, second)) = kind.second_quantity() {
             let second_unit = self.unit(second, at, &in_check(key))?;
             if let Some(second_unit) = second_unit.filter(|second_unit| *second_unit != unit) {
                 let message =
@@ -171,11 +169,11 @@ impl<'a> Survey<'a> {
                 return Err(at.fault(&in_check(key), message, None));
             }
         }
-        if let Some(tag) = declared.check.against() {
+        if let Some(tag) = kind.against() {
             self.tag(&declared.quantity, tag, at, &in_check("against"))?;
         }
-        if let Check::NeverOutside { during, .. } = &declared.check
-            && !self.phases.contains(&during.as_str())
+        if let Some(during) = kind.during()
+            && !self.phases.contains(&during)
         {
             let help = proposal(during, &self.phases());
             let message = format!("no step or label `{during}` in this plan");
@@ -185,12 +183,13 @@ impl<'a> Survey<'a> {
     }
 
     fn figure_unit(&self, declared: &Declared, unit: &str, at: &Place<'_>) -> Checked {
-        let against = declared.check.against().and_then(find_tag).map(|tag| tag.unit);
-        if against.is_none() && declared.check.against().is_some() {
+        let check = declared.check.kind();
+        let against = check.against().and_then(find_tag).map(|tag| tag.unit);
+        if against.is_none() && check.against().is_some() {
             // Only its device knows the unit of a swept parameter.
             return Ok(());
         }
-        let expected = declared.check.figure_unit(unit, against.unwrap_or("1"));
+        let expected = check.figure_unit(unit, against.unwrap_or("1"));
         if declared.unit == expected {
             return Ok(());
         }

@@ -7,30 +7,10 @@ pub mod samples;
 
 pub use commands::CommandSummary;
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
+pub use plan::check::Verdict;
 
 use crate::FaultSummary;
 use serde::{Deserialize, Serialize};
-
-/// Verdict on a measurement.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// Inside the band by at least the measurement's own expanded uncertainty (k = 2).
-    Pass,
-    /// Inside the band, by less than the measurement's own expanded uncertainty (k = 2).
-    Marginal,
-    /// Outside the band.
-    Fail,
-    /// Declared but never measured. Counts as a failure.
-    Unset,
-}
-
-impl Verdict {
-    /// Whether a run with this verdict can still pass.
-    pub const fn is_acceptable(self) -> bool {
-        matches!(self, Self::Pass | Self::Marginal)
-    }
-}
 
 /// Outcome of a run. Each has its own exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -172,18 +152,6 @@ impl PropertySummary {
     /// Whether it is an always-property that was violated.
     pub fn is_broken(&self) -> bool {
         self.always && self.held == Some(false)
-    }
-}
-
-impl Verdict {
-    /// Its name, as in `summary.json`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Marginal => "marginal",
-            Self::Fail => "fail",
-            Self::Unset => "unset",
-        }
     }
 }
 

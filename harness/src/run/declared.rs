@@ -3,7 +3,7 @@
 use crate::plan::quantities::during_tag;
 use crate::plan::rig::RigLine;
 use crate::plan::{
-    Action, Check, Declared, Plan, QuantityName, Rig, Speaker, Step, resolve, signal, unit,
+    Action, Declared, Plan, QuantityName, Rig, Speaker, Step, resolve, signal, unit,
 };
 use crate::record::Device;
 use crate::record::header::{Band, Bus, Line, Quantity, StepNote};
@@ -79,7 +79,7 @@ fn described(name: &QuantityName, plan: &Plan, speakers: &[Speaker]) -> (String,
 /// The tags of the observations for which a measurement's band holds.
 fn tags(declared: &Declared) -> BTreeMap<String, f64> {
     let mut tags = declared.filter.equalities();
-    if let Check::NeverOutside { during, .. } = &declared.check {
+    if let Some(during) = declared.check.kind().during() {
         tags.insert(during_tag(during), 1.0);
     }
     tags
@@ -123,7 +123,7 @@ pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
     for declared in &plan.measurements {
         let names = std::iter::once(&declared.quantity)
-            .chain(declared.check.second_quantity().map(|(_, name)| name));
+            .chain(declared.check.kind().second_quantity().map(|(_, name)| name));
         for name in names {
             let judged_by = declared.name.as_str().to_owned();
             if let Some(known) = quantities.iter_mut().find(|known| known.name == name.as_str()) {
@@ -139,7 +139,7 @@ pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
                 judged_by: vec![judged_by],
             });
         }
-        let Some(band) = declared.check.value_band() else { continue };
+        let Some(band) = declared.check.kind().value_band() else { continue };
         let known = quantities.iter_mut().find(|known| known.name == declared.quantity.as_str());
         if let Some(quantity) = known {
             quantity.bands.push(Band {

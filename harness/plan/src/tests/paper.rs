@@ -1,5 +1,6 @@
 //! The paper's procedures can be written as plans with the intended meaning.
 
+use crate::check::AllWithin;
 use crate::{Action, Band, Check, Condition, Plan, Step};
 use std::num::NonZeroU32;
 use wire::time::Span;
@@ -22,7 +23,7 @@ fn the_verification_of_fig_6() {
     assert_eq!(turn.rate, AngularRate::from_deg_per_s(30.0));
     assert_eq!(turn.acceleration, AngularAcceleration::from_deg_per_s2(15.0));
     let cw = &plan.measurements[0];
-    assert_eq!(cw.check, Check::AllWithin(Band::new(-0.25, 0.25).unwrap()));
+    assert_eq!(cw.check, Check::AllWithin(AllWithin(Band::new(-0.25, 0.25).unwrap())));
     assert_eq!(cw.observations_min, NonZeroU32::new(20).unwrap());
     // 10 + 7,210 + 20 x (30 + 52 + 52) + 10, because the limits of a round exceed its period.
     assert_eq!(plan.time_limit(), Span::from_secs(9_910));

@@ -1,7 +1,7 @@
 //! Fits models to observations and builds calibrations from them.
 
 use controller::calibration::{BIAS_POINTS_MAX, BiasPoint, Calibration, FACTORS_MAX, Factor};
-use judge::checks::line::Line;
+use plan::check::line::Line;
 use plan::observation::Observed;
 use plan::{CalibrationPart, Fit, Model};
 use std::fmt;

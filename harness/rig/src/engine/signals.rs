@@ -50,6 +50,7 @@ impl Signals {
             signals.want(&declared.quantity, speakers);
             declared
                 .check
+                .kind()
                 .second_quantity()
                 .into_iter()
                 .for_each(|(_, name)| signals.want(name, speakers));

@@ -2,7 +2,7 @@
 
 use super::series::Series;
 use plan::quantities::during_tag;
-use plan::{self, Check, Filter, Plan};
+use plan::{self, Filter, Plan};
 use record::Observation;
 use record::header::{Band, Quantity};
 use wire::time::Timestamp;
@@ -35,11 +35,9 @@ impl Gauge {
         let judges = plan.measurements.iter();
         let judges = judges.filter(|declared| declared.quantity.as_str() == quantity.name);
         let strict = judges.filter_map(|declared| {
-            let (band, during) = match &declared.check {
-                Check::AllWithin(band) => (*band, None),
-                Check::NeverOutside { band, during } => (*band, Some(during_tag(during))),
-                _ => return None,
-            };
+            let check = declared.check.kind();
+            let band = check.value_band().filter(|_| check.needs_every_value())?;
+            let during = check.during().map(during_tag);
             Some(Strict { filter: declared.filter.clone(), during, band })
         });
         let strict = strict.collect();

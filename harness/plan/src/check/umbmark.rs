@@ -1,4 +1,4 @@
-//! UMBmark (Borenstein and Feng 1996) for a base without a wheelbase: the centres of gravity of the return errors of
+//! `umbmark_within`: UMBmark (Borenstein and Feng 1996) for a base without a wheelbase: the centres of gravity of the return errors of
 //! both directions, E_max,syst, and alpha and beta as effective parameters.
 //!
 //! The errors are absolute minus dead-reckoned positions after a lap of a square path of side L. For small
@@ -7,10 +7,98 @@
 
 use super::figure::{Figure, Refusal};
 use super::jackknife::Together;
+use super::kind::Kind;
 use super::moments::{Estimate, mean};
-use super::select::{Position, Sample};
-use plan::{Band, UmbmarkFigure};
+use super::selection::{Position, Sample, Selection};
+use crate::band::Band;
+use crate::number;
+use crate::quantity::QuantityName;
+use schemars::JsonSchema;
+use serde::Deserialize;
 use wire::units::{Angle, Length};
+
+/// A figure of UMBmark lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+#[serde(deny_unknown_fields)]
+pub struct UmbmarkWithin {
+    /// The figure that is judged.
+    pub figure: UmbmarkFigure,
+    /// The quantity that is y, of the same unit.
+    pub y: QuantityName,
+    /// Side of the square path.
+    #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
+    #[schemars(
+        schema_with = "number::schema::length",
+        extend("default" = number::schema::written(PAPER_SIDE.m()))
+    )]
+    pub side: Length,
+    /// The band.
+    pub band: Band,
+}
+
+/// Side of the paper's square path: 4 m (section 4.1), which is UMBmark's too.
+pub const PAPER_SIDE: Length = Length::from_m(4.0);
+
+fn paper_side() -> Length {
+    PAPER_SIDE
+}
+
+/// The figures of UMBmark that make sense without a wheelbase.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum UmbmarkFigure {
+    /// E_max,syst: the larger distance of the two directions' centres of gravity from the origin, m.
+    EMaxSyst,
+    /// alpha: the effective error of each corner's turn, deg.
+    Alpha,
+    /// beta: the effective change of heading along one side, deg.
+    Beta,
+}
+
+impl Kind for UmbmarkWithin {
+    fn figure_band(&self) -> Band {
+        self.band
+    }
+
+    fn figure_unit(&self, unit: &str, _: &str) -> String {
+        match self.figure {
+            UmbmarkFigure::EMaxSyst => unit.to_owned(),
+            UmbmarkFigure::Alpha | UmbmarkFigure::Beta => "deg".to_owned(),
+        }
+    }
+
+    fn estimates(&self) -> bool {
+        true
+    }
+
+    fn second_quantity(&self) -> Option<(&'static str, &QuantityName)> {
+        Some(("y", &self.y))
+    }
+
+    fn is_on_the_floor(&self) -> bool {
+        true
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let umbmark = umbmark(&selection.positions()?, self.side)?;
+        let angle = umbmark.angle_uncertainty().deg();
+        let (name, Estimate { value, uncertainty }) = match self.figure {
+            UmbmarkFigure::EMaxSyst => {
+                let uncertainty = umbmark.worse().distance_uncertainty_m();
+                ("E_max,syst", Estimate { value: umbmark.e_max_syst_m(), uncertainty })
+            }
+            UmbmarkFigure::Alpha => {
+                ("alpha", Estimate { value: umbmark.alpha().deg(), uncertainty: angle })
+            }
+            UmbmarkFigure::Beta => {
+                ("beta", Estimate { value: umbmark.beta().deg(), uncertainty: angle })
+            }
+        };
+        let statistic = format!("{name} of {} cw and {} ccw", umbmark.cw.laps, umbmark.ccw.laps);
+        Figure::in_band(value, uncertainty, self.band, statistic)
+    }
+}
 
 /// Centre of gravity of the return errors of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,30 +224,6 @@ fn umbmark(positions: &[Position], side: Length) -> Result<Umbmark, Refusal> {
         (None, _) => Err(Refusal::Unset("no cw lap".to_owned())),
         (_, None) => Err(Refusal::Unset("no ccw lap".to_owned())),
     }
-}
-
-pub(super) fn within(
-    positions: &[Position],
-    figure: UmbmarkFigure,
-    side: Length,
-    band: Band,
-) -> Result<Figure, Refusal> {
-    let umbmark = umbmark(positions, side)?;
-    let angle = umbmark.angle_uncertainty().deg();
-    let (name, Estimate { value, uncertainty }) = match figure {
-        UmbmarkFigure::EMaxSyst => {
-            let uncertainty = umbmark.worse().distance_uncertainty_m();
-            ("E_max,syst", Estimate { value: umbmark.e_max_syst_m(), uncertainty })
-        }
-        UmbmarkFigure::Alpha => {
-            ("alpha", Estimate { value: umbmark.alpha().deg(), uncertainty: angle })
-        }
-        UmbmarkFigure::Beta => {
-            ("beta", Estimate { value: umbmark.beta().deg(), uncertainty: angle })
-        }
-    };
-    let statistic = format!("{name} of {} cw and {} ccw", umbmark.cw.laps, umbmark.ccw.laps);
-    Figure::in_band(value, uncertainty, band, statistic)
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Selects the observations of a measurement, sorted by time.
 
 use super::figure::Refusal;
-use super::is_during;
 use super::jackknife::Together;
-use plan::observation::{Observations, Observed};
-use plan::{Check, Declared, QuantityName};
+use crate::observation::{Observations, Observed};
+use crate::quantities::during_tag;
+use crate::quantity::{Filter, QuantityName};
 use std::cmp::Ordering;
 
 /// A value and its standard uncertainty.
@@ -29,10 +29,25 @@ pub(super) struct Position {
     pub(super) direction: Option<f64>,
 }
 
+/// The observations that a measurement means.
+#[derive(Debug, Clone, Copy)]
+pub struct Meant<'a> {
+    /// What is observed.
+    pub quantity: &'a QuantityName,
+    /// The quantity that it is judged with.
+    pub second: Option<&'a QuantityName>,
+    /// Tags that both must have.
+    pub filter: &'a Filter,
+    /// The step or label during which both were observed.
+    pub during: Option<&'a str>,
+    /// Fewest observations of the first.
+    pub least: usize,
+}
+
 /// The observations of a measurement.
-#[derive(Clone)]
-pub(super) struct Selection<'a> {
-    declared: &'a Declared,
+#[derive(Debug, Clone)]
+pub struct Selection<'a> {
+    least: usize,
     /// Whether the observations' own uncertainties are ignored.
     is_exact: bool,
     first: Vec<Observed<'a>>,
@@ -40,14 +55,16 @@ pub(super) struct Selection<'a> {
 }
 
 impl<'a> Selection<'a> {
-    pub(super) fn new(declared: &'a Declared, observations: &'a Observations) -> Self {
+    /// Those of `observations` that are meant. These may contain other quantities and be in any order.
+    pub fn new(meant: &Meant<'_>, observations: &'a Observations) -> Self {
+        let during = meant.during.map(during_tag);
         let of = |quantity: &QuantityName| {
             let mut chosen: Vec<_> = observations
                 .of(quantity.as_str())
-                .filter(|o| declared.filter.matches(|tag| o.tag(tag)))
-                .filter(|o| match &declared.check {
-                    Check::NeverOutside { during, .. } => is_during(o, during),
-                    _ => true,
+                .filter(|o| meant.filter.matches(|tag| o.tag(tag)))
+                .filter(|o| {
+                    let is_during = |tag: &String| o.tag(tag).is_some_and(|value| value != 0.0);
+                    during.as_ref().is_none_or(is_during)
                 })
                 .collect();
             // They usually are sorted, and sorting takes memory.
@@ -56,13 +73,13 @@ impl<'a> Selection<'a> {
             }
             chosen
         };
-        let first = of(&declared.quantity);
-        let second = declared.check.second_quantity().map(|(_, quantity)| of(quantity));
-        Self { declared, is_exact: false, first, second: second.unwrap_or_default() }
+        let first = of(meant.quantity);
+        let second = meant.second.map(of).unwrap_or_default();
+        Self { least: meant.least, is_exact: false, first, second }
     }
 
     /// The same selection without the observations' own uncertainties.
-    pub(super) fn taken_as_exact(&self) -> Self {
+    pub fn taken_as_exact(&self) -> Self {
         Self { is_exact: true, ..self.clone() }
     }
 
@@ -72,12 +89,12 @@ impl<'a> Selection<'a> {
     }
 
     /// Number of observations of the measurement's own quantity.
-    pub(super) fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         self.first.len()
     }
 
     /// Checks that there are enough observations and that all are usable.
-    pub(super) fn complete(&self) -> Result<(), Refusal> {
+    pub fn complete(&self) -> Result<(), Refusal> {
         let count = self.first.len();
         if count == 0 {
             return Err(Refusal::Unset("no observation".to_owned()));
@@ -89,7 +106,7 @@ impl<'a> Selection<'a> {
                 return Err(Refusal::Fail(format!("{unusable} of {all} observations not finite")));
             }
         }
-        let least = self.declared.observations_min.get() as usize;
+        let least = self.least;
         if count < least {
             return Err(Refusal::Unset(format!("{count} observations of at least {least}")));
         }

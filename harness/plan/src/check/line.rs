@@ -1,9 +1,132 @@
-//! Least squares against a tag: slope, intercept, correlation.
+//! `slope_within`, `intercept_within` and `correlation_within`: least squares against a tag.
 
 use super::figure::{Figure, Refusal};
-use super::jackknife::{self, Together, widening};
-use super::select::Point;
-use plan::Band;
+use super::jackknife::{self, widening};
+use super::kind::Kind;
+use super::selection::{Point, Selection};
+use crate::band::Band;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// The slope of the least-squares line lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+#[serde(deny_unknown_fields)]
+pub struct SlopeWithin {
+    /// The tag that is the abscissa.
+    pub against: String,
+    /// The band.
+    pub band: Band,
+}
+
+impl Kind for SlopeWithin {
+    fn figure_band(&self) -> Band {
+        self.band
+    }
+
+    fn figure_unit(&self, unit: &str, against: &str) -> String {
+        match against {
+            "1" => unit.to_owned(),
+            against => format!("{unit}/{against}"),
+        }
+    }
+
+    fn estimates(&self) -> bool {
+        true
+    }
+
+    fn against(&self) -> Option<&str> {
+        Some(&self.against)
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let points = selection.points(&self.against)?;
+        let line = fit(&points, 2)?;
+        let uncertainty = line.slope_uncertainty * of_few(&line, points.len());
+        let statistic = format!("slope of {} points", points.len());
+        Figure::in_band(line.slope, uncertainty, self.band, statistic)
+    }
+}
+
+/// The ordinate of the least-squares line at zero lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+#[serde(deny_unknown_fields)]
+pub struct InterceptWithin {
+    /// The tag that is the abscissa.
+    pub against: String,
+    /// The band.
+    pub band: Band,
+}
+
+impl Kind for InterceptWithin {
+    fn figure_band(&self) -> Band {
+        self.band
+    }
+
+    fn estimates(&self) -> bool {
+        true
+    }
+
+    fn against(&self) -> Option<&str> {
+        Some(&self.against)
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let points = selection.points(&self.against)?;
+        let line = fit(&points, 2)?;
+        let uncertainty = line.intercept_uncertainty * of_few(&line, points.len());
+        let statistic = format!("intercept of {} points", points.len());
+        Figure::in_band(line.intercept, uncertainty, self.band, statistic)
+    }
+}
+
+/// Pearson's correlation lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+#[serde(deny_unknown_fields)]
+pub struct CorrelationWithin {
+    /// The tag to correlate with.
+    pub against: String,
+    /// The band.
+    pub band: Band,
+}
+
+impl Kind for CorrelationWithin {
+    fn figure_band(&self) -> Band {
+        self.band
+    }
+
+    fn figure_unit(&self, _: &str, _: &str) -> String {
+        "1".to_owned()
+    }
+
+    fn estimates(&self) -> bool {
+        true
+    }
+
+    fn against(&self) -> Option<&str> {
+        Some(&self.against)
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let points = selection.points_in_time(&self.against)?;
+        let together = selection.together();
+        let count = points.len();
+        let r = fit(&points, CORRELATION_POINTS_MIN)?.correlation;
+        if r.is_nan() {
+            return Err(Refusal::Unset(format!("{count} points of the same value")));
+        }
+        let without = jackknife::uncertainty(count, together, |left_out| {
+            let rest: Vec<Point> = jackknife::rest(&points, left_out).copied().collect();
+            fit(&rest, 2).ok().map(|line| line.correlation).filter(|r| !r.is_nan())
+        });
+        // The correlation may be undefined without some block; its uncertainty is then unknown.
+        let uncertainty = without.unwrap_or(1.0);
+        let band = self.band.of_figures_within(-1.0, 1.0);
+        Figure::in_band(r, uncertainty, band, format!("correlation of {count} points"))
+    }
+}
 
 /// A straight line through points, by ordinary least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,28 +179,6 @@ impl Line {
     }
 }
 
-pub(super) fn slope_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
-    let line = fit(points, 2)?;
-    let statistic = format!("slope of {} points", points.len());
-    Figure::in_band(
-        line.slope,
-        line.slope_uncertainty * of_few(&line, points.len()),
-        band,
-        statistic,
-    )
-}
-
-pub(super) fn intercept_within(points: &[Point], band: Band) -> Result<Figure, Refusal> {
-    let line = fit(points, 2)?;
-    let statistic = format!("intercept of {} points", points.len());
-    Figure::in_band(
-        line.intercept,
-        line.intercept_uncertainty * of_few(&line, points.len()),
-        band,
-        statistic,
-    )
-}
-
 /// The factor by which few points increase the uncertainties of their line, if those come from the scatter.
 fn of_few(line: &Line, count: usize) -> f64 {
     if line.scatter == 0.0 {
@@ -90,27 +191,6 @@ fn of_few(line: &Line, count: usize) -> f64 {
 
 /// Fewest points for a correlation: two are always on a line.
 const CORRELATION_POINTS_MIN: usize = 3;
-
-/// `points` are in time order.
-pub(super) fn correlation_within(
-    points: &[Point],
-    together: Together,
-    band: Band,
-) -> Result<Figure, Refusal> {
-    let count = points.len();
-    let r = fit(points, CORRELATION_POINTS_MIN)?.correlation;
-    if r.is_nan() {
-        return Err(Refusal::Unset(format!("{count} points of the same value")));
-    }
-    let without = jackknife::uncertainty(count, together, |left_out| {
-        let rest: Vec<Point> = jackknife::rest(points, left_out).copied().collect();
-        fit(&rest, 2).ok().map(|line| line.correlation).filter(|r| !r.is_nan())
-    });
-    // The correlation may be undefined without some block; its uncertainty is then unknown.
-    let uncertainty = without.unwrap_or(1.0);
-    let band = band.of_figures_within(-1.0, 1.0);
-    Figure::in_band(r, uncertainty, band, format!("correlation of {count} points"))
-}
 
 fn fit(points: &[Point], least: usize) -> Result<Line, Refusal> {
     let count = points.len();

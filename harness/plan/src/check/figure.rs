@@ -1,24 +1,27 @@
 //! The figure that a check judges, and its comparison with the band.
 
-use plan::Band;
-use record::outcome::Verdict;
+use super::verdict::Verdict;
+use crate::band::Band;
 
 /// Ratio of expanded to standard uncertainty: about 95 % of a normal distribution.
 pub(super) const COVERAGE: f64 = 2.0;
 
 /// The figure of a check.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Figure {
-    pub(super) value: f64,
-    pub(super) uncertainty: f64,
-    pub(super) verdict: Verdict,
+pub struct Figure {
+    /// In the unit of the figure.
+    pub value: f64,
+    /// Standard uncertainty, in the same unit.
+    pub uncertainty: f64,
+    /// The comparison with the band.
+    pub verdict: Verdict,
     /// Kind of figure, as shown to the user.
-    pub(super) statistic: String,
+    pub statistic: String,
 }
 
 /// The reason why there is no figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Refusal {
+pub enum Refusal {
     /// There are too few observations.
     Unset(String),
     /// The observations cannot be judged.

@@ -1,9 +1,95 @@
-//! Checks on the mean and the root mean square of all values.
+//! `mean_within`, `rms_within` and `rms_ratio_within`: the mean and the root mean square of all values.
 
 use super::figure::{Figure, Refusal};
 use super::jackknife::{self, Together};
-use super::select::Sample;
-use plan::Band;
+use super::kind::Kind;
+use super::selection::{Sample, Selection};
+use crate::band::Band;
+use crate::number;
+use crate::quantity::QuantityName;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// The mean lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct MeanWithin(pub Band);
+
+impl Kind for MeanWithin {
+    fn figure_band(&self) -> Band {
+        self.0
+    }
+
+    fn estimates(&self) -> bool {
+        true
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let samples = selection.samples();
+        let statistic = format!("mean of {}", samples.len());
+        within(mean(&samples, selection.together()), self.0, statistic)
+    }
+}
+
+/// The root mean square lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct RmsWithin(pub Band);
+
+impl Kind for RmsWithin {
+    fn figure_band(&self) -> Band {
+        self.0
+    }
+
+    fn estimates(&self) -> bool {
+        true
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let samples = selection.samples();
+        let statistic = format!("root mean square of {}", samples.len());
+        within(rms(&samples, selection.together()), self.0, statistic)
+    }
+}
+
+/// The root mean square, over that of another quantity of the same unit, lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+#[serde(deny_unknown_fields)]
+pub struct RmsRatioWithin {
+    /// The other quantity.
+    pub to: QuantityName,
+    /// Standard uncertainty of an offset that all values of `to` in a run share, in their unit: known from a model
+    /// of their source, because their scatter does not show it.
+    #[serde(default, deserialize_with = "number::positive")]
+    #[schemars(schema_with = "number::schema::positive")]
+    pub to_offset: f64,
+    /// The band.
+    pub band: Band,
+}
+
+impl Kind for RmsRatioWithin {
+    fn figure_band(&self) -> Band {
+        self.band
+    }
+
+    fn figure_unit(&self, _: &str, _: &str) -> String {
+        "1".to_owned()
+    }
+
+    fn estimates(&self) -> bool {
+        true
+    }
+
+    fn second_quantity(&self) -> Option<(&'static str, &QuantityName)> {
+        Some(("to", &self.to))
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let (ours, theirs) = (selection.samples(), selection.second_samples());
+        ratio_within(&ours, &theirs, self.to_offset, selection.together(), self.band)
+    }
+}
 
 /// A statistic and its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,26 +142,10 @@ fn root_mean_square_of(samples: &mut dyn Iterator<Item = &Sample>) -> Option<f64
     (count > 0.0).then(|| f64::sqrt(sum / count))
 }
 
-pub(super) fn mean_within(
-    samples: &[Sample],
-    together: Together,
-    band: Band,
-) -> Result<Figure, Refusal> {
-    within(mean(samples, together), band, format!("mean of {}", samples.len()))
-}
-
-pub(super) fn rms_within(
-    samples: &[Sample],
-    together: Together,
-    band: Band,
-) -> Result<Figure, Refusal> {
-    within(rms(samples, together), band, format!("root mean square of {}", samples.len()))
-}
-
 /// Ratio of the root mean squares of `ours` and `theirs`, each in time order. A drift common to both does not count as
 /// scatter. `offset` is the standard uncertainty of an offset that `theirs` share (JCGM 100:2008, 4.3: evaluated by other
 /// means than their scatter).
-pub(super) fn ratio_within(
+fn ratio_within(
     ours: &[Sample],
     theirs: &[Sample],
     offset: f64,
@@ -167,7 +237,7 @@ mod tests {
         let ours: Vec<f64> = (0..40).map(|i| 1.0 + f64::from(i)).collect();
         let theirs: Vec<f64> = ours.iter().map(|value| 2.0 * value).collect();
         let ratio = |together| {
-            let band = plan::Band::at_most(1.0);
+            let band = crate::Band::at_most(1.0);
             ratio_within(&samples(&ours, 0.0), &samples(&theirs, 0.0), 0.0, together, band).unwrap()
         };
         assert!(ratio(InTime).uncertainty < 1e-12);
@@ -176,7 +246,7 @@ mod tests {
 
     #[test]
     fn an_offset_of_the_reference_counts_even_without_scatter() {
-        let band = plan::Band::at_most(1.0);
+        let band = crate::Band::at_most(1.0);
         let of = |theirs: &[f64]| {
             let (ours, theirs) = (samples(&[1.0; 4], 0.0), samples(theirs, 0.0));
             ratio_within(&ours, &theirs, 0.5, InTime, band).unwrap()

@@ -1,0 +1,58 @@
+//! Judges declared measurements, from their observations alone, by the [figures](plan::check) of their checks.
+//!
+//! If a band was determined with a reference as uncertain as the one used here (`band_holds_reference`), the verdict
+//! treats the observations as exact, because their uncertainty is in the band already. The figure is still shown with
+//! its uncertainty.
+//!
+//! An observation that is not finite fails every check that uses it. A figure that cannot be formed is
+//! [`Verdict::Unset`], and the statistic states why. The order of the observations does not matter: they are sorted by
+//! time, if they have one.
+
+use plan::Declared;
+use plan::check::Refusal;
+use plan::observation::Observations;
+use record::outcome::{Measurement, Outcome, Verdict};
+
+/// Judges every measurement of a plan. [`Outcome::Passed`] if all are acceptable, otherwise [`Outcome::Failed`].
+pub fn judge_all(
+    declared: &[Declared],
+    observations: &Observations,
+) -> (Vec<Measurement>, Outcome) {
+    let measurements: Vec<_> =
+        declared.iter().map(|declared| judge(declared, observations)).collect();
+    let passed = measurements.iter().all(|measurement| measurement.verdict.is_acceptable());
+    (measurements, if passed { Outcome::Passed } else { Outcome::Failed })
+}
+
+/// Judges one measurement. `observations` may contain other quantities and be in any order.
+pub fn judge(declared: &Declared, observations: &Observations) -> Measurement {
+    let (check, selection) = (declared.check.kind(), declared.select(observations));
+    let bounds = check.figure_band();
+    let judged = selection.complete().and_then(|()| check.figure(&selection));
+    let (value, uncertainty, verdict, statistic) = match judged {
+        Ok(found) if declared.band_holds_reference => {
+            let exact = check.figure(&selection.taken_as_exact());
+            let verdict = exact.map_or(found.verdict, |exact| exact.verdict);
+            (Some(found.value), found.uncertainty, verdict, found.statistic)
+        }
+        Ok(found) => (Some(found.value), found.uncertainty, found.verdict, found.statistic),
+        Err(Refusal::Unset(why)) => (None, 0.0, Verdict::Unset, why),
+        Err(Refusal::Fail(why)) => (None, 0.0, Verdict::Fail, why),
+    };
+    Measurement {
+        name: declared.name.as_str().to_owned(),
+        value,
+        unit: declared.unit.clone(),
+        lower: bounds.lower(),
+        upper: bounds.upper(),
+        verdict,
+        paper: declared.paper.clone(),
+        statistic,
+        uncertainty,
+        observations: selection.len() as u64,
+        proves: declared.proves,
+    }
+}
+
+#[cfg(test)]
+mod tests;

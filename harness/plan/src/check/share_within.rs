@@ -1,0 +1,52 @@
+//! `share_within`: the share of the values in a band.
+
+use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear};
+use super::kind::Kind;
+use super::selection::{Sample, Selection};
+use crate::band::Band;
+use crate::number;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// At least a share of the values lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+#[serde(deny_unknown_fields)]
+pub struct ShareWithin {
+    /// The least share.
+    #[serde(deserialize_with = "number::share")]
+    #[schemars(schema_with = "number::schema::share")]
+    pub share: f64,
+    /// The band.
+    pub band: Band,
+}
+
+impl Kind for ShareWithin {
+    fn figure_band(&self) -> Band {
+        Band::at_least(self.share)
+    }
+
+    fn figure_unit(&self, _: &str, _: &str) -> String {
+        "1".to_owned()
+    }
+
+    fn value_band(&self) -> Option<Band> {
+        Some(self.band)
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        let samples = selection.samples();
+        let count = samples.len();
+        let share = |coverage: f64| {
+            let clear = |s: &&Sample| is_clear(s.value, s.uncertainty, self.band, coverage);
+            samples.iter().filter(clear).count() as f64 / count as f64
+        };
+        let value = share(0.0);
+        Ok(Figure {
+            value,
+            uncertainty: (share(-1.0) - share(1.0)) / 2.0,
+            verdict: graded(value >= self.share, share(COVERAGE) >= self.share),
+            statistic: format!("share of {count} inside {}", self.band),
+        })
+    }
+}

@@ -1,0 +1,34 @@
+//! Verdict on a measurement.
+
+use serde::{Deserialize, Serialize};
+
+/// Verdict on a measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Inside the band by at least the measurement's own expanded uncertainty (k = 2).
+    Pass,
+    /// Inside the band, by less than the measurement's own expanded uncertainty (k = 2).
+    Marginal,
+    /// Outside the band.
+    Fail,
+    /// Declared but never measured. Counts as a failure.
+    Unset,
+}
+
+impl Verdict {
+    /// Whether a run with this verdict can still pass.
+    pub const fn is_acceptable(self) -> bool {
+        matches!(self, Self::Pass | Self::Marginal)
+    }
+
+    /// Its name, as in `summary.json`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Marginal => "marginal",
+            Self::Fail => "fail",
+            Self::Unset => "unset",
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! `all_within` and `never_outside`: the worst value.
+
+use super::figure::{Figure, Refusal, verdict};
+use super::kind::Kind;
+use super::selection::{Sample, Selection};
+use super::verdict::Verdict;
+use crate::band::Band;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Every value lies in the band.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+pub struct AllWithin(pub Band);
+
+impl Kind for AllWithin {
+    fn figure_band(&self) -> Band {
+        self.0
+    }
+
+    fn value_band(&self) -> Option<Band> {
+        Some(self.0)
+    }
+
+    fn needs_every_value(&self) -> bool {
+        true
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        worst(&selection.samples(), self.0, "")
+    }
+}
+
+/// Every value observed during a phase lies in the band, and there is at least one.
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
+#[schemars(inline)]
+#[serde(deny_unknown_fields)]
+pub struct NeverOutside {
+    /// The band.
+    pub band: Band,
+    /// Name or label of a step.
+    pub during: String,
+}
+
+impl Kind for NeverOutside {
+    fn figure_band(&self) -> Band {
+        self.band
+    }
+
+    fn value_band(&self) -> Option<Band> {
+        Some(self.band)
+    }
+
+    fn needs_every_value(&self) -> bool {
+        true
+    }
+
+    fn during(&self) -> Option<&str> {
+        Some(&self.during)
+    }
+
+    fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
+        worst(&selection.samples(), self.band, &format!(" during {}", self.during))
+    }
+}
+
+/// The worst value: by verdict, then by distance to the nearer end of the band, then by magnitude.
+fn worst(samples: &[Sample], band: Band, when: &str) -> Result<Figure, Refusal> {
+    let rank = |sample: &Sample| {
+        let verdict = verdict(sample.value, sample.uncertainty, band);
+        let badness = match verdict {
+            Verdict::Fail | Verdict::Unset => 2,
+            Verdict::Marginal => 1,
+            Verdict::Pass => 0,
+        };
+        (badness, -band.margin(sample.value))
+    };
+    let worst = samples.iter().max_by(|a, b| {
+        let ((a_badness, a_depth), (b_badness, b_depth)) = (rank(a), rank(b));
+        let by_depth = a_badness.cmp(&b_badness).then(a_depth.total_cmp(&b_depth));
+        // Of equals the greater, regardless of order.
+        by_depth.then(a.value.total_cmp(&b.value))
+    });
+    let Some(worst) = worst else {
+        return Err(Refusal::Unset("no observation".to_owned()));
+    };
+    let statistic = format!("worst of {}{when}", samples.len());
+    Figure::in_band(worst.value, worst.uncertainty, band, statistic)
+}
