@@ -22,6 +22,7 @@ mod identify;
 mod j1939;
 mod learned_gyro;
 mod lines_at_fault;
+mod many_messages;
 mod message_faults;
 mod motion;
 mod mutants;

@@ -234,9 +234,10 @@ pub fn alone(rig: &mut Rig, description: &Arc<Description>, seed: u64) -> usize 
         end(device, PortId(0), Device::Device, DEVICE),
     ];
     let layout = description.layout();
-    let line = match layout.medium() {
+    let mut line = match layout.medium() {
         Medium::Can => Line::can(RigLine::of_device(layout).rates(), ends.into()),
         Medium::Serial(settings) => Line::serial(settings, ends),
     };
+    line.expect_messages(layout, Some(Sender::Device));
     rig.line(DEVICE, line.unrecorded())
 }

@@ -1,6 +1,7 @@
 //! A line between nodes: both directions of a serial line, or a CAN bus that all ends receive.
 
 use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
+use described::{Layout, Sender};
 use plan::faults::Chance;
 use plan::faults::{FaultKind, Toward};
 use record::Device;
@@ -48,7 +49,7 @@ enum Wire {
     Direct(VecDeque<(EndId, Transmit)>),
 }
 
-/// Most items on a direct line; more are dropped and counted.
+/// Most items on a direct line unless [more are expected](Line::expect_messages); those beyond are dropped and counted.
 const DIRECT_MAX: usize = 1_024;
 
 /// One line of a rig.
@@ -59,6 +60,8 @@ pub struct Line {
     ends: Vec<End>,
     /// Whether its traffic is recorded and decoded.
     is_recorded: bool,
+    /// Items expected on a direct line.
+    expected: usize,
     dropped: u64,
     /// See [`Self::next_arrival`]: cached, because it is needed at every event.
     next_arrival: Timestamp,
@@ -94,9 +97,22 @@ impl Line {
             tampering: Tampering::default(),
             ends,
             is_recorded: true,
+            expected: 0,
             dropped: 0,
             next_arrival: Timestamp::MAX,
             struck_last: 0,
+        }
+    }
+
+    /// Makes room for all messages that this sender may have to send at once, twice: those of one period may still wait
+    /// when the next are due.
+    pub fn expect_messages(&mut self, layout: &Layout, sender: Option<Sender>) {
+        let sent = layout.messages().iter().filter(|message| Some(message.sender) == sender);
+        let expected = 2 * sent.count();
+        match &mut self.wire {
+            Wire::Serial(ways) => ways.iter_mut().for_each(|way| way.expect(expected)),
+            Wire::Can(bus) => bus.expect(expected),
+            Wire::Direct(_) => self.expected += expected,
         }
     }
 
@@ -152,7 +168,7 @@ impl Line {
                 }
             }
             (Wire::Can(bus), Transmit::Frame(frame)) => bus.send(now, from, frame),
-            (Wire::Direct(queue), what) if queue.len() < DIRECT_MAX => {
+            (Wire::Direct(queue), what) if queue.len() < self.expected.max(DIRECT_MAX) => {
                 queue.push_back((from, what));
             }
             (Wire::Direct(_), _) => self.dropped += 1,
@@ -200,6 +216,14 @@ impl Line {
     }
 
     /// Number of items dropped for lack of room.
+    pub fn no_room(&self) -> u64 {
+        match &self.wire {
+            Wire::Can(bus) => bus.no_room(),
+            Wire::Serial(_) | Wire::Direct(_) => self.dropped(),
+        }
+    }
+
+    /// Number of items dropped for any reason.
     pub fn dropped(&self) -> u64 {
         match &self.wire {
             Wire::Serial(ways) => ways.iter().map(SerialLine::dropped).sum(),

@@ -29,6 +29,13 @@ impl Rig {
                 ));
             }
         }
+        for (name, line) in self.line_names.iter().zip(&self.lines) {
+            let lost = line.no_room();
+            if lost > 0 {
+                remarks
+                    .push(format!("{lost} messages were lost on {name}: too many waited for it"));
+            }
+        }
         for node in &self.nodes {
             let Part::Described(described) = &node.part else { continue };
             let device = &described.device;

@@ -77,6 +77,7 @@ impl Rig {
         decoder: Decoder,
         judged: bool,
     ) {
+        self.lines[line].expect_messages(decoder.layout(), decoder.sender());
         let out_of_range = BTreeMap::new();
         self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range });
     }

@@ -220,7 +220,7 @@ BA_ "GenMsgSendType" BO_ 256 1;
 
     #[test]
     fn after_a_change_it_is_sent_faster_for_a_while() {
-        let layout = Layout::from_dbcs(&[("x.dbc", DBC)], &|node| node == "Host").unwrap();
+        let layout = Layout::from_dbc("x.dbc", DBC, "Host").unwrap();
         let mut tester = Tester::new(layout, Sender::Device);
         let send = |speed: f64, every: Option<Span>| Send {
             message: "Command".to_owned(),

@@ -4,11 +4,8 @@
 use super::traffic::{LOAD_MAX, Waits, assumed_period, load, period};
 use super::written::{key, number, text};
 use super::{ProjectFile, Template, with_schemas};
-use described::{
-    DbcNode, FileError, Layout, Message, NOBODY, Note, Sender, Signal, dbc_nodes, dbc_text,
-};
+use described::{Dbc, DbcNode, FileError, Layout, Message, NOBODY, Note, Sender, Signal, dbc_text};
 use plan::{FILE_LEN_MAX, Name, QuantityName, STEPS_MAX, unit_of};
-use rig::link::FRAMES_MAX;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use wire::time::Span;
@@ -62,9 +59,9 @@ pub fn from_dbc(
     bytes: &[u8],
     node: Option<&str>,
 ) -> Result<FromDbc, FromDbcError> {
-    let text = dbc_text(bytes);
+    let dbc = Dbc::parse(file, &dbc_text(bytes)).map_err(Box::new)?;
     let sending = || -> Result<String, FromDbcError> {
-        let mut nodes = dbc_nodes(file, &text).map_err(Box::new)?;
+        let mut nodes = dbc.nodes().to_vec();
         nodes.retain(|node| node.messages > 0);
         match nodes.as_slice() {
             [] => Err(FromDbcError::Empty(file.to_owned())),
@@ -73,7 +70,7 @@ pub fn from_dbc(
         }
     };
     let node = node.map_or_else(sending, |node| Ok(node.to_owned()))?;
-    let layout = Layout::from_dbc(file, &text, &node).map_err(Box::new)?;
+    let layout = dbc.layout(&node).map_err(Box::new)?;
     let of_template = Template::Can.named(name);
     let benches = of_template.into_iter().filter(|file| file.path.starts_with("benches"));
     let readme = include_str!("from_dbc.md").replace("mydevice", name.as_str());
@@ -96,10 +93,9 @@ pub(super) fn of(layout: &Layout, sender: Sender) -> impl Iterator<Item = &Messa
 }
 
 /// Returns the messages that the plan sends: all that the device receives, except the most frequent ones if the bus has
-/// no room for them beside those of the device, or if the plan would have too many steps. All are due at once.
+/// no room for them beside those of the device, or if the plan would have too many steps.
 fn told(layout: &Layout, assumed: Span) -> Vec<&Message> {
     let mut room = LOAD_MAX - load(of(layout, Sender::Device), assumed);
-    let waiting = FRAMES_MAX.saturating_sub(of(layout, Sender::Device).count());
     let mut slowest_first: Vec<&Message> = of(layout, Sender::Host).collect();
     slowest_first.sort_by_key(|message| std::cmp::Reverse(period(message, assumed)));
     let fits = |message: &&Message| {
@@ -109,7 +105,7 @@ fn told(layout: &Layout, assumed: Span) -> Vec<&Message> {
     let names: BTreeSet<&str> = slowest_first
         .into_iter()
         .take_while(fits)
-        .take(waiting.min(STEPS_MAX - 1))
+        .take(STEPS_MAX - 1)
         .map(|message| message.name.as_str())
         .collect();
     of(layout, Sender::Host).filter(|message| names.contains(message.name.as_str())).collect()

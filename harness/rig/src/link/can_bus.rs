@@ -14,9 +14,8 @@ use waiting::Waiting;
 use wire::can::{BitRates, CanFrame};
 use wire::time::Timestamp;
 
-/// Most frames that wait for the bus; more are dropped and counted. Assumption: no DBC has as many messages that are
-/// sent at the same time.
-pub const FRAMES_MAX: usize = 1_024;
+/// Most frames that wait for the bus unless [more are expected](CanBus::expect); those beyond are dropped and counted.
+const FRAMES_MAX: usize = 1_024;
 
 /// A bus that every node receives; `from` names the sender.
 #[derive(Debug, Clone)]
@@ -24,6 +23,8 @@ pub struct CanBus<Node> {
     rates: BitRates,
     waiting: Waiting<Node>,
     on_bus: Option<(Timestamp, Node, CanFrame)>,
+    expected: usize,
+    no_room: u64,
     dropped: u64,
     faulty: Option<Box<Faulty<Node>>>,
 }
@@ -36,15 +37,32 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 
     /// An idle bus of these rates.
     pub const fn at(rates: BitRates) -> Self {
-        Self { rates, waiting: Waiting::new(), on_bus: None, dropped: 0, faulty: None }
+        Self {
+            rates,
+            waiting: Waiting::new(),
+            on_bus: None,
+            expected: 0,
+            no_room: 0,
+            dropped: 0,
+            faulty: None,
+        }
+    }
+
+    /// So many frames more may wait at once.
+    pub const fn expect(&mut self, frames: usize) {
+        self.expected += frames;
     }
 
     /// Sends a frame. It goes at once if the bus is idle, else it takes part in the next arbitration. A classic bus
     /// drops CAN FD frames.
     pub fn send(&mut self, now: Timestamp, from: Node, frame: CanFrame) {
         let is_foreign = frame.fd_flags().is_some() && self.rates.data.is_none();
-        if is_foreign || self.waiting.len() >= FRAMES_MAX || !self.may_send(now, from) {
+        if is_foreign || !self.may_send(now, from) {
             self.dropped += 1;
+            return;
+        }
+        if self.waiting.len() >= self.expected.max(FRAMES_MAX) {
+            self.no_room += 1;
             return;
         }
         if self.on_bus.is_none() && self.faulty.is_none() {
@@ -78,7 +96,12 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 
     /// Frames dropped because the queue was full, their node was bus-off, or the bus is classic.
     pub const fn dropped(&self) -> u64 {
-        self.dropped
+        self.dropped + self.no_room
+    }
+
+    /// Those of them for which the queue had no room.
+    pub const fn no_room(&self) -> u64 {
+        self.no_room
     }
 
     fn arbitrate(&mut self, now: Timestamp) {
@@ -159,6 +182,17 @@ mod tests {
         for _ in 0..FRAMES_MAX + 5 {
             bus.send(Timestamp::ZERO, (), frame(1));
         }
-        assert_eq!(bus.dropped(), 4);
+        assert_eq!((bus.dropped(), bus.no_room()), (4, 4));
+    }
+
+    #[test]
+    fn all_that_is_expected_has_room() {
+        let mut bus = CanBus::new();
+        bus.expect(FRAMES_MAX);
+        bus.expect(5);
+        for _ in 0..FRAMES_MAX + 8 {
+            bus.send(Timestamp::ZERO, (), frame(1));
+        }
+        assert_eq!(bus.no_room(), 2);
     }
 }

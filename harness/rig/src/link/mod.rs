@@ -5,7 +5,7 @@ mod gilbert_elliott;
 mod serial_line;
 mod tampering;
 
-pub use can_bus::{CanBus, ErrorCounters, ErrorState, FRAMES_MAX, StateChange};
+pub use can_bus::{CanBus, ErrorCounters, ErrorState, StateChange};
 pub use gilbert_elliott::GilbertElliott;
-pub use serial_line::{PACKETS_MAX, SerialLine};
+pub use serial_line::SerialLine;
 pub use tampering::{Struck, Tampering};

@@ -9,8 +9,8 @@ use wire::packet::Packet;
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
-/// Most packets that wait for the line; more are dropped and counted.
-pub const PACKETS_MAX: usize = 256;
+/// Most packets that wait for the line unless [more are expected](SerialLine::expect); those beyond are dropped and counted.
+const PACKETS_MAX: usize = 256;
 
 /// One direction of a serial line, paced by its baud rate.
 #[derive(Debug, Clone)]
@@ -18,6 +18,7 @@ pub struct SerialLine {
     settings: SerialSettings,
     under_way: VecDeque<(Timestamp, Packet)>,
     busy_until: Timestamp,
+    expected: usize,
     dropped: u64,
     faulty: Option<Box<Faulty>>,
 }
@@ -29,9 +30,19 @@ impl SerialLine {
             settings,
             under_way: VecDeque::new(),
             busy_until: Timestamp::ZERO,
+            expected: 0,
             dropped: 0,
             faulty: None,
         }
+    }
+
+    /// So many packets more may wait at once.
+    pub const fn expect(&mut self, packets: usize) {
+        self.expected += packets;
+    }
+
+    fn is_full(&self) -> bool {
+        self.under_way.len() >= self.expected.max(PACKETS_MAX)
     }
 
     /// Sends a packet after those already on the line.
@@ -39,7 +50,7 @@ impl SerialLine {
         if self.faulty.is_some() {
             return self.send_faulty(now, packet);
         }
-        if self.under_way.len() >= PACKETS_MAX {
+        if self.is_full() {
             self.dropped += 1;
             return;
         }

@@ -1,7 +1,7 @@
 //! A faulty serial line: layers that bytes pass before they are on the line.
 
+use super::SerialLine;
 use super::uart;
-use super::{PACKETS_MAX, SerialLine};
 use crate::link::gilbert_elliott::GilbertElliott;
 use plan::faults::Chance;
 use plan::faults::FaultKind;
@@ -104,7 +104,7 @@ impl SerialLine {
         self.busy_until = self.busy_until.max(now) + on_line;
         let at = self.busy_until.max(not_before);
         for chunk in bytes.chunks(BYTES_MAX) {
-            if self.under_way.len() >= PACKETS_MAX {
+            if self.is_full() {
                 self.dropped += 1;
             } else if let Some(packet) = Packet::from_slice(chunk) {
                 self.under_way.push_back((at, packet));
