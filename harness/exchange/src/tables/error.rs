@@ -10,11 +10,11 @@ pub enum TablesError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// The folder holds a foreign package, or a table without a package.
-    #[error("refused to replace {}: it is of no package of tables", path.display())]
+    /// The folder holds files, and is none of an export.
+    #[error("refused to replace {}: it holds files and is no package of tables", path.display())]
     #[diagnostic(help("choose another folder: hil export RUN --tables DIR"))]
     Foreign {
-        /// The package, or the table.
+        /// The folder.
         path: PathBuf,
     },
     /// A file cannot be written.

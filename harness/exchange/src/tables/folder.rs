@@ -50,14 +50,10 @@ impl Folder {
             let each = |table| Format::ALL.map(|format| path.join(file_name(table, format)));
             Table::ALL.into_iter().flat_map(each)
         };
-        if !index.exists()
-            && let Some(path) = tables().find(|file| file.symlink_metadata().is_ok())
-        {
-            return Err(TablesError::Foreign { path });
-        }
-        if index.exists() {
+        let mut entries = fs::read_dir(path).map_err(|source| failed(path, source))?;
+        if entries.next().is_some() {
             if !is_ours(&index) {
-                return Err(TablesError::Foreign { path: index });
+                return Err(TablesError::Foreign { path: path.to_owned() });
             }
             for file in tables().filter(|file| file.exists()) {
                 fs::remove_file(&file).map_err(|source| failed(&file, source))?;

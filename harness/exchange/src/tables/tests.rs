@@ -207,17 +207,20 @@ fn an_export_replaces_its_own_files_and_no_others() {
 }
 
 #[test]
-fn a_table_of_somebody_else_stays() {
+fn a_folder_of_somebody_else_stays_as_it_is() {
     let dir = tempfile::tempdir().unwrap();
     let run = folder(&dir.path().join("run"), one_of_each(), true);
     let out = dir.path().join("tables");
     std::fs::create_dir(&out).unwrap();
-    std::fs::write(out.join("states.csv"), "mine").unwrap();
+    std::fs::write(out.join("thesis.txt"), "mine").unwrap();
     let export = || export(&run, survey(&run).unwrap(), &out, Format::Parquet, Ears::of_base());
     let error = export().unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().contains("states.csv"), "{error}");
+    assert!(
+        error.is_bad_input() && error.to_string().contains("tables: it holds files"),
+        "{error}"
+    );
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1);
-    std::fs::remove_file(out.join("states.csv")).unwrap();
+    std::fs::remove_file(out.join("thesis.txt")).unwrap();
     export().unwrap();
 }
 

@@ -14,15 +14,15 @@ use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::operator::OperatorArguments;
-use super::own::only_ours;
+use super::own::ours_or_empty;
 use super::progress::Screen;
 use super::repetition::RepetitionArguments;
 use super::say;
 use super::setup::{Setup, SetupArguments};
 use account::{Kept, Place};
 use campaign::{
-    self, ACCOUNT, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search,
-    Settings, Space,
+    self, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search, Settings,
+    Space,
 };
 use clap::{Args, ValueEnum};
 use harness::executors::Simulated;
@@ -32,7 +32,6 @@ use plan::faults::{FaultKind, Target};
 use plan::library::{Kind, Library};
 use plan::made::Made;
 use record::outcome::Outcome;
-use record::run_folder::{JUNIT, RECORD, REPORT, SUMMARY};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -267,7 +266,7 @@ impl CampaignArguments {
     fn opened(&self, prepared: &Prepared) -> Result<PathBuf, Failure> {
         let folder = self.folder("campaign", prepared);
         let ours = folder.join(JOURNAL).is_file();
-        only_ours(&folder, ours, [ACCOUNT, REPORT, JUNIT, SUMMARY, RECORD])?;
+        ours_or_empty(&folder, ours)?;
         std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
         Ok(folder)
     }

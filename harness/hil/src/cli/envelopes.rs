@@ -3,7 +3,7 @@
 use super::build_server::SummaryArguments;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
-use super::own::only_ours;
+use super::own::ours_or_empty;
 use super::progress::Screen;
 use super::say;
 use campaign::{self, Case, CaseResult, Envelope, EnvelopeSettings, Executor, Kept, Measured};
@@ -15,7 +15,7 @@ use plan::confidence::{Z_95, trials_min};
 use plan::faults::{Fault, FaultKind, Target};
 use plan::{DeclaredEnvelope, struck_by};
 use record::outcome::Outcome;
-use record::run_folder::{JUNIT, RECORD, REPORT, RunFolderError, SUMMARY};
+use record::run_folder::{JUNIT, REPORT, RunFolderError};
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -91,8 +91,8 @@ impl EnvelopeArguments {
             Some(name) => vec![self.one(name, means.prepared)?],
             None => declared(means.prepared)?,
         };
-        let ours = folder.join(FIGURES).is_file();
-        only_ours(folder, ours, [REPORT, JUNIT, SUMMARY, RECORD])?;
+        let ours = [FIGURES, JOURNAL].iter().any(|name| folder.join(name).is_file());
+        ours_or_empty(folder, ours)?;
         std::fs::create_dir_all(folder).map_err(|source| Failure::file(folder, source))?;
         let (horizon, _) = means.executor.without_faults(means.seed);
         let kept = Kept::open(means.executor, &folder.join(JOURNAL), &means.what)?;

@@ -5,7 +5,7 @@ use super::export_device::{self, Fmi};
 use super::export_whole::{self, TableFormat};
 use super::failure::Failure;
 use super::measured::{plain_name, tell};
-use super::own::only_ours;
+use super::own::ours_or_empty;
 use super::progress::Screen;
 use super::say;
 use bus_log::LogWriter;
@@ -170,7 +170,7 @@ impl ExportArguments {
         let name = || format!("{}-{}", plain_name(&dataset.name), dataset.kind.name());
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("data").join(name()));
         let title = format!("{}{OF_THE_RUN}{}", dataset.kind.name(), dataset.name);
-        only_ours(&out, is_export(&out), [DESCRIPTOR, "data.csv", "data.csv.gz"])?;
+        ours_or_empty(&out, is_export(&out))?;
         let options = WriteOptions {
             compressed: self.gzip,
             title: Some(title),

@@ -20,6 +20,18 @@ pub(super) fn only_ours<'a>(
     }
 }
 
+/// Refuses a folder that holds anything, unless it is `ours`.
+pub(super) fn ours_or_empty(folder: &Path, ours: bool) -> Result<(), Failure> {
+    let holds_any = std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    if ours || !holds_any {
+        return Ok(());
+    }
+    Err(Failure::arguments(
+        format!("refused to write to {}: it holds files of others", folder.display()),
+        "choose another folder with --out, or empty this one",
+    ))
+}
+
 /// Whether the file of this name holds a JSON object with this field.
 pub(super) fn has_field(folder: &Path, name: &str, field: &str) -> bool {
     let text = std::fs::read(folder.join(name)).ok();
@@ -29,7 +41,7 @@ pub(super) fn has_field(folder: &Path, name: &str, field: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{has_field, only_ours};
+    use super::{has_field, only_ours, ours_or_empty};
 
     #[test]
     fn a_file_of_somebody_else_stays_and_is_named() {
@@ -40,6 +52,17 @@ mod tests {
         assert!(error.to_string().contains("report.html: another program"), "{error}");
         assert!(only_ours(folder.path(), true, ["report.html"]).is_ok());
         assert!(only_ours(folder.path(), false, ["junit.xml"]).is_ok());
+    }
+
+    #[test]
+    fn a_folder_of_somebody_else_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(ours_or_empty(&folder.path().join("new"), false).is_ok(), "nothing is there");
+        assert!(ours_or_empty(folder.path(), false).is_ok(), "it is empty");
+        std::fs::write(folder.path().join("thesis.txt"), "mine").unwrap();
+        let error = ours_or_empty(folder.path(), false).unwrap_err().to_string();
+        assert!(error.contains(&format!("to {}: ", folder.path().display())), "{error}");
+        assert!(ours_or_empty(folder.path(), true).is_ok());
     }
 
     #[test]

@@ -130,3 +130,16 @@ fn a_title_without_end_is_cut_in_tables_and_whole_in_json() {
     assert!(listed.matches('t').count() < 10_000, "{}", listed.len());
     assert!(hil.run(&["list", "plans", "--json"]).exits(0).out.contains(&title));
 }
+
+#[test]
+fn a_campaign_leaves_a_folder_of_others_alone() {
+    let plan = TURN.replace("steps = [", "steps = [\n    { use_calibration = \"temperature\" },");
+    let hil = Hil::with_plan(&plan);
+    let ran = hil.run(&["campaign", "./turn.toml", "--cases", "1", "--out", "."]).exits(2);
+    assert!(ran.err.contains("refused to write to .: it holds files of others"), "{}", ran.err);
+    assert!(!hil.path("cases.jsonl").exists() && !hil.path("report.html").exists());
+    hil.run(&["campaign", "./turn.toml", "--cases", "1", "--shrink-max", "0", "--out", "found"]);
+    assert!(hil.path("found/cases.jsonl").is_file(), "a new folder");
+    hil.run(&["campaign", "./turn.toml", "--cases", "1", "--shrink-max", "0", "--out", "found"]);
+    assert!(hil.path("found/report.html").is_file(), "its own folder again");
+}
