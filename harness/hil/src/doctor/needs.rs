@@ -39,6 +39,8 @@ pub struct Needs {
     pub ptys: Vec<String>,
     /// What needs our controller as a program.
     pub our_controller: Option<String>,
+    /// Plans are named, and none has a robot or a table for our controller.
+    pub no_robot: bool,
     /// Programs under test.
     pub programs: Vec<ProgramNeed>,
     /// How late the harness may be, and which file states that.
@@ -60,6 +62,8 @@ impl Needs {
                 }
             }
         }
+        let robots = prepared.iter().filter(|one| one.rig.robot.is_some()).count();
+        needs.no_robot = !prepared.is_empty() && robots == 0;
         let Some(name) = bench else { return needs };
         match BenchFile::load(name) {
             Err(error) => needs.findings.push(plans::unusable(&format!("bench {name}"), &error)),

@@ -38,15 +38,17 @@ const INTERPRETERS: [&str; 6] = ["python", "sh", "bash", "node", "perl", "ruby"]
 const FIRST_LINE_MAX: u64 = 256;
 
 pub(super) fn judge(facts: &ProgramFacts, needs: &Needs, findings: &mut Vec<Finding>) {
-    findings.push(match &facts.our_controller {
-        Some(path) => Finding::good("k2a-controller", path.display().to_string()),
-        None => Finding::gap(
-            "k2a-controller",
-            "our controller is not beside hil, nor where PATH leads",
-            "cargo install --path harness/hil\n# or run with --controller in-process",
-            needs.our_controller.clone(),
-        ),
-    });
+    if !needs.no_robot || needs.our_controller.is_some() {
+        findings.push(match &facts.our_controller {
+            Some(path) => Finding::good("k2a-controller", path.display().to_string()),
+            None => Finding::gap(
+                "k2a-controller",
+                "our controller is not beside hil, nor where PATH leads",
+                "cargo install --path harness/hil\n# or run with --controller in-process",
+                needs.our_controller.clone(),
+            ),
+        });
+    }
     for need in &needs.programs {
         let found = facts.under_test.iter().find(|found| found.words == need.words);
         findings.extend(need.words.first().map(|program| judge_program(program, found, &need.by)));

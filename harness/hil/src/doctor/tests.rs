@@ -317,6 +317,8 @@ fn a_rig_needs_its_programs_and_the_ports_of_its_lines_and_no_controller_of_ours
         shown += "\n";
     }
     insta::assert_snapshot!(shown.replace(&*folder.path().to_string_lossy(), "."));
+    // No robot, no controller of ours.
+    assert!(examine(&facts, &alone).iter().all(|finding| finding.subject != "k2a-controller"));
     // Without plans, a bench with lines needs only those.
     let path = folder.path().join("mine.toml");
     let lines = Needs::read(path.to_str(), &[]);
