@@ -188,6 +188,18 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Notes what is done about a defect of a section.
+    fn note(&mut self, section: &str, at: &Range<usize>, what: String) {
+        self.notes.push(Note {
+            file: self.file.to_owned(),
+            line: self.text[..at.start].matches('\n').count() + 1,
+            message: format!("[{section}]"),
+            signal: None,
+            is_left_out: false,
+            what,
+        });
+    }
+
     fn object(&mut self, index: u16) -> Result<(), FileError> {
         let section = format!("{index:04x}");
         let kind = self.number(&section, "objecttype")?.unwrap_or(7);
@@ -211,17 +223,11 @@ impl<'a> Reader<'a> {
             let at = self.value(&section, "subnumber").map(|(_, at)| at);
             let at = at.unwrap_or_else(|| self.sections[&section].at.clone());
             let said = said.map_or("nothing".to_owned(), |said| said.to_string());
-            self.notes.push(Note {
-                file: self.file.to_owned(),
-                line: self.text[..at.start].matches('\n').count() + 1,
-                message: format!("[{index:04X}]"),
-                signal: None,
-                is_left_out: false,
-                what: format!(
-                    "its SubNumber says {said}, and the file has {} sub-indices: these are used",
-                    subs.len()
-                ),
-            });
+            let what = format!(
+                "its SubNumber says {said}, and the file has {} sub-indices: these are used",
+                subs.len()
+            );
+            self.note(&format!("{index:04X}"), &at, what);
         }
         subs.iter().try_for_each(|(name, sub)| self.entry(index, *sub, name, Some(&title)))
     }
@@ -316,8 +322,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// The limits of a number, within those of its type.
-    fn limits(&self, section: &str, kind: Kind) -> Result<(f64, f64), FileError> {
+    /// The limits of a number, within those of its type. Limits that contradict each other are noted and not used.
+    fn limits(&mut self, section: &str, kind: Kind) -> Result<(f64, f64), FileError> {
         let Kind::Number(coding, bits) = kind else { return Ok((f64::MIN, f64::MAX)) };
         let (least, greatest) = coding.limits(bits);
         let limit = |key: &str| -> Result<Option<f64>, FileError> {
@@ -330,7 +336,10 @@ impl<'a> Reader<'a> {
             return Ok(ends);
         }
         let at = self.value(section, "highlimit").map_or(0..0, |(_, at)| at);
-        Err(self.mistake(at, "the HighLimit is below the LowLimit"))
+        let (low, high) = ends;
+        let what = format!("its HighLimit {high} is below its LowLimit {low}: neither is used");
+        self.note(section, &at, what);
+        Ok((least, greatest))
     }
 
     /// The bytes of a value. Hexadecimal numbers of signed types may be their two's complement.

@@ -239,7 +239,6 @@ fn mistakes_have_a_place_in_the_device_file_or_the_eds() {
         swap("[state.goal]", "[state.controlword]"),
         swap("code = 0x4310", "code = 0x10"),
         swap("AccessType=const", "AccessType=rx"),
-        swap("LowLimit=1\nHighLimit=3", "LowLimit=4\nHighLimit=3"),
         swap("DefaultValue=30000", "DefaultValue=0x1FFFFFFFF"),
         swap("[6502]", "[6502"),
     ];
@@ -262,6 +261,15 @@ fn sub_indices_are_those_of_the_file_whatever_their_number_says() {
     assert!(note.to_string().contains("SubNumber says 6, and the file has 5"), "{note}");
     let without = EDS.replacen("SubNumber=5\n", "", 1);
     assert_eq!(described(DRIVE, &without).unwrap().layout().notes().len(), 1);
+}
+
+#[test]
+fn limits_that_contradict_each_other_are_noted_and_not_used() {
+    let wrong = EDS.replacen("LowLimit=1\nHighLimit=3", "LowLimit=4\nHighLimit=3", 1);
+    assert_ne!(wrong, EDS);
+    let found = described(DRIVE, &wrong).unwrap();
+    let [note] = found.layout().notes() else { panic!("{:?}", found.layout().notes()) };
+    assert!(note.to_string().contains("its HighLimit 3 is below its LowLimit 4"), "{note}");
 }
 
 #[test]
