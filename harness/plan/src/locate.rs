@@ -16,6 +16,10 @@ pub(super) fn locate(text: &str, path: &[Segment]) -> Range<usize> {
         if let Segment::Text(within) = segment {
             return part(text, found, within);
         }
+        if let (Segment::Entry(name), Some(known)) = (segment, table) {
+            let Some((key, value)) = known.get_key_value(name.as_str()) else { break };
+            return key.span().start..value.span().end;
+        }
         let value = match (segment, table, array) {
             (Segment::Key(key), Some(table), _) => table.get(*key),
             (Segment::Index(index), _, Some(array)) => array.get(*index),

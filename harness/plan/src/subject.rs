@@ -109,7 +109,7 @@ impl<'a> Subject<'a> {
         let Some(message) = known else { return Ok(()) };
         let signals = &message.signals;
         for (name, value) in &send.set {
-            let here = [Segment::Key("set")];
+            let here = [Segment::Key("set"), Segment::Entry(name.clone())];
             let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
                 let known: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
                 let message = format!("`{}` has no signal `{name}`", send.message);

@@ -21,6 +21,8 @@ use std::ops::Range;
 pub(super) enum Segment {
     /// The value of this key.
     Key(&'static str),
+    /// The key of this name and its value: a name that the file chooses.
+    Entry(String),
     /// The element with this index.
     Index(usize),
     /// These bytes of a text.
