@@ -64,6 +64,8 @@ pub enum Mutant {
     HealthSilent,
     /// A host clock that is set back is believed.
     HostClockBelieved,
+    /// After a stop the base is said to stand, whatever it reports.
+    StopCalledRest,
 }
 
 #[cfg(feature = "mutants")]
@@ -98,6 +100,7 @@ impl Mutant {
         Self::HeadingNotHeld,
         Self::HealthSilent,
         Self::HostClockBelieved,
+        Self::StopCalledRest,
     ];
 
     /// Words joined by hyphens.
@@ -131,6 +134,7 @@ impl Mutant {
             Self::HeadingNotHeld => "heading-not-held",
             Self::HealthSilent => "health-silent",
             Self::HostClockBelieved => "host-clock-believed",
+            Self::StopCalledRest => "stop-called-rest",
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::{Controller, REPORTS_MAX, STATE_PERIOD_AT_REST, Task};
 use crate::bias_test::RunningMean;
 use crate::mission::{Activity, Report, State};
+use crate::mutant::Mutant;
 use heapless::Deque;
 use wire::time::Timestamp;
 use wire::units::AngularRate;
@@ -21,6 +22,7 @@ impl Controller {
         let heading = self.heading();
         let integrator = self.gyro.integrator();
         let straight = matches!(&self.task, Task::Drive(drive) if drive.is_straight());
+        let called_rest = self.stopping && self.plants(Mutant::StopCalledRest);
         let state = State {
             activity: self.activity(),
             pose: self.reckoning.pose(heading),
@@ -31,7 +33,7 @@ impl Controller {
             raw_rate: AngularRate::from_rad_per_s(self.raw_rate.mean()),
             bias: integrator.bias(),
             temperature: integrator.temperature(),
-            moving: self.is_moving(now),
+            moving: self.is_moving(now) && !called_rest,
             samples: integrator.samples(),
             samples_lost: integrator.samples_lost(),
             clock_ratio: integrator.clock_ratio(),

@@ -129,7 +129,8 @@ pub enum Always {
         #[schemars(schema_with = "number::schema::duration_option")]
         within_max: Option<Span>,
     },
-    /// A mission that is called done, by a controller that calls itself well, was done.
+    /// A mission that is called done, by a controller that calls itself well, was done; and a base that it says stands
+    /// after a turn, a straight or a stop stands.
     DoneIsDone {
         /// True angle of a turn less the ordered one, deg.
         #[serde(rename = "turn_deg_max", default, deserialize_with = "number::angle_option")]

@@ -2,6 +2,7 @@
 
 use super::scenario::{caught, on_can};
 use controller::Mutant;
+use controller::mission::Command;
 use emulators::base::BaseFault;
 use emulators::gyro::GyroFault;
 use emulators::random::RandomStream;
@@ -48,6 +49,21 @@ fn an_odometer_that_stands_for_a_moment() {
         let now = rig.now();
         rig.base().end_fault(now, 0);
         rig.finish(id);
+        rig.verdicts()
+    });
+}
+
+#[test]
+fn a_base_that_rolls_on_after_a_stop() {
+    caught(Mutant::StopCalledRest, "done_is_done", |mutant| {
+        let mut rig = on_can(mutant);
+        rig.under_way(Rig::straight_order(4.0, 0.4), Span::from_secs(4));
+        rig.command(Command::Stop);
+        // Braking takes a second.
+        rig.run_for(Span::from_millis(400));
+        rig.state();
+        rig.run_for(Span::from_secs(2));
+        rig.state();
         rig.verdicts()
     });
 }

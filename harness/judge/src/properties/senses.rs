@@ -23,6 +23,7 @@ const ORDERS_MAX: usize = 64;
 pub(super) enum Order {
     Straight(Length),
     Turn(Angle),
+    Stop,
     BiasTest,
     Source(HeadingSource),
     /// Makes the believed pose jump: sets a pose or a calibration.
@@ -277,6 +278,7 @@ impl Order {
         match command {
             Command::Straight(straight) => Self::Straight(straight.distance),
             Command::Turn(turn) => Self::Turn(turn.angle),
+            Command::Stop => Self::Stop,
             Command::BiasTest(_) => Self::BiasTest,
             Command::SetHeadingSource(source) => Self::Source(*source),
             Command::SetPose(_) | Command::SetCalibration(_) => Self::Setting,

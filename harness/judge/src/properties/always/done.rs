@@ -1,4 +1,5 @@
-//! Whether the base really completed a turn or straight that a healthy controller reports as done.
+//! Whether the base really completed a turn or straight that a healthy controller reports as done, and really stands
+//! when it is said to stand.
 
 use super::Judge;
 use crate::properties::seen::Truth;
@@ -6,20 +7,26 @@ use crate::properties::senses::{Fact, Order, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::health::Level;
 use controller::mission::{HeadingSource, MissionId, Report};
+use wire::time::{Span, Timestamp};
 use wire::units::{Angle, Length};
 
-/// Judged at each answer while the gyro closes the loops.
+/// Time from a stop until a state that says "at rest" is taken at its word: as long as the end of a run waits before it
+/// asks for one. Before, it may rest on motion from before the stop.
+const STOP_AGE_MIN: Span = Span::from_millis(200);
+
+/// Judged at each answer while the gyro closes the loops, and rest also at the states after a stop.
 #[derive(Debug, Clone)]
 pub(super) struct DoneIsDone {
     turn_max: Angle,
     distance_max: Length,
     began: Option<(MissionId, Truth)>,
+    stopped: Option<Timestamp>,
     judgement: Judgement,
 }
 
 impl DoneIsDone {
     pub(super) fn new(turn_max: Angle, distance_max: Length) -> Self {
-        Self { turn_max, distance_max, began: None, judgement: Judgement::default() }
+        Self { turn_max, distance_max, began: None, stopped: None, judgement: Judgement::default() }
     }
 
     fn done(&mut self, senses: &Senses, order: Order, from: Truth, to: Truth) {
@@ -51,20 +58,43 @@ impl DoneIsDone {
     }
 }
 
+/// Judges a base that is said to stand. There is no margin: whatever moves does not stand.
+fn stands(judgement: &mut Judgement, senses: &Senses, truth: Truth) {
+    let margin = if truth.is_moving() { -1.0 } else { 1.0 };
+    judgement.take(senses.now, margin, || {
+        format!(
+            "the base is said to stand and moves at {:.4} m/s and {:.3} deg/s",
+            truth.speed.m_per_s(),
+            truth.steer_rate.deg_per_s()
+        )
+    });
+}
+
 impl Judge for DoneIsDone {
     fn hears(&self) -> &'static [Topic] {
-        &[Topic::Mission, Topic::Lap]
+        &[Topic::Mission, Topic::Lap, Topic::State]
     }
 
     fn judge(&mut self, senses: &Senses, fact: &Fact) {
         match (fact, senses.truth) {
             (Fact::Told(id, Order::Turn(_) | Order::Straight(_)), Some(truth)) => {
                 self.began = Some((*id, truth));
+                self.stopped = None;
+            }
+            (Fact::Told(_, Order::Stop), _) => self.stopped = Some(senses.now),
+            (Fact::State(state), Some(truth)) => {
+                let stopped = self.stopped.is_some_and(|at| senses.now - at >= STOP_AGE_MIN);
+                if stopped && !state.moving && senses.health.level == Level::Ok {
+                    stands(&mut self.judgement, senses, truth);
+                }
             }
             (Fact::Placed, _) => self.began = None,
             (Fact::Answered(id, order, Report::Done { .. }), Some(truth)) => {
                 let Some((began, from)) = self.began else { return };
                 let well = senses.health.level == Level::Ok;
+                if began == *id && well {
+                    stands(&mut self.judgement, senses, truth);
+                }
                 if began == *id && well && senses.source == HeadingSource::Gyro {
                     self.done(senses, *order, from, truth);
                 }
