@@ -189,14 +189,23 @@ impl Plan {
         validate::validate(self, None).map_err(located(file, text))
     }
 
-    /// The properties that a campaign judges on `rig`: the declared ones, or all of the paper's robot. Without a
-    /// controller that takes missions there are none: the plan has to pass.
+    /// The properties that a campaign judges on `rig`: the declared ones, and on the paper's robot all others of a robot
+    /// with their usual limits. If there are none, the plan has to pass.
     pub fn judged(&self, rig: &Rig) -> Vec<Property> {
-        match self.properties.as_slice() {
-            [] if rig.robot.is_none() => Vec::new(),
-            [] => Property::all(),
-            declared => declared.to_vec(),
+        if rig.robot.is_none() {
+            return self.properties.clone();
         }
+        let (of_robot, others): (Vec<_>, Vec<_>) = (self.properties.iter().cloned())
+            .partition(|declared| !matches!(declared, Property::Stated(_)));
+        let mut judged = Property::all();
+        for usual in &mut judged {
+            let declared = of_robot.iter().find(|declared| declared.name() == usual.name());
+            if let Some(declared) = declared {
+                usual.clone_from(declared);
+            }
+        }
+        judged.extend(others);
+        judged
     }
 
     /// Checks that `rig` has every node, message, signal and parameter that the plan names, with the right units, and

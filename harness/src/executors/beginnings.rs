@@ -43,8 +43,8 @@ impl Beginnings {
         let beginning = lock(&self.0).of(seed);
         let mut beginning = lock(&beginning);
         beginning.before(schedule, prepared.plan.seed_of_run(seed), || {
-            let watched = Some(prepared.plan.properties.as_slice());
-            Underway::new(Memory, prepared, seed, answers, watched)
+            let judged = prepared.plan.judged(&prepared.rig);
+            Underway::new(Memory, prepared, seed, answers, Some(&judged))
         })
     }
 }
