@@ -1,6 +1,8 @@
 //! The files named by a description.
 
+use crate::error::FileError;
 use crate::fmu::Fmu;
+use crate::layout::Dbc;
 use crate::steps::Steps;
 use std::sync::Arc;
 
@@ -11,6 +13,14 @@ pub trait Files {
     /// # Errors
     /// With a readable reason.
     fn text(&mut self, name: &str) -> Result<String, String>;
+
+    /// The DBC with this name and text; one that was read before may be kept.
+    ///
+    /// # Errors
+    /// As [`Dbc::parse`].
+    fn dbc(&mut self, name: &str, text: &str) -> Result<Arc<Dbc>, FileError> {
+        Dbc::parse(name, text).map(Arc::new)
+    }
 
     /// The errors of a sensor with a signal in `unit`, by the model in a file. The model's temperature and heading are
     /// its inputs of these names, in degC and deg.

@@ -184,9 +184,9 @@ pub use files::Files;
 pub use fmu::{Fmu, FmuInstance, FmuRole, FmuVariable};
 pub use isotp::{IsoTp, IsoTpTable};
 pub use layout::{
-    ByteOrder, Carried, DbcNode, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
-    Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName, SignalValue,
-    dbc_nodes, dbc_text,
+    ByteOrder, Carried, Dbc, DbcNode, Dbcs, Decoded, Decoder, EncodeError, Layout, Medium, Message,
+    NOBODY, Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName,
+    SignalValue, dbc_text,
 };
 pub use outbox::Outbox;
 pub use protection::{ProtectionTable, Verdict};

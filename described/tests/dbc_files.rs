@@ -3,7 +3,7 @@
 
 #![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]
 
-use described::{Decoder, Layout, dbc_nodes, dbc_text};
+use described::{Dbc, Decoder, Layout, dbc_text};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -26,9 +26,8 @@ fn folder() -> Option<PathBuf> {
 fn layout(path: &str) -> Option<Layout> {
     let bytes = std::fs::read(path).unwrap();
     let text = dbc_text(&bytes);
-    let nodes = dbc_nodes(path, &text).unwrap_or_else(|error| panic!("{path}: {error}"));
-    let layout = Layout::from_dbc(path, &text, &nodes.first()?.name);
-    Some(layout.unwrap_or_else(|error| panic!("{path}: {error}")))
+    let dbc = Dbc::parse(path, &text).unwrap_or_else(|error| panic!("{path}: {error}"));
+    Some(dbc.layout(&dbc.nodes().first()?.name).unwrap())
 }
 
 fn hex(bytes: &[u8]) -> String {

@@ -6,8 +6,9 @@ use crate::file::{File, MessageRules, MessageTable};
 use crate::files::Files;
 use crate::layout::Layout;
 use crate::place::Place;
+use serde::Deserialize;
 use std::collections::BTreeMap;
-use toml::de::DeTable;
+use toml::de::{DeTable, Deserializer};
 
 /// The file with rules for its messages, and the tables that define them completely, if any.
 pub(super) type Split = (File<BTreeMap<String, MessageRules>>, Option<Vec<MessageTable>>);
@@ -17,10 +18,11 @@ pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
     let wrong = |error: &toml::de::Error| FileError::from_toml(file, text, error);
     let document = DeTable::parse(text).map_err(|error| wrong(&error))?;
     let tables = document.get_ref().get("message").is_some_and(|value| value.get_ref().is_array());
+    let read = Deserializer::from(document);
     if !tables {
-        return Ok((toml::from_str(text).map_err(|error| wrong(&error))?, None));
+        return Ok((File::deserialize(read).map_err(|error| wrong(&error))?, None));
     }
-    let whole: File<Vec<MessageTable>> = toml::from_str(text).map_err(|error| wrong(&error))?;
+    let whole: File<Vec<MessageTable>> = File::deserialize(read).map_err(|error| wrong(&error))?;
     let rules = whole.message.iter().map(|table| (table.name.clone(), table.rules())).collect();
     let said = File {
         name: whole.name,
@@ -93,5 +95,5 @@ pub(super) fn layout<M>(
         let message = format!("failed to read `{dbc}`: {error}");
         Mistake::new(Place::file().key("dbc"), message).located(file, text)
     })?;
-    Layout::from_dbc(dbc, &found, node)
+    files.dbc(dbc, &found)?.layout(node)
 }

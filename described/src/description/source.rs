@@ -183,7 +183,7 @@ fn check(series: &Series, place: &Place) -> Result<(), Mistake> {
     }
     if series.repeat && points.last().is_none_or(|(t, _)| *t <= 0.0) {
         return wrong(
-            "a series that repeats ends behind 0 s: its last time is its period".to_owned(),
+            "a series that repeats ends after 0 s: its last time is its period".to_owned(),
         );
     }
     Ok(())

@@ -149,7 +149,7 @@ impl<'a> Parser<'a> {
             }
             Token::Text(_) => {
                 let help = "write `mode == \"Closed\"`, the variable on the left".to_owned();
-                let message = "the name of a value stands behind `==` or `!=`";
+                let message = "the name of a value stands after `==` or `!=`";
                 Err(self.error(self.at.clone(), message, Some(help)))
             }
         }

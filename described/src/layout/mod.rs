@@ -28,7 +28,7 @@ mod table;
 
 pub(crate) use bits::BitField;
 pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
-pub use dbc::{DbcNode, NOBODY, dbc_nodes, dbc_text};
+pub use dbc::{Dbc, DbcNode, Dbcs, NOBODY, dbc_text};
 pub use decoder::Decoder;
 pub use encoder::{Encoded, Encoder};
 use frame_writer::FrameWriter;

@@ -216,6 +216,8 @@ pub struct Rig {
     pub speakers: Vec<Speaker>,
     /// Whether it has only a single device or the paper's robot.
     pub is_short: bool,
+    /// What is doubtful in the files that it was built from, one sentence each.
+    pub notes: Vec<String>,
 }
 
 /// The carrier of the gyro of these devices.
@@ -253,6 +255,7 @@ impl Rig {
             ],
             speakers: vec![speaker(DEVICE, Sender::Device)],
             is_short: true,
+            notes: Vec::new(),
         }
     }
 

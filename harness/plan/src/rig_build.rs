@@ -13,7 +13,7 @@ use crate::rig::{
 };
 use crate::speakers::Speaker;
 use described::hint;
-use described::{Description, Layout, Medium, Sender};
+use described::{Dbc, Description, FileError, Layout, Medium, Sender};
 use emulators::device_file::Devices;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use wire::serial::SerialSettings;
 /// Loads the files that a rig file names.
 pub trait Parts {
     /// Why a file cannot be loaded.
-    type Error: From<LibraryError>;
+    type Error: From<LibraryError> + From<Box<FileError>>;
 
     /// The paper's robot or table of a device file.
     ///
@@ -38,23 +38,19 @@ pub trait Parts {
     /// When it is missing or invalid.
     fn description(&mut self, name: &str) -> Result<Description, Self::Error>;
 
-    /// The layout of the DBCs of a line; the node sends the messages of the senders for which `is_ours` returns true.
+    /// The DBC in a file.
     ///
     /// # Errors
     ///
-    /// When a file is not a usable DBC, or two files contradict each other.
-    fn layout(
-        &mut self,
-        files: &[Source],
-        is_ours: &dyn Fn(&str) -> bool,
-    ) -> Result<Layout, Self::Error>;
+    /// When it is not a DBC.
+    fn dbc(&mut self, file: &Source) -> Result<Arc<Dbc>, Self::Error>;
 
-    /// The entries of a bus log.
+    /// The entries of a bus log, and what is doubtful in it.
     ///
     /// # Errors
     ///
     /// When it cannot be read.
-    fn log(&mut self, file: &Source) -> Result<Vec<Logged>, Self::Error>;
+    fn log(&mut self, file: &Source) -> Result<(Vec<Logged>, Vec<String>), Self::Error>;
 }
 
 /// Reads the rig with this name or path.
@@ -79,7 +75,7 @@ struct Builder<'a> {
     source: &'a Source,
     rig: Rig,
     /// The DBCs of each line that has some.
-    dbcs: BTreeMap<usize, Vec<Source>>,
+    dbcs: BTreeMap<usize, Vec<Arc<Dbc>>>,
 }
 
 impl Builder<'_> {
@@ -119,11 +115,12 @@ impl Builder<'_> {
                 (Some(can), None) => {
                     self.check_rates(&declared, number)?;
                     let dbcs = can.dbc.iter().flat_map(|dbc| dbc.as_slice());
-                    let dbcs = dbcs.map(|dbc| self.library.open_beside(self.source, dbc));
+                    let dbcs =
+                        dbcs.map(|dbc| parts.dbc(&self.library.open_beside(self.source, dbc)?));
                     let dbcs = dbcs.collect::<Result<Vec<_>, _>>()?;
                     if !dbcs.is_empty() {
-                        // Reports mistakes in the DBCs, whichever nodes are on the line.
-                        let layout = parts.layout(&dbcs, &|_| false)?;
+                        // Reports what they contradict each other in, whichever nodes are on the line.
+                        let layout = Layout::from_dbcs(&dbcs, &|_| false).map_err(Box::new)?;
                         self.check_carries(&declared, &layout, ("line", number, "can"))?;
                         self.protected(layout, number, line)?;
                         self.dbcs.insert(number, dbcs);
@@ -271,7 +268,7 @@ impl Builder<'_> {
         }
         let mut tester = None;
         for line in lines {
-            let words = self.words(file, number, *line, parts)?;
+            let words = self.words::<P>(file, number, *line)?;
             let Some((layout, sender)) = self.with_channel(node, number, words)? else { continue };
             tester.get_or_insert((layout.clone(), sender));
             self.speak(node, *line, layout, sender);

@@ -6,7 +6,7 @@ use crate::models;
 use crate::plan::replayed::Logged;
 use crate::plan::{Plan, Rig, rig_build};
 use crate::record::header::Header;
-use described::{Description, FileError, Files, Layout, Steps};
+use described::{Dbc, Dbcs, Description, FileError, Files, Steps};
 use emulators::device_file::Devices;
 use identification::finding::SCHEMA;
 use identification::model::Model;
@@ -83,7 +83,8 @@ pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
 ///
 /// When it is missing or invalid.
 pub fn load_rig_named(library: &Library, name: &str) -> Result<Rig, RigError> {
-    rig_build::load(library, name, &mut Reader(library)).map_err(|error| {
+    let mut reader = Reader { library, dbcs: Dbcs::default() };
+    rig_build::load(library, name, &mut reader).map_err(|error| {
         match library.open(Kind::Rig, name) {
             Ok(rig) => error.placed(&rig),
             // The missing file is the rig's own.
@@ -119,37 +120,38 @@ pub fn load_recorded(
 }
 
 /// Reads the files that a rig file names.
-struct Reader<'a>(&'a Library);
+struct Reader<'a> {
+    library: &'a Library,
+    /// Those of lines and of devices.
+    dbcs: Dbcs,
+}
 
 impl rig_build::Parts for Reader<'_> {
     type Error = RigError;
 
     fn devices(&mut self, name: &str) -> Result<Devices, RigError> {
-        Ok(load_devices(self.0, name)?)
+        Ok(load_devices(self.library, name)?)
     }
 
     fn description(&mut self, name: &str) -> Result<Description, RigError> {
-        load_description(self.0, name)
+        load_description_with(self.library, name, &mut self.dbcs)
     }
 
-    fn layout(
-        &mut self,
-        files: &[Source],
-        is_ours: &dyn Fn(&str) -> bool,
-    ) -> Result<Layout, RigError> {
-        let files: Vec<_> = files.iter().map(|file| (&*file.origin, &*file.text)).collect();
-        Ok(Layout::from_dbcs(&files, is_ours).map_err(Box::new)?)
+    fn dbc(&mut self, file: &Source) -> Result<Arc<Dbc>, RigError> {
+        Ok(self.dbcs.get(&file.origin, &file.text).map_err(Box::new)?)
     }
 
     #[cfg(feature = "logs")]
-    fn log(&mut self, file: &Source) -> Result<Vec<Logged>, RigError> {
+    fn log(&mut self, file: &Source) -> Result<(Vec<Logged>, Vec<String>), RigError> {
         use bus_log::{Format, LogReader};
         let path = std::path::Path::new(&file.origin);
         match Format::of_path(path) {
             // A rig accepts only text formats.
             Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
                 let text = std::io::Cursor::new(file.text.as_bytes());
-                Ok(logged(LogReader::new(path, text, format)?)?)
+                let mut reader = LogReader::new(path, text, format)?;
+                let entries = logged(&mut reader)?;
+                Ok((entries, reader.notes()))
             }
             _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
         }
@@ -157,7 +159,7 @@ impl rig_build::Parts for Reader<'_> {
 
     /// A build without the feature `logs` reads no logs.
     #[cfg(not(feature = "logs"))]
-    fn log(&mut self, file: &Source) -> Result<Vec<Logged>, RigError> {
+    fn log(&mut self, file: &Source) -> Result<(Vec<Logged>, Vec<String>), RigError> {
         Err(RigError::LogFormat { origin: file.origin.clone() })
     }
 }
@@ -196,9 +198,17 @@ pub fn logged(
 ///
 /// When one of them is missing or invalid.
 pub fn load_description(library: &Library, name: &str) -> Result<Description, RigError> {
+    load_description_with(library, name, &mut Dbcs::default())
+}
+
+fn load_description_with(
+    library: &Library,
+    name: &str,
+    dbcs: &mut Dbcs,
+) -> Result<Description, RigError> {
     let source = library.open(Kind::Description, name)?;
     let Source { origin, text } = &source;
-    let mut files = Beside { library, source: &source };
+    let mut files = Beside { library, source: &source, dbcs };
     Ok(Description::parse_with(origin, text, &mut files).map_err(Box::new)?)
 }
 
@@ -206,12 +216,17 @@ pub fn load_description(library: &Library, name: &str) -> Result<Description, Ri
 struct Beside<'a> {
     library: &'a Library,
     source: &'a Source,
+    dbcs: &'a mut Dbcs,
 }
 
 impl Files for Beside<'_> {
     fn text(&mut self, name: &str) -> Result<String, String> {
         let opened = self.library.open_beside(self.source, name);
         opened.map(|opened| opened.text).map_err(|error| error.to_string())
+    }
+
+    fn dbc(&mut self, name: &str, text: &str) -> Result<Arc<Dbc>, FileError> {
+        self.dbcs.get(name, text)
     }
 
     fn errors(&mut self, name: &str, unit: &str) -> Result<Steps, String> {

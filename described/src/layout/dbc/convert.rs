@@ -23,15 +23,17 @@ use wire::j1939::{self, Identifier};
 /// Flag of an identifier with 29 bits.
 const EXTENDED: u64 = 1 << 31;
 
-/// The messages, each with its place, and notes on the others.
-pub(super) fn convert(
-    file: &str,
-    text: &str,
-    syntax: &Syntax,
-    is_ours: &dyn Fn(&str) -> bool,
-) -> (Vec<(Message, Range<usize>)>, Vec<Note>) {
+/// A message, the nodes that send it, and its place in the text.
+pub(super) struct Converted {
+    pub(super) message: Message,
+    pub(super) sent_by: Vec<String>,
+    pub(super) at: Range<usize>,
+}
+
+/// The messages as a receiver sees them, and notes on the others.
+pub(super) fn convert(file: &str, text: &str, syntax: &Syntax) -> (Vec<Converted>, Vec<Note>) {
     let lines = Lines::of(text);
-    let mut converter = Converter { file, lines, syntax, is_ours, notes: Vec::new() };
+    let mut converter = Converter { file, lines, syntax, notes: Vec::new() };
     let repetitions = converter.repetitions();
     let mut messages = Vec::new();
     for (message, repeated) in syntax.messages.iter().zip(repetitions) {
@@ -39,7 +41,11 @@ pub(super) fn convert(
             continue;
         }
         match repeated.map_or_else(|| converter.message(message), Err) {
-            Ok(converted) => messages.push((converted, message.at.clone())),
+            Ok(converted) => {
+                let senders = senders(syntax, message).map(|of| long_node(syntax, of).to_owned());
+                let (sent_by, at) = (senders.collect(), message.at.clone());
+                messages.push(Converted { message: converted, sent_by, at });
+            }
             Err(why) => {
                 let what = format!("{why}: the message is left out");
                 converter.note(message, None, true, what);
@@ -53,7 +59,6 @@ struct Converter<'a> {
     file: &'a str,
     lines: Lines,
     syntax: &'a Syntax,
-    is_ours: &'a dyn Fn(&str) -> bool,
     notes: Vec<Note>,
 }
 
@@ -117,8 +122,6 @@ impl Converter<'_> {
             Carrier::Parts { length, .. } | Carrier::Frame { length, .. } => length,
             _ => 0,
         };
-        let is_ours =
-            senders(self.syntax, message).any(|of| (self.is_ours)(long_node(self.syntax, of)));
         let of = Of::Message(message.id);
         let signals = self.signals(message, length);
         let name_of = |place: usize| self.signal_name(message, &message.signals[place]).to_owned();
@@ -131,7 +134,7 @@ impl Converter<'_> {
         let mut converted = Message {
             signals,
             send,
-            sender: if is_ours { Sender::Device } else { Sender::Host },
+            sender: Sender::Host,
             period,
             doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
             carrier,

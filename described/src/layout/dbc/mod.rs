@@ -13,79 +13,167 @@ mod text;
 
 pub use text::dbc_text;
 
-use super::message::Message;
+use super::message::{Message, Sender};
 use super::signal::Signal;
 use super::{Layout, Medium, Note};
 use crate::error::FileError;
 use crate::hint;
-use convert::convert;
+use convert::{Converted, convert};
 use cursor::Unexpected;
 use lines::Lines;
 use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
 use syntax::{LONG_NODE, MessageLine, Of, Syntax, Value};
 
 /// The sender that a DBC names for messages without a sending node.
 pub const NOBODY: &str = "Vector__XXX";
 
 impl Layout {
-    /// The layout of a DBC: `node` is the device, which sends that node's messages and receives the others. Unusable
-    /// parts are left out, and [`Layout::notes`] lists them with reasons.
+    /// The layout of a DBC for one of its nodes, as of [`Dbc::layout`].
     ///
     /// # Errors
     /// If the text is not a DBC, or has no such node.
     pub fn from_dbc(file: &str, text: &str, node: &str) -> Result<Self, FileError> {
-        let syntax = parsed(file, text)?;
-        let known: Vec<String> = nodes(&syntax).into_iter().map(|known| known.name).collect();
-        if !known.iter().any(|name| name == node) {
-            let at = syntax.nodes_at.clone();
-            return Err(FileError::new(file, text, at, format!("no node `{node}`"))
-                .with_help(Some(hint::proposal(node, &known))));
-        }
-        let (messages, notes) = convert(file, text, &syntax, &|of| of == node);
-        let messages = messages.into_iter().map(|(message, _)| message).collect();
-        Ok(Self::new(Medium::Can, messages).noting(notes))
+        Dbc::parse(file, text)?.layout(node)
     }
 
-    /// The layout of one or several DBCs, each with its name and text, for a sender of the messages of several nodes,
-    /// or of nodes without a name: those that `is_ours` accepts. Identical definitions in two files are one message.
+    /// The layout of one or several DBCs for a sender of the messages of several nodes, or of nodes without a name:
+    /// those that `is_ours` accepts. Identical definitions in two files are one message.
     ///
     /// # Errors
-    /// If a text is not a DBC, or if two files define a message or an identifier differently.
-    pub fn from_dbcs(
-        files: &[(&str, &str)],
-        is_ours: &dyn Fn(&str) -> bool,
-    ) -> Result<Self, FileError> {
+    /// If two files define a message or an identifier differently.
+    pub fn from_dbcs(dbcs: &[Arc<Dbc>], is_ours: &dyn Fn(&str) -> bool) -> Result<Self, FileError> {
+        if let [only] = dbcs {
+            return Ok(only.of_senders(is_ours));
+        }
         let mut messages: Vec<Message> = Vec::new();
         let mut origins = Vec::new();
         let (mut by_name, mut by_id) = (BTreeMap::new(), BTreeMap::new());
         let mut notes = Vec::new();
-        for (file, text) in files {
-            let (read, of_file) = convert(file, text, &parsed(file, text)?, is_ours);
-            notes.extend(of_file);
-            for (message, at) in read {
+        for dbc in dbcs {
+            let layout = dbc.of_senders(is_ours);
+            notes.extend_from_slice(layout.notes());
+            for (message, at) in layout.messages().iter().zip(&dbc.places) {
                 let (name, id) = (message.name.clone(), message.can_id());
                 // The first of them.
                 let known = by_name.get(&name).into_iter().chain(by_id.get(&id)).min().copied();
                 let Some(place) = known else {
                     by_name.insert(name, messages.len());
                     by_id.insert(id, messages.len());
-                    messages.push(message);
-                    origins.push((file, text, at));
+                    messages.push(message.clone());
+                    origins.push((dbc, at));
                     continue;
                 };
-                let Some(what) = difference(&messages[place], &message) else { continue };
-                let (other, of_other, at_other) = &origins[place];
-                let line = Lines::of(of_other).number(at_other);
+                let Some(what) = difference(&messages[place], message) else { continue };
+                let (other, at_other) = origins[place];
+                let line = Lines::of(&other.text).number(at_other);
                 let known = &messages[place].name;
                 let message =
-                    format!("`{name}` and `{known}` in {other}, line {line}, have {what}");
+                    format!("`{name}` and `{known}` in {}, line {line}, have {what}", other.file);
                 let help = "make the two the same, or take one out of a copy of its file";
-                return Err(
-                    FileError::new(file, text, at, message).with_help(Some(help.to_owned()))
-                );
+                return Err(FileError::new(&dbc.file, &dbc.text, at.clone(), message)
+                    .with_help(Some(help.to_owned())));
             }
         }
         Ok(Self::new(Medium::Can, messages).noting(notes))
+    }
+}
+
+/// A DBC that has been read: it gives a layout for each of its nodes.
+#[derive(Debug, Clone)]
+pub struct Dbc {
+    file: String,
+    text: String,
+    nodes: Vec<DbcNode>,
+    /// Where its nodes are listed.
+    nodes_at: Range<usize>,
+    /// Its messages as a receiver of all of them sees them.
+    layout: Layout,
+    /// For each message the nodes that send it, and its place in the text.
+    senders: Vec<Vec<String>>,
+    places: Vec<Range<usize>>,
+}
+
+impl Dbc {
+    /// Reads a DBC; `file` names it in messages. Unusable parts are left out, and [`Layout::notes`] lists them with
+    /// reasons.
+    ///
+    /// # Errors
+    /// If the text is not a DBC.
+    pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
+        let syntax = parsed(file, text)?;
+        let (read, notes) = convert(file, text, &syntax);
+        let (mut messages, mut senders, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        for Converted { message, sent_by, at } in read {
+            messages.push(message);
+            senders.push(sent_by);
+            places.push(at);
+        }
+        Ok(Self {
+            file: file.to_owned(),
+            text: text.to_owned(),
+            nodes: nodes(&syntax),
+            nodes_at: syntax.nodes_at,
+            layout: Layout::new(Medium::Can, messages).noting(notes),
+            senders,
+            places,
+        })
+    }
+
+    /// Its name in messages.
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
+    /// The nodes that it names, followed by other senders of its messages, including [`NOBODY`] if messages have no
+    /// other sender.
+    pub fn nodes(&self) -> &[DbcNode] {
+        &self.nodes
+    }
+
+    /// The layout for a device that is this node: it sends the node's messages and receives the others.
+    ///
+    /// # Errors
+    /// If there is no such node.
+    pub fn layout(&self, node: &str) -> Result<Layout, FileError> {
+        if self.nodes.iter().any(|known| known.name == node) {
+            return Ok(self.of_senders(&|of| of == node));
+        }
+        let known: Vec<&str> = self.nodes.iter().map(|known| known.name.as_str()).collect();
+        let message = format!("no node `{node}`");
+        Err(FileError::new(&self.file, &self.text, self.nodes_at.clone(), message)
+            .with_help(Some(hint::proposal(node, &known))))
+    }
+
+    /// The layout for a device that sends what the nodes that `is_ours` accepts send.
+    fn of_senders(&self, is_ours: &dyn Fn(&str) -> bool) -> Layout {
+        let mut messages = self.layout.messages.to_vec();
+        for (message, senders) in messages.iter_mut().zip(&self.senders) {
+            if senders.iter().any(|sender| is_ours(sender)) {
+                message.sender = Sender::Device;
+            }
+        }
+        Layout { messages: messages.into(), ..self.layout.clone() }
+    }
+}
+
+/// DBCs that have been read, so that none is read twice: a rig may name one for each of its nodes.
+#[derive(Debug, Default)]
+pub struct Dbcs(BTreeMap<String, Arc<Dbc>>);
+
+impl Dbcs {
+    /// The DBC with this name and text.
+    ///
+    /// # Errors
+    /// As [`Dbc::parse`].
+    pub fn get(&mut self, file: &str, text: &str) -> Result<Arc<Dbc>, FileError> {
+        if let Some(known) = self.0.get(file).filter(|known| known.text == text) {
+            return Ok(Arc::clone(known));
+        }
+        let dbc = Arc::new(Dbc::parse(file, text)?);
+        self.0.insert(file.to_owned(), Arc::clone(&dbc));
+        Ok(dbc)
     }
 }
 
@@ -96,15 +184,6 @@ pub struct DbcNode {
     pub name: String,
     /// Number of messages that it sends.
     pub messages: usize,
-}
-
-/// The nodes that a DBC names, followed by other senders of its messages, including [`NOBODY`] if messages have no
-/// other sender.
-///
-/// # Errors
-/// If the text is not a DBC.
-pub fn dbc_nodes(file: &str, text: &str) -> Result<Vec<DbcNode>, FileError> {
-    Ok(nodes(&parsed(file, text)?))
 }
 
 fn nodes(syntax: &Syntax) -> Vec<DbcNode> {

@@ -192,7 +192,7 @@ impl Syntax {
 
     /// `: A B`
     fn nodes(&mut self, cursor: &mut Cursor<'_>, begin: usize) -> Result<(), Unexpected> {
-        cursor.mark(':', "`:` behind `BU_`, then the names of the nodes")?;
+        cursor.mark(':', "`:` after `BU_`, then the names of the nodes")?;
         let mut end = cursor.behind();
         let names = names(cursor, &mut end);
         self.nodes.extend(names);
@@ -204,7 +204,7 @@ impl Syntax {
     fn message(&mut self, cursor: &mut Cursor<'_>, begin: usize) -> Result<(), Unexpected> {
         let id = cursor.whole("the identifier of a message: `BO_ 100 Name: 8 Node`")?;
         let name = cursor.word("the name of a message: `BO_ 100 Name: 8 Node`")?.to_owned();
-        cursor.mark(':', "`:` behind the name of a message: `BO_ 100 Name: 8 Node`")?;
+        cursor.mark(':', "`:` after the name of a message: `BO_ 100 Name: 8 Node`")?;
         let bytes = cursor.whole("how many bytes the message has: `BO_ 100 Name: 8 Node`")?;
         let at = begin..cursor.behind();
         // Some files omit it.
@@ -220,22 +220,22 @@ impl Syntax {
     fn signal(&mut self, cursor: &mut Cursor<'_>, begin: usize) -> Result<(), Unexpected> {
         let name = cursor.word("the name of a signal: `SG_ Name : 0|8@1+ ...`")?.to_owned();
         let (page, multiplexes) = multiplexing(cursor)?;
-        cursor.mark(':', "`:` behind the name of a signal: `SG_ Name : 0|8@1+ ...`")?;
+        cursor.mark(':', "`:` after the name of a signal: `SG_ Name : 0|8@1+ ...`")?;
         let start = cursor.whole("the start bit of the signal: `0|8@1+`")?;
         cursor.mark('|', "`|` between start bit and length: `0|8@1+`")?;
         let length = cursor.whole("the length of the signal in bits: `0|8@1+`")?;
-        cursor.mark('@', "`@` and the byte order behind the length: `0|8@1+`")?;
+        cursor.mark('@', "`@` and the byte order after the length: `0|8@1+`")?;
         let (is_big_endian, is_signed) = byte_order(cursor)?;
-        cursor.mark('(', "`(factor,offset)` behind the bits: `(0.1,-40)`")?;
+        cursor.mark('(', "`(factor,offset)` after the bits: `(0.1,-40)`")?;
         let factor = cursor.number("the factor, a number with a decimal point: `(0.1,-40)`")?;
         cursor.mark(',', "`,` between factor and offset: `(0.1,-40)`")?;
         let offset = cursor.number("the offset, a number with a decimal point: `(0.1,-40)`")?;
-        cursor.mark(')', "`)` behind the offset: `(0.1,-40)`")?;
-        cursor.mark('[', "`[minimum|maximum]` behind factor and offset: `[0|100]`")?;
+        cursor.mark(')', "`)` after the offset: `(0.1,-40)`")?;
+        cursor.mark('[', "`[minimum|maximum]` after factor and offset: `[0|100]`")?;
         let minimum = cursor.number("the minimum, a number: `[0|100]`")?;
         cursor.mark('|', "`|` between minimum and maximum: `[0|100]`")?;
         let maximum = cursor.number("the maximum, a number: `[0|100]`")?;
-        cursor.mark(']', "`]` behind the maximum: `[0|100]`")?;
+        cursor.mark(']', "`]` after the maximum: `[0|100]`")?;
         let unit = cursor.string("the unit in quotation marks: `\"km/h\"`, or `\"\"`")?;
         let at = begin..cursor.behind();
         // The receivers are not used.
@@ -266,7 +266,7 @@ impl Syntax {
     /// `100 : A, B;`
     fn senders(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
         let id = cursor.whole("the identifier of a message")?;
-        cursor.mark(':', "`:` behind the identifier")?;
+        cursor.mark(':', "`:` after the identifier")?;
         self.senders.entry(id).or_default().extend(names(cursor, &mut 0));
         end(cursor)
     }

@@ -1,6 +1,8 @@
 //! Content of a DBC, and handling of unusable parts.
 
+use super::{Dbc, Dbcs};
 use crate::layout::{Layout, Sender};
+use std::sync::Arc;
 use wire::can::Id;
 use wire::device::Transmit;
 
@@ -35,16 +37,34 @@ SIG_VALTYPE_ 2566844926 Ratio : 1;
 SIG_VALTYPE_ 100 Double : 2;
 "#;
 
+fn dbcs(files: &[(&str, &str)]) -> Vec<Arc<Dbc>> {
+    let mut read = Dbcs::default();
+    files.iter().map(|(file, text)| read.get(file, text).unwrap()).collect()
+}
+
+#[test]
+fn a_file_is_read_once_until_it_changes() {
+    let mut read = Dbcs::default();
+    let first = read.get("rich.dbc", RICH).unwrap();
+    assert!(Arc::ptr_eq(&first, &read.get("rich.dbc", RICH).unwrap()));
+    let changed = RICH.replace("Ratio", "Share");
+    let second = read.get("rich.dbc", &changed).unwrap();
+    assert!(second.layout("ECU").unwrap().signal("Share").is_some());
+    let of = |dbc: &Dbc, node: &str| dbc.layout(node).unwrap().messages()[0].sender;
+    assert_eq!([of(&first, "ECU"), of(&first, "TOOL")], [Sender::Device, Sender::Host]);
+}
+
 #[test]
 fn what_two_files_contradict_each_other_in_is_shown_in_the_second() {
     let other = RICH.replace("Ratio", "Share");
-    let error =
-        Layout::from_dbcs(&[("rich.dbc", RICH), ("other.dbc", &other)], &|_| true).unwrap_err();
+    let error = Layout::from_dbcs(&dbcs(&[("rich.dbc", RICH), ("other.dbc", &other)]), &|_| true)
+        .unwrap_err();
     assert_eq!(error.file(), "other.dbc");
     assert!(other[error.range()].starts_with("BO_ 2566844926 "), "{error}");
     assert!(error.to_string().contains("in rich.dbc, line "), "{error}");
     assert!(error.advice().is_some());
-    let alike = Layout::from_dbcs(&[("rich.dbc", RICH), ("copy.dbc", RICH)], &|_| true).unwrap();
+    let alike =
+        Layout::from_dbcs(&dbcs(&[("rich.dbc", RICH), ("copy.dbc", RICH)]), &|_| true).unwrap();
     assert_eq!(alike.messages().len(), 2);
 }
 
@@ -262,8 +282,9 @@ fn sections_come_in_any_order_and_what_is_of_no_use_is_passed_over() {
         BA_DEF_REL_ BU_SG_REL_ \"x\" INT 0 1;\nVAL_TABLE_ T 0 \"a;b\" ;\nSIG_GROUP_ 1 G 1 : S;\n\
         BO_ 1 M : 1 Vector__XXX\n SG_ S:0|1@1+(1,0)[0|0]\"\"A,B\n\nBO_TX_BU_ 1 : A,B;\n\
         BA_DEF_DEF_ \"SystemSignalLongSymbol\" \"\";\nBA_ \"SystemSignalLongSymbol\" SG_ 1 S \"AVeryLongName\";\nBU_: A B";
-    let nodes = super::dbc_nodes("t.dbc", text).unwrap();
-    let nodes: Vec<_> = nodes.iter().map(|node| (node.name.as_str(), node.messages)).collect();
+    let dbc = Dbc::parse("t.dbc", text).unwrap();
+    let nodes: Vec<_> =
+        dbc.nodes().iter().map(|node| (node.name.as_str(), node.messages)).collect();
     assert_eq!(nodes, [("A", 1), ("B", 1)]);
     let layout = Layout::from_dbc("t.dbc", text, "B").unwrap();
     let message = &layout.messages()[0];
@@ -314,7 +335,7 @@ proptest::proptest! {
     ) {
         let to = (from + length).min(RICH.len());
         let text = format!("{}{with}{}", &RICH[..from], &RICH[to..]);
-        if let Err(error) = Layout::from_dbcs(&[("t.dbc", &text)], &|_| true) {
+        if let Err(error) = Dbc::parse("t.dbc", &text) {
             proptest::prop_assert!(error.range().end <= text.len());
         }
     }

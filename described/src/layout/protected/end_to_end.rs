@@ -60,7 +60,7 @@ impl Message {
                 Profile::P1A | Profile::P1B | Profile::P1C => "one whole byte",
                 Profile::P2 => "byte 0",
                 Profile::P4 => {
-                    "four whole bytes behind eight of the header, the most significant first"
+                    "four whole bytes after eight of the header, the most significant first"
                 }
                 Profile::P5 => "two whole bytes, the least significant first",
             };
@@ -133,7 +133,7 @@ fn e2e(table: &E2eTable, crc_at: usize, counter_at: usize, place: &Place) -> Res
         }
         Profile::P4 => {
             let at = crc_at.checked_sub(8).ok_or_else(|| {
-                let text = "the CRC of profile 4 is behind eight bytes of the header";
+                let text = "the CRC of profile 4 is after eight bytes of the header";
                 Mistake::new(place.key("checksum"), text)
             })?;
             E2e::Profile4 { data_id: id, at }

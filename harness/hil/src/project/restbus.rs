@@ -5,7 +5,7 @@ use super::from_dbc::{Measured, description, listening_s, of};
 use super::traffic::{Waits, assumed_period};
 use super::written::text;
 use super::{FromDbc, FromDbcError, ProjectFile, with_schemas};
-use described::{DbcNode, Layout, NOBODY, Note, Sender, dbc_nodes, dbc_text};
+use described::{Dbc, DbcNode, Layout, NOBODY, Note, Sender, dbc_text};
 use plan::Name;
 use plan::rig::NODES_MAX;
 use std::cmp::Reverse;
@@ -41,18 +41,19 @@ pub fn restbus(
     except: &[String],
 ) -> Result<FromDbc, FromDbcError> {
     let text = dbc_text(bytes);
-    let mut nodes = dbc_nodes(file, &text).map_err(Box::new)?;
+    let dbc = Dbc::parse(file, &text).map_err(Box::new)?;
+    let mut nodes = dbc.nodes().to_vec();
     let is_real = |node: &str| except.iter().any(|real| real == node);
     // An unknown name is refused; the error lists the known ones.
     for real in except {
-        Layout::from_dbc(file, &text, real).map_err(Box::new)?;
+        dbc.layout(real).map_err(Box::new)?;
     }
     nodes.retain(|node| node.messages > 0 || is_real(&node.name));
     let left_out = beyond(&mut nodes, &is_real);
     let mut taken = BTreeSet::new();
     let mut members = Vec::new();
     for node in nodes {
-        let layout = Layout::from_dbc(file, &text, &node.name).map_err(Box::new)?;
+        let layout = dbc.layout(&node.name).map_err(Box::new)?;
         let is_real = is_real(&node.name);
         if is_real || of(&layout, Sender::Device).next().is_some() {
             let name = called(&node.name, &mut taken);

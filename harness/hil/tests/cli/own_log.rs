@@ -79,6 +79,13 @@ fn a_log_plays_the_part_of_a_node() {
     // Frames of the log's tester are not the oven's.
     let shown = within(&hil, &["show", "warm"]).exits(0);
     assert!(!shown.out.lines().any(|line| line.contains(" tester ") && line.contains("frame")));
+    // What is doubtful in the log is told.
+    let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
+    fs::write(hil.path("oven/rigs/cut.log"), log.trim_end()).unwrap();
+    rig("{ log = \"cut.log\" }");
+    within(&hil, &["run", "warm.toml", "--out", "cut"]).exits(0);
+    let told = fs::read_to_string(hil.path("oven/cut/summary.json")).unwrap();
+    assert_eq!(told.matches("cut.log: its last line has no end").count(), 1, "{told}");
     rig("{ log = \"oven.log\", channel = \"can7\" }");
     let wrong = within(&hil, &["run", "warm.toml"]).exits(2);
     assert!(wrong.err.contains("which channel of") && wrong.err.contains("can0"), "{}", wrong.err);

@@ -1,7 +1,7 @@
 //! DBC files as they come: of those of your own folder (`HIL_TESTS_DBC_FILES`), a project for each node, and one for
 //! all but each, passes at once. `described/tests/dbc_files.rs` compares their frames with cantools.
 
-use described::{dbc_nodes, dbc_text};
+use described::{Dbc, dbc_text};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -38,7 +38,7 @@ fn a_project_of_any_dbc_runs_green_at_once() {
     for (number, path) in files.iter().enumerate() {
         let shown = path.display().to_string();
         let bytes = std::fs::read(path).unwrap();
-        let mut nodes = dbc_nodes(&shown, &dbc_text(&bytes)).unwrap();
+        let mut nodes = Dbc::parse(&shown, &dbc_text(&bytes)).unwrap().nodes().to_vec();
         nodes.retain(|node| node.messages > 0);
         *counts.entry("files").or_default() += 1;
         if nodes.is_empty() {

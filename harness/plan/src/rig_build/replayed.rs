@@ -7,14 +7,15 @@ use crate::speakers::Speaker;
 
 impl Builder<'_> {
     pub(super) fn replayed<P: Parts>(
-        &self,
+        &mut self,
         number: usize,
         replay: &ReplayTable,
         (node, lines): (&NodeTable, &[usize]),
         parts: &mut P,
     ) -> Result<NodePart, P::Error> {
         let source = self.library.open_beside(self.source, &replay.log)?;
-        let log = parts.log(&source)?;
+        let (log, notes) = parts.log(&source)?;
+        self.rig.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", source.origin)));
         let words = |line: &usize| {
             let speaks = |one: &&Speaker| one.node == node.name.as_str() && one.line == *line;
             let words = self.rig.speakers.iter().find(speaks);

@@ -1,11 +1,11 @@
 //! The messages of a node that no file describes.
 
 use super::{Builder, Parts};
-use crate::library::{LibraryError, Source};
+use crate::library::LibraryError;
 use crate::rig::{LineTable, NodeTable, RigFile};
 use crate::speakers::is_canopen;
 use described::hint;
-use described::{DbcNode, IsoTp, Layout, Sender, dbc_nodes};
+use described::{IsoTp, Layout, Sender};
 
 impl Builder<'_> {
     /// The messages of a line with the counters and checksums from its `number`-th table.
@@ -29,7 +29,6 @@ impl Builder<'_> {
         file: &RigFile,
         number: usize,
         line: usize,
-        parts: &mut P,
     ) -> Result<Option<(Layout, Sender)>, P::Error> {
         let node = &file.nodes[number];
         let own = line.checked_sub(self.rig.robot_lines());
@@ -45,15 +44,14 @@ impl Builder<'_> {
             return Ok(other.map(|other| (other.layout.clone(), Sender::Host)));
         };
         let wanted = node.dbc_node.as_deref().unwrap_or(node.name.as_str());
-        // They have been parsed before, so they are valid DBCs.
-        let named = |dbc: &Source| dbc_nodes(&dbc.origin, &dbc.text).unwrap_or_default();
-        let nodes: Vec<DbcNode> = dbcs.iter().flat_map(named).collect();
-        let nodes: Vec<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
+        let nodes = dbcs.iter().flat_map(|dbc| dbc.nodes());
+        let nodes: Vec<&str> = nodes.map(|node| node.name.as_str()).collect();
         // The node may occur in several files.
         let is_it = |of: &str| of.eq_ignore_ascii_case(wanted);
         match (nodes.iter().any(|known| is_it(known)), node.tester) {
             (true, _) => {
-                let layout = self.protected(parts.layout(dbcs, &is_it)?, own, &file.lines[own])?;
+                let layout = Layout::from_dbcs(dbcs, &is_it).map_err(Box::new)?;
+                let layout = self.protected(layout, own, &file.lines[own])?;
                 Ok(Some((layout, Sender::Device)))
             }
             (false, Some(_)) if node.dbc_node.is_none() => {
@@ -65,11 +63,11 @@ impl Builder<'_> {
                     .map(|other| other.dbc_node.clone().unwrap_or_else(|| other.name.to_string()))
                     .collect();
                 let is_ours = |of: &str| !taken.iter().any(|taken| taken.eq_ignore_ascii_case(of));
-                let layout = parts.layout(dbcs, &is_ours)?;
+                let layout = Layout::from_dbcs(dbcs, &is_ours).map_err(Box::new)?;
                 Ok(Some((self.protected(layout, own, &file.lines[own])?, Sender::Device)))
             }
             (false, _) => {
-                let origins: Vec<&str> = dbcs.iter().map(|dbc| dbc.origin.as_str()).collect();
+                let origins: Vec<&str> = dbcs.iter().map(|dbc| dbc.file()).collect();
                 let message = format!("no node `{wanted}` in {}", origins.join(" and "));
                 let help =
                     format!("{}; `dbc_node` says which it is", hint::proposal(wanted, &nodes));
