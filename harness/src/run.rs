@@ -33,6 +33,7 @@ use crate::record::FaultSummary;
 use crate::record::reader::RecordError;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, Record};
+use judge::unseen::without_truth;
 use rig::crossing::{Crossing, Memory};
 use rig::engine::{Action, Ending};
 use rig::operator::Answers;
@@ -63,6 +64,8 @@ pub struct Simulated {
     pub properties: Vec<PropertyVerdict>,
     /// Properties of the plan that this bench cannot judge; empty in virtual time.
     pub unjudged: Vec<Unjudged>,
+    /// Why the truth of the base is not known; `None` if it is.
+    pub no_truth: Option<String>,
     /// What no measurement covers, one sentence each.
     pub notes: Vec<String>,
     /// Whether the controller reported a problem; `false` on a rig without a controller.
@@ -94,7 +97,8 @@ pub fn simulate_across(
     go(crossing, prepared, seed, answers, watched, sink, pulse)
 }
 
-/// Like [`simulate`], but judges all properties if the plan declares none. The run and its record are the same.
+/// Like [`simulate`], but judges [what a campaign judges](crate::plan::Plan::judged). The run and its record are the
+/// same.
 pub fn simulate_watched(
     prepared: &Prepared,
     seed: u64,
@@ -102,8 +106,8 @@ pub fn simulate_watched(
     sink: &mut impl RecordSink,
     pulse: &mut impl FnMut(Progress) -> bool,
 ) -> Simulated {
-    let watched = Some(prepared.plan.properties.as_slice());
-    go(Memory, prepared, seed, answers, watched, sink, pulse)
+    let judged = prepared.plan.judged(&prepared.rig);
+    go(Memory, prepared, seed, answers, Some(&judged), sink, pulse)
 }
 
 fn go(
@@ -166,6 +170,7 @@ impl<C: Crossing> Underway<C> {
             faults: end.faults,
             properties: end.monitor.map(|monitor| monitor.verdicts(end.at)).unwrap_or_default(),
             unjudged: Vec::new(),
+            no_truth: None,
             notes: end.notes,
             announced: simulation.director.engine.has_announced(),
         }
@@ -212,6 +217,18 @@ impl Verdicts {
     /// Whether the run went to its end, so that the measurements rest on complete data.
     pub fn is_complete(&self) -> bool {
         self.ending.outcome == Outcome::Passed
+    }
+}
+
+impl Simulated {
+    /// Judges these measurements; those of a truth that the bench does not know are not judged.
+    pub(crate) fn judge(&self, declared: &[crate::plan::Declared]) -> (Vec<Measurement>, Outcome) {
+        let (mut measurements, judged) = judge_all(declared, &self.observations);
+        let judged = match &self.no_truth {
+            Some(why) => without_truth(declared, &mut measurements, why),
+            None => judged,
+        };
+        (measurements, judged)
     }
 }
 

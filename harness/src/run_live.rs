@@ -224,6 +224,7 @@ impl LiveRun {
             faults: end.faults,
             properties: end.properties,
             unjudged: end.unjudged,
+            no_truth: end.no_truth,
             notes: end.notes,
             announced: engine.has_announced(),
         };

@@ -5,3 +5,4 @@
 
 pub mod checks;
 pub mod properties;
+pub mod unseen;

@@ -65,7 +65,7 @@ use device_under_test::{Heard, Running};
 use eyes::{Ear, Eyes};
 use flood::FloodWatch;
 use journal::Journal;
-use judge::properties::{Limits, Property};
+use judge::properties::{Limits, Property, View};
 use lateness::{Course, Lateness};
 use machine_watch::MachineWatch;
 use plan::Speaker;
@@ -330,6 +330,7 @@ impl LiveWorld {
             faults,
             properties,
             unjudged,
+            no_truth: self.setting.sight().why_not(View::Truth),
             notes,
         })
     }

@@ -193,6 +193,8 @@ pub struct Counts {
     pub failed: usize,
     /// Never measured.
     pub unset: usize,
+    /// Not judged, because no device of the bench gives it.
+    pub not_judged: usize,
 }
 
 impl Counts {
@@ -205,6 +207,7 @@ impl Counts {
                 Verdict::Marginal => &mut counts.marginal,
                 Verdict::Fail => &mut counts.failed,
                 Verdict::Unset => &mut counts.unset,
+                Verdict::NotJudged => &mut counts.not_judged,
             } += 1;
         }
         counts
@@ -212,7 +215,7 @@ impl Counts {
 
     /// Number of all measurements.
     pub const fn total(self) -> usize {
-        self.passed + self.marginal + self.failed + self.unset
+        self.passed + self.marginal + self.failed + self.unset + self.not_judged
     }
 }
 
@@ -225,6 +228,7 @@ impl std::fmt::Display for Counts {
             (self.marginal, "marginal"),
             (self.failed, "failed"),
             (self.unset, "never measured"),
+            (self.not_judged, "not judged"),
         ];
         let mut separator = ": ";
         for (count, word) in parts {

@@ -3,7 +3,6 @@
 use super::beginnings::Beginnings;
 use super::passes;
 use crate::campaign::{Case, CaseResult, Executor, Violated};
-use crate::checks::judge_all;
 use crate::outcome::Outcome;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
@@ -66,8 +65,7 @@ impl Simulated {
         if !self.must_pass {
             return result(&self.prepared, run);
         }
-        let measurements = &self.prepared.plan.measurements;
-        let (measurements, judged) = judge_all(measurements, &run.observations);
+        let (measurements, judged) = run.judge(&self.prepared.plan.measurements);
         passes::result(run, &measurements, judged)
     }
 
@@ -89,7 +87,7 @@ pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
 
 /// Result of a run.
 pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
-    let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+    let (measurements, judged) = run.judge(&prepared.plan.measurements);
     if prepared.plan.judged(&prepared.rig).is_empty() {
         return passes::result(run, &measurements, judged);
     }

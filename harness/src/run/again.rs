@@ -24,13 +24,14 @@ use super::keep::{breach, worsen};
 use super::recorded_properties::Replayed;
 use crate::checks::judge_all;
 use crate::observation::Observations;
-use crate::outcome::{Outcome, Summary};
+use crate::outcome::{Outcome, Summary, Verdict};
 use crate::plan::{Plan, Rig};
 use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
 use crate::record::reader::RecordError;
 use crate::record::{Record, RecordKind, VERSION};
 use emulators::device_file::Devices;
+use judge::unseen;
 use rig::bench::Bench;
 use std::collections::BTreeSet;
 use wire::time::Timestamp;
@@ -73,7 +74,12 @@ pub fn judge_again(
         }
     });
     let summary = summary.map(without_breach);
-    let (measurements, judged) = judge_all(&plan.measurements, &read.observations);
+    let (mut measurements, mut judged) = judge_all(&plan.measurements, &read.observations);
+    // What the bench could not give, its record does not hold.
+    let before = summary.iter().flat_map(|summary| &summary.measurements);
+    if let Some(known) = before.into_iter().find(|one| one.verdict == Verdict::NotJudged) {
+        judged = unseen::without_truth(&plan.measurements, &mut measurements, &known.statistic);
+    }
     let rewrite = read.error.is_none() || summary.is_none();
     let (outcome, reason) = match (&summary, &read.error) {
         (None, _) => (Outcome::Error, Some(NO_SUMMARY.to_owned())),

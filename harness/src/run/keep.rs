@@ -2,7 +2,6 @@
 
 use super::{Prepared, Simulated, simulate_across};
 use crate::calibrations;
-use crate::checks::judge_all;
 #[cfg(feature = "report")]
 use crate::junit;
 use crate::made::Made;
@@ -213,7 +212,7 @@ pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
 
 /// Judges a run as one in virtual time; the live world changes the summary.
 pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
-    let (measurements, judged) = judge_all(&prepared.plan.measurements, &run.observations);
+    let (measurements, judged) = run.judge(&prepared.plan.measurements);
     let outcome = match run.ending.outcome {
         Outcome::Passed => judged,
         ended => ended,
@@ -238,7 +237,7 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
         commands: run.commands.clone(),
         faults: run.faults.clone(),
         properties: properties(prepared, run),
-        notes: run.notes.clone(),
+        notes: prepared.rig.notes.iter().chain(&run.notes).cloned().collect(),
     };
     let broken = summary.properties.iter().find(|property| property.is_broken());
     if let Some(why) = broken.map(breach) {

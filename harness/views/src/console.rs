@@ -100,16 +100,17 @@ impl Style {
 
     #[cfg(not(feature = "tty"))]
     fn verdict(self, verdict: Verdict) -> Cell {
-        Cell::new(verdict.name())
+        Cell::new(verdict.in_words())
     }
 
     #[cfg(feature = "tty")]
     fn verdict(self, verdict: Verdict) -> Cell {
-        let cell = Cell::new(verdict.name());
+        let cell = Cell::new(verdict.in_words());
         let colour = match verdict {
             Verdict::Pass => Color::Green,
             Verdict::Marginal => Color::Yellow,
             Verdict::Fail | Verdict::Unset => Color::Red,
+            Verdict::NotJudged => Color::Reset,
         };
         if self.colour { cell.fg(colour) } else { cell }
     }
@@ -148,11 +149,14 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
         }
     }
     for summary in summaries {
-        for property in &summary.properties {
-            if let Some(why) = &property.not_judged {
-                let (plan, name) = (printable(&summary.plan), printable(&property.name));
-                text += &format!("{plan}: {name} not judged: {}\n", printable(why));
-            }
+        let measurements = summary.measurements.iter();
+        let measurements = measurements.filter(|one| one.verdict == Verdict::NotJudged);
+        let measurements = measurements.map(|one| (&one.name, &one.statistic));
+        let properties = summary.properties.iter();
+        let properties = properties.filter_map(|one| Some((&one.name, one.not_judged.as_ref()?)));
+        for (name, why) in measurements.chain(properties) {
+            let (plan, name) = (printable(&summary.plan), printable(name));
+            text += &format!("{plan}: {name} not judged: {}\n", printable(why));
         }
     }
     for summary in summaries {
@@ -304,7 +308,7 @@ pub fn lines(table: &Table) -> String {
 mod tests {
     use super::{Style, closing_line, measurements_table};
     use record::outcome::samples::{properties, summary};
-    use record::outcome::{Outcome, Summary};
+    use record::outcome::{Outcome, Summary, Verdict};
 
     #[test]
     fn paper_stands_against_measured() {
@@ -318,6 +322,18 @@ mod tests {
         let table = measurements_table(&[summary], Style::PLAIN);
         let said: Vec<_> = table.lines().filter(|line| line.contains("not judged:")).collect();
         assert_eq!(said, ["laps-observed: done_is_done not judged: the base is real"]);
+    }
+
+    #[test]
+    fn a_measurement_that_no_device_gives_is_named_with_the_reason() {
+        let mut summary = summary();
+        let name = summary.measurements[0].name.clone();
+        summary.measurements[0].verdict = Verdict::NotJudged;
+        summary.measurements[0].statistic = "the base is real".to_owned();
+        let table = measurements_table(&[summary], Style::PLAIN);
+        let told = format!("laps-observed: {name} not judged: the base is real");
+        assert!(table.lines().any(|line| line == told), "{table}");
+        assert!(table.lines().any(|line| line.contains(&name) && line.ends_with("not judged")));
     }
 
     #[test]

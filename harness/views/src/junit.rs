@@ -12,7 +12,7 @@ pub use envelopes::envelopes;
 
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 use record::figures;
-use record::outcome::{Measurement, Outcome, PropertySummary, Summary};
+use record::outcome::{Measurement, Outcome, PropertySummary, Summary, Verdict};
 use record::run_folder::{RECORD, REPORT};
 use std::path::Path;
 use std::time::Duration;
@@ -97,6 +97,9 @@ fn named(name: &str, summary: &Summary, status: TestCaseStatus) -> TestCase {
 
 fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> TestCase {
     let sentence = sentence(measurement);
+    if measurement.verdict == Verdict::NotJudged {
+        return named(&measurement.name, summary, skipped(&measurement.statistic));
+    }
     if measurement.verdict.is_acceptable() {
         let mut case = named(&measurement.name, summary, TestCaseStatus::success());
         case.set_system_out(sentence);
@@ -112,14 +115,16 @@ fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> Test
     case
 }
 
+fn skipped(why: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::skipped();
+    status.set_message(why);
+    status
+}
+
 /// A property that was not judged is skipped. One that must occur in some run of a campaign need not occur in this run.
 fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
     let status = match &property.not_judged {
-        Some(why) => {
-            let mut status = TestCaseStatus::skipped();
-            status.set_message(why.as_str());
-            status
-        }
+        Some(why) => skipped(why),
         None if property.is_broken() => {
             let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
             let what = property.what.as_deref().unwrap_or("broken");

@@ -91,7 +91,7 @@ class PlanItem(pytest.Item):
         if row is None:
             pytest.fail(f"{self.name}: the run has no such verdict\n{made}", pytrace=False)
         self.user_properties.append(("verdict", str(row)))
-        if getattr(row, "not_judged", None) is not None:
+        if row.not_judged is not None:
             pytest.skip(row.not_judged)
         if not row.passed:
             pytest.fail(f"{row}\n{report}", pytrace=False)
@@ -99,7 +99,7 @@ class PlanItem(pytest.Item):
     def _judge_run(self, made: Run):
         """What failed by a verdict fails as that: what is left is a run that failed by itself."""
         rows = [*made.measurements.values(), *made.properties.values()]
-        if made.passed or (made.reason is None and not all(row.passed for row in rows)):
+        if made.passed or (made.reason is None and not all(row.passed or row.not_judged is not None for row in rows)):
             return
         pytest.fail(made.reason or str(made), pytrace=False)
 

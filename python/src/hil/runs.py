@@ -21,7 +21,7 @@ class Measurement:
     unit: str
     lower: float | None
     upper: float | None
-    #: ``pass``, ``marginal``, ``fail`` or ``unset``.
+    #: ``pass``, ``marginal``, ``fail``, ``unset`` or ``not_judged``.
     verdict: str
     #: What the figure is: ``worst of 80``.
     statistic: str
@@ -32,6 +32,11 @@ class Measurement:
     @property
     def passed(self) -> bool:
         return self.verdict in ("pass", "marginal")
+
+    @property
+    def not_judged(self) -> str | None:
+        """Why this bench cannot judge it; ``None`` where it can."""
+        return self.statistic if self.verdict == "not_judged" else None
 
     @property
     def band(self) -> str:

@@ -74,6 +74,11 @@ impl Sight {
         !self.hidden.contains_key(&view)
     }
 
+    /// Why this view is not available; `None` if it is.
+    pub fn why_not(&self, view: View) -> Option<String> {
+        self.hidden.get(&view).map(|why| format!("it is judged by {}: {why}", view.what()))
+    }
+
     /// Divides `properties` into those that can be judged and the others, each in order.
     pub fn divide(&self, properties: &[Property]) -> (Vec<Property>, Vec<Unjudged>) {
         let (mut judged, mut unjudged) = (Vec::new(), Vec::new());
@@ -91,9 +96,7 @@ impl Sight {
 
     /// Why a property cannot be judged; `None` if it can.
     fn missing(&self, property: &Property) -> Option<String> {
-        needs(property).iter().find_map(|view| {
-            self.hidden.get(view).map(|why| format!("it is judged by {}: {why}", view.what()))
-        })
+        needs(property).iter().find_map(|view| self.why_not(*view))
     }
 }
 

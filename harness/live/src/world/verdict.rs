@@ -39,6 +39,8 @@ pub struct LiveEnd {
     pub properties: Vec<PropertyVerdict>,
     /// Properties that this bench cannot judge.
     pub unjudged: Vec<Unjudged>,
+    /// Why the truth of the base is not known; `None` if it is.
+    pub no_truth: Option<String>,
     /// What no measurement covers, one sentence each.
     pub notes: Vec<String>,
 }

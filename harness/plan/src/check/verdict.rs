@@ -14,12 +14,15 @@ pub enum Verdict {
     Fail,
     /// Declared but never measured. Counts as a failure.
     Unset,
+    /// No device of the bench gives it, so that it neither passes nor fails; the statistic says why.
+    #[serde(rename = "not_judged")]
+    NotJudged,
 }
 
 impl Verdict {
     /// Whether a run with this verdict can still pass.
     pub const fn is_acceptable(self) -> bool {
-        matches!(self, Self::Pass | Self::Marginal)
+        matches!(self, Self::Pass | Self::Marginal | Self::NotJudged)
     }
 
     /// Its name, as in `summary.json`.
@@ -29,6 +32,15 @@ impl Verdict {
             Self::Marginal => "marginal",
             Self::Fail => "fail",
             Self::Unset => "unset",
+            Self::NotJudged => "not_judged",
+        }
+    }
+
+    /// The same for a person.
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::NotJudged => "not judged",
+            other => other.name(),
         }
     }
 }

@@ -71,7 +71,7 @@ fn worst(samples: &[Sample], band: Band, when: &str) -> Result<Figure, Refusal> 
         let badness = match verdict {
             Verdict::Fail | Verdict::Unset => 2,
             Verdict::Marginal => 1,
-            Verdict::Pass => 0,
+            Verdict::Pass | Verdict::NotJudged => 0,
         };
         (badness, -band.margin(sample.value))
     };

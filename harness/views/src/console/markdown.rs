@@ -53,7 +53,7 @@ fn measurement_row(measurement: &Measurement, has_paper: bool) -> String {
         || "-".to_owned(),
         |margin| figures::quantity_alone(margin, *uncertainty, unit),
     );
-    let verdict = measurement.verdict.name();
+    let verdict = measurement.verdict.in_words();
     let verdict = match measurement.verdict.is_acceptable() {
         true => verdict.to_owned(),
         false => format!("**{verdict}**"),

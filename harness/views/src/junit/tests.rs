@@ -5,7 +5,7 @@ use crate::console::example;
 use ::campaign::{Account, End};
 use quick_junit::{Report, TestCaseStatus};
 use record::outcome::samples::{properties, summary};
-use record::outcome::{Outcome, Summary};
+use record::outcome::{Outcome, Summary, Verdict};
 use std::path::Path;
 
 fn account() -> Account {
@@ -28,6 +28,19 @@ fn a_broken_bench_is_an_error() {
     let measurements = Vec::new();
     let broken = Summary { outcome: Outcome::Error, reason, measurements, ..summary() };
     insta::assert_snapshot!(document(&broken, None).unwrap());
+}
+
+#[test]
+fn what_no_device_of_the_bench_gives_is_skipped_with_its_reason() {
+    let mut run = summary();
+    run.measurements.truncate(1);
+    run.measurements[0].verdict = Verdict::NotJudged;
+    run.measurements[0].statistic = "the base is real".to_owned();
+    let report = Report::deserialize_from_str(&document(&run, None).unwrap()).unwrap();
+    let cases = &report.test_suites[0].test_cases;
+    let case = cases.iter().find(|case| case.name.as_str() == run.measurements[0].name).unwrap();
+    let TestCaseStatus::Skipped { message, .. } = &case.status else { panic!("{case:?}") };
+    assert_eq!(message.as_ref().unwrap().as_str(), "the base is real");
 }
 
 /// For example a program under test that ended when all was measured.

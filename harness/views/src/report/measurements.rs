@@ -56,7 +56,8 @@ fn worst_first(measurements: &[Measurement]) -> Vec<&Measurement> {
         Verdict::Fail => 0,
         Verdict::Unset => 1,
         Verdict::Marginal => 2,
-        Verdict::Pass => 3,
+        Verdict::NotJudged => 3,
+        Verdict::Pass => 4,
     });
     all
 }
@@ -122,6 +123,7 @@ pub(super) fn reason(measurement: &Measurement) -> Option<String> {
     match (measurement.verdict, margin) {
         (Verdict::Pass, _) => None,
         (Verdict::Unset, _) => Some("it was never measured".to_owned()),
+        (Verdict::NotJudged, _) => Some(measurement.statistic.clone()),
         (Verdict::Marginal, Some(margin)) => Some(format!(
             "inside by {margin}, less than its expanded uncertainty of {} (k = 2)",
             figure(COVERAGE_FACTOR * uncertainty)

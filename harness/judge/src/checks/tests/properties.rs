@@ -7,7 +7,7 @@ use proptest::prelude::*;
 /// Rank of a verdict; higher is better.
 fn rank(verdict: Verdict) -> u8 {
     match verdict {
-        Verdict::Unset | Verdict::Fail => 0,
+        Verdict::Unset | Verdict::NotJudged | Verdict::Fail => 0,
         Verdict::Marginal => 1,
         Verdict::Pass => 2,
     }
