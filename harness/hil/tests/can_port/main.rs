@@ -6,6 +6,7 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::unwrap_used, reason = "in a test what cannot go on may panic")]
 
+mod gone;
 mod link;
 mod recorder;
 mod replay;
