@@ -31,6 +31,8 @@ pub(crate) struct GyroInput {
     good: Option<Timestamp>,
     /// Arrival of the last sample that may have waited during a pause.
     returned: Timestamp,
+    /// Arrival of the last sample that certainly did: together with others.
+    waited: Timestamp,
     skipped: u16,
     /// Present on a base, whose turn rate is limited.
     gate: Option<JumpGate>,
@@ -53,6 +55,7 @@ impl GyroInput {
             heard: None,
             good: None,
             returned: Timestamp::ZERO,
+            waited: Timestamp::ZERO,
             skipped: 0,
             gate: on_base.then(|| JumpGate::new(format.period())),
             stuck: StuckWatch::new(format, mode),
@@ -139,6 +142,12 @@ impl GyroInput {
         self.last_of_use().is_some_and(|last| last > self.returned)
     }
 
+    /// True if the last sample was one of several that a stalled host received at once: it may be as old as the stall was
+    /// long.
+    pub(crate) fn has_waited(&self) -> bool {
+        self.last_of_use().is_some_and(|last| last <= self.waited)
+    }
+
     /// True if a sample that arrives at `now` follows one that ended a pause faster than a gyro sends: it has waited too.
     /// A host reads what waited in pieces, each a little later than the one before.
     fn follows_at_once(&self, now: Timestamp) -> bool {
@@ -170,7 +179,11 @@ impl GyroInput {
     #[inline(always)]
     pub(crate) fn take(&mut self, now: Timestamp, sample: &GyroSample) -> Option<Reading> {
         // Samples that waited less make no heading older than one and a half time-outs.
-        if self.is_silent_for(now, self.config.timeout / 2) || self.follows_at_once(now) {
+        let follows = self.follows_at_once(now);
+        if follows {
+            self.waited = now;
+        }
+        if follows || self.is_silent_for(now, self.config.timeout / 2) {
             self.returned = now;
         }
         if self.is_silent(now)

@@ -112,6 +112,24 @@ fn a_gyro_that_starts_anew_in_a_turn_is_told() {
     assert!(result.reached.contains("samples_lost"), "{result:?}");
 }
 
+/// The gyro fell silent while the host stood still: what had waited was taken for new, and odometry bridged a silence
+/// that had lasted for 17 s. Found by a campaign.
+#[test]
+fn a_host_that_stood_still_does_not_drive_by_what_waited() {
+    let lap = include_str!("../../benchmarks/laps/lap.toml");
+    let text = lap.replace("{ estimator = \"paper\" }", "{ estimator = \"kalman\" }");
+    assert_ne!(text, lap);
+    let devices = include_str!("../../benchmarks/laps/devices/warm-can.toml");
+    let folder = tests::project::of([("lap.toml", &*text), ("devices/warm-can.toml", devices)]);
+    let at = folder.path().join("lap.toml");
+    let lap = Prepared::load(&at.to_string_lossy(), &Made::default()).unwrap();
+    let case = r#"{"seed": 17070579280651319955, "schedule": [
+        {"target": "gyro", "what": {"disconnect": {"for_s": 1444.8345749131831}}, "when": {"at_s": 27.991}},
+        {"target": "host", "what": {"scheduler_stall": {"for_s": 24.08057624855305}}, "when": {"during": "lap"}}]}"#;
+    let result = executor(lap).execute(&serde_json::from_str(case).unwrap());
+    assert!(!result.breaks("fresh_heading"), "{result:?}");
+}
+
 /// A short gap is bridged, a long one is not: the envelope is between.
 #[test]
 fn a_gyro_that_is_gone_for_long_is_not_tolerated_and_a_short_one_is() {

@@ -174,12 +174,14 @@ impl Controller {
         }
     }
 
-    /// True while the gyro is silent and the odometry replaces it.
+    /// True while the gyro is silent and the odometry replaces it. If the last sample had waited for a stalled host, its
+    /// age is unknown, and so is the length of the silence: nothing bridges it.
     pub(super) fn is_bridging(&self, now: Timestamp) -> bool {
         self.estimating.as_ref().is_some_and(|estimating| estimating.anchor.is_some())
             && self.source == HeadingSource::Gyro
             && !matches!(self.task, Task::BiasTest { .. })
             && self.gyro.is_silent(now)
+            && !self.gyro.has_waited()
             && !self.gyro.is_silent_for(now, BRIDGE_MAX)
             && now <= self.base_silent_at()
     }
