@@ -108,7 +108,7 @@ static MEASUREMENTS: [Column; 11] = [
     column("lower", Float, "", "lower end of the band; missing where there is none"),
     column("upper", Float, "", "upper end of the band; missing where there is none"),
     column("margin", Float, "", "distance to the nearer end of the band, negative outside it"),
-    column("verdict", Text, "", "pass, marginal, fail or unset"),
+    column("verdict", Text, "", "pass, marginal, fail, unset or not_judged"),
     column("paper", Text, "", "what the paper gives, with its place"),
     column("statistic", Text, "", "what the figure is"),
 ];

@@ -121,7 +121,7 @@ impl Event<'_> {
             EventKind::Verdict | EventKind::Property | EventKind::Outcome => {
                 match &*self.came_to() {
                     "fail" | "unset" | "broken" | "failed" | "error" | "timeout" => Severity::Error,
-                    "marginal" | "aborted" | "not judged" => Severity::Warning,
+                    "marginal" | "aborted" | "not judged" | "not_judged" => Severity::Warning,
                     _ => Severity::Info,
                 }
             }
