@@ -49,7 +49,7 @@ pub fn judge(declared: &Declared, observations: &Observations) -> Measurement {
         paper: declared.paper.clone(),
         statistic,
         uncertainty,
-        observations: selection.len() as u64,
+        observations: selection.count() as u64,
         proves: declared.proves,
     }
 }

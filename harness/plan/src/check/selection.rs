@@ -89,7 +89,7 @@ impl<'a> Selection<'a> {
     }
 
     /// Number of observations of the measurement's own quantity.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.first.len()
     }
 
