@@ -62,3 +62,37 @@ fn noise_far_above_the_motion_is_no_error() {
         assert!(finding.effects.is_empty(), "{seed} {:?}", finding.effects);
     }
 }
+
+/// A sensor of any kind that is late by less than a sample, ten readings a second of a smooth motion: to first order its
+/// error goes with the slope, and a line between samples is as wrong as the noise.
+#[test]
+fn a_late_sensor_is_late_and_no_more() {
+    for (late, noise) in [(0.01, 0.002), (0.05, 0.002), (0.05, 0.05), (0.2, 0.002)] {
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(8);
+        let truth = |at: f64| (1.31 * at).sin() + 0.8 * (0.57 * at + 1.0).sin();
+        let time: Vec<f64> = (0..2400).map(|row| 0.1 * f64::from(row)).collect();
+        let read = |at: &f64| {
+            let drawn: f64 = StandardNormal.sample(&mut random);
+            0.01 + 1.002 * truth(at - late) + noise * drawn
+        };
+        let reads = time.iter().map(read).collect();
+        let columns = vec![
+            Column::new("gauge", Role::Measured, Unit::Volt, reads),
+            Column::new(
+                "truth",
+                Role::Reference,
+                Unit::Volt,
+                time.iter().copied().map(truth).collect(),
+            ),
+            Column::new("time", Role::Time, Unit::Second, time),
+        ];
+        let run = (0..2400).map(|row| row / 400).collect();
+        let dataset = Dataset::new("gauge", Kind::Sensor, columns, run);
+        let finding =
+            identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding;
+        let names: Vec<&str> = finding.effects.iter().map(|one| one.name.as_str()).collect();
+        assert_eq!(names, ["delay"], "{late} {noise} {:?}", finding.effects);
+        let found = finding.effects[0].parameters[0].value;
+        assert!((found - late).abs() < 0.002, "{late} {noise} {found}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::problem::wrap;
-use crate::signal::interpolate;
+use crate::signal::{interpolate, running_total};
 use std::ops::Range;
 
 /// Poses that are known as a whole.
@@ -87,14 +87,7 @@ impl Poses {
 
     /// Sums over each leg of `per_row`, what each row adds, where the legs come `late` by that much, s.
     pub fn sums(&self, legs: &[Leg], per_row: &[f64], late: f64) -> Vec<f64> {
-        let mut sum = 0.0;
-        let total: Vec<f64> = per_row
-            .iter()
-            .map(|value| {
-                sum += value;
-                sum
-            })
-            .collect();
+        let total = running_total(per_row);
         let at = |run: usize, row: usize| {
             if late == 0.0 {
                 return total[row];

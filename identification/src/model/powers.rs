@@ -33,10 +33,11 @@ impl Shape {
             .map(|at| at + 1)
     }
 
-    /// Whether both are powers of one driver: parts of one polynomial.
+    /// Whether they are different powers of one driver: parts of one polynomial.
     pub fn shares_polynomial(&self, other: &Self) -> bool {
         let are_powers = self.power().is_some() && other.power().is_some();
-        are_powers && self.acts == other.acts && self.drivers == other.drivers
+        let differ = self.power() != other.power();
+        are_powers && differ && self.acts == other.acts && self.drivers == other.drivers
     }
 
     /// Number of causes in `terms`: a polynomial is one.
@@ -64,5 +65,8 @@ mod tests {
         let bump = power(Acts::Bias, "temperature", Form::Bump);
         let terms = [&polynomial[..], &[other, of_scale, bump]].concat();
         assert_eq!(Shape::causes(&terms), 4);
+        // Two lags of one field are two causes, not a polynomial.
+        let lag = |constant| polynomial[1].clone().with("time_constant", constant);
+        assert_eq!(Shape::causes(&[lag(3.0), lag(40.0)]), 2);
     }
 }

@@ -23,8 +23,10 @@ pub(crate) fn join_powers(effects: &mut Vec<Effect>) {
     while at < effects.len() {
         let is_part = |other: &Effect| {
             let one = &effects[at];
-            power(one).is_some()
-                && power(other).is_some()
+            let powers = (power(one), power(other));
+            // The same power twice differs in another number, such as the width of a hysteresis.
+            let (Some(mine), Some(its)) = powers else { return false };
+            (std::ptr::eq(one, other) || mine != its)
                 && (&one.term, one.axis, &one.drivers) == (&other.term, other.axis, &other.drivers)
         };
         let parts: Vec<usize> = (at..effects.len()).filter(|&i| is_part(&effects[i])).collect();
@@ -110,6 +112,10 @@ mod tests {
         assert_eq!(names, ["slope", "quadratic", "cubic", "origin", "seen_from"]);
         assert_eq!((joined.p_value, joined.held_out_before), (1e-9, 1e-3));
         assert!(is_polynomial(joined) && !is_polynomial(alone));
+        let mut two =
+            ["branch_of(temperature)"; 2].map(|driver| effect("linear", driver, 1e-4)).to_vec();
+        join_powers(&mut two);
+        assert!(two.len() == 2 && !is_polynomial(&two[0]));
         assert_eq!(alone.parameters[0].name, "slope");
     }
 }

@@ -5,7 +5,7 @@ use super::gyro::missing;
 use super::wrap;
 use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::identify::IdentifyError;
-use crate::signal::interpolate;
+use crate::signal::{interpolate, running_total};
 
 /// Nominal motion in each row.
 pub(crate) struct Motion {
@@ -21,14 +21,7 @@ impl Motion {
     /// Makes it come later by `delay`, s, as its reference does.
     pub fn delay(&mut self, delay: f64, channels: &Channels) {
         let later = |per_row: &[f64]| -> Vec<f64> {
-            let mut sum = 0.0;
-            let total: Vec<f64> = per_row
-                .iter()
-                .map(|step| {
-                    sum += step;
-                    sum
-                })
-                .collect();
+            let total = running_total(per_row);
             let mut found = vec![0.0; per_row.len()];
             let mut start = 0;
             for row in 1..=per_row.len() {

@@ -6,6 +6,7 @@ use super::period::periods;
 use super::record::{Seen, View};
 use super::refine::refine;
 use super::scene::{NOTHING, Scene, Score};
+use super::timing;
 use crate::candidates::{Candidate, Family, narrow_on};
 use crate::linear::{Basis, dot};
 use crate::model::{Acts, Shape, Wrap};
@@ -34,8 +35,7 @@ impl Contender {
     /// A contender ranked among `observations`.
     pub fn new(candidate: Candidate, score: Score, strength: f64, observations: f64) -> Self {
         let numbers = candidate.shape.nonlinear().len() as f64;
-        let simple = if candidate.shape.drivers.is_empty() { SIMPLEST } else { 0.0 };
-        let rank = strength - 0.5 * numbers * observations.ln() + simple;
+        let rank = strength - 0.5 * numbers * observations.ln() + simplicity(&candidate.shape);
         Self { candidate, score, strength, rank, caution: 0.0, beside: Vec::new() }
     }
 
@@ -50,8 +50,15 @@ impl Contender {
     }
 }
 
-/// Preference for a constant over a term with a driver, in nats.
-pub(super) const SIMPLEST: f64 = 2.0;
+/// Preference for the simplest physical cause where others do as well, in nats: a constant over any function, a delay over
+/// a filter or an error that goes with the slope, which to first order are the same.
+const SIMPLEST: f64 = 2.0;
+
+/// Preference for `shape` over less simple ones, in nats.
+pub(super) fn simplicity(shape: &Shape) -> f64 {
+    if shape.drivers.is_empty() || timing::is_delay(shape) { SIMPLEST } else { 0.0 }
+}
+
 /// Number of contenders in a family to refine.
 const REFINED: usize = 3;
 /// Surprise of a spline from which hinges and bumps are tried.

@@ -2,7 +2,7 @@
 //! residual if runs are alike (Liang and Zeger 1986), and rivals that predict held-out data as well.
 
 use super::block::{BlockFit, Found};
-use super::choose::SIMPLEST;
+use super::choose::simplicity;
 use super::data::{Data, combine};
 use super::material::Material;
 use super::rivals::RivalFound;
@@ -188,8 +188,7 @@ impl Material<'_> {
                         if more > 0.0 { 0.5 * (more / error).powi(2) } else { 0.0 }
                     })
                     .fold(0.0, f64::max);
-                let is_simpler = effect.drivers.is_empty() && !shape.drivers.is_empty();
-                let behind = behind + if is_simpler { SIMPLEST } else { 0.0 };
+                let behind = (behind + simplicity(&effect) - simplicity(&shape)).max(0.0);
                 let fair = shape.known || !effect.known;
                 (!same && as_good && fair).then_some(RivalFound { shape, behind })
             })

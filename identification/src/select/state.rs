@@ -11,7 +11,7 @@ use super::refine::refine;
 use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
 use super::sound::{is_sound, is_within_physics};
-use super::timing;
+use super::timing::{self, Timing};
 use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
@@ -121,6 +121,7 @@ impl<'a> State<'a> {
     /// Replaces each added term by the named one that ranks higher beside all others, if there is one (sequential
     /// replacement; Miller 2002, chapter 3): a term was chosen without those that came later.
     pub fn exchange(&mut self, threshold: f64) {
+        let rotation = &self.data.channels.rotation_name;
         for index in self.base..self.terms.len() {
             let mut others = self.terms.clone();
             let term = others.remove(index);
@@ -146,6 +147,7 @@ impl<'a> State<'a> {
                     && names_a_cause(&one.candidate)
                     && one.strength >= threshold
                     && !others.iter().any(|other| one.candidate.shape.label() == other.label())
+                    && !timing::is_said_by(&others, &one.candidate.shape, rotation)
             });
             let Some(better) = better else { continue };
             let gain = if is_level(better) { f64::INFINITY } else { better.rank - mine.rank };
@@ -292,8 +294,11 @@ impl<'a> State<'a> {
                 continue;
             }
             let mut next = self.clone();
-            // A bump or a sigmoid with its middle outside the data can balance a constant.
-            let is_narrow = chosen.iter().any(|one| !one.shape.known && one.shape.width() == 1);
+            // A bump or a sigmoid with its middle outside the data can balance a constant, and a filter a delay.
+            let is_narrow = chosen.iter().any(|one| {
+                let shape = &one.shape;
+                (!shape.known && shape.width() == 1) || Timing::of(shape).is_some()
+            });
             chosen.into_iter().for_each(|candidate| next.add(candidate));
             let is_balanced = is_narrow && !is_sound(&next, self.terms.len());
             if !is_within_physics(&next) || is_balanced {

@@ -27,9 +27,14 @@ impl Timing {
     }
 }
 
-/// Whether one of `terms` already states the delay of `shape`. The delay is a number of that term: a second one would
-/// repeat it, and the two could balance each other. To first order a delay subtracts the slope of the `rotation`, so an
-/// error proportional to that slope repeats it as well.
+/// Whether `shape` is a plain delay.
+pub fn is_delay(shape: &Shape) -> bool {
+    Timing::of(shape) == Some(Timing(Acts::Delay, Wrap::Plain))
+}
+
+/// Whether one of `terms` already states the delay, the lag or the hysteresis of `shape`. Its size is a number of that
+/// term: a second one would repeat it, and the two could balance each other. To first order a delay subtracts the slope of
+/// the `rotation`, so an error proportional to that slope repeats it as well.
 pub fn is_said_by(terms: &[Shape], shape: &Shape, rotation: &str) -> bool {
     let goes_with_slope = |shape: &Shape| {
         let slope = Driver::new(Wrap::RateOf, rotation);
@@ -40,7 +45,10 @@ pub fn is_said_by(terms: &[Shape], shape: &Shape, rotation: &str) -> bool {
         timing => timing,
     };
     let timing = of(shape);
-    timing.is_some() && terms.iter().any(|term| of(term) == timing)
+    let remembers = matches!(shape.drivers.first(), Some(one) if matches!(one.wrap, Wrap::LagOf | Wrap::BranchOf));
+    terms
+        .iter()
+        .any(|term| (timing.is_some() && of(term) == timing) || (remembers && term.says(shape)))
 }
 
 /// The likeliest kind of delay for all late axes, if there is one that none excludes.
@@ -120,6 +128,13 @@ mod tests {
         assert!(is_said(&terms, &goes_with("reference")));
         assert!(is_said(&[goes_with("reference")], &late(Wrap::Plain)));
         assert!(!is_said(&terms, &goes_with("temperature")));
+        // A driver has one hysteresis, of one width.
+        let play = |width: f64| {
+            let driver = Driver::new(Wrap::BranchOf, "temperature");
+            Shape::new("thermal_hysteresis", Acts::Bias, driver, Form::Linear)
+                .with("half_width", width)
+        };
+        assert!(is_said(&[play(1.0)], &play(3.0)));
         // Two axes without delay carry no information on it.
         let constant = Shape { form: Form::Constant, ..late(Wrap::Plain) };
         assert!(!is_said(std::slice::from_ref(&constant), &constant));
