@@ -62,19 +62,7 @@ impl Builder<'_> {
         let name = |wrap, form| over(on, channel, wrap, form);
         let driver = |wrap| Driver::new(wrap, &channel.name);
         if channel.role == Role::Heading {
-            if on != Acts::Drive && !self.channels.of_sensor {
-                // The ground has a slope, and no more: only a wheel that is steered has two cycles.
-                let angles = self.channels.channels.iter().filter(|one| one.role == Role::Heading);
-                let is_of_ground = self.block.pose.is_some() && angles.count() < 2;
-                for wrap in [Wrap::Harmonic(1), Wrap::Harmonic(2)]
-                    .into_iter()
-                    .take(if is_of_ground { 1 } else { 2 })
-                {
-                    let shape =
-                        Shape::new(&name(wrap, Form::Harmonic), on, driver(wrap), Form::Harmonic);
-                    self.push(Family::Library, shape);
-                }
-            }
+            self.over_heading(on, channel);
             return;
         }
         if channel.role == Role::SteerAngle {
@@ -145,6 +133,27 @@ impl Builder<'_> {
                 );
                 self.push(Family::Memory, shape);
             }
+        }
+    }
+
+    /// Cycles of a heading: of the earth's field, or of a wheel that is steered. Toward the ground a robot that steers no
+    /// wheel has its slope alone, down which it drifts.
+    fn over_heading(&mut self, on: Acts, channel: &Channel) {
+        if on == Acts::Drive || self.channels.of_sensor {
+            return;
+        }
+        let is_ground = |one: &Channel| one.name == channel.name;
+        let harmonic = |name: &str, wrap| {
+            Shape::new(name, on, Driver::new(wrap, &channel.name), Form::Harmonic)
+        };
+        if self.block.pose.is_some() && self.channels.of(Role::Heading).is_some_and(is_ground) {
+            if on == Acts::Curvature {
+                self.push(Family::Library, harmonic("ground_slope", Wrap::Harmonic(1)));
+            }
+            return;
+        }
+        for wrap in [Wrap::Harmonic(1), Wrap::Harmonic(2)] {
+            self.push(Family::Library, harmonic(&over(on, channel, wrap, Form::Harmonic), wrap));
         }
     }
 

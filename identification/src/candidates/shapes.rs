@@ -74,7 +74,10 @@ pub fn smooth(block: &Block, channels: &Channels) -> Vec<Candidate> {
         if knots.len() < DIFFERENT_MIN || !fills_its_range(&values) {
             continue;
         }
-        for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
+        // A drift over the rate of turning is a scale of turns that varies with it.
+        let turns_twice =
+            |on: Acts| on == Acts::Curvature && driver.field == channels.rotation_name;
+        for on in OPEN.into_iter().filter(|on| is_open(block, *on) && !turns_twice(*on)) {
             let name = format!("{}_shape_over_{}", acts(on), word(&driver));
             let mut shape = Shape::new(&name, on, driver.clone(), Form::Spline).unnamed();
             shape.knots.clone_from(&knots);
