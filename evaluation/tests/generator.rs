@@ -225,6 +225,7 @@ impl Identifier for Parrot {
             left: Vec::new(),
             compensation: None,
             next_experiment: None,
+            set_aside: Vec::new(),
             notices: Vec::new(),
         };
         Ok((finding, ()))

@@ -265,6 +265,7 @@ pub(crate) fn assemble(
             left,
             compensation: compensation.clone(),
             next_experiment: None,
+            set_aside: Vec::new(),
             notices,
         },
         model: Model {

@@ -48,9 +48,32 @@ pub struct Finding {
     /// The plan that would decide between the rivals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_experiment: Option<NextExperiment>,
+    /// Rows that are wrong by themselves and took no part.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set_aside: Vec<SetAside>,
     /// Notes on the data for the reader.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
+}
+
+/// Outliers of a quantity: rows whose error is far from that of the rows around them, farther than the tail of the noise
+/// explains, and unrelated to every input.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SetAside {
+    /// What was measured.
+    pub quantity: String,
+    /// Number of outliers.
+    pub rows: usize,
+    /// Number of rows that were judged.
+    pub of: usize,
+    /// Distance from the rows around it, in `unit`, beyond which a row is one.
+    pub limit: f64,
+    /// The largest such distance.
+    pub largest: f64,
+    /// Unit of both.
+    pub unit: String,
+    /// Times of the first ten, as in the data.
+    pub times: Vec<f64>,
 }
 
 /// Probability above which a constant adds nothing to the other terms (assumption).

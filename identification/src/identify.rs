@@ -5,11 +5,12 @@ use crate::clipping::{Clipped, clip};
 use crate::corrections;
 use crate::dataset::Dataset;
 use crate::experiment::Experiment;
-use crate::finding::Finding;
+use crate::finding::{Finding, Verdict};
 use crate::judge::{Holding, Judge};
 use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outcome::Diagnostics;
+use crate::outliers::{self, Wild};
 use crate::problem::{Block, Known, Problem};
 use crate::select::{
     Asked, Data, Memory, agreed, fewer, fit_terms, identify_block, without_rounding,
@@ -79,6 +80,50 @@ pub fn identify(
         return Err(IdentifyError::Model("the model is of another kind than the data".to_owned()));
     }
     progress(0.0, "reading");
+    let mut dataset = dataset.clone();
+    let mut told = Vec::new();
+    let mut leave_out = |dataset: &mut Dataset, wild: Vec<Wild>| {
+        outliers::set_aside(dataset, &wild);
+        outliers::join(&mut told, wild);
+    };
+    for _ in 0..OUTLIER_ROUNDS {
+        let wild = plain_outliers(&dataset, model)?;
+        if wild.is_empty() {
+            break;
+        }
+        leave_out(&mut dataset, wild);
+    }
+    let (mut identified, wild) = once(&dataset, model, options, progress)?;
+    // What an effect hid shows once the effect is known.
+    if !wild.is_empty() {
+        leave_out(&mut dataset, wild);
+        identified = once(&dataset, model, options, progress)?.0;
+    }
+    progress(1.0, "done");
+    identified.finding.set_aside = told;
+    Ok(identified)
+}
+
+/// Rounds in which outliers that larger ones hid are found beside the plain model.
+const OUTLIER_ROUNDS: usize = 3;
+
+/// Outliers beside the given model.
+fn plain_outliers(dataset: &Dataset, model: Option<&Model>) -> Result<Vec<Wild>, IdentifyError> {
+    let right = model.map(|model| corrections::applied(dataset, &model.corrections));
+    let dataset = right.as_ref().unwrap_or(dataset);
+    let problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
+    let terms = |block: &Block| base_terms(model, block, &problem);
+    let terms: Vec<Vec<Shape>> = problem.blocks.iter().map(terms).collect::<Result<_, _>>()?;
+    Ok(outliers::find(dataset, &problem, &terms).0)
+}
+
+/// Identification of `dataset` as it is; outliers that show beside what was found are returned as well.
+fn once(
+    dataset: &Dataset,
+    model: Option<&Model>,
+    options: &Options,
+    progress: Progress<'_>,
+) -> Result<(Identified, Vec<Wild>), IdentifyError> {
     // A given model already holds its corrections.
     let corrections = model.map_or_else(
         || worthwhile(dataset, corrections::find(dataset)),
@@ -174,11 +219,22 @@ pub fn identify(
         true => set_right(stated, &corrections, &mut done)?,
         false => Vec::new(),
     };
-    progress(1.0, "done");
     let mut identified = assemble(dataset, &problem, &done, set_right, options);
     identified.model.corrections = corrections;
     identified.finding.notices.extend(notices);
-    Ok(identified)
+    let terms: Vec<Vec<Shape>> = done.iter().map(|one| one.fit.shapes()).collect();
+    let (wild, mut left) = outliers::find(dataset, &problem, &terms);
+    if left.is_empty() {
+        let swallowed = |one: &Done<'_>| {
+            outliers::swallowed(one.data.block, one.data.channels, &one.fit.left_out)
+        };
+        left.extend(done.iter().filter_map(swallowed));
+    }
+    if !left.is_empty() {
+        identified.finding.left.extend(left);
+        identified.finding.verdict = Verdict::StructureLeft;
+    }
+    Ok((identified, wild))
 }
 
 /// Base terms of a block: the given ones, or those that the plain model of the kind fits.

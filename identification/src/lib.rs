@@ -23,6 +23,7 @@ mod linear;
 pub mod model;
 mod noise;
 pub mod outcome;
+mod outliers;
 mod problem;
 mod robust;
 mod select;

@@ -15,6 +15,7 @@ mod long_records;
 mod marginality;
 mod memory;
 mod next_experiment;
+mod outliers;
 mod random_walk;
 mod recorded;
 mod rounding;

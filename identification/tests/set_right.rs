@@ -23,7 +23,7 @@ const DT: f64 = 0.05;
 const ROWS: usize = 300;
 
 /// A robot whose `track` is 5 % more than the package says, with its reference `late` by that much, s.
-fn robot(late: f64, slips: f64) -> Dataset {
+pub fn robot(late: f64, slips: f64) -> Dataset {
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(3);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let (runs, shift) = (10, (late / DT).round() as usize);

@@ -2,15 +2,17 @@
 
 use super::sentence::{causes, plain, short};
 use crate::dataset::Kind;
-use crate::finding::{Finding, HeldOut, Verdict};
+use crate::finding::{Finding, HeldOut, SetAside, Verdict};
 
 impl Finding {
     /// The finding in a few sentences: the causes, their gain on held-out runs, and what else would help.
     pub fn in_words(&self) -> Vec<String> {
-        let mut said = causes(&self.effects);
-        if said.len() > CAUSES_MAX {
-            let more = said.len() - CAUSES_MAX;
-            said.truncate(CAUSES_MAX);
+        let mut said: Vec<String> = self.set_aside.iter().map(aside).collect();
+        said.extend(causes(&self.effects));
+        let most = CAUSES_MAX + self.set_aside.len();
+        if said.len() > most {
+            let more = said.len() - most;
+            said.truncate(most);
             said.push(format!("{more} more are below."));
         }
         if self.effects.iter().all(|effect| effect.term == "quantisation") {
@@ -83,6 +85,18 @@ impl Finding {
         let more = more.join(", or of ");
         Some(format!("Nothing else that was tried lowers the error of {more}."))
     }
+}
+
+/// What took no part.
+fn aside(one: &SetAside) -> String {
+    let SetAside { quantity, rows, of, limit, largest, unit, .. } = one;
+    let (are, they) = if *rows == 1 { ("is an outlier", "it") } else { ("are outliers", "they") };
+    format!(
+        "{rows} of {of} rows of {} {are}, {} {unit} or more from the rows around (at most {}): {they} took no part.",
+        plain(quantity),
+        short(*limit),
+        short(*largest)
+    )
 }
 
 /// Maximum number of causes listed one by one.

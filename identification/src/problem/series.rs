@@ -210,19 +210,17 @@ fn against_rate(
     }
 }
 
-/// The rotation, or whatever is measured, at every row: the reference where it is dense, otherwise the gyro's own,
-/// corrected to it.
+/// The rotation, or whatever is measured, at every row: the reference where it is dense, otherwise the gyro's own. What
+/// is missing lies on a line between its neighbours.
 pub(super) fn bridged(channels: &Channels, reference: &[f64], measured: &[f64]) -> Vec<f64> {
     let present = reference.iter().filter(|value| value.is_finite()).count();
-    if 2 * present > reference.len() {
-        channels.by_segment(reference, |times, values| {
-            let (t, v): (Vec<f64>, Vec<f64>) =
-                times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();
-            times.iter().map(|&time| crate::signal::interpolate(&t, &v, time)).collect()
-        })
-    } else {
-        measured.iter().map(|value| if value.is_finite() { *value } else { 0.0 }).collect()
-    }
+    let values = if 2 * present > reference.len() { reference } else { measured };
+    channels.by_segment(values, |times, values| {
+        let (t, v): (Vec<f64>, Vec<f64>) =
+            times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();
+        let at = |&time: &f64| crate::signal::interpolate(&t, &v, time);
+        times.iter().map(at).map(|value| if value.is_finite() { value } else { 0.0 }).collect()
+    })
 }
 
 fn against_heading(

@@ -92,6 +92,7 @@ pub(super) fn finding() -> Finding {
             separates: vec!["shupe".into(), "bias_over_temperature".into()],
             expected_gain: "decided in 9 of 10 cases".into(),
         }),
+        set_aside: Vec::new(),
         notices: vec!["`V` is constant".into()],
     }
 }
