@@ -156,6 +156,7 @@
 //! The expressions are implemented in this crate: other crates either bind a sign tighter than a power (`-2^2` would
 //! be 4), or divide whole numbers as integers, or use the platform's functions.
 
+mod bits;
 mod canopen;
 mod description;
 mod device;
@@ -176,6 +177,7 @@ mod toml_mistake;
 mod transport;
 mod uds;
 
+pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use canopen::{Abort, Dictionary, Entry, Progress, SDO_REQUEST, SDO_RESPONSE, SdoClient};
 pub use description::Description;
 pub use device::{Clipped, Device};
@@ -184,9 +186,8 @@ pub use files::Files;
 pub use fmu::{Fmu, FmuInstance, FmuRole, FmuVariable};
 pub use isotp::{IsoTp, IsoTpTable};
 pub use layout::{
-    ByteOrder, Carried, Dbc, DbcNode, Dbcs, Decoded, Decoder, EncodeError, Layout, Medium, Message,
-    NOBODY, Note, SIGNAL_BITS_MAX, Selection, SendKind, SendRule, Sender, Signal, SignalName,
-    SignalValue, dbc_text,
+    Carried, Dbc, DbcNode, Dbcs, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
+    Note, Selection, SendKind, SendRule, Sender, Signal, SignalName, SignalValue, dbc_text,
 };
 pub use outbox::Outbox;
 pub use protection::{ProtectionTable, Verdict};

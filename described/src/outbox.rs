@@ -38,7 +38,7 @@ impl Outbox {
     /// The outbox of `sender` with room for `room` waiting messages; any more are dropped and counted.
     pub fn new(layout: Layout, sender: Sender, room: usize) -> Self {
         Self {
-            transport: Transport::of(&layout, sender),
+            transport: layout.addresses(sender).map(|own| Box::new(Transport::new(own))),
             encoder: Encoder::new(layout),
             queue: Vec::new(),
             taken: 0,

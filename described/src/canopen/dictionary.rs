@@ -27,14 +27,14 @@ pub struct Entry {
     /// `ParameterName` of the EDS.
     pub(super) title: String,
     pub(super) kind: Kind,
-    pub(super) readable: bool,
+    pub(crate) readable: bool,
     pub(super) writable: bool,
     pub(super) mappable: bool,
     /// The smallest and the largest number on the wire.
     pub(super) limits: (f64, f64),
     /// Its bytes at power-on.
     pub(super) start: Vec<u8>,
-    pub(super) unit: String,
+    pub(crate) unit: String,
     pub(super) scale: Scale,
     /// Its value in the EDS, or its section.
     pub(super) at: Range<usize>,
@@ -216,7 +216,7 @@ impl Dictionary {
     }
 
     /// The objects of the application that are numbers, each with its position.
-    pub(super) fn application(&self) -> impl Iterator<Item = (usize, &Entry)> {
+    pub(crate) fn application(&self) -> impl Iterator<Item = (usize, &Entry)> {
         let all = self.entries.iter().enumerate();
         all.filter(|(_, entry)| entry.index >= APPLICATION && entry.number().is_some())
     }

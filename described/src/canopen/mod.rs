@@ -6,24 +6,24 @@
 
 mod abort;
 mod client;
+mod device_file;
 mod dictionary;
 mod eds;
 mod emergency;
 mod layout;
-mod model;
 mod nmt;
 mod node;
 mod objects;
 mod pdo;
 mod sdo;
-mod sending;
 #[cfg(test)]
 mod tests;
 
 pub use abort::Abort;
 pub use client::{Progress, SdoClient};
+pub(crate) use device_file::{held, layout, unused};
 pub use dictionary::{Dictionary, Entry};
 pub(crate) use layout::NODE;
 pub use layout::{SDO_REQUEST, SDO_RESPONSE};
-pub(crate) use model::{Canopen, Object, held, layout, model, unused};
-pub(crate) use node::{Application, Heard, Node};
+pub(crate) use node::{Heard, Node};
+pub(crate) use objects::Application;

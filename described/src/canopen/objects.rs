@@ -2,13 +2,24 @@
 
 use super::abort::Abort;
 use super::dictionary::{APPLICATION, Dictionary, unsigned};
-use super::node::Application;
 use super::pdo;
 use std::sync::Arc;
 
 /// Error register, and its history (CiA 301, 7.5.2.2 and 7.5.2.4).
 const ERROR_REGISTER: u16 = 0x1001;
 const ERROR_HISTORY: u16 = 0x1003;
+
+/// What the device does beside the protocol.
+pub(crate) trait Application {
+    /// The value of the object at this place of the dictionary, in its unit; `None` for one that only masters change.
+    fn value(&self, place: usize) -> Option<f64>;
+
+    /// A master has written the object; `false` if its value is an expression.
+    fn set(&mut self, place: usize, value: f64) -> bool;
+
+    /// The error codes, each with whether its condition holds.
+    fn errors(&self) -> Vec<(u16, bool)>;
+}
 
 /// The current bytes of all objects.
 #[derive(Debug, Clone)]

@@ -1,8 +1,7 @@
 //! The server of SDO transfers (CiA 301, 7.2.4): expedited and in segments.
 
 use super::abort::Abort;
-use super::node::Application;
-use super::objects::Objects;
+use super::objects::{Application, Objects};
 
 /// Most bytes of a transfer. Assumption: names and parameter sets are shorter; firmware comes in blocks.
 const BYTES_MAX: usize = 4096;

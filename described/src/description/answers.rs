@@ -2,13 +2,12 @@
 //! answered.
 
 use super::formula::formula;
-use super::messages::{PERIOD_S_MIN, Sent, question, seconds};
+use super::parts::{PERIOD_S_MIN, question, seconds};
 use super::scope::Local;
 use super::variables::Variables;
 use crate::error::Mistake;
 use crate::expression::Expression;
 use crate::file::{self, MessageRules};
-use crate::layout::Message;
 use crate::place::Place;
 use wire::time::Span;
 
@@ -114,33 +113,4 @@ pub(super) fn while_answering(
         (Some(file::WhileAnswering::Refuse), None) => Ok(Some(WhileAnswering::Refuse)),
         (None, None) => Ok(None),
     }
-}
-
-/// Checks that `while_answering` has an answer to it, and that a `busy` answer has something to refuse.
-pub(super) fn agree(
-    messages: &[Message],
-    (sent, places): (&[Sent], &dyn Fn(usize) -> Place),
-    heard: &[super::Heard],
-) -> Result<(), Mistake> {
-    let answers = |busy: bool, question: usize| {
-        let answers = sent.iter().filter_map(|sent| sent.answers.as_ref());
-        answers.into_iter().any(|answer| answer.busy == busy && answer.question == question)
-    };
-    for heard in heard.iter().filter(|heard| heard.while_answering.is_some()) {
-        if !answers(false, heard.message) {
-            let text = format!("nothing answers `{}`", messages[heard.message].name);
-            return Err(Mistake::new(places(heard.message).key("while_answering").name(), text)
-                .help("add `answers` to the message that does"));
-        }
-    }
-    for sent in sent {
-        let Some(answer) = sent.answers.as_ref().filter(|answer| answer.busy) else { continue };
-        let question = heard.iter().find(|heard| heard.message == answer.question);
-        if question.is_none_or(|heard| heard.while_answering.is_none()) {
-            let text = format!("`{}` is never refused", messages[answer.question].name);
-            return Err(Mistake::new(places(sent.message).key("busy").name(), text)
-                .help("add `while_answering` to it: \"refuse\" or \"queue\""));
-        }
-    }
-    Ok(())
 }

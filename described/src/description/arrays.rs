@@ -1,6 +1,7 @@
 //! Tables with an index in their name: `[state."cell[1..96]"]` is `cell1` to `cell96` and the array `cell`.
 
 use crate::error::Mistake;
+use crate::expression::{Array, Meaning};
 use crate::place::Place;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,6 +31,48 @@ pub(super) struct Family {
     pub(super) count: u32,
     /// The position of the first element among the entries.
     pub(super) begin: usize,
+}
+
+/// The arrays by name.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Arrays {
+    pub(super) parameters: Vec<(String, Array)>,
+    pub(super) states: Vec<(String, Array)>,
+    /// States at the end of the previous step.
+    pub(super) last: Vec<(String, Array)>,
+}
+
+impl Arrays {
+    /// Arrays of parameters with their first slot; arrays of states with their first slots now and one step before.
+    pub(super) fn new(parameters: (&[Family], usize), states: (&[Family], usize, usize)) -> Self {
+        let arrays = |families: &[Family], slot: usize| {
+            let array = |family: &Family| {
+                let slot = u32::try_from(slot + family.begin).unwrap_or(u32::MAX);
+                let (count, first) = (family.count, family.first);
+                (family.name.clone(), Array { slot, count, first })
+            };
+            families.iter().map(array).collect()
+        };
+        Self {
+            parameters: arrays(parameters.0, parameters.1),
+            states: arrays(states.0, states.1),
+            last: arrays(states.0, states.2),
+        }
+    }
+
+    pub(super) fn of_states(&self) -> impl Iterator<Item = String> {
+        self.states.iter().map(|(name, _)| name.clone())
+    }
+
+    pub(super) fn names(&self) -> impl Iterator<Item = String> {
+        self.parameters.iter().chain(&self.states).map(|(name, _)| name.clone())
+    }
+}
+
+/// The array of this name.
+pub(super) fn find(arrays: &[(String, Array)], name: &str) -> Option<Meaning> {
+    let found = arrays.iter().find(|(known, _)| known == name);
+    found.map(|(_, array)| Meaning::Array(*array))
 }
 
 /// A name with a range of indices.

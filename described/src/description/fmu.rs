@@ -2,7 +2,7 @@
 
 use super::STEP_S_MIN;
 use super::formula::formula;
-use super::messages::seconds;
+use super::parts::seconds;
 use super::scope::{Local, ParametersOnly};
 use super::variables::Variables;
 use crate::error::Mistake;

@@ -1,7 +1,7 @@
 //! State machines: their transitions and assignments.
 
 use super::formula::formula;
-use super::messages::{PERIOD_S_MIN, question, seconds};
+use super::parts::{PERIOD_S_MIN, question, seconds};
 use super::scope::Local;
 use super::states::{Law, State};
 use super::variables::{MachineNames, Variables};

@@ -2,6 +2,7 @@
 
 use super::answers::{self, Answer, WhileAnswering};
 use super::arrays;
+use super::parts::{PERIOD_S_MIN, seconds};
 use super::scope::Local;
 use super::sending;
 use super::source::{SignalSource, Source, source};
@@ -16,12 +17,6 @@ use crate::place::Place;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use wire::time::Span;
-
-/// Shortest period of a message. Assumption: half the frame time of a bus of 1 Mbit/s.
-pub(super) const PERIOD_S_MIN: f64 = 50e-6;
-
-/// Longer than any run: a larger time is a typing mistake.
-const TIME_S_MAX: f64 = 1e6;
 
 /// A message that the device sends.
 #[derive(Debug, Clone)]
@@ -163,7 +158,7 @@ pub(super) fn messages(
         }
     }
     let at = |message: usize| place(message, &layout.messages()[message], listed);
-    answers::agree(layout.messages(), (&sent, &at), &heard)?;
+    agree(layout.messages(), (&sent, &at), &heard)?;
     let (sources, _) = arrays::entries(sources, "signal")?;
     for entry in &sources {
         let (name, table) = (&entry.name, entry.table);
@@ -209,6 +204,35 @@ pub(super) fn messages(
             .help(format!("without [signal.{multiplexer}] it takes all its numbers in turn")));
     }
     Ok((sent, heard))
+}
+
+/// Checks that `while_answering` has an answer to it, and that a `busy` answer has something to refuse.
+fn agree(
+    messages: &[Message],
+    (sent, places): (&[Sent], &dyn Fn(usize) -> Place),
+    heard: &[Heard],
+) -> Result<(), Mistake> {
+    let answers = |busy: bool, question: usize| {
+        let answers = sent.iter().filter_map(|sent| sent.answers.as_ref());
+        answers.into_iter().any(|answer| answer.busy == busy && answer.question == question)
+    };
+    for heard in heard.iter().filter(|heard| heard.while_answering.is_some()) {
+        if !answers(false, heard.message) {
+            let text = format!("nothing answers `{}`", messages[heard.message].name);
+            return Err(Mistake::new(places(heard.message).key("while_answering").name(), text)
+                .help("add `answers` to the message that does"));
+        }
+    }
+    for sent in sent {
+        let Some(answer) = sent.answers.as_ref().filter(|answer| answer.busy) else { continue };
+        let question = heard.iter().find(|heard| heard.message == answer.question);
+        if question.is_none_or(|heard| heard.while_answering.is_none()) {
+            let text = format!("`{}` is never refused", messages[answer.question].name);
+            return Err(Mistake::new(places(sent.message).key("busy").name(), text)
+                .help("add `while_answering` to it: \"refuse\" or \"queue\""));
+        }
+    }
+    Ok(())
 }
 
 /// For a signal that is never sent because its multiplexer is a different constant: the required selection, and that
@@ -289,26 +313,4 @@ fn hear(
     let timeout = rules.timeout_s.map(|s| seconds(s, PERIOD_S_MIN, &place.key("timeout_s")));
     let while_answering = answers::while_answering(rules, place)?;
     Ok(Heard { message: index, timeout: timeout.transpose()?, while_answering })
-}
-
-/// The index of a received message.
-pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usize, Mistake> {
-    let heard = |message: &&Message| message.sender == Sender::Host;
-    layout.find(name).filter(|index| layout.messages()[*index].sender == Sender::Host).ok_or_else(
-        || {
-            let known = layout.messages().iter().filter(heard).map(|known| known.name.as_str());
-            let known: Vec<&str> = known.collect();
-            Mistake::new(place.clone(), format!("the device hears no message `{name}`"))
-                .help(hint::proposal(name, &known))
-        },
-    )
-}
-
-/// Parses a time of a file.
-pub(super) fn seconds(value: f64, least: f64, place: &Place) -> Result<Span, Mistake> {
-    if (least..=TIME_S_MAX).contains(&value) {
-        return Ok(Span::from_secs_f64(value));
-    }
-    Err(Mistake::new(place.clone(), format!("{value} s is not a time here"))
-        .help(format!("from {least} s to {TIME_S_MAX} s")))
 }

@@ -2,11 +2,13 @@
 
 mod answers;
 mod arrays;
+mod canopen;
 mod fmu;
 mod formula;
 mod machines;
 mod messages;
 mod parameters;
+mod parts;
 mod read;
 mod scope;
 mod sending;
@@ -19,16 +21,15 @@ mod variables;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub(crate) use self::canopen::{Canopen, Object};
 pub(crate) use answers::{Answer, TIMES_MAX, WhileAnswering};
 pub(crate) use fmu::Physics;
 pub(crate) use machines::{Machine, Setting};
 pub(crate) use messages::{Heard, Sent};
-pub(crate) use scope::Scopes;
 pub(crate) use source::{SignalSource, Source};
 pub(crate) use states::{Law, State};
 pub(crate) use variables::{PART, TIME, Variables};
 
-use crate::canopen::{self, Canopen};
 use crate::error::{FileError, Mistake};
 use crate::expression::Batch;
 use crate::file::{File, MachineTable, MessageRules, ParameterTable, StateTable};
@@ -125,9 +126,9 @@ impl Description {
         files: &mut dyn Files,
     ) -> Result<Self, Mistake> {
         let step_s = said.step_s.unwrap_or(STEP_S);
-        let step = messages::seconds(step_s, STEP_S_MIN, &Place::file().key("step_s"))?;
+        let step = parts::seconds(step_s, STEP_S_MIN, &Place::file().key("step_s"))?;
         let dictionary = layout.dictionary().cloned();
-        let held = dictionary.iter().map(|dictionary| canopen::held(&mut said, dictionary));
+        let held = dictionary.iter().map(|dictionary| crate::canopen::held(&mut said, dictionary));
         let held = held.collect::<Result<Vec<_>, _>>()?.concat();
         let loaded = fmu::load(&mut said, files)?;
         let layout = messages::ruled(layout, &said.message, listed)?;
@@ -175,8 +176,8 @@ impl Description {
         let uds = said.uds.as_ref().zip(isotp);
         let uds = uds.map(|(uds, isotp)| uds::diagnosis(uds, isotp, &variables, &parameters));
         let uds = uds.transpose()?.map(Box::new);
-        let scopes = Scopes { variables: &variables, files };
-        let canopen = dictionary.map(|dictionary| canopen::model(&said, &dictionary, scopes));
+        let canopen =
+            dictionary.map(|dictionary| canopen::canopen(&said, &dictionary, &variables, files));
         let canopen = canopen.transpose()?;
         let model = Model {
             step,

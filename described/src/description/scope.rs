@@ -1,60 +1,13 @@
 //! Meaning of names in the expressions of a file.
 
-use super::arrays::{Family, INDEX};
-use super::formula::formula;
-use super::source::{Source, source};
+use super::arrays::{INDEX, find};
 use super::variables::{PART, TIME, Variables};
-use crate::error::Mistake;
-use crate::expression::{Array, Expression, Meaning, Scope, States, Unknown};
-use crate::file::{Formula, SourceTable};
-use crate::files::Files;
+use crate::expression::{Meaning, Scope, States, Unknown};
 use crate::hint;
 use crate::layout::{Sender, SignalName};
-use crate::place::Place;
 
 /// The name of the current part of an answer, from 1.
 const PART_NAME: &str = "part";
-
-/// The arrays by name.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Arrays {
-    parameters: Vec<(String, Array)>,
-    states: Vec<(String, Array)>,
-    /// States at the end of the previous step.
-    last: Vec<(String, Array)>,
-}
-
-impl Arrays {
-    /// Arrays of parameters with their first slot; arrays of states with their first slots now and one step before.
-    pub(super) fn new(parameters: (&[Family], usize), states: (&[Family], usize, usize)) -> Self {
-        let arrays = |families: &[Family], slot: usize| {
-            let array = |family: &Family| {
-                let slot = u32::try_from(slot + family.begin).unwrap_or(u32::MAX);
-                let (count, first) = (family.count, family.first);
-                (family.name.clone(), Array { slot, count, first })
-            };
-            families.iter().map(array).collect()
-        };
-        Self {
-            parameters: arrays(parameters.0, parameters.1),
-            states: arrays(states.0, states.1),
-            last: arrays(states.0, states.2),
-        }
-    }
-
-    pub(super) fn of_states(&self) -> impl Iterator<Item = String> {
-        self.states.iter().map(|(name, _)| name.clone())
-    }
-
-    pub(super) fn names(&self) -> impl Iterator<Item = String> {
-        self.parameters.iter().chain(&self.states).map(|(name, _)| name.clone())
-    }
-}
-
-fn find(arrays: &[(String, Array)], name: &str) -> Option<Meaning> {
-    let found = arrays.iter().find(|(known, _)| known == name);
-    found.map(|(_, array)| Meaning::Array(*array))
-}
 
 impl Scope for Variables {
     fn variable(&self, name: &str) -> Result<Meaning, Unknown> {
@@ -193,36 +146,5 @@ impl Scope for Local<'_> {
 
     fn time(&self) -> usize {
         self.scope.time()
-    }
-}
-
-/// Reads the parts of a file that are not messages: their expressions see all variables.
-pub(crate) struct Scopes<'a> {
-    pub(super) variables: &'a Variables,
-    pub(super) files: &'a mut dyn Files,
-}
-
-impl Scopes<'_> {
-    const fn local(&self) -> Local<'_> {
-        Local { scope: self.variables, index: None, has_parts: false }
-    }
-
-    /// The slot of a state or a parameter.
-    pub(crate) fn variable(&self, name: &str) -> Option<usize> {
-        self.variables.inner(name)
-    }
-
-    pub(crate) fn expression(&self, text: &Formula, at: &Place) -> Result<Expression, Mistake> {
-        formula(text, &self.local(), at)
-    }
-
-    pub(crate) fn source(
-        &mut self,
-        table: &SourceTable,
-        unit: &str,
-        at: &Place,
-    ) -> Result<Source, Mistake> {
-        let scope = Local { scope: self.variables, index: None, has_parts: false };
-        source(table, unit, &scope, at, self.files).map(|found| found.source)
     }
 }

@@ -1,6 +1,6 @@
 //! When a message is sent, from its file and its DBC.
 
-use super::messages::{PERIOD_S_MIN, seconds};
+use super::parts::{PERIOD_S_MIN, seconds};
 use crate::error::Mistake;
 use crate::file::MessageRules;
 use crate::layout::{Message, SendKind};

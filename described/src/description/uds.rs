@@ -1,8 +1,8 @@
 //! Checks the diagnostics of a description.
 
 use super::formula::formula;
-use super::messages::seconds;
 use super::parameters::{self, Parameter};
+use super::parts::seconds;
 use super::scope::Local;
 use super::variables::Variables;
 use crate::error::Mistake;

@@ -1,8 +1,7 @@
 //! The variables of a device, each in a slot: time, parameters, states, states one step before, machines, and the
 //! signals of received messages.
 
-use super::arrays::Family;
-use super::scope::Arrays;
+use super::arrays::{Arrays, Family};
 use crate::hint;
 use crate::layout::{Layout, Sender};
 use crate::lookup::Lookup;

@@ -2,8 +2,8 @@
 
 use super::Device;
 use super::dynamics::Dynamics;
-use crate::canopen::{Application, Canopen, Heard, Node, Object};
-use crate::description::Model;
+use crate::canopen::{Application, Heard, Node};
+use crate::description::{Canopen, Model, Object};
 use crate::steps::Memory;
 use std::sync::Arc;
 use wire::can::CanFrame;

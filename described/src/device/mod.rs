@@ -6,10 +6,7 @@ mod clipped;
 mod correction;
 mod diagnosis;
 mod dynamics;
-mod laws;
-mod machines;
 mod occasion;
-mod physics;
 mod readings;
 mod sending;
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Consecutive slots as an array: `cell[3]`, `max(cell)`.
 
-use super::operation::Binary;
-
 /// An array of variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Array {
@@ -36,39 +34,5 @@ impl Array {
     pub(super) fn element(self, index: f64, variables: &[f64]) -> f64 {
         let slot = self.at(index);
         slot.and_then(|slot| variables.get(slot)).copied().unwrap_or(f64::NAN)
-    }
-}
-
-/// A function of a whole array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Aggregate {
-    Min,
-    Max,
-    Sum,
-    Mean,
-    /// The index of the smallest element, the first of several.
-    ArgMin,
-    ArgMax,
-}
-
-impl Aggregate {
-    /// If an element is NaN, the result is too.
-    pub(super) fn of(self, array: Array, variables: &[f64]) -> f64 {
-        let values = variables.get(array.slots()).unwrap_or_default();
-        let fold = |binary: Binary| values.iter().copied().reduce(|a, b| binary.apply(a, b));
-        let extreme = |binary| {
-            let value = fold(binary)?;
-            let place = values.iter().position(|one| *one == value)?;
-            Some(f64::from(array.first) + place as f64)
-        };
-        let value = match self {
-            Self::Min => fold(Binary::Min),
-            Self::Max => fold(Binary::Max),
-            Self::Sum => fold(Binary::Add),
-            Self::Mean => fold(Binary::Add).map(|sum| sum / f64::from(array.count)),
-            Self::ArgMin => extreme(Binary::Min),
-            Self::ArgMax => extreme(Binary::Max),
-        };
-        value.unwrap_or(f64::NAN)
     }
 }

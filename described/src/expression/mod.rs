@@ -17,8 +17,7 @@ pub(crate) use batch::Batch;
 pub(crate) use operation::{is_function, is_reserved};
 
 use crate::lookup::Lookup;
-use array::Aggregate;
-use operation::{Binary, Unary};
+use operation::{Aggregate, Binary, Unary};
 use program::Program;
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! Operators and functions.
 
-use super::array::Aggregate;
+use super::array::Array;
 
 /// Functions of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -196,5 +196,39 @@ impl Binary {
             Self::BitOr => of_bits(a, b, |a, b| a | b),
             Self::BitXor => of_bits(a, b, |a, b| a ^ b),
         }
+    }
+}
+
+/// A function of a whole array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Aggregate {
+    Min,
+    Max,
+    Sum,
+    Mean,
+    /// The index of the smallest element, the first of several.
+    ArgMin,
+    ArgMax,
+}
+
+impl Aggregate {
+    /// If an element is NaN, the result is too.
+    pub(super) fn of(self, array: Array, variables: &[f64]) -> f64 {
+        let values = variables.get(array.slots()).unwrap_or_default();
+        let fold = |binary: Binary| values.iter().copied().reduce(|a, b| binary.apply(a, b));
+        let extreme = |binary| {
+            let value = fold(binary)?;
+            let place = values.iter().position(|one| *one == value)?;
+            Some(f64::from(array.first) + place as f64)
+        };
+        let value = match self {
+            Self::Min => fold(Binary::Min),
+            Self::Max => fold(Binary::Max),
+            Self::Sum => fold(Binary::Add),
+            Self::Mean => fold(Binary::Add).map(|sum| sum / f64::from(array.count)),
+            Self::ArgMin => extreme(Binary::Min),
+            Self::ArgMax => extreme(Binary::Max),
+        };
+        value.unwrap_or(f64::NAN)
     }
 }

@@ -3,8 +3,8 @@
 //! Each operator becomes one instruction that fetches its own operands; adding or subtracting a product is one
 //! instruction. The results equal those of evaluating the operators one by one.
 
-use super::array::{Aggregate, Array};
-use super::operation::{Binary, Unary};
+use super::array::Array;
+use super::operation::{Aggregate, Binary, Unary};
 use super::{Operation, STACK_MAX};
 use crate::lookup::Lookup;
 use std::sync::Arc;

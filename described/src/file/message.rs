@@ -1,7 +1,8 @@
 //! Messages in a description: additions to a DBC, or complete definitions.
 
 use super::Formula;
-use crate::layout::{ByteOrder, SendKind, Sender, SignalValue};
+use crate::bits::ByteOrder;
+use crate::layout::{SendKind, Sender, SignalValue};
 use crate::protection::{ChecksumTable, CounterTable, E2eTable, ProtectionTable};
 use schemars::JsonSchema;
 use serde::Deserialize;

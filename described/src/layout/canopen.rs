@@ -1,12 +1,12 @@
 //! Layouts of CANopen devices: frames whose signals are objects.
 
-use super::bits::BitField;
 use super::message::{Carrier, Message, Sender};
 use super::number::{Coding, Scale};
 use super::selection::Carried;
 use super::send_rule::SendRule;
 use super::signal::{Signal, Storage};
 use super::{Layout, Medium};
+use crate::bits::BitField;
 use crate::canopen::{Dictionary, NODE};
 use std::sync::Arc;
 use wire::can::Id;

@@ -1,29 +1,9 @@
 //! Encodes values as frames and bytes, with counters that advance from message to message.
 
+use super::message::Encoded;
 use super::{EncodeError, Layout};
 use crate::protection::{Own, Sent};
-use crate::transport::InParts;
 use wire::can::CanFrame;
-use wire::device::Transmit;
-
-/// An encoded message.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Encoded {
-    /// Sent at once.
-    Whole(Transmit),
-    /// Sent by a [`Transport`](crate::transport::Transport).
-    InParts(InParts),
-}
-
-impl Encoded {
-    /// The message, if it is sent at once; `None` if in parts.
-    pub fn whole(self) -> Option<Transmit> {
-        match self {
-            Self::Whole(what) => Some(what),
-            Self::InParts(_) => None,
-        }
-    }
-}
 
 /// Encodes the messages of one sender: fills in counters and checksums, and keeps the counters.
 #[derive(Debug, Clone)]

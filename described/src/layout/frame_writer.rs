@@ -1,9 +1,9 @@
 //! Writes CAN frames with values precomputed per message.
 
-use super::bits::ByteOrder;
 use super::message::Message;
 use super::number::Scale;
 use super::signal::{Signal, Storage};
+use crate::bits::ByteOrder;
 use wire::can::{CanFrame, FD_BYTES_MAX};
 
 /// Below this the sum of a number and [`WHOLE`] has no fraction.

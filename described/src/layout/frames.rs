@@ -1,10 +1,10 @@
 //! Reads CAN frames with values precomputed per message.
 
-use super::bits::ByteOrder;
 use super::message::Message;
 use super::number::{Coding, Scale};
 use super::selection::Selection;
 use super::signal::{Signal, Storage};
+use crate::bits::ByteOrder;
 use wire::can::{DATA_BYTES_MAX, Id};
 use wire::j1939::Identifier;
 

@@ -2,14 +2,13 @@
 
 use super::EncodeError;
 use super::checksum::Trailer;
-use super::encoder::Encoded;
+use super::multiplexing;
 use super::printed::Match;
-use super::protected::Protected;
-use super::selection::{self, Selection};
+use super::selection::Selection;
 use super::send_rule::SendRule;
 use super::signal::Signal;
 use super::text::Pattern;
-use crate::protection::{Own, Sent};
+use crate::protection::{Own, Protection, Sent};
 use crate::transport::InParts;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -51,6 +50,16 @@ pub struct Message {
     pub(crate) protected: Option<Protected>,
 }
 
+/// The protection of a message, and the signals that hold it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Protected {
+    pub(super) protection: Protection,
+    /// The position of the counter among the signals.
+    pub(crate) counter: Option<usize>,
+    /// The position of the checksum.
+    pub(crate) checksum: Option<usize>,
+}
+
 /// The carrier of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Carrier {
@@ -76,7 +85,7 @@ impl Message {
 
     /// The selections required for a signal to be carried: of its multiplexer, of that one's own, and so on.
     pub fn selections(&self, signal: usize) -> impl Iterator<Item = &Selection> {
-        selection::needs(&self.signals, signal)
+        multiplexing::needs(&self.signals, signal)
     }
 
     /// Its identifier on CAN; for a message [in parts](Self::is_in_parts), the one that its frame would have.
@@ -125,7 +134,7 @@ impl Message {
 
     /// True if the frame with these values, one per signal and in its unit, carries the signal at this position.
     pub fn carries(&self, signal: usize, values: &[f64]) -> bool {
-        selection::carries(&self.signals, signal, &|multiplexer| {
+        multiplexing::carries(&self.signals, signal, &|multiplexer| {
             self.signals[multiplexer].number_of(*values.get(multiplexer)?)
         })
     }
@@ -230,7 +239,7 @@ impl Message {
         let number = |multiplexer: usize| Some(self.signals[multiplexer].selector(data));
         values.clear();
         values.extend(self.signals.iter().enumerate().map(|(place, signal)| {
-            selection::carries(&self.signals, place, &number).then(|| signal.read(data))
+            multiplexing::carries(&self.signals, place, &number).then(|| signal.read(data))
         }));
     }
 
@@ -279,6 +288,25 @@ impl Message {
 
     fn too_long(&self) -> EncodeError {
         EncodeError::TooLong { message: self.name.clone() }
+    }
+}
+
+/// An encoded message.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Encoded {
+    /// Sent at once.
+    Whole(Transmit),
+    /// Sent by a [`Transport`](crate::transport::Transport).
+    InParts(InParts),
+}
+
+impl Encoded {
+    /// The message, if it is sent at once; `None` if in parts.
+    pub fn whole(self) -> Option<Transmit> {
+        match self {
+            Self::Whole(what) => Some(what),
+            Self::InParts(_) => None,
+        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! Messages and their signals: physical values to bytes, and back.
 
 mod altered;
-mod bits;
 mod canopen;
 mod checksum;
 mod decoder;
@@ -10,6 +9,7 @@ mod encoder;
 mod frame_writer;
 mod frames;
 mod message;
+mod multiplexing;
 mod names;
 mod note;
 mod number;
@@ -26,14 +26,12 @@ mod text;
 mod dbc;
 mod table;
 
-pub(crate) use bits::BitField;
-pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use dbc::{Dbc, DbcNode, Dbcs, NOBODY, dbc_text};
 pub use decoder::Decoder;
-pub use encoder::{Encoded, Encoder};
+pub use encoder::Encoder;
 use frame_writer::FrameWriter;
 use frames::{FrameReader, Identifiers};
-pub use message::{Message, Sender};
+pub use message::{Encoded, Message, Sender};
 use names::{Names, Place};
 pub use note::Note;
 pub(crate) use number::{Coding, Scale};
@@ -50,8 +48,10 @@ use crate::error::Mistake;
 use crate::hint;
 use crate::protection::Verdict;
 use miette::Diagnostic;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use thiserror::Error;
+use wire::j1939;
 use wire::serial::SerialSettings;
 
 /// The medium of a layout.
@@ -349,6 +349,16 @@ impl Layout {
     #[inline]
     fn plain_writer(&self, message: usize) -> Option<&FrameWriter> {
         self.writers.get(message)?.as_ref().filter(|writer| !writer.is_protected())
+    }
+
+    /// The addresses from which `sender` sends and answers; `None` if none of the messages is sent in parts.
+    pub(crate) fn addresses(&self, sender: Sender) -> Option<BTreeSet<u8>> {
+        if !self.messages.iter().any(Message::is_in_parts) {
+            return None;
+        }
+        let sent = self.messages.iter().filter(|message| message.sender == sender);
+        let addresses = sent.filter_map(Message::group).map(|group| group.source);
+        Some(addresses.filter(|address| *address < j1939::NULL).collect())
     }
 
     /// A decoder for all messages, from any sender.

@@ -1,6 +1,6 @@
 //! Physical values as counts, and back.
 
-use super::bits::SIGNAL_BITS_MAX;
+use crate::bits::SIGNAL_BITS_MAX;
 
 /// Allowed excess over the end of a range, in counts: the rounding error of decimal fractions in binary.
 pub(super) const RANGE_SLACK_COUNTS: f64 = 1e-6;

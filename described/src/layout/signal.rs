@@ -1,9 +1,9 @@
 //! One signal of a message.
 
-use super::bits::BitField;
 use super::number::{Coding, RANGE_SLACK_COUNTS, Scale};
 use super::printed::Format;
 use super::selection::Carried;
+use crate::bits::BitField;
 
 /// Allowed excess of a printed number over the range into which it rounds, in units of the last decimal.
 const PRINTED_SLACK: f64 = 0.5 + 1e-6;

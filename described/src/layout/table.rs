@@ -1,6 +1,5 @@
 //! Layouts defined in a description: frames of whole bytes, packets and lines.
 
-use super::bits::{BitField, ByteOrder};
 use super::checksum::Trailer;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
@@ -9,6 +8,7 @@ use super::send_rule::SendRule;
 use super::signal::{Signal, Storage};
 use super::text::Pattern;
 use super::{Layout, Medium};
+use crate::bits::{BitField, ByteOrder};
 use crate::error::Mistake;
 use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable};
 use crate::hint;

@@ -1,12 +1,13 @@
 //! Complete layouts: round trips, damage, and comparison with the hand-written codec of the same messages.
 
-use super::bits::BitField;
 use super::message::{Carrier, Found, Message, Sender};
 use super::number::{Coding, Scale};
 use super::selection::Carried;
 use super::signal::{Signal, Storage};
-use super::{ByteOrder, Decoded, EncodeError, Layout, Medium, SignalName};
+use super::{Decoded, EncodeError, Layout, Medium, SignalName};
 use crate::Description;
+use crate::bits::BitField;
+use crate::bits::ByteOrder;
 use proptest::prelude::*;
 use wire::can::{CanFrame, Id, StandardId};
 use wire::device::Transmit;

@@ -1,7 +1,7 @@
 //! A counter that advances from message to message.
 
 use super::Verdict;
-use crate::layout::BitField;
+use crate::bits::BitField;
 
 /// Maximum number of steps tried to get from one number to another, for counters with a step above one.
 const STEPS_TRIED: u128 = 1 << 16;
@@ -67,7 +67,7 @@ impl Counter {
 #[cfg(test)]
 mod tests {
     use super::{BitField, Counter, Verdict};
-    use crate::layout::ByteOrder;
+    use crate::bits::ByteOrder;
 
     fn counter(step: u64, greatest: u64, max_delta: Option<u64>) -> Counter {
         let field = BitField::new(ByteOrder::Little, 0, 64, 8).unwrap();

@@ -17,6 +17,8 @@ pub(crate) use sum::FrameSum;
 pub use table::ProtectionTable;
 pub(crate) use table::{ChecksumTable, CounterTable, E2eTable, Profile};
 
+use crate::bits::BitField;
+
 /// The protection of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Protection {
@@ -131,7 +133,7 @@ impl Protection {
     }
 
     /// The position and the value of the checksum.
-    fn sum(&self, data: &[u8]) -> Option<(crate::layout::BitField, u64)> {
+    fn sum(&self, data: &[u8]) -> Option<(BitField, u64)> {
         match self.seal.as_ref()? {
             Seal::Sum(sum) => Some((sum.field, sum.of(data))),
             Seal::E2e(e2e) => {

@@ -1,7 +1,7 @@
 //! A checksum among the signals of a message.
 
 use super::catalogue::Checksum;
-use crate::layout::BitField;
+use crate::bits::BitField;
 use std::ops::Range;
 
 /// The checksum of a message in its own signal.
@@ -43,7 +43,7 @@ impl FrameSum {
 #[cfg(test)]
 mod tests {
     use super::{BitField, Checksum, FrameSum};
-    use crate::layout::ByteOrder;
+    use crate::bits::ByteOrder;
 
     fn sum(start: u64, length: u64) -> FrameSum {
         FrameSum {

@@ -11,7 +11,6 @@ mod tests;
 
 pub(crate) use reassembly::{Heard, Reassembly};
 
-use crate::layout::{Layout, Sender};
 use coming::Coming;
 use going::Going;
 use std::collections::{BTreeSet, VecDeque};
@@ -52,16 +51,9 @@ pub struct Transport {
 }
 
 impl Transport {
-    /// The transport of `sender`; `None` if none of the layout's messages is sent in parts.
-    pub fn of(layout: &Layout, sender: Sender) -> Option<Box<Self>> {
-        let messages = layout.messages();
-        if !messages.iter().any(|message| message.is_in_parts()) {
-            return None;
-        }
-        let sent = messages.iter().filter(|message| message.sender == sender);
-        let addresses = sent.filter_map(|message| message.group()).map(|group| group.source);
-        let addresses = addresses.filter(|address| *address < j1939::NULL).collect();
-        Some(Box::new(Self { addresses, ..Self::default() }))
+    /// The transport of a node that sends from these addresses.
+    pub fn new(addresses: BTreeSet<u8>) -> Self {
+        Self { addresses, ..Self::default() }
     }
 
     /// Discards everything, like a device that loses power.

@@ -52,7 +52,9 @@ impl Bus {
     fn new() -> Self {
         let layouts = ["Engine", "Display"].map(layout);
         Self {
-            nodes: layouts.each_ref().map(|of| Transport::of(of, Sender::Device).unwrap()),
+            nodes: layouts
+                .each_ref()
+                .map(|of| Box::new(Transport::new(of.addresses(Sender::Device).unwrap()))),
             encoders: layouts.each_ref().map(|of| Encoder::new(of.clone())),
             ear: layouts[0].decoder(),
             now: Timestamp::ZERO,
@@ -212,7 +214,7 @@ proptest! {
         frames in prop::collection::vec((0..3u32, any::<[u8; 2]>(), any::<[u8; 8]>(), any::<bool>()), 0..300)
     ) {
         let layout = layout("Display");
-        let mut transport = Transport::of(&layout, Sender::Device).unwrap();
+        let mut transport = Transport::new(layout.addresses(Sender::Device).unwrap());
         let mut decoder = layout.decoder();
         let mut now = Timestamp::ZERO;
         for (kind, [to, from], mut data, is_near) in frames {

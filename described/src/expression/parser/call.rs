@@ -1,9 +1,9 @@
 //! Function calls and table look-ups.
 
 use super::Parser;
-use crate::expression::array::{Aggregate, Array};
+use crate::expression::array::Array;
 use crate::expression::lexer::{Token, token};
-use crate::expression::operation::{Binary, Function, functions};
+use crate::expression::operation::{Aggregate, Binary, Function, functions};
 use crate::expression::{ExpressionError, Meaning, Operation};
 use crate::hint;
 use crate::lookup::Lookup;

@@ -2,16 +2,18 @@
 
 use super::lines::Lines;
 use super::multiplexing::{Multiplexed, multiplexed};
+use super::parts::{Of, Value};
 use super::sending::sending;
 use super::syntax::{
-    ADDRESS, BIT_RATE_SWITCH, FRAME_FORMAT, LONG_MESSAGE, LONG_SIGNAL, MessageLine, Of,
-    SIGNAL_TYPE, START_VALUE, SignalLine, Syntax, Value,
+    ADDRESS, BIT_RATE_SWITCH, FRAME_FORMAT, LONG_MESSAGE, LONG_SIGNAL, MessageLine, SIGNAL_TYPE,
+    START_VALUE, SignalLine, Syntax,
 };
 use super::{Note, ORPHANS, long_node, senders};
-use crate::layout::bits::{BitField, ByteOrder};
+use crate::bits::{BitField, ByteOrder};
 use crate::layout::message::{Carrier, Message, Sender};
+use crate::layout::multiplexing;
 use crate::layout::number::{Coding, Scale};
-use crate::layout::selection::{self, Carried, Selection};
+use crate::layout::selection::{Carried, Selection};
 use crate::layout::signal::{Signal, Storage};
 use crate::place::Place;
 use crate::protection::ProtectionTable;
@@ -371,7 +373,7 @@ fn conflict(
             return Some((index, why));
         }
     }
-    let (first, second) = selection::overlap(signals)?;
+    let (first, second) = multiplexing::overlap(signals)?;
     // Some files have one signal over all the bits that others divide.
     let is_whole = signals[first].bits() > signals[second].bits();
     let (out, other) = if is_whole { (first, second) } else { (second, first) };

@@ -21,10 +21,11 @@ use crate::hint;
 use convert::{Converted, convert};
 use cursor::Unexpected;
 use lines::Lines;
+use parts::{Of, Value};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use syntax::{LONG_NODE, MessageLine, Of, Syntax, Value};
+use syntax::{LONG_NODE, MessageLine, Syntax};
 
 /// The sender that a DBC names for messages without a sending node.
 pub const NOBODY: &str = "Vector__XXX";

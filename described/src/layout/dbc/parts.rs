@@ -1,7 +1,40 @@
 //! Parts of statements, and the starts of statements.
 
 use super::cursor::{Cursor, Unexpected};
-use super::syntax::{Of, Value};
+
+/// The value of an attribute.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Text(String),
+}
+
+impl Value {
+    /// The number, which some tools put in quotes.
+    pub(super) fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Text(text) => text.trim().parse().ok(),
+        }
+    }
+
+    pub(super) fn text(&self) -> Option<&str> {
+        match self {
+            Self::Text(text) if !text.is_empty() => Some(text),
+            _ => None,
+        }
+    }
+}
+
+/// The object of an attribute or a comment.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Of {
+    Node(String),
+    /// By its identifier as written in the file.
+    Message(u64),
+    /// By the identifier and the signal's name.
+    Signal(u64, String),
+}
 
 /// The words that start a statement.
 const SECTIONS: [&str; 35] = [

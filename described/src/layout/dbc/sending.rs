@@ -1,8 +1,9 @@
 //! Send conditions of a message by Vector's interaction layer.
 
+use super::parts::{Of, Value};
 use super::syntax::{
-    CYCLE_TIME_FAST_MS, CYCLE_TIME_MS, DELAY_TIME_MS, MessageLine, Of, REPETITIONS, SEND_TYPE,
-    SIGNAL_SEND_TYPE, Syntax, Value,
+    CYCLE_TIME_FAST_MS, CYCLE_TIME_MS, DELAY_TIME_MS, MessageLine, REPETITIONS, SEND_TYPE,
+    SIGNAL_SEND_TYPE, Syntax,
 };
 use crate::layout::send_rule::{SendKind, SendRule};
 use crate::layout::signal::Signal;

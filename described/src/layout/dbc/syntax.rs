@@ -3,7 +3,9 @@
 //! Sections may come in any order, as in existing files.
 
 use super::cursor::{Cursor, Unexpected};
-use super::parts::{byte_order, end, is_section, multiplexing, names, of, symbols, value};
+use super::parts::{
+    Of, Value, byte_order, end, is_section, multiplexing, names, of, symbols, value,
+};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -45,40 +47,6 @@ const USED: [&str; 14] = [
     BIT_RATE_SWITCH,
     ADDRESS,
 ];
-
-/// The value of an attribute.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
-    Number(f64),
-    Text(String),
-}
-
-impl Value {
-    /// The number, which some tools put in quotes.
-    pub(super) fn number(&self) -> Option<f64> {
-        match self {
-            Self::Number(number) => Some(*number),
-            Self::Text(text) => text.trim().parse().ok(),
-        }
-    }
-
-    pub(super) fn text(&self) -> Option<&str> {
-        match self {
-            Self::Text(text) if !text.is_empty() => Some(text),
-            _ => None,
-        }
-    }
-}
-
-/// The object of an attribute or a comment.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Of {
-    Node(String),
-    /// By its identifier as written in the file.
-    Message(u64),
-    /// By the identifier and the signal's name.
-    Signal(u64, String),
-}
 
 /// `BO_ 100 Name: 8 Node`
 #[derive(Debug, Clone, PartialEq)]

@@ -1,9 +1,8 @@
 //! AUTOSAR's profiles: their data ids and the positions of their fields in a message.
 
-use super::Protected;
+use crate::bits::{BitField, ByteOrder};
 use crate::error::Mistake;
-use crate::layout::message::Message;
-use crate::layout::{BitField, ByteOrder};
+use crate::layout::message::{Message, Protected};
 use crate::place::Place;
 use crate::protection::{
     Counter, DataId, E2e, E2eTable, PROFILE_1_COUNTER_MAX, Profile, Protection, Seal,

@@ -4,9 +4,10 @@ mod end_to_end;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use super::message::{Carrier, Message};
+use super::message::{Carrier, Message, Protected};
 use super::signal::{Signal, Storage};
-use super::{BitField, Carried, Layout};
+use super::{Carried, Layout};
+use crate::bits::BitField;
 use crate::error::{FileError, Mistake};
 use crate::hint;
 use crate::place::Place;
@@ -14,16 +15,6 @@ use crate::protection::{
     Checksum, ChecksumTable, Counter, CounterTable, FrameSum, Protection, ProtectionTable, Seal,
 };
 use std::collections::BTreeMap;
-
-/// The protection of a message, and the signals that hold it.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Protected {
-    pub(super) protection: Protection,
-    /// The position of the counter among the signals.
-    pub(crate) counter: Option<usize>,
-    /// The position of the checksum.
-    pub(crate) checksum: Option<usize>,
-}
 
 impl Layout {
     /// The layout with counters and checksums in messages, as given in the `line`-th `[[line]]` of a rig file. `file`

@@ -1,10 +1,15 @@
 //! The variables of a device over time.
 
-use super::laws::{Laws, Moment};
-use super::machines::Machines;
-use super::physics::Coupled;
+mod laws;
+mod machines;
+mod physics;
+
 use crate::description::{Model, TIME};
 use crate::uds::Monitor;
+pub(super) use laws::finite;
+use laws::{Laws, Moment};
+use machines::Machines;
+use physics::Coupled;
 use wire::time::{Span, Timestamp};
 
 /// Maximum number of steps integrated in one call; time beyond is skipped. Assumption: a world wakes a device more
@@ -20,15 +25,15 @@ const WEIGHTS: f64 = 6.0;
 pub(super) struct Dynamics {
     /// Whoever changes them calls [`has_changed`](Self::has_changed).
     pub(super) values: Vec<f64>,
-    pub(super) laws: Laws,
-    pub(super) machines: Machines,
+    laws: Laws,
+    machines: Machines,
     /// Variables of the current stage.
     trial: Vec<f64>,
     /// One per state with a rate, for the stage and in total.
     slope: Vec<f64>,
     sum: Vec<f64>,
-    pub(super) start: Timestamp,
-    pub(super) now: Timestamp,
+    start: Timestamp,
+    now: Timestamp,
     /// Increases with every change of the variables.
     generation: u64,
     pub(super) not_finite: u64,
@@ -36,7 +41,7 @@ pub(super) struct Dynamics {
     pub(super) monitors: Vec<Monitor>,
     pub(super) monitoring: bool,
     /// A functional mock-up unit.
-    pub(super) physics: Option<Box<Coupled>>,
+    physics: Option<Box<Coupled>>,
 }
 
 impl Dynamics {
@@ -203,13 +208,4 @@ impl Dynamics {
         self.laws.remember(&mut self.values);
         self.has_changed();
     }
-}
-
-/// The value, or `before` if it is not finite.
-pub(super) fn finite(value: f64, before: f64, not_finite: &mut u64) -> f64 {
-    if value.is_finite() {
-        return value;
-    }
-    *not_finite += 1;
-    before
 }

@@ -3,10 +3,10 @@
 //! It advances in steps of its own from power-on, whenever messages arrive: its inputs are those at the beginning of a
 //! step, and its outputs are states that change at the end.
 
-use super::dynamics::{Dynamics, finite};
-use super::laws::Moment;
-use super::{Device, NEVER};
+use super::Dynamics;
+use super::laws::{Moment, finite};
 use crate::description::{Model, Physics};
+use crate::device::{Device, NEVER};
 use crate::fmu::FmuInstance;
 use wire::time::Timestamp;
 
@@ -71,7 +71,7 @@ impl Dynamics {
 
     /// When the unit failed, until somebody has asked why.
     #[inline]
-    pub(super) fn physics_failed_at(&self) -> Option<Timestamp> {
+    pub(in crate::device) fn physics_failed_at(&self) -> Option<Timestamp> {
         self.physics.as_ref()?.failure.as_ref().map(|(at, _)| *at)
     }
 
@@ -81,7 +81,7 @@ impl Dynamics {
     }
 
     /// Ends the unit.
-    pub(super) fn stop_physics(&mut self) {
+    pub(in crate::device) fn stop_physics(&mut self) {
         if let Some(coupled) = &mut self.physics {
             coupled.instance = None;
             coupled.due = NEVER;

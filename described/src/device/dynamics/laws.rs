@@ -1,6 +1,5 @@
 //! The laws of a device's states, in the form needed at each step.
 
-use super::dynamics::finite;
 use crate::description::{Law, Model};
 use crate::expression::Expression;
 use std::ops::Range;
@@ -70,4 +69,13 @@ impl Laws {
             values[*slot] = from[*slot];
         }
     }
+}
+
+/// The value, or `before` if it is not finite.
+pub(in crate::device) fn finite(value: f64, before: f64, not_finite: &mut u64) -> f64 {
+    if value.is_finite() {
+        return value;
+    }
+    *not_finite += 1;
+    before
 }

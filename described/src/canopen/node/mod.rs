@@ -1,34 +1,24 @@
 //! The protocol of a device: what it does with a frame, and by itself.
 
+mod sending;
+
 use super::dictionary::Dictionary;
 use super::emergency::{self, Errors};
 use super::nmt::{self, Command, Consumed, State};
-use super::objects::Objects;
+use super::objects::{Application, Objects};
 use super::pdo::{self, Pdo};
 use super::sdo::Server;
-use super::sending::{AT_EVENTS, Sending};
+use sending::{AT_EVENTS, Sending};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use wire::can::{CanFrame, Id, StandardId};
 use wire::time::{Span, Timestamp};
 
 /// Stands for no time.
-pub(super) const NEVER: Timestamp = Timestamp::MAX;
+const NEVER: Timestamp = Timestamp::MAX;
 
 /// Most frames that wait for the line: one of each PDO, and answers.
 const QUEUE_MAX: usize = 1024;
-
-/// What the device does beside the protocol.
-pub(crate) trait Application {
-    /// The value of the object at this place of the dictionary, in its unit; `None` for one that only masters change.
-    fn value(&self, place: usize) -> Option<f64>;
-
-    /// A master has written the object; `false` if its value is an expression.
-    fn set(&mut self, place: usize, value: f64) -> bool;
-
-    /// The error codes, each with whether its condition holds.
-    fn errors(&self) -> Vec<(u16, bool)>;
-}
 
 /// What a frame was for the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,17 +34,17 @@ pub(crate) enum Heard {
 /// A CANopen device.
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
-    pub(super) objects: Objects,
-    pub(super) state: State,
+    objects: Objects,
+    state: State,
     /// When its events are looked at: this long after one another from `started` on.
     step: Span,
     started: Timestamp,
     look: Timestamp,
     heartbeat: Timestamp,
     consumed: Vec<Consumed>,
-    pub(super) transmitted: Vec<Sending>,
+    transmitted: Vec<Sending>,
     /// Each with what came for the next SYNC.
-    pub(super) received: Vec<(Pdo, Option<[u8; 8]>)>,
+    received: Vec<(Pdo, Option<[u8; 8]>)>,
     server: Server,
     errors: Errors,
     has_errors: bool,
@@ -111,7 +101,7 @@ impl Node {
         }
     }
 
-    pub(super) fn send(&mut self, id: Option<Id>, data: &[u8]) {
+    fn send(&mut self, id: Option<Id>, data: &[u8]) {
         let frame = id.and_then(|id| CanFrame::new(id, data));
         match frame.filter(|_| self.queue.len() < QUEUE_MAX) {
             Some(frame) => self.queue.push_back(frame),
@@ -189,12 +179,12 @@ impl Node {
         self.look(now, application);
     }
 
-    pub(super) fn raise(&mut self, code: u16) {
+    fn raise(&mut self, code: u16) {
         let message = self.errors.raise(code, &mut self.objects);
         self.emergency(message);
     }
 
-    pub(super) fn clear(&mut self, code: u16) {
+    fn clear(&mut self, code: u16) {
         let message = self.errors.clear(code, &mut self.objects);
         self.emergency(message);
     }

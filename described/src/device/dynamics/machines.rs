@@ -1,9 +1,9 @@
 //! Execution of state machines.
 
-use super::NEVER;
-use super::dynamics::{Dynamics, finite};
-use super::laws::Moment;
+use super::Dynamics;
+use super::laws::{Moment, finite};
 use crate::description::{Machine, Model, Setting};
+use crate::device::NEVER;
 use wire::time::Timestamp;
 
 /// State of the machines beside their variables.
@@ -30,12 +30,12 @@ impl Dynamics {
     }
 
     /// The next time at which a machine's time in its state matters.
-    pub(super) fn deadline(&self) -> Timestamp {
+    pub(in crate::device) fn deadline(&self) -> Timestamp {
         self.machines.deadline.unwrap_or(NEVER)
     }
 
     /// Makes at most one transition per machine: the first possible one in the order of the file.
-    pub(super) fn go_on(&mut self, model: &Model, now: Timestamp, heard: Option<usize>) {
+    pub(in crate::device) fn go_on(&mut self, model: &Model, now: Timestamp, heard: Option<usize>) {
         let mut has_changed = false;
         for (index, machine) in model.machines.iter().enumerate() {
             let Some(place) = self.transition(model, (index, machine), now, heard) else {

@@ -1,11 +1,11 @@
 //! PDOs while the device runs: when they are sent, and what they write.
 
-use super::dictionary::unsigned;
-use super::emergency;
-use super::nmt::State;
-use super::node::{Application, Heard, NEVER, Node};
-use super::objects::Objects;
-use super::pdo::{self, Direction, Pdo};
+use super::{Heard, NEVER, Node};
+use crate::canopen::dictionary::unsigned;
+use crate::canopen::emergency;
+use crate::canopen::nmt::State;
+use crate::canopen::objects::{Application, Objects};
+use crate::canopen::pdo::{self, Direction, Pdo};
 use std::ops::RangeInclusive;
 use wire::can::Id;
 use wire::time::{Span, Timestamp};

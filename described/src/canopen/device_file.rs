@@ -2,35 +2,13 @@
 
 use super::dictionary::{Dictionary, Entry};
 use super::{eds, layout as messages};
-use crate::description::{Scopes, Source};
 use crate::error::{FileError, Mistake};
-use crate::expression::Expression;
 use crate::file::{File, Formula, StateTable};
 use crate::files::Files;
 use crate::hint;
 use crate::layout::{Layout, Scale};
 use crate::place::Place;
-use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// The objects and the errors of a device.
-#[derive(Debug, Clone)]
-pub(crate) struct Canopen {
-    pub(crate) dictionary: Arc<Dictionary>,
-    /// Objects with a value of the application, by their place in the dictionary.
-    pub(crate) objects: BTreeMap<usize, Object>,
-    /// Error codes and their conditions.
-    pub(crate) errors: Vec<(u16, Expression)>,
-}
-
-/// Where the value of an object is.
-#[derive(Debug, Clone)]
-pub(crate) enum Object {
-    /// In a variable, which masters and machines set.
-    Variable(usize),
-    /// In what computes it.
-    Computed(Box<Source>),
-}
 
 /// Reads the layout of a description with an `eds`.
 pub(crate) fn layout<M>(
@@ -154,43 +132,4 @@ pub(crate) fn held<M>(said: &mut File<M>, dictionary: &Dictionary) -> Result<Vec
         names.push(name.to_owned());
     }
     Ok(names)
-}
-
-/// The objects and the errors of the file.
-pub(crate) fn model<M>(
-    said: &File<M>,
-    dictionary: &Arc<Dictionary>,
-    mut scopes: Scopes<'_>,
-) -> Result<Canopen, Mistake> {
-    let mut objects = BTreeMap::new();
-    for (place, entry) in dictionary.application() {
-        let table = said.object.get(entry.name()).filter(|table| table.is_computed());
-        let object = match table {
-            Some(table) => {
-                let at = Place::file().key("object").key(entry.name());
-                if !entry.readable {
-                    let message = format!("`{}` can only be written", entry.name());
-                    let help = "it is a name in expressions, with what the master wrote";
-                    return Err(Mistake::new(at.name(), message).help(help));
-                }
-                Object::Computed(Box::new(scopes.source(&table.source(), &entry.unit, &at)?))
-            }
-            None => match scopes.variable(entry.name()) {
-                Some(slot) => Object::Variable(slot),
-                None => continue,
-            },
-        };
-        objects.insert(place, object);
-    }
-    let mut errors = Vec::new();
-    for (name, table) in &said.emergency {
-        let at = Place::file().key("emergency").key(name);
-        if table.code < 0x1000 {
-            let message = format!("{:#06x} is no error code", table.code);
-            let help = "from 0x1000 to 0xFFFF, by CiA 301 and the profile of the device";
-            return Err(Mistake::new(at.key("code"), message).help(help));
-        }
-        errors.push((table.code, scopes.expression(&table.when, &at.key("when"))?));
-    }
-    Ok(Canopen { dictionary: Arc::clone(dictionary), objects, errors })
 }
