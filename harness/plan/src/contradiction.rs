@@ -1,9 +1,9 @@
 //! Finds properties that cannot hold, because of one another or of the plan's own commands.
 
+use super::mistake::{Fault, Segment};
 use super::property::{Always, Property, Sometimes};
 use super::step::{Action, Step};
 use super::time_limits::{RAMP, TURN_RAMP};
-use super::validate::{Fault, Segment};
 use crate::faults::{LineKind, Lines, Ride};
 use controller::config::MotionConfig;
 use std::collections::BTreeMap;

@@ -11,7 +11,7 @@
 //!
 //! A run does not judge envelopes. A campaign measures them with many runs (`campaign::envelope`).
 
-use super::validate::{Fault as Mistake, Segment};
+use super::mistake::{Fault as Mistake, Segment};
 use crate::confidence::{Z_95, trials_min};
 use crate::faults::{Fault, FaultKind, Lines, Schedule, Target, kind_name_schema};
 use schemars::JsonSchema;

@@ -1,7 +1,6 @@
 //! Formulas of a plan, over the signals that the nodes of its rig send.
 
-use super::quantity::OfMessage;
-use super::speakers::{DEVICE, MessagePlace, Speaker, resolve, signal};
+use super::speakers::{DEVICE, MessagePlace, OfMessage, Speaker, resolve, signal};
 use described::{Decoded, Verdict};
 use std::collections::BTreeMap;
 use temporal::{Formula, Mistake, NotFound, Protecting, Signal, Signals};

@@ -48,6 +48,7 @@ pub mod library;
 mod locate;
 pub mod made;
 mod measurement;
+mod mistake;
 pub mod models;
 mod name;
 pub(crate) mod number;
@@ -64,6 +65,7 @@ pub mod rig_build;
 pub(crate) mod speakers;
 mod step;
 mod subject;
+mod survey;
 pub mod time_limits;
 pub(crate) mod timeline;
 mod validate;
@@ -76,11 +78,11 @@ pub use measurement::{Declared, Proves};
 pub use name::{Name, ParameterName};
 pub use phases::PhaseEvent;
 pub use property::{Always, Kind, Property, Sometimes, Stated};
-pub use quantity::{Filter, OfMessage, QuantityName, TagMatch};
+pub use quantity::{Filter, QuantityName, TagMatch};
 pub use reaction::Reaction;
 pub use rig::Rig;
 pub use speakers::{
-    DEVICE, MessagePlace, Speaker, canopen_devices, resolve, signal, unit, unit_of,
+    DEVICE, MessagePlace, OfMessage, Speaker, canopen_devices, resolve, signal, unit, unit_of,
 };
 pub use step::*;
 
@@ -189,6 +191,11 @@ impl Plan {
         validate::validate(self, None).map_err(located(file, text))
     }
 
+    /// The limit in the plan, or the sum of its steps' limits.
+    pub fn time_limit(&self) -> Span {
+        self.explicit_time_limit.unwrap_or_else(|| Step::sum_of_limits(&self.steps))
+    }
+
     /// The properties that a campaign judges on `rig`: the declared ones, and on the paper's robot all others of a robot
     /// with their usual limits. If there are none, the plan has to pass.
     pub fn judged(&self, rig: &Rig) -> Vec<Property> {
@@ -229,7 +236,7 @@ impl Plan {
         lines: &Lines,
         gyro: Option<GyroStream>,
     ) -> Result<(), FileError> {
-        let faults = self.faults.check_bench(lines).map_err(validate::misplaced);
+        let faults = self.faults.check_bench(lines).map_err(mistake::misplaced);
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
         let properties = |()| match gyro {
@@ -241,7 +248,7 @@ impl Plan {
 }
 
 /// Adds the place in the file to a mistake.
-fn located(file: &str, text: &str) -> impl Fn(validate::Fault) -> FileError {
+fn located(file: &str, text: &str) -> impl Fn(mistake::Fault) -> FileError {
     move |fault| {
         let at = locate::locate(text, &fault.path);
         FileError::new(file, text, at, fault.message).with_help(fault.help)

@@ -1,6 +1,6 @@
 //! Finds the place of a path in a plan file.
 
-use super::validate::Segment;
+use super::mistake::Segment;
 use std::ops::Range;
 use toml::de::{DeArray, DeTable, DeValue};
 

@@ -5,10 +5,9 @@ mod schema;
 use super::band::Band;
 use super::name::Name;
 use super::quantities::{
-    self, CHOSEN, NAMES, OPERATOR_PREFIX, PERIOD, Quantity, REACTION_PREFIX, SDO_PREFIX, SIGNAL,
-    UDS_PREFIX,
+    self, CHOSEN, NAMES, OPERATOR_PREFIX, Quantity, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX,
 };
-use super::speakers::DEVICE;
+use super::speakers::OfMessage;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -68,60 +67,6 @@ impl QuantityName {
     pub fn operator_answer(&self) -> Option<&str> {
         self.0.strip_prefix(OPERATOR_PREFIX)
     }
-}
-
-/// A quantity taken from the messages of a node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OfMessage<'a> {
-    /// Each value of this signal, `Signal` or `Message.Signal`, in the signal's unit.
-    Signal {
-        /// The node that sends it.
-        node: &'a str,
-        /// The signal.
-        name: &'a str,
-    },
-    /// The time between consecutive messages, s.
-    Period {
-        /// The node that sends it.
-        node: &'a str,
-        /// The message.
-        name: &'a str,
-    },
-}
-
-impl<'a> OfMessage<'a> {
-    fn of(name: &'a str) -> Option<Self> {
-        let (first, rest) = name.split_once('.')?;
-        let one = match first {
-            SIGNAL => Self::Signal { node: DEVICE, name: rest },
-            PERIOD => match rest.split_once('.') {
-                None => Self::Period { node: DEVICE, name: rest },
-                Some((node, name)) => Self::Period { node, name },
-            },
-            node => Self::Signal { node, name: rest },
-        };
-        let (node, name) = (one.node(), one.name());
-        (Name::new(node).is_some() && name.split('.').all(is_identifier)).then_some(one)
-    }
-
-    /// The node that sends it.
-    pub const fn node(&self) -> &'a str {
-        match self {
-            Self::Signal { node, .. } | Self::Period { node, .. } => node,
-        }
-    }
-
-    /// The signal or the message.
-    pub const fn name(&self) -> &'a str {
-        match self {
-            Self::Signal { name, .. } | Self::Period { name, .. } => name,
-        }
-    }
-}
-
-/// The syntax of message and signal names in DBCs: letters, digits and `_`; some begin with a digit.
-fn is_identifier(text: &str) -> bool {
-    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
 impl fmt::Display for QuantityName {

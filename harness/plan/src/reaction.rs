@@ -15,9 +15,9 @@
 //! has held since then.
 
 use super::formula::formula;
+use super::mistake::{Fault, Place, Segment};
 use super::name::Name;
 use super::rig::Rig;
-use super::validate::{Fault, Place, Segment};
 use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -1,6 +1,6 @@
 //! Nodes that are replayed from a log of their bus.
 
-use crate::rig::{NodePart, Rig, RigLine};
+use crate::rig::{NodePart, Replayed, Rig, RigLine};
 use crate::speakers::Speaker;
 use described::{Layout, Medium, Sender};
 use std::collections::BTreeSet;
@@ -18,9 +18,6 @@ pub struct Logged {
     /// The frame or bytes.
     pub what: Transmit,
 }
-
-/// The traffic of a node in a log: time, index of its port, and content.
-pub type Replayed = Arc<[(Span, u8, Transmit)]>;
 
 /// Selects traffic on a line.
 #[derive(Clone, Copy)]

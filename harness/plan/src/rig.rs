@@ -40,7 +40,6 @@ mod file;
 pub use file::{CanTable, LineTable, NodeTable, OneOrSeveral, ReplayTable, RigFile, SerialTable};
 
 use crate::faults::{LineKind, Lines, Ride, Said, Target, TargetName};
-use crate::replayed::Replayed;
 use crate::speakers::{DEVICE, Speaker};
 use described::{Description, IsoTp, Layout, Medium, Sender};
 use emulators::base::Transport;
@@ -50,6 +49,8 @@ use serde::Deserialize;
 use std::fmt;
 use std::sync::Arc;
 use wire::can::{BIT_RATE, BitRates};
+use wire::device::Transmit;
+use wire::time::Span;
 
 /// Most nodes of a rig, including those of the paper's robot: one bit per node, plus one for the plan, in a word.
 pub const NODES_MAX: usize = 62;
@@ -155,6 +156,9 @@ impl fmt::Display for RigLine {
 
 /// Data bit rate of the bus of a plan's only device if it has CAN FD messages. Assumption: the usual rate of vehicles.
 const DATA_BIT_RATE: u32 = 2_000_000;
+
+/// The traffic of a node in a log: time, index of its port, and content.
+pub type Replayed = Arc<[(Span, u8, Transmit)]>;
 
 /// The kind of a node.
 #[derive(Debug, Clone)]

@@ -1,18 +1,16 @@
 //! Checks what a plan may refer to on its rig: the paper's robot or table, or nodes and their messages.
 
-mod sdo;
-
 use super::Plan;
 use super::formula::formula;
+use super::mistake::{Checked, Fault, Place, Segment};
 use super::name::ParameterName;
 use super::property::{Kind, Property, Stated};
-use super::quantity::{OfMessage, QuantityName};
+use super::quantity::QuantityName;
 use super::rig::Rig;
-use super::speakers::{DEVICE, resolve, unit, whose};
-use super::step::{Action, Needs, Send};
-use super::validate::{Checked, Fault, Place, Segment};
+use super::speakers::{DEVICE, OfMessage, resolve, unit, whose};
 use described::hint::proposal;
-use described::{Message, Sender};
+use described::{Message, Sender, SignalValue};
+use std::collections::BTreeMap;
 
 /// Quantities of every plan, whatever its rig.
 const COMMON_QUANTITIES: &[&str] = &[
@@ -27,11 +25,11 @@ const COMMON_QUANTITIES: &[&str] = &[
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Subject<'a> {
     /// Whether it names a device file: the paper's robot or table, with a controller that takes missions.
-    has_robot: bool,
+    pub(super) has_robot: bool,
     /// Whether it names its only device.
     is_short: bool,
     /// The rig, if loaded.
-    rig: Option<&'a Rig>,
+    pub(super) rig: Option<&'a Rig>,
 }
 
 impl<'a> Subject<'a> {
@@ -68,52 +66,31 @@ impl<'a> Subject<'a> {
     }
 
     /// Whether the rig has only the paper's robot or table.
-    const fn is_robot(&self) -> bool {
+    pub(super) const fn is_robot(&self) -> bool {
         self.has_robot && self.is_short
     }
 
-    /// Checks that this step is possible in the plan.
-    pub(super) fn admits(&self, action: &Action, at: &Place<'_>) -> Checked {
-        match action.needs() {
-            Needs::Tester if self.is_robot() => {
-                let help = "`device = \"...\"` instead of `devices` makes a plan of a device of your own, \
-                            `rig = \"...\"` one of several";
-                let message = format!("`{}` is for a device of your own", action.name());
-                Err(at.fault(&[], message, Some(help.to_owned())))
-            }
-            Needs::Robot => self.needs_robot(action.name(), at),
-            _ => Ok(()),
-        }
-    }
-
-    /// Checks that the rig has a gyro on a robot or a table, as the step `name` requires.
-    pub(super) fn needs_robot(&self, name: &str, at: &Place<'_>) -> Checked {
-        if self.has_robot {
-            return Ok(());
-        }
-        let words = Action::words();
-        let others = words.iter().filter(|word| word.needs != Needs::Robot && word.name != name);
-        let known: Vec<&str> = others.map(|word| word.name).collect();
-        let message = format!("`{name}` is for a gyro on a robot or a table");
-        Err(at.fault(&[], message, Some(proposal("", &known))))
-    }
-
     /// Checks that the plan can send a message with this name and these signals, and that the values fit.
-    pub(super) fn send(&self, send: &Send, at: &Place<'_>) -> Checked {
+    pub(super) fn send(
+        &self,
+        sent: &str,
+        set: &BTreeMap<String, SignalValue>,
+        at: &Place<'_>,
+    ) -> Checked {
         if self.is_robot() {
             let message = "`finally` is for a device of your own".to_owned();
             return Err(at.fault(&[], message, None));
         }
-        self.message(&send.message, at, &[Segment::Key("message")])?;
-        let known = self.sent().into_iter().find(|message| message.name == send.message);
+        self.message(sent, at, &[Segment::Key("message")])?;
+        let known = self.sent().into_iter().find(|message| message.name == sent);
         let Some(message) = known else { return Ok(()) };
         let signals = &message.signals;
-        for (name, value) in &send.set {
+        for (name, value) in set {
             let here = [Segment::Key("set"), Segment::Entry(name.clone())];
             let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
                 let known: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
-                let message = format!("`{}` has no signal `{name}`", send.message);
-                let note = self.left_out(&format!("{}.{name}", send.message));
+                let message = format!("`{sent}` has no signal `{name}`");
+                let note = self.left_out(&format!("{sent}.{name}"));
                 let help = note.unwrap_or_else(|| proposal(name, &known));
                 return Err(at.fault(&here, message, Some(help)));
             };
@@ -127,7 +104,7 @@ impl<'a> Subject<'a> {
                 return Err(at.fault(&here, message.trim_end().to_owned(), None));
             }
         }
-        match not_carried(message, send) {
+        match not_carried(message, set) {
             Some((text, help)) => Err(at.fault(&[Segment::Key("set")], text, Some(help))),
             None => Ok(()),
         }
@@ -344,14 +321,14 @@ impl<'a> Subject<'a> {
 }
 
 /// A signal that is set although the multiplexers that are also set select others, and the value that would select it.
-fn not_carried(message: &Message, send: &Send) -> Option<(String, String)> {
-    for name in send.set.keys() {
+fn not_carried(message: &Message, set: &BTreeMap<String, SignalValue>) -> Option<(String, String)> {
+    for name in set.keys() {
         let Some(place) = message.signals.iter().position(|one| one.name == *name) else {
             continue;
         };
         for selection in message.selections(place) {
             let multiplexer = &message.signals[selection.multiplexer];
-            let Some(value) = send.set.get(&multiplexer.name) else { continue };
+            let Some(value) = set.get(&multiplexer.name) else { continue };
             let number = value.of(multiplexer).ok().and_then(|value| multiplexer.number_of(value));
             if number.is_some_and(|number| !selection.has(number)) {
                 let (of, by) = (&message.name, &multiplexer.name);

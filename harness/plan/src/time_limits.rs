@@ -13,8 +13,6 @@
 //! | the controller's answer to a mission where a person takes part in the step | [`MOTION_FACTOR`] x nominal time of the step's motion + [`ANSWER_LIMIT`] |
 //! | repeat, sweep | the limits of the repetitions, or their period if longer, + [`SLACK`] |
 
-use super::Plan;
-use super::step::Step;
 use wire::time::Span;
 use wire::units::{Acceleration, AngularAcceleration};
 
@@ -46,32 +44,6 @@ pub fn trapezoid(distance: f64, speed: f64, acceleration: f64) -> Span {
         2.0 * (distance / acceleration).sqrt()
     };
     Span::from_secs_f64(seconds)
-}
-
-/// The sum of the limits of `steps`.
-pub(crate) fn sum(steps: &[Step]) -> Span {
-    steps.iter().fold(Span::ZERO, |sum, step| sum + step.time_limit())
-}
-
-impl Step {
-    /// The limit in the plan, or the default of the [table](self).
-    pub fn time_limit(&self) -> Span {
-        self.explicit_time_limit.unwrap_or_else(|| self.action.default_limit())
-    }
-
-    /// The limit of each answer of the controller, if that of the step leaves time for a person.
-    pub fn answer_limit(&self) -> Option<Span> {
-        let is_needed =
-            self.explicit_time_limit.is_none() && self.action.leaves_time_for_a_person();
-        is_needed.then(|| self.action.motion() * MOTION_FACTOR + ANSWER_LIMIT)
-    }
-}
-
-impl Plan {
-    /// The limit in the plan, or the sum of its steps' limits.
-    pub fn time_limit(&self) -> Span {
-        self.explicit_time_limit.unwrap_or_else(|| sum(&self.steps))
-    }
 }
 
 #[cfg(test)]

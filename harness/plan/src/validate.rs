@@ -2,47 +2,22 @@
 
 use super::contradiction::contradictions;
 use super::measurement::Declared;
-use super::name::Name;
+use super::mistake::{Checked, Fault, Place, Segment, misplaced};
 use super::property::Property;
-use super::quantities::{COMMON_TAGS, DURING_PREFIX, find_tag};
-use super::quantity::{Filter, QuantityName};
-use super::reaction::{self, Reaction};
+use super::quantities::find_tag;
+use super::reaction;
 use super::rig::Rig;
-use super::step::{Answer, Fit, Step};
+use super::step::Step;
 use super::subject::Subject;
+use super::survey::Survey;
 use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
-use crate::faults::Unfit;
 use described::hint::proposal;
-use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
-
-/// One level of a path in the document.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Segment {
-    /// The value of this key.
-    Key(&'static str),
-    /// The key of this name and its value: a name that the file chooses.
-    Entry(String),
-    /// The element with this index.
-    Index(usize),
-    /// These bytes of a text.
-    Text(Range<usize>),
-}
-
-/// A mistake and its place.
-#[derive(Debug)]
-pub(super) struct Fault {
-    pub(super) path: Vec<Segment>,
-    pub(super) message: String,
-    pub(super) help: Option<String>,
-}
-
-pub(super) type Checked = Result<(), Fault>;
+use std::collections::BTreeMap;
 
 /// The first mistake; units and names of messages are checked only if the rig is known.
 pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     let subject = Subject::of(plan, rig)?;
-    let mut survey = Survey { subject, reactions: &plan.reactions, ..Survey::default() };
+    let mut survey = Survey::new(subject, &plan.reactions);
     let mut path = vec![Segment::Key("steps")];
     let done = survey.steps(&plan.steps, &mut path, 1)?;
     if done > STEPS_DONE_MAX {
@@ -65,7 +40,7 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     }
     for (index, send) in plan.finally.iter().enumerate() {
         let at = Place { root: &[Segment::Key("finally"), Segment::Index(index)] };
-        subject.send(send, &at)?;
+        subject.send(&send.message, &send.set, &at)?;
     }
     subject.properties(&plan.properties)?;
     reaction::check(&plan.reactions, rig)?;
@@ -74,39 +49,6 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
         envelope.check(index)?;
     }
     contradictions(&plan.properties, &plan.steps)
-}
-
-/// Adds the place to a mistake in the schedule.
-pub(super) fn misplaced(unfit: Unfit) -> Fault {
-    let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
-    path.extend(unfit.keys.into_iter().map(Segment::Key));
-    Fault { path, message: unfit.message, help: unfit.help }
-}
-
-/// A place in the document.
-pub(super) struct Place<'a> {
-    pub(super) root: &'a [Segment],
-}
-
-impl Place<'_> {
-    pub(super) fn fault(&self, rest: &[Segment], message: String, help: Option<String>) -> Fault {
-        Fault { path: [self.root, rest].concat(), message, help }
-    }
-}
-
-/// Contents of the steps so far, for references to them.
-#[derive(Default)]
-pub(super) struct Survey<'a> {
-    pub(super) subject: Subject<'a>,
-    pub(super) reactions: &'a [Reaction],
-    steps: usize,
-    pub(super) fits: BTreeMap<&'a str, &'a Fit>,
-    pub(super) models: Vec<&'a str>,
-    pub(super) answers: BTreeMap<&'a str, &'a Answer>,
-    /// Units of what steps read, by the step and the name; `None` if the rig is not loaded.
-    reads: BTreeMap<(&'static str, &'a str), Option<String>>,
-    pub(super) swept: Vec<String>,
-    pub(super) phases: Vec<&'a str>,
 }
 
 impl<'a> Survey<'a> {
@@ -133,7 +75,7 @@ impl<'a> Survey<'a> {
             self.phases.push(name);
             self.phases.extend(step.label.as_ref().map(|label| label.as_str()));
             let at = Place { root: path };
-            self.subject.admits(&step.action, &at)?;
+            step.action.needs().check(name, &self.subject, &at)?;
             step.action.check(self, &at)?;
             path.push(Segment::Key("steps"));
             let within = step.action.steps();
@@ -143,11 +85,6 @@ impl<'a> Survey<'a> {
             path.truncate(path.len() - 3);
         }
         Ok(done)
-    }
-
-    /// Steps and labels so far, without duplicates.
-    pub(super) fn phases(&self) -> Vec<&'a str> {
-        BTreeSet::from_iter(self.phases.iter().copied()).into_iter().collect()
     }
 
     fn measurement(&self, declared: &Declared, at: &Place<'_>) -> Checked {
@@ -199,87 +136,5 @@ impl<'a> Survey<'a> {
         let message = format!("unit `{}`, expected `{expected}`", declared.unit);
         let help = format!("`{kind}` of `{}` is judged in `{expected}`", declared.quantity);
         Err(at.fault(&[Segment::Key("unit")], message, Some(help)))
-    }
-
-    /// Unit of a quantity; `None` if its device's layout is not loaded.
-    fn unit(
-        &self,
-        quantity: &QuantityName,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Result<Option<String>, Fault> {
-        self.subject.quantity(quantity, at, here)?;
-        if let Some(of_message) = quantity.of_message() {
-            return self.subject.unit(of_message, at, here);
-        }
-        if let Some(entry) = quantity.entry() {
-            return Ok(Some(entry.unit.to_owned()));
-        }
-        if let Some(name) = quantity.reaction() {
-            reaction::find(self.reactions, name, at, here)?;
-            return Ok(Some("s".to_owned()));
-        }
-        if let Some((step, name)) = quantity.read() {
-            return self.reads.get(&(step, name)).cloned().ok_or_else(|| {
-                let message = format!("no step `{step}` in this plan reads `{name}`");
-                let known = self.reads.keys().filter(|(other, _)| *other == step);
-                let known: Vec<&str> = known.map(|(_, name)| *name).collect();
-                at.fault(here, message, Some(proposal(name, &known)))
-            });
-        }
-        let answer = quantity.operator_answer().unwrap_or_default();
-        self.answers.get(answer).map(|answer| Some(answer.unit.clone())).ok_or_else(|| {
-            let message = format!("no operator_prompt in this plan asks for `{answer}`");
-            at.fault(here, message, None)
-        })
-    }
-
-    /// Takes what a step reads: its name, and its unit if that is known.
-    pub(super) fn reads(
-        &mut self,
-        step: &'static str,
-        name: &'a Name,
-        unit: Option<String>,
-        at: &Place<'_>,
-    ) -> Checked {
-        let known = self.reads.entry((step, name.as_str())).or_insert_with(|| unit.clone());
-        match (known, unit) {
-            (Some(known), Some(unit)) if *known != unit => {
-                let message = format!("`{name}` is in {known} in another step");
-                Err(at.fault(&[Segment::Key("read")], message, None))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    pub(super) fn filter(
-        &self,
-        quantity: &QuantityName,
-        filter: &Filter,
-        at: &Place<'_>,
-    ) -> Checked {
-        filter.tags().try_for_each(|tag| self.tag(quantity, tag, at, &[Segment::Key("where")]))
-    }
-
-    pub(super) fn tag(
-        &self,
-        quantity: &QuantityName,
-        tag: &str,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Checked {
-        let own = quantity.entry().map_or(&[][..], |entry| entry.tags);
-        let known: Vec<&str> = own
-            .iter()
-            .chain(COMMON_TAGS)
-            .copied()
-            .chain(self.swept.iter().map(String::as_str))
-            .collect();
-        let phase = tag.strip_prefix(DURING_PREFIX);
-        if known.contains(&tag) || phase.is_some_and(|phase| self.phases.contains(&phase)) {
-            return Ok(());
-        }
-        let message = format!("`{quantity}` carries no tag `{tag}`");
-        Err(at.fault(here, message, Some(proposal(tag, &known))))
     }
 }

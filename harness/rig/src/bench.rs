@@ -1,6 +1,5 @@
 //! The emulated devices of a run, with the facts about them that the controller and the engine need.
 
-use crate::engine::{BenchFacts, Look};
 use controller::config::{BaseConfig, Config, GyroConfig, MotionConfig, Transport};
 use emulators::absolute::AbsoluteMeasurement;
 use emulators::base::BaseEmulator;
@@ -59,6 +58,28 @@ pub struct Bench {
     devices: Devices,
     #[cfg(feature = "mutants")]
     mutant: Option<controller::Mutant>,
+}
+
+/// Facts about the bench that the engine needs.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BenchFacts {
+    /// Standard uncertainty of a position by the absolute measurement, m.
+    pub absolute_position_u_m: f64,
+    /// Standard uncertainty of a heading by the absolute measurement, deg.
+    pub absolute_heading_u_deg: f64,
+    /// Standard uncertainty of the table's angle at rest, deg.
+    pub table_u_deg: f64,
+    /// Angle by which one motor step turns the table.
+    pub table_step: Angle,
+}
+
+/// An external view of the base at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// True pose of the base; its heading is not wrapped.
+    pub truth: Pose,
+    /// Pose by the base's own odometry, decoded as a host would.
+    pub odometry: Pose,
 }
 
 /// Why a device file cannot be used.

@@ -50,8 +50,6 @@ mod rig;
 pub mod robot;
 pub mod simulate;
 mod slips;
-mod snapshot;
-mod stream;
 pub mod tester;
 mod touched;
 pub mod watch;

@@ -1,6 +1,6 @@
 //! A node that replays a log: it sends what was recorded, with the recorded spacing.
 
-use plan::replayed::Replayed;
+use plan::rig::Replayed;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 

@@ -4,11 +4,13 @@
 //! determine every byte of the record. Delivered data may first [cross](crate::crossing) a pty or a CAN interface of
 //! the kernel, which virtual time does not notice.
 
+mod snapshot;
+mod stream;
+
 use super::Rig;
 use super::director::Director;
 use super::faults::Faults;
 use super::node::Part;
-use super::stream::Stream;
 use super::touched::Touched;
 use crate::crossing::Crossing;
 use crate::engine::{Action, Ending, Engine};
@@ -18,6 +20,7 @@ use plan::PhaseEvent;
 use record::outcome::Outcome;
 use record::sink::RecordSink;
 use record::{Device, FaultSummary, Progress, Record, RecordKind};
+use stream::Stream;
 use wire::time::{Span, Timestamp};
 
 /// Most rounds of transmission at one instant; more means that two devices answer each other endlessly.
@@ -25,7 +28,7 @@ const ROUNDS_MAX: u32 = 1_000;
 /// Most events at one instant; more means that a device asks to be woken again and again.
 const EVENTS_AT_ONCE_MAX: u32 = 10_000;
 /// Events between two checks outside the loop.
-pub(super) const EVENTS_PER_PULSE: u64 = 50_000;
+const EVENTS_PER_PULSE: u64 = 50_000;
 /// Time for the last messages to arrive. Assumption: the longest queue of a bus is empty in a tenth of it.
 const LAST_WORDS: Span = Span::from_secs(1);
 
@@ -66,7 +69,7 @@ pub struct Simulation<C> {
     /// See [`Rig::wake_gyros_late`].
     pub(super) gyros_are_late: bool,
     /// The gyro stream that may bypass the loop.
-    pub(super) stream: Option<Stream>,
+    stream: Option<Stream>,
     /// See [`Self::before_faults`].
     pub(super) phases: Option<Vec<(Timestamp, PhaseEvent)>>,
 }

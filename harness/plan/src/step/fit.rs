@@ -1,10 +1,11 @@
 //! Fits a model to observations.
 
 use super::{Known, Op, StepKind};
+use crate::mistake::{Checked, Place, Segment};
 use crate::name::Name;
 use crate::quantities;
 use crate::quantity::{Filter, QuantityName};
-use crate::validate::{Checked, Place, Segment, Survey};
+use crate::survey::Survey;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -128,7 +129,9 @@ impl StepKind for Fit {
             let here = [Segment::Key("model"), Segment::Key(self.model.name())];
             survey.tag(&self.quantity, tag, at, &here)?;
         }
-        if survey.fits.insert(self.name.as_str(), self).is_some() {
+        let of = format!("{} of {}", self.model.name(), self.quantity);
+        let fit = (of, self.becomes().is_some());
+        if survey.fits.insert(self.name.as_str(), fit).is_some() {
             let message = format!("fit name `{}` is used twice", self.name);
             return Err(at.fault(&[Segment::Key("name")], message, None));
         }

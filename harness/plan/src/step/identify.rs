@@ -1,9 +1,11 @@
 //! Identifies effects of a gyro or another sensor that its model lacks.
 
 use super::{Known, Needs, Op, StepKind};
+use crate::mistake::{Checked, Fault, Place, Segment};
 use crate::name::Name;
-use crate::quantity::{OfMessage, QuantityName};
-use crate::validate::{Checked, Fault, Place, Segment, Survey};
+use crate::quantity::QuantityName;
+use crate::speakers::OfMessage;
+use crate::survey::Survey;
 use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -96,7 +98,7 @@ impl StepKind for Identify {
     /// Checks that the steps it is based on come before it, and that no two models share a name.
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
         if self.from != Source::Sensor {
-            survey.subject.needs_robot("identify", at)?;
+            Needs::Robot.check("identify", &survey.subject, at)?;
         }
         self.of_sensor(survey, at)?;
         if let Some(step) = self.from.step()

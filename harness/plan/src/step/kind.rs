@@ -1,9 +1,12 @@
 //! The properties of each step kind. Each kind has a file next to this one, and a line in the list of [`super`].
 
-use super::{Op, Step};
+use super::{Action, Op, Step};
+use crate::mistake::{Checked, Place};
+use crate::subject::Subject;
+use crate::survey::Survey;
 use crate::time_limits::{MOTION_FACTOR, SLACK};
-use crate::validate::{Checked, Place, Survey};
 use controller::calibration::Calibration;
+use described::hint::proposal;
 use std::collections::BTreeMap;
 use std::fmt;
 use wire::time::Span;
@@ -18,6 +21,28 @@ pub enum Needs {
     Tester,
     /// A rig with a gyro on a robot or a table, and a controller that takes missions.
     Robot,
+}
+
+impl Needs {
+    /// Checks that the step `name`, which needs this, is possible in the plan.
+    pub(crate) fn check(self, name: &str, subject: &Subject<'_>, at: &Place<'_>) -> Checked {
+        match self {
+            Self::Tester if subject.is_robot() => {
+                let help = "`device = \"...\"` instead of `devices` makes a plan of a device of your own, \
+                            `rig = \"...\"` one of several";
+                let message = format!("`{name}` is for a device of your own");
+                Err(at.fault(&[], message, Some(help.to_owned())))
+            }
+            Self::Robot if !subject.has_robot => {
+                let words = Action::words();
+                let others = words.iter().filter(|word| word.needs != self && word.name != name);
+                let known: Vec<&str> = others.map(|word| word.name).collect();
+                let message = format!("`{name}` is for a gyro on a robot or a table");
+                Err(at.fault(&[], message, Some(proposal("", &known))))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The values of a rig that a step needs for its script.

@@ -1,8 +1,9 @@
 //! A log at rest.
 
 use super::{Known, Op, StepKind};
+use crate::mistake::{Checked, Place, Segment};
 use crate::number;
-use crate::validate::{Checked, Place, Segment, Survey};
+use crate::survey::Survey;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

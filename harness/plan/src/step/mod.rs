@@ -65,8 +65,10 @@ pub use use_model::UseModel;
 pub use wait::Wait;
 pub use wait_until::Condition;
 
+use super::mistake::{self, Checked};
 use super::name::Name;
-use super::validate::{self, Checked, Survey};
+use super::survey::Survey;
+use super::time_limits::{ANSWER_LIMIT, MOTION_FACTOR};
 use controller::mission::{BiasMethod, Estimator, HeadingSource};
 use kind::StepKind;
 pub(crate) use read::some_steps;
@@ -256,11 +258,7 @@ impl Action {
     }
 
     /// The first mistake, beyond the bounds of single values.
-    pub(super) fn check<'a>(
-        &'a self,
-        survey: &mut Survey<'a>,
-        at: &validate::Place<'_>,
-    ) -> Checked {
+    pub(super) fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &mistake::Place<'_>) -> Checked {
         self.kind().check(survey, at)
     }
 
@@ -300,6 +298,23 @@ impl Action {
 }
 
 impl Step {
+    /// The limit in the plan, or the default of the [table](crate::time_limits).
+    pub fn time_limit(&self) -> Span {
+        self.explicit_time_limit.unwrap_or_else(|| self.action.default_limit())
+    }
+
+    /// The limit of each answer of the controller, if that of the step leaves time for a person.
+    pub fn answer_limit(&self) -> Option<Span> {
+        let is_needed =
+            self.explicit_time_limit.is_none() && self.action.leaves_time_for_a_person();
+        is_needed.then(|| self.action.motion() * MOTION_FACTOR + ANSWER_LIMIT)
+    }
+
+    /// The sum of the limits of `steps`.
+    pub(crate) fn sum_of_limits(steps: &[Self]) -> Span {
+        steps.iter().fold(Span::ZERO, |sum, step| sum + step.time_limit())
+    }
+
     /// `steps` and all their inner steps, in the order of the plan.
     pub fn walk(steps: &[Self]) -> impl Iterator<Item = &Self> {
         let mut lists = vec![steps.iter()];

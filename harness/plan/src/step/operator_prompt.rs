@@ -2,10 +2,11 @@
 
 use super::{Known, Needs, Op, Order, StepKind};
 use crate::band::Band;
+use crate::mistake::{Checked, Place};
 use crate::name::Name;
 use crate::number;
+use crate::survey::Survey;
 use crate::time_limits::PERSON_LIMIT;
-use crate::validate::{Checked, Place, Survey};
 use schemars::JsonSchema;
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer};
@@ -63,7 +64,7 @@ impl StepKind for OperatorPrompt {
     }
 
     fn check<'a>(&'a self, survey: &mut Survey<'a>, _: &Place<'_>) -> Checked {
-        let answer = self.answer.iter().map(|answer| (answer.name.as_str(), answer));
+        let answer = self.answer.iter().map(|answer| (answer.name.as_str(), answer.unit.as_str()));
         survey.answers.extend(answer);
         Ok(())
     }

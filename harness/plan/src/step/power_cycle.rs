@@ -1,10 +1,11 @@
 //! Switches a device off and on again.
 
 use super::{Known, Needs, Op, Order, StepKind};
+use crate::mistake::{Checked, Place};
 use crate::name::Name;
 use crate::number;
+use crate::survey::Survey;
 use crate::time_limits::PERSON_LIMIT;
-use crate::validate::{Checked, Place, Survey};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

@@ -1,10 +1,11 @@
 //! Waits for a reaction.
 
 use super::{Known, Needs, Op, StepKind};
+use crate::mistake::{Checked, Place};
 use crate::name::Name;
 use crate::reaction;
+use crate::survey::Survey;
 use crate::time_limits::REACTION_LIMIT;
-use crate::validate::{Checked, Place, Survey};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

@@ -2,9 +2,10 @@
 
 use super::wait_until::Condition;
 use super::{Known, Needs, Op, Step, StepKind, some_steps};
+use crate::mistake::{Checked, Place, Segment};
 use crate::number;
-use crate::time_limits::{SLACK, sum};
-use crate::validate::{Checked, Place, Segment, Survey};
+use crate::survey::Survey;
+use crate::time_limits::SLACK;
 use schemars::JsonSchema;
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer};
@@ -62,7 +63,7 @@ impl StepKind for Repeat {
     }
 
     fn limit(&self) -> Span {
-        let steps = sum(&self.steps);
+        let steps = Step::sum_of_limits(&self.steps);
         let once = self.period.map_or(steps, |period| period.max(steps));
         once * i64::from(self.times) + SLACK
     }

@@ -1,8 +1,9 @@
 //! Makes a calibration from fits.
 
 use super::{Known, Op, StepKind};
+use crate::mistake::{Checked, Place, Segment};
 use crate::name::Name;
-use crate::validate::{Checked, Place, Segment, Survey};
+use crate::survey::Survey;
 use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -38,15 +39,14 @@ impl StepKind for SaveCalibration {
         }
         for (index, name) in self.from.iter().enumerate() {
             let here = [Segment::Key("from"), Segment::Index(index)];
-            let Some(fit) = survey.fits.get(name.as_str()) else {
+            let Some((of, has_place)) = survey.fits.get(name.as_str()) else {
                 let known: Vec<_> = survey.fits.keys().copied().collect();
                 let help = proposal(name.as_str(), &known);
                 let message = format!("no fit `{name}` before this step");
                 return Err(at.fault(&here, message, Some(help)));
             };
-            if fit.becomes().is_none() {
-                let (model, quantity) = (fit.model.name(), &fit.quantity);
-                let message = format!("a calibration has no place for a {model} of {quantity}");
+            if !has_place {
+                let message = format!("a calibration has no place for a {of}");
                 return Err(at.fault(&here, message, None));
             }
         }

@@ -1,11 +1,14 @@
 //! Reads or writes an object of a CANopen device.
 
 use super::{Known, Needs, Op, StepKind};
+use crate::mistake::{Checked, Fault, Place, Segment};
 use crate::name::Name;
 use crate::number;
 use crate::quantities::SDO_PREFIX;
-use crate::speakers::{DEVICE, Speaker, canopen_devices};
-use crate::validate::{Checked, Place, Survey};
+use crate::speakers::{DEVICE, Speaker, canopen_devices, whose};
+use crate::subject::Subject;
+use crate::survey::Survey;
+use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -54,6 +57,46 @@ impl Sdo {
     }
 }
 
+impl Sdo {
+    /// Checks that the plan can read or write this object; returns its unit if the rig is loaded.
+    fn unit_on(&self, subject: &Subject<'_>, at: &Place<'_>) -> Result<Option<String>, Fault> {
+        if self.write.is_some() && self.read.is_some() {
+            let message = "`read` beside `write`".to_owned();
+            return Err(at.fault(&[Segment::Key("read")], message, None));
+        }
+        let Some(rig) = subject.rig else { return Ok(None) };
+        let devices: Vec<_> = canopen_devices(&rig.speakers).collect();
+        let found = devices.iter().find(|(_, device, _)| device.node == self.node());
+        let found =
+            found.and_then(|(_, device, request)| Some((device.layout.dictionary()?, request)));
+        let Some((dictionary, request)) = found else {
+            let known: Vec<&str> =
+                devices.iter().map(|(_, device, _)| device.node.as_str()).collect();
+            let message = format!("no EDS says which objects {} has", whose(self.node()));
+            return Err(at.fault(&[Segment::Key("node")], message, Some(proposal("", &known))));
+        };
+        subject.message(request, at, &[Segment::Key("node")])?;
+        let entry = match dictionary.find(self.index, self.sub) {
+            Ok(entry) => entry,
+            // Whether the device says so is what the step asks.
+            Err(_) if self.abort.is_some() && self.write.is_none() => return Ok(None),
+            Err(why) => {
+                let message = format!("{:04X}sub{:X}: {why}", self.index, self.sub);
+                return Err(at.fault(&[Segment::Key("index")], message, None));
+            }
+        };
+        if let Some(value) = self.write.filter(|value| entry.bytes(*value).is_none()) {
+            let message = format!("`{}` cannot be {value}", entry.name());
+            return Err(at.fault(&[Segment::Key("write")], message, None));
+        }
+        if self.read.is_some() && entry.value(&[0; 8]).is_none() {
+            let message = format!("`{}` is not a number", entry.name());
+            return Err(at.fault(&[Segment::Key("read")], message, None));
+        }
+        Ok(self.unit(&rig.speakers))
+    }
+}
+
 impl StepKind for Sdo {
     fn example() -> &'static str {
         "{ sdo = { node = \"drive\", index = 0x6060, sub = 0, write = 1 } }"
@@ -78,7 +121,7 @@ impl StepKind for Sdo {
     }
 
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
-        let unit = survey.subject.sdo(self, at)?;
+        let unit = self.unit_on(&survey.subject, at)?;
         if let Some(name) = &self.read {
             survey.reads("sdo", name, unit, at)?;
         }

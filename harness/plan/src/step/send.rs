@@ -1,8 +1,9 @@
 //! Sends a message.
 
 use super::{Known, Needs, Op, Order, StepKind};
+use crate::mistake::{Checked, Place};
 use crate::number;
-use crate::validate::{Checked, Place, Survey};
+use crate::survey::Survey;
 use described::SignalValue;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -61,6 +62,6 @@ impl StepKind for Send {
     }
 
     fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
-        survey.subject.send(self, at)
+        survey.subject.send(&self.message, &self.set, at)
     }
 }

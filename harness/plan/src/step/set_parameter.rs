@@ -1,10 +1,11 @@
 //! Sets a parameter of a device.
 
 use super::{Known, Needs, Op, Order, StepKind};
+use crate::mistake::{Checked, Place};
 use crate::name::ParameterName;
 use crate::number;
+use crate::survey::Survey;
 use crate::time_limits::PERSON_LIMIT;
-use crate::validate::{Checked, Place, Survey};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

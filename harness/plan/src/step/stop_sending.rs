@@ -1,7 +1,8 @@
 //! Stops the repetitions of a message.
 
 use super::{Known, Needs, Op, Order, StepKind};
-use crate::validate::{Checked, Place, Survey};
+use crate::mistake::{Checked, Place};
+use crate::survey::Survey;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

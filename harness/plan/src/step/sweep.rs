@@ -1,10 +1,11 @@
 //! Repeats steps, once for each value of a parameter.
 
 use super::{Known, Needs, Op, Order, Step, StepKind, some_steps};
+use crate::mistake::{Checked, Place};
 use crate::name::ParameterName;
 use crate::number;
-use crate::time_limits::{PERSON_LIMIT, SLACK, sum};
-use crate::validate::{Checked, Place, Survey};
+use crate::survey::Survey;
+use crate::time_limits::{PERSON_LIMIT, SLACK};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -121,7 +122,7 @@ impl StepKind for Sweep {
 
     fn limit(&self) -> Span {
         let values = i64::try_from(self.values.len()).unwrap_or(i64::MAX);
-        (sum(&self.steps) + PERSON_LIMIT) * values + SLACK
+        (Step::sum_of_limits(&self.steps) + PERSON_LIMIT) * values + SLACK
     }
 
     fn steps(&self) -> &[Step] {

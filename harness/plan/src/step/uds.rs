@@ -1,12 +1,13 @@
 //! Sends a diagnostic request and judges its response.
 
 use super::{Known, Needs, Op, StepKind};
+use crate::mistake::{Checked, Place, Segment};
 use crate::name::Name;
 use crate::number;
 use crate::quantities::UDS_PREFIX;
 use crate::speakers::DEVICE;
+use crate::survey::Survey;
 use crate::time_limits::SLACK;
-use crate::validate::{Checked, Place, Segment, Survey};
 use described::{KeyFunction, Number, NumberType, Reply, Request, negative_response};
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -1,10 +1,11 @@
 //! Waits for a condition.
 
 use super::{Known, Needs, Op, StepKind};
+use crate::mistake::{Checked, Place, Segment};
 use crate::number;
 use crate::quantity::QuantityName;
+use crate::survey::Survey;
 use crate::time_limits::CONDITION_LIMIT;
-use crate::validate::{Checked, Place, Segment, Survey};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;

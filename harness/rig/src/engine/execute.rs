@@ -2,8 +2,9 @@
 
 use super::program::Next;
 use super::rest_watch::Window;
-use super::robot::{FIRST_MISSION, Robot};
+use super::robot::Robot;
 use super::signals::Signals;
+use super::strays::FIRST_MISSION;
 use super::{Action, Engine, StepAction, Waiting, fit};
 use controller::mission::{Command, Mission};
 use plan::{Condition, Fit, Known, Op, Order, SaveCalibration, quantities as q};

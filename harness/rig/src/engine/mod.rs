@@ -28,7 +28,8 @@ mod uds;
 mod waiting;
 
 pub use action::Action;
-pub use segment::Look;
+
+pub use crate::bench::{BenchFacts, Look};
 
 use crate::node::Woken;
 use described::Decoded;
@@ -52,8 +53,7 @@ use std::sync::Arc;
 use waiting::Waiting;
 use wire::time::{Span, Timestamp};
 
-pub use robot::BenchFacts;
-pub use robot::FIRST_MISSION;
+pub use strays::FIRST_MISSION;
 
 /// How a run ended, with a reason unless it simply ended.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,19 +1,22 @@
 //! Turns answers and measured poses into observations of the named quantities.
 
-use super::BenchFacts;
 use super::rest_watch::Window;
-use super::segment::{BASE_HEADING_U_DEG, Look};
+use crate::bench::{BenchFacts, Look};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use plan::observation::Observation;
 use plan::quantities::{self as q, Quantity};
 use plan::{Direction, TableTurn};
 use std::collections::BTreeMap;
 use wire::base::HEADING_STEP;
+use wire::base::payload::COUNTS_PER_DEG;
 use wire::time::Timestamp;
 use wire::units::{Angle, Pose, Temperature};
 
 /// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
 pub const DISPLACEMENT_U_M: f64 = 0.000_1 / STEP_OVER_U;
+
+/// Resolution of the heading in the base's pose, 0.01 deg on the wire, as a standard uncertainty in deg.
+pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / STEP_OVER_U;
 
 /// A resolution step divided by its standard uncertainty: the square root of 12.
 pub(super) const STEP_OVER_U: f64 = 3.464_101_615_137_754_6;

@@ -4,10 +4,10 @@
 use super::fit::Fitted;
 use super::observe::Ends;
 use super::rest_watch::RestWatch;
-use super::segment::Look;
-use super::strays::Strays;
+use super::strays::{FIRST_MISSION, Strays};
 use super::teardown::Teardown;
 use super::{Action, Engine, Waiting};
+use crate::bench::{BenchFacts, Look};
 use controller::calibration::Calibration;
 use controller::health::{Health, Level};
 use controller::mission::{BiasTestResult, HeadingSource, MissionId, MissionResult, Report, State};
@@ -22,27 +22,11 @@ use wire::table;
 use wire::time::Timestamp;
 use wire::units::{Angle, Pose};
 
-/// Number of the first mission; the others follow in the order of their records.
-pub const FIRST_MISSION: MissionId = 1;
-
 /// Reason of an error when the base was not seen at rest after the end.
 pub(super) const NO_REST: &str = "the controller never confirmed that the base stands still";
 /// Reason of a failure when the controller says that the base still moves.
 pub(super) const MOVES_ON: &str =
     "the base still moves long after the order to stop, as the controller says itself";
-
-/// Facts about the bench that the engine needs.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BenchFacts {
-    /// Standard uncertainty of a position by the absolute measurement, m.
-    pub absolute_position_u_m: f64,
-    /// Standard uncertainty of a heading by the absolute measurement, deg.
-    pub absolute_heading_u_deg: f64,
-    /// Standard uncertainty of the table's angle at rest, deg.
-    pub table_u_deg: f64,
-    /// Angle by which one motor step turns the table.
-    pub table_step: Angle,
-}
 
 /// State of the robot and its controller.
 #[derive(Debug, Clone)]

@@ -3,22 +3,9 @@
 //! Neither comes from the controller: the truth is the emulator's, and the odometry is what the base would answer to
 //! another host. The truth of a real base is unknown, so nothing is observed there.
 
-use super::observe::{Collector, DISPLACEMENT_U_M, STEP_OVER_U};
+use super::observe::{BASE_HEADING_U_DEG, Collector, DISPLACEMENT_U_M};
+use crate::bench::Look;
 use plan::{Segment, quantities as q};
-use wire::base::payload::COUNTS_PER_DEG;
-use wire::units::Pose;
-
-/// Resolution of the heading in the base's pose, 0.01 deg on the wire, as a standard uncertainty in deg.
-pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / STEP_OVER_U;
-
-/// An external view of the base at one instant.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
-    /// True pose of the base; its heading is not wrapped.
-    pub truth: Pose,
-    /// Pose by the base's own odometry, decoded as a host would.
-    pub odometry: Pose,
-}
 
 impl Collector<'_> {
     /// Observes a segment between two looks at rest.

@@ -1,7 +1,9 @@
 //! Answers that nobody awaits: a controller answers each mission once.
 
-use super::robot::FIRST_MISSION;
 use controller::mission::MissionId;
+
+/// Number of the first mission; the others follow in the order of their records.
+pub const FIRST_MISSION: MissionId = 1;
 
 /// Most notes about them; the answers themselves are in the record.
 const NOTES_MAX: u32 = 20;

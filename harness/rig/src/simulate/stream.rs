@@ -4,16 +4,15 @@
 //! the next output, and no line, node or plan has to be queried. The result is the same as that of the loop, event by
 //! event.
 
-use super::Rig;
-use super::line::EndId;
-use super::node::Node;
-use super::node::{Part, Route};
-use super::robot::GYRO;
-use super::simulate::{EVENTS_PER_PULSE, Simulation};
-use super::touched::Touched;
+use super::{EVENTS_PER_PULSE, Simulation};
+use crate::Rig;
 use crate::crossing::Crossing;
 use crate::engine::Action;
 use crate::hosted::Hosted;
+use crate::line::EndId;
+use crate::node::{Node, Part, Route};
+use crate::robot::GYRO;
+use crate::touched::Touched;
 use record::Device;
 use record::sink::RecordSink;
 use wire::device::{PortId, Transmit};

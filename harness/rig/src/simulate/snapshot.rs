@@ -4,13 +4,13 @@
 //! [copied](Simulation::snapshot). A copy takes the [faults](Simulation::with_faults) of a case and goes on to the end. Its
 //! events are those of a run that had these faults from the beginning.
 
-use super::Rig;
-use super::faults::Faults;
-use super::ledger::Ledger;
-use super::node::Node;
-use super::simulate::Simulation;
+use super::Simulation;
+use crate::Rig;
 use crate::crossing::Crossing;
 use crate::engine::Action;
+use crate::faults::Faults;
+use crate::ledger::Ledger;
+use crate::node::Node;
 use plan::faults::Schedule;
 use record::Violation;
 use record::sink::RecordSink;

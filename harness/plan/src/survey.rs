@@ -1,0 +1,122 @@
+//! Contents of the steps of a plan, for what refers to them.
+
+use super::mistake::{Checked, Fault, Place, Segment};
+use super::name::Name;
+use super::quantities::{COMMON_TAGS, DURING_PREFIX};
+use super::quantity::{Filter, QuantityName};
+use super::reaction::{self, Reaction};
+use super::subject::Subject;
+use described::hint::proposal;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Contents of the steps so far, for references to them.
+#[derive(Default)]
+pub(super) struct Survey<'a> {
+    pub(super) subject: Subject<'a>,
+    pub(super) reactions: &'a [Reaction],
+    /// Number of steps.
+    pub(super) steps: usize,
+    /// Fits: what each is of, and whether a calibration has a place for it.
+    pub(super) fits: BTreeMap<&'a str, (String, bool)>,
+    pub(super) models: Vec<&'a str>,
+    /// Answers of the operator, and their units.
+    pub(super) answers: BTreeMap<&'a str, &'a str>,
+    /// Units of what steps read, by the step and the name; `None` if the rig is not loaded.
+    reads: BTreeMap<(&'static str, &'a str), Option<String>>,
+    pub(super) swept: Vec<String>,
+    pub(super) phases: Vec<&'a str>,
+}
+
+impl<'a> Survey<'a> {
+    /// Before the first step.
+    pub(super) fn new(subject: Subject<'a>, reactions: &'a [Reaction]) -> Self {
+        Self { subject, reactions, ..Self::default() }
+    }
+
+    /// Steps and labels so far, without duplicates.
+    pub(super) fn phases(&self) -> Vec<&'a str> {
+        BTreeSet::from_iter(self.phases.iter().copied()).into_iter().collect()
+    }
+
+    /// Unit of a quantity; `None` if its device's layout is not loaded.
+    pub(super) fn unit(
+        &self,
+        quantity: &QuantityName,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Result<Option<String>, Fault> {
+        self.subject.quantity(quantity, at, here)?;
+        if let Some(of_message) = quantity.of_message() {
+            return self.subject.unit(of_message, at, here);
+        }
+        if let Some(entry) = quantity.entry() {
+            return Ok(Some(entry.unit.to_owned()));
+        }
+        if let Some(name) = quantity.reaction() {
+            reaction::find(self.reactions, name, at, here)?;
+            return Ok(Some("s".to_owned()));
+        }
+        if let Some((step, name)) = quantity.read() {
+            return self.reads.get(&(step, name)).cloned().ok_or_else(|| {
+                let message = format!("no step `{step}` in this plan reads `{name}`");
+                let known = self.reads.keys().filter(|(other, _)| *other == step);
+                let known: Vec<&str> = known.map(|(_, name)| *name).collect();
+                at.fault(here, message, Some(proposal(name, &known)))
+            });
+        }
+        let answer = quantity.operator_answer().unwrap_or_default();
+        self.answers.get(answer).map(|unit| Some((*unit).to_owned())).ok_or_else(|| {
+            let message = format!("no operator_prompt in this plan asks for `{answer}`");
+            at.fault(here, message, None)
+        })
+    }
+
+    /// Takes what a step reads: its name, and its unit if that is known.
+    pub(super) fn reads(
+        &mut self,
+        step: &'static str,
+        name: &'a Name,
+        unit: Option<String>,
+        at: &Place<'_>,
+    ) -> Checked {
+        let known = self.reads.entry((step, name.as_str())).or_insert_with(|| unit.clone());
+        match (known, unit) {
+            (Some(known), Some(unit)) if *known != unit => {
+                let message = format!("`{name}` is in {known} in another step");
+                Err(at.fault(&[Segment::Key("read")], message, None))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    pub(super) fn filter(
+        &self,
+        quantity: &QuantityName,
+        filter: &Filter,
+        at: &Place<'_>,
+    ) -> Checked {
+        filter.tags().try_for_each(|tag| self.tag(quantity, tag, at, &[Segment::Key("where")]))
+    }
+
+    pub(super) fn tag(
+        &self,
+        quantity: &QuantityName,
+        tag: &str,
+        at: &Place<'_>,
+        here: &[Segment],
+    ) -> Checked {
+        let own = quantity.entry().map_or(&[][..], |entry| entry.tags);
+        let known: Vec<&str> = own
+            .iter()
+            .chain(COMMON_TAGS)
+            .copied()
+            .chain(self.swept.iter().map(String::as_str))
+            .collect();
+        let phase = tag.strip_prefix(DURING_PREFIX);
+        if known.contains(&tag) || phase.is_some_and(|phase| self.phases.contains(&phase)) {
+            return Ok(());
+        }
+        let message = format!("`{quantity}` carries no tag `{tag}`");
+        Err(at.fault(here, message, Some(proposal(tag, &known))))
+    }
+}
