@@ -21,6 +21,7 @@ mod bench_work;
 mod clock;
 mod commands;
 mod device_under_test;
+mod error;
 mod eyes;
 mod flood;
 mod histogram;
@@ -40,10 +41,11 @@ mod traffic;
 mod verdict;
 
 pub use bench_work::{BenchWork, NoCommand};
+pub use device_under_test::DeviceUnderTest;
 #[cfg(feature = "programs")]
 pub use device_under_test::controller_words;
 pub use device_under_test::our_program;
-pub use device_under_test::{DeviceUnderTest, StartError};
+pub use error::{LiveError, StartError};
 pub use journal::NOTES_MAX;
 pub use lateness::LATE_MAX_DEFAULT;
 pub use placement::{Placement, PlacementError, Player};
@@ -52,7 +54,7 @@ pub use ports::{BASE, GYRO, PortPlan, PortPlans, TABLE, base_traffic};
 pub use programs::Program;
 pub use realtime::Scheduling;
 pub use role_port::Traffic;
-pub use setting::{LineSite, LiveError, OutOfReach, Setting, Site, Unfit};
+pub use setting::{LineSite, OutOfReach, Setting, Site, Unfit};
 pub use verdict::LiveEnd;
 
 use self::ports::Ports;
@@ -210,7 +212,7 @@ impl LiveWorld {
                 ended.commands = std::mem::take(&mut self.director.commands);
                 ended.artifacts = commands.files().collect();
                 if let Err(why) = torn_down {
-                    ended.ending = verdict::blame_bench(ended.ending.clone(), &why);
+                    ended.ending = journal::blame_bench(ended.ending.clone(), &why);
                 }
             }
             (Err(_), Err(why)) => tracing::error!("after the run: {why}"),
@@ -252,7 +254,7 @@ impl LiveWorld {
                 let limit = self.start_limit();
                 // Other reports do not count: the first step waits for a state.
                 if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
-                    let why = device.why_silent(limit, &self.talk);
+                    let why = device.why_silent(limit, &self.talk.instead_of_a_state());
                     self.director.engine.broke(now, &why);
                 }
             }
@@ -310,7 +312,7 @@ impl LiveWorld {
                 "{} more events of ports and lines that are no reports are not noted",
                 self.journal.unnoted()
             );
-            traffic::note(sink, end, Device::Plan, note);
+            journal::note(sink, end, Device::Plan, note);
         }
         device.end().await;
         programs.end().await;

@@ -1,6 +1,5 @@
 //! Builds the emulated rig and its ports.
 
-use super::run::Setup;
 use crate::at_ports::{self, port};
 use crate::world::{BASE, GYRO as GYRO_ROLE, PortPlans, Traffic};
 use emulators::absolute::AbsoluteParameters;
@@ -10,6 +9,7 @@ use emulators::gyro::GyroParameters;
 use emulators::table::TableParameters;
 use plan::Rig as Declared;
 use plan::faults::{LineKind, Lines, Target};
+use ports::PortSpec;
 use record::Device;
 use rig::Rig;
 use rig::bench::{Bench, Carrier, Turning};
@@ -17,6 +17,7 @@ use rig::build::end;
 use rig::line::{EndId, Line};
 use rig::node::{Node, Part};
 use rig::robot::{CARRIER, GYRO, Robot};
+use std::path::PathBuf;
 use wire::can::BitRates;
 use wire::device::PortId;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
@@ -38,6 +39,19 @@ pub enum What {
     Parts(Box<Parts>),
     /// The described devices of a rig; all other nodes are at the ports.
     Rig(Box<Declared>),
+}
+
+/// Devices to emulate, and their ports.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The devices.
+    pub what: What,
+    /// Ports of lines by name; a line without one has no program from outside on it.
+    pub ports: Vec<(String, PortSpec)>,
+    /// A socket for requests, besides the standard input.
+    pub control: Option<PathBuf>,
+    /// Seed of all random numbers.
+    pub seed: u64,
 }
 
 /// Builds the rig of `setup`, its ports, and the lines that faults can strike.

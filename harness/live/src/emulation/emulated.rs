@@ -3,10 +3,10 @@
 //! Even if calls are late, everything happens at its own instant: [`Emulated::wake`] goes from event to event, and at
 //! equal times the gyro measures first, then data arrives from the lines, then the devices act.
 
-use super::build::build;
+mod tell;
+
+use super::build::{Setup, build};
 use super::request::{Fault, Get, Request, RequestError};
-use super::run::Setup;
-use super::tell;
 use crate::world::{BASE, GYRO, PortPlans, TABLE};
 use emulators::parameters::Parameters as _;
 use plan::faults::{FaultKind, Lasts, Lines, Target};
@@ -89,6 +89,11 @@ impl Emulated {
     /// returns `None`.
     pub fn transmit(&mut self) -> Option<(usize, EndId, Transmit)> {
         self.outgoing.pop_front()
+    }
+
+    /// Counters of devices and lines.
+    pub(super) fn counters(&self) -> Value {
+        tell::counters(self)
     }
 
     /// Number of items dropped for lack of room.

@@ -21,8 +21,7 @@ pub mod emulated;
 mod outlet;
 pub mod request;
 pub mod run;
-mod tell;
 
-pub use build::{Parts, What};
+pub use build::{Parts, Setup, What};
 pub use emulated::Emulated;
-pub use run::{EmulationError, Setup, run};
+pub use run::{EmulationError, run};

@@ -1,11 +1,11 @@
 //! The shell around emulated devices: the real clock, ports, requests, signals.
 
-use super::build::What;
+use super::build::Setup;
 use super::control::{Asked, Control, ControlError};
 use super::emulated::Emulated;
 pub use super::outlet::LINES_MAX;
 use super::outlet::Outlet;
-use super::{request, tell};
+use super::request;
 use crate::lines;
 use crate::world::ports::{OpenPort, Ports};
 use crate::world::role_port::PortEvent;
@@ -14,23 +14,9 @@ use ports::{PortError, PortSpec};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::path::PathBuf;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
-
-/// Devices to emulate, and their ports.
-#[derive(Debug, Clone)]
-pub struct Setup {
-    /// The devices.
-    pub what: What,
-    /// Ports of lines by name; a line without one has no program from outside on it.
-    pub ports: Vec<(String, PortSpec)>,
-    /// A socket for requests, besides the standard input.
-    pub control: Option<PathBuf>,
-    /// Seed of all random numbers.
-    pub seed: u64,
-}
 
 /// Why devices cannot be emulated, or not any longer.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -140,7 +126,7 @@ async fn run_in_runtime(
         "after_s": (clock.now() - Timestamp::ZERO).as_secs_f64(),
         "late_ms_max": late_max.as_secs_f64() * 1e3,
         "ports": counted.collect::<BTreeMap<_, _>>(),
-        "counters": tell::counters(&emulated),
+        "counters": emulated.counters(),
         "answers_dropped": out.dropped(),
     }});
     out.say(ended.to_string());

@@ -3,8 +3,8 @@
 use super::LiveWorld;
 use super::bench_work::BenchWork;
 use super::clock::{Alarm, Clock};
-use super::setting::LiveError;
-use super::traffic::note;
+use super::error::LiveError;
+use super::journal::note;
 use crate::lines::Places;
 use crate::process::{
     DeviceProcess, Exit, LOG_BYTES_MAX, ProcessEvent, SpawnError, TERMINATE_WAIT,

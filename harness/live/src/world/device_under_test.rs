@@ -2,18 +2,18 @@
 //! already.
 
 use super::clock::Clock;
+use super::error::StartError;
 use super::in_process::{Crossing, InProcess, InProcessEvent};
 use super::ports::{BASE, GYRO, Wiring};
 use super::role_port::PortEvent;
-use super::talk::Talk;
 use crate::attached::{AttachError, AttachedDevice, AttachedEvent};
-use crate::command::{CommandError, fill};
-use crate::process::{DeviceProcess, ProcessEvent, SpawnError, Unread};
+use crate::command::fill;
+use crate::process::{DeviceProcess, ProcessEvent, Unread};
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use plan::bench_file::AttachPlace;
+use ports::PortSpec;
 use ports::spec::SerialSpec;
-use ports::{PortError, PortSpec};
 use rig::node::Machine;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -48,37 +48,6 @@ impl fmt::Display for DeviceUnderTest {
             Self::Nodes => Ok(()),
         }
     }
-}
-
-/// Why the device under test cannot start.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum StartError {
-    /// Its command line is invalid.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Command(#[from] CommandError),
-    /// It does not start.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Spawn(#[from] SpawnError),
-    /// A port cannot be opened.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Port(#[from] PortError),
-    /// The attachment cannot begin.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Attach(#[from] AttachError),
-    /// The emulated device is on a port whose other end is unknown.
-    #[error("failed to find the other end of the {role}'s port, which the controller should open")]
-    #[diagnostic(help(
-        "give the command line of a controller that knows its port: [controller] command = \
-         [\"./program\", \"--{role}\", \"/dev/ttyUSB1\"]"
-    ))]
-    NoFarSide {
-        /// The role.
-        role: &'static str,
-    },
 }
 
 /// Event of the device under test.
@@ -166,9 +135,9 @@ impl Running {
         Ok(Self::Attached { device: Box::new(device), place: place.clone(), missing })
     }
 
-    /// A message why it has not reported a state in all this time.
-    pub(super) fn why_silent(&self, waited: Span, talk: &Talk) -> String {
-        let (seconds, said) = (waited.as_secs_f64(), talk.instead_of_a_state());
+    /// A message why it has not reported a state in all this time, and what it has said instead.
+    pub(super) fn why_silent(&self, waited: Span, said: &str) -> String {
+        let seconds = waited.as_secs_f64();
         match self {
             Self::Attached { place, missing: Some(why), .. } => {
                 format!("no device under test at {place} within {seconds} s: {why}")

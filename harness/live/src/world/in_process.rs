@@ -1,7 +1,7 @@
 //! Our controller in the process of the harness, on the ports that a separate process would open.
 
 use super::clock::Clock;
-use super::device_under_test::StartError;
+use super::error::StartError;
 use super::histogram::Histogram;
 use super::ports::{BASE, GYRO, Wiring, base_traffic, device};
 use super::role_port::{PortEvent, RolePort, Traffic, next};

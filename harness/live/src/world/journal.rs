@@ -1,8 +1,9 @@
 //! Describes problems at the ports of a run, for the record and for the reason of its end.
 
 use super::role_port::{PortEvent, RolePort};
-use super::verdict::blame_bench;
 use record::outcome::{Outcome, PortSide, PortSummary};
+use record::sink::RecordSink;
+use record::{Device, Record, RecordKind};
 use rig::engine::Ending;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,6 +14,17 @@ pub const NOTES_MAX: u64 = 500;
 /// A run that ends badly within this time after the absence of a port ends so because of it. Assumption: a controller
 /// gives up within a few seconds of silence, and stopping its longest step takes two.
 const AFTERMATH: Span = Span::from_secs(10);
+
+/// Records a problem that does not end the run.
+pub(super) fn note(sink: &mut impl RecordSink, at: Timestamp, device: Device, what: String) {
+    sink.record(Record { at, device, kind: RecordKind::Note(what) });
+}
+
+/// The bench broke: its reason comes first, then that of the run.
+pub(super) fn blame_bench(ending: Ending, why: &str) -> Ending {
+    let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
+    Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
+}
 
 /// Key of a port.
 type Whose = (Arc<str>, PortSide);

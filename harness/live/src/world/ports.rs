@@ -1,6 +1,5 @@
 //! The ports that the harness opens in a run: those of emulated devices, and those at which it only listens.
 
-use super::journal::Journal;
 use super::placement::far_spec;
 use super::role_port::{PortEvent, RolePort, Traffic};
 use crate::lines::{Place, Places};
@@ -9,7 +8,7 @@ use ports::serial::usb;
 use ports::spec::{SerialDevice, SerialSpec};
 use ports::{PortError, PortSpec};
 use record::Device;
-use record::outcome::{PortSide, PortSummary};
+use record::outcome::PortSide;
 use rig::line::EndId;
 use std::collections::BTreeMap;
 use std::future::Future as _;
@@ -255,19 +254,6 @@ impl Ports {
             )),
             _ => None,
         }
-    }
-
-    pub(super) fn summaries(&self, journal: &Journal) -> Vec<PortSummary> {
-        let summary = |open: &OpenPort| {
-            journal.summary((Arc::clone(&open.plan.role), open.plan.side), &open.port)
-        };
-        // The plan's side of a port comes before the device's.
-        let mut order: Vec<usize> = (0..self.open.len()).collect();
-        order.sort_by_key(|place| {
-            let far_of = self.open[*place].plan.far_of;
-            (far_of.unwrap_or(*place), far_of.is_none())
-        });
-        order.into_iter().map(|place| summary(&self.open[place])).collect()
     }
 }
 

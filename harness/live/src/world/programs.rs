@@ -1,6 +1,7 @@
 //! The programs of nodes under test in real time, each started with the ports of its lines.
 
-use super::device_under_test::{Heard, StartError};
+use super::device_under_test::Heard;
+use super::error::StartError;
 use super::ports::Wiring;
 use crate::command::fill;
 use crate::process::{DeviceProcess, ProcessEvent};

@@ -1,46 +1,16 @@
 //! Where and how a plan runs in real time, what that bench shows, and which faults it allows.
 
 use super::bench_work::{BenchWork, NoCommand};
-use super::device_under_test::{DeviceUnderTest, StartError};
+use super::device_under_test::DeviceUnderTest;
 use super::placement::{Placement, Player};
 use super::programs::Program;
 use super::realtime::Scheduling;
 use judge::properties::{Sight, View};
 use plan::faults::{Fault, FaultKind, Schedule, Target};
 use plan::{DEVICE, Plan};
-use ports::{PortError, PortSpec};
+use ports::PortSpec;
 use std::fmt;
-use std::path::PathBuf;
 use wire::time::Span;
-
-/// Why a live run cannot begin.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum LiveError {
-    /// A port of the harness cannot be opened.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Port(#[from] PortError),
-    /// The device under test does not start.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Start(#[from] StartError),
-    /// The bench's own commands did not set it up.
-    #[error("failed to set the bench up: {why}")]
-    #[diagnostic(help("what its commands wrote is in {}", folder.display()))]
-    Setup {
-        /// Why.
-        why: String,
-        /// Where that is kept.
-        folder: PathBuf,
-    },
-    /// A stop was requested before the run began.
-    #[error("stopped by request before the run began")]
-    Stopped,
-    /// The event loop could not be started.
-    #[error("failed to start the event loop")]
-    #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
-    Runtime(#[from] std::io::Error),
-}
 
 /// A fault that this bench does not allow, detected before the run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]

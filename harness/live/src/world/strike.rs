@@ -3,7 +3,7 @@
 use super::LiveWorld;
 use super::clock::Clock;
 use super::device_under_test::Running;
-use super::traffic::note;
+use super::journal::note;
 use judge::properties::Seen;
 use record::sink::RecordSink;
 use record::{Device, FaultSummary};

@@ -2,7 +2,7 @@
 
 use super::LiveWorld;
 use super::device_under_test::{Heard, Running};
-use super::traffic::note;
+use super::journal::note;
 use record::Device;
 use record::outcome::PortSide;
 use record::sink::RecordSink;

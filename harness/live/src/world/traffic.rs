@@ -4,13 +4,14 @@ use super::LiveWorld;
 use super::clock::Clock;
 use super::commands::Commands;
 use super::device_under_test::Running;
+use super::journal::note;
 use super::ports::{BASE, GYRO, OpenPort, PortPlan, Ports};
 use super::role_port::PortEvent;
 use judge::properties::Seen;
 use plan::Order;
 use ports::PortSpec;
+use record::Device;
 use record::sink::RecordSink;
-use record::{Device, Record, RecordKind};
 use rig::engine::Action;
 use rig::line::EndId;
 use wire::base::Message;
@@ -27,11 +28,6 @@ fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, what: &Transmi
         Transmit::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
         Transmit::Frame(frame) => sink.frame(now, by, *frame),
     }
-}
-
-/// Records a problem that does not end the run.
-pub(super) fn note(sink: &mut impl RecordSink, at: Timestamp, device: Device, what: String) {
-    sink.record(Record { at, device, kind: RecordKind::Note(what) });
 }
 
 impl LiveWorld {

@@ -2,9 +2,10 @@
 
 use super::LiveWorld;
 use super::device_under_test::{DeviceUnderTest, Running};
+use super::journal::blame_bench;
 use super::lateness::Lateness;
 use super::placement::Player;
-use super::ports::{BASE, GYRO, Ports};
+use super::ports::{BASE, GYRO, OpenPort, Ports};
 use judge::properties::{PropertyVerdict, Unjudged};
 use ports::PortSpec;
 use ports::spec::SerialDevice;
@@ -12,6 +13,7 @@ use record::FaultSummary;
 use record::outcome::{CommandSummary, Outcome, PortSide, PortSummary, Timing};
 use rig::engine::Ending;
 use std::path::Path;
+use std::sync::Arc;
 use wire::time::Timestamp;
 
 /// Result of a live run.
@@ -43,12 +45,6 @@ pub struct LiveEnd {
     pub no_truth: Option<String>,
     /// What no measurement covers, one sentence each.
     pub notes: Vec<String>,
-}
-
-/// The bench broke: its reason comes first, then that of the run.
-pub(super) fn blame_bench(ending: Ending, why: &str) -> Ending {
-    let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-    Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")) }
 }
 
 /// A property that broke because this machine was late is a failure of the bench.
@@ -123,7 +119,17 @@ impl LiveWorld {
     }
 
     pub(super) fn port_summaries(&self, ports: &Ports, device: &Running) -> Vec<PortSummary> {
-        let mut summaries = ports.summaries(&self.journal);
+        // The plan's side of a port comes before the device's.
+        let mut order: Vec<usize> = (0..ports.open.len()).collect();
+        order.sort_by_key(|place| {
+            let far_of = ports.open[*place].plan.far_of;
+            (far_of.unwrap_or(*place), far_of.is_none())
+        });
+        let summary = |place: usize| {
+            let OpenPort { plan, port, .. } = &ports.open[place];
+            self.journal.summary((Arc::clone(&plan.role), plan.side), port)
+        };
+        let mut summaries: Vec<PortSummary> = order.into_iter().map(summary).collect();
         for role in [GYRO, BASE] {
             if let Some(port) = device.in_process().and_then(|here| here.port(role)) {
                 summaries.push(self.journal.summary((role.into(), PortSide::Controller), port));

@@ -1,6 +1,6 @@
 //! Answers to queries: the truth, the counters, the list of settings.
 
-use super::emulated::Emulated;
+use super::Emulated;
 use emulators::parameters::Parameters;
 use plan::faults::{Fault, FaultKind, Target};
 use rig::bench::Carrier;

@@ -1,0 +1,67 @@
+//! Why a run in real time cannot begin.
+
+use crate::attached::AttachError;
+use crate::command::CommandError;
+use crate::process::SpawnError;
+use ports::PortError;
+use std::path::PathBuf;
+
+/// Why the device under test cannot start.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum StartError {
+    /// Its command line is invalid.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Command(#[from] CommandError),
+    /// It does not start.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Spawn(#[from] SpawnError),
+    /// A port cannot be opened.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Port(#[from] PortError),
+    /// The attachment cannot begin.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Attach(#[from] AttachError),
+    /// The emulated device is on a port whose other end is unknown.
+    #[error("failed to find the other end of the {role}'s port, which the controller should open")]
+    #[diagnostic(help(
+        "give the command line of a controller that knows its port: [controller] command = \
+         [\"./program\", \"--{role}\", \"/dev/ttyUSB1\"]"
+    ))]
+    NoFarSide {
+        /// The role.
+        role: &'static str,
+    },
+}
+
+/// Why a live run cannot begin.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum LiveError {
+    /// A port of the harness cannot be opened.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Port(#[from] PortError),
+    /// The device under test does not start.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Start(#[from] StartError),
+    /// The bench's own commands did not set it up.
+    #[error("failed to set the bench up: {why}")]
+    #[diagnostic(help("what its commands wrote is in {}", folder.display()))]
+    Setup {
+        /// Why.
+        why: String,
+        /// Where that is kept.
+        folder: PathBuf,
+    },
+    /// A stop was requested before the run began.
+    #[error("stopped by request before the run began")]
+    Stopped,
+    /// The event loop could not be started.
+    #[error("failed to start the event loop")]
+    #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]
+    Runtime(#[from] std::io::Error),
+}
