@@ -1,6 +1,6 @@
 //! The record of a run on disk, never more than a second behind, even if the run is killed.
 
-use super::run_folder::RecordFile;
+use super::record_file::RecordFile;
 use super::sink::{FileSink, Level, RecordSink};
 use super::{Device, Record, Violation};
 use std::collections::BTreeSet;

@@ -16,6 +16,7 @@ pub mod outcome;
 mod progress;
 pub mod reader;
 pub mod reading;
+mod record_file;
 mod reply;
 pub mod run_folder;
 #[cfg(any(test, feature = "samples"))]

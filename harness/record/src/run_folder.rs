@@ -10,10 +10,9 @@
 
 mod error;
 mod lock;
-mod record_file;
 
+pub use crate::record_file::RecordFile;
 pub use error::RunFolderError;
-pub use record_file::RecordFile;
 
 use crate::header::{Header, MAGIC};
 use crate::kept::KeptSink;

@@ -1,9 +1,6 @@
 //! A parsed formula.
 
-use crate::mistake::Mistake;
 use crate::number::Number;
-use crate::parse;
-use crate::signals::Signals;
 use crate::truth::Truth;
 use wire::time::Span;
 
@@ -66,15 +63,6 @@ pub(crate) struct Interval {
 }
 
 impl Formula {
-    /// Parses a formula whose signals are among `signals`. The head of the crate describes the language.
-    ///
-    /// # Errors
-    ///
-    /// The first [`Mistake`], with its position.
-    pub fn parse(text: &str, signals: &dyn Signals) -> Result<Self, Mistake> {
-        parse::parse(text, signals)
-    }
-
     /// The source text.
     pub fn text(&self) -> &str {
         &self.text

@@ -17,6 +17,7 @@ pub mod envelopes;
 mod failures;
 mod fault_spans;
 mod frame;
+mod group;
 mod heading;
 pub mod identification;
 mod marks;

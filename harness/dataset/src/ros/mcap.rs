@@ -2,7 +2,7 @@
 //!
 //! Source: the MCAP specification (mcap.dev/spec), its registry for the profile `ros2`.
 
-use super::bag::{Chunk, Connection, Head, Record};
+use super::content::{Chunk, Connection, Head, Record};
 use super::decode::Encoding;
 use super::input::{Fault, Input};
 use std::collections::BTreeMap;

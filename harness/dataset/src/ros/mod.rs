@@ -1,6 +1,7 @@
 //! A table in a ROS bag: topics are groups, and fields of their messages are channels.
 
 mod bag;
+mod content;
 mod decode;
 mod definition;
 mod input;
@@ -15,7 +16,8 @@ use super::channels::{Cell, Channel, Each, Group, Source, Wanted, take};
 use super::error::{DatasetError, Defect};
 use super::package::{Field, Table};
 use super::table::Rows;
-use bag::{Container, Place, Stop, Visitor};
+use bag::Container;
+use content::{Place, Stop, Visitor};
 use decode::{Want, decode};
 use definition::Kind;
 use input::{Fault, Input};

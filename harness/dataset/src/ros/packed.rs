@@ -1,6 +1,6 @@
 //! Chunks in the compressions of ROS 1 (bz2, lz4) and of MCAP (zstd, lz4).
 
-use super::bag::Chunk;
+use super::content::Chunk;
 use super::input::{BLOCK_BYTES_MAX, Fault};
 use std::io::Read;
 

@@ -2,7 +2,7 @@
 //!
 //! Source: wiki.ros.org/Bags/Format/2.0.
 
-use super::bag::{Chunk, Connection, Head, Record};
+use super::content::{Chunk, Connection, Head, Record};
 use super::decode::Encoding;
 use super::input::{Fault, Input};
 use std::collections::BTreeMap;

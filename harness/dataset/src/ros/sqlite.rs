@@ -2,7 +2,7 @@
 //!
 //! Source: ros2/rosbag2, `rosbag2_storage_sqlite3` (the tables) and `rosbag2_compression_zstd` (compressed messages).
 
-use super::bag::{Connection, Place, Stop, Visitor};
+use super::content::{Connection, Place, Stop, Visitor};
 use super::decode::Encoding;
 use super::input::{BLOCK_BYTES_MAX, Fault, Input};
 use super::standard;

@@ -1,6 +1,6 @@
 //! The topics of a bag.
 
-use super::bag::{Connection, Place, Visitor};
+use super::content::{Connection, Place, Visitor};
 use super::decode::Encoding;
 use super::definition::Definition;
 use crate::DatasetError;

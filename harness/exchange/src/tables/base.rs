@@ -1,6 +1,6 @@
 //! Messages between the controller and the robot's base, decoded by their own codecs.
 
-use super::heard::{MessageForm, SignalForm};
+use super::forms::{MessageForm, SignalForm};
 use record::{Device, Record, RecordKind};
 use wire::base::can_link::{parse_reply, parse_request};
 use wire::base::serial_link::{self, DeviceEvent, HostEvent};

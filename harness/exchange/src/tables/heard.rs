@@ -5,34 +5,11 @@
 //! observations.
 
 use super::base::{self, Overheard};
-use described::{Decoder, Description, Layout, Sender};
+use super::forms::{MessageForm, forms};
+use described::{Decoder, Description, Sender};
 use plan::Rig;
 use record::{Device, Record};
 use std::sync::Arc;
-
-/// A signal of a message.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SignalForm {
-    /// Its name in the layout.
-    pub name: String,
-    /// Unit of its values; empty without a unit.
-    pub unit: String,
-    /// Meaning.
-    pub doc: String,
-    /// Names of values, if the layout has any, by the values in its unit.
-    pub names: Vec<(f64, String)>,
-}
-
-/// A message of a layout.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MessageForm {
-    /// Its name in the layout.
-    pub name: String,
-    /// Meaning.
-    pub doc: String,
-    /// Its signals.
-    pub signals: Vec<SignalForm>,
-}
 
 /// A decoded message.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,22 +24,6 @@ pub struct Heard<'a> {
     pub form: &'a MessageForm,
     /// One value per signal, in its unit; `None` for a signal that this message does not carry.
     pub values: Vec<Option<f64>>,
-}
-
-/// The messages of a layout.
-fn forms(layout: &Layout) -> Vec<MessageForm> {
-    let signal = |signal: &described::Signal| SignalForm {
-        name: signal.name.clone(),
-        unit: signal.unit.clone(),
-        doc: signal.doc.clone(),
-        names: signal.names().map(|(name, value)| (value, name.to_owned())).collect(),
-    };
-    let form = |message: &described::Message| MessageForm {
-        name: message.name.clone(),
-        doc: message.doc.clone(),
-        signals: message.signals.iter().map(signal).collect(),
-    };
-    layout.messages().iter().map(form).collect()
 }
 
 /// Decodes the traffic of a run's lines.

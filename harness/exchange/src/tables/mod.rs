@@ -15,6 +15,7 @@ pub mod csv;
 mod error;
 pub(crate) mod events;
 mod folder;
+mod forms;
 mod heard;
 mod package;
 pub mod parquet;
@@ -26,7 +27,8 @@ mod tests;
 
 pub use columns::{Table, tagged};
 pub use error::TablesError;
-pub use heard::{Ears, Heard, MessageForm, SignalForm};
+pub use forms::{MessageForm, SignalForm};
+pub use heard::{Ears, Heard};
 pub use package::{PACKAGE, PROFILE};
 pub use row::Row;
 pub use rows::{RowSink, Rows};

@@ -53,24 +53,33 @@ enum What {
     Named(String),
 }
 
-pub(crate) fn parse(text: &str, signals: &dyn Signals) -> Result<Formula, Mistake> {
-    if text.len() > BYTES_MAX {
-        let message = format!("a formula has at most {BYTES_MAX} bytes");
-        return Err(Mistake::new(0..text.len(), message).help(DIVIDE));
+impl Formula {
+    /// Parses a formula whose signals are among `signals`. The head of the crate describes the language.
+    ///
+    /// # Errors
+    ///
+    /// The first [`Mistake`], with its position.
+    pub fn parse(text: &str, signals: &dyn Signals) -> Result<Self, Mistake> {
+        if text.len() > BYTES_MAX {
+            let message = format!("a formula has at most {BYTES_MAX} bytes");
+            return Err(Mistake::new(0..text.len(), message).help(DIVIDE));
+        }
+        let (next, at) = token(text, 0)?;
+        let mut parser = Parser { text, signals, found: Vec::new(), next, at, end: 0, nesting: 0 };
+        let whole = parser.implication()?;
+        if parser.next != Token::End {
+            return Err(parser.unexpected("an operator"));
+        }
+        let condition = parser.condition(whole)?;
+        if condition.horizon() > HORIZON_MAX {
+            let message = "the formula looks more than an hour ahead";
+            return Err(
+                Mistake::new(0..text.len(), message).help("windows within one another add up")
+            );
+        }
+        let signals = parser.found.into_iter().map(|(used, _)| used).collect();
+        Ok(Self { text: text.to_owned(), condition, signals })
     }
-    let (next, at) = token(text, 0)?;
-    let mut parser = Parser { text, signals, found: Vec::new(), next, at, end: 0, nesting: 0 };
-    let whole = parser.implication()?;
-    if parser.next != Token::End {
-        return Err(parser.unexpected("an operator"));
-    }
-    let condition = parser.condition(whole)?;
-    if condition.horizon() > HORIZON_MAX {
-        let message = "the formula looks more than an hour ahead";
-        return Err(Mistake::new(0..text.len(), message).help("windows within one another add up"));
-    }
-    let signals = parser.found.into_iter().map(|(used, _)| used).collect();
-    Ok(Formula { text: text.to_owned(), condition, signals })
 }
 
 const DIVIDE: &str = "divide it: several properties, each with its own name";

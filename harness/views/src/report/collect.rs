@@ -2,7 +2,7 @@
 
 use super::bus_load::BusLoad;
 use super::fault_spans::FaultSpans;
-use super::observed::{Conditions, Direction, Sample, Series};
+use super::observed::{Conditions, Direction, Sample, Series, is_drawable};
 use super::path::Path;
 use super::phases::Phases;
 use super::steps::Steps;
@@ -18,9 +18,6 @@ const SAMPLES_MAX: usize = 1_000_000;
 
 /// Maximum number of quantities.
 const QUANTITIES_MAX: usize = 256;
-
-/// Larger magnitudes count as damage: no quantity of a bench comes near.
-const VALUE_MAX: f64 = 1e12;
 
 /// Everything that the page draws.
 #[derive(Debug, Default)]
@@ -124,9 +121,4 @@ impl Collected {
             });
         }
     }
-}
-
-/// Whether a bench can produce this number.
-pub(super) fn is_drawable(value: f64) -> bool {
-    value.abs() <= VALUE_MAX
 }

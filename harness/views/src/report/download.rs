@@ -1,7 +1,7 @@
 //! The numbers behind a figure, as a file embedded in the page.
 
+use super::group::Group;
 use super::observed::{Direction, Sample};
-use super::panel::Group;
 use super::thin::{Point, extreme_indices};
 use maud::{Markup, html};
 use std::fmt::Write;
@@ -148,8 +148,8 @@ fn percent_encoded(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::{ROWS_MAX, Table, number, place, samples, text};
+    use crate::report::group::{Group, Look};
     use crate::report::observed::Sample;
-    use crate::report::panel::{Group, Look};
 
     #[test]
     fn a_table_is_a_link_that_breaks_out_of_nothing() {

@@ -3,6 +3,14 @@
 use controller::calibration::Factor;
 use controller::mission::{Command, HeadingSource};
 
+/// Larger magnitudes count as damage: no quantity of a bench comes near.
+const VALUE_MAX: f64 = 1e12;
+
+/// Whether a bench can produce this number.
+pub(super) fn is_drawable(value: f64) -> bool {
+    value.abs() <= VALUE_MAX
+}
+
 /// Direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Direction {

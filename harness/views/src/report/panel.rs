@@ -3,10 +3,11 @@
 use super::against::Against;
 use super::download;
 use super::frame::{Axis, Chart, DrawError, Drawn, Frame, SCALE};
+use super::group::{Group, Look};
 use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
 use super::median::{median, running};
 use super::observed::{Direction, Sample};
-use super::palette::{CCW, CW, INK, OUTSIDE, PAPER};
+use super::palette::{OUTSIDE, PAPER};
 use super::phases::Phases;
 use super::thin::{Point, extremes};
 use maud::{Markup, html};
@@ -24,80 +25,6 @@ const BARS_MAX: usize = 120;
 /// Lengths of dashes and dots, in pixels of the drawing.
 pub(super) const DASH: (u32, u32) = (7 * SCALE, 4 * SCALE);
 const DOTS: (u32, u32) = (2 * SCALE, 3 * SCALE);
-
-/// Look of the marks of one group.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Look {
-    /// Counter-clockwise, or the first group.
-    Disc,
-    /// Clockwise, or the group compared with it.
-    Triangle,
-    /// A third group.
-    Plain,
-}
-
-impl Look {
-    /// Returns the colour of the marks.
-    pub(super) const fn colour(self) -> RGBColor {
-        match self {
-            Self::Disc => CCW,
-            Self::Triangle => CW,
-            Self::Plain => INK,
-        }
-    }
-
-    const fn class(self) -> &'static str {
-        match self {
-            Self::Disc => "ccw",
-            Self::Triangle => "cw",
-            Self::Plain => "plain",
-        }
-    }
-
-    /// Returns the mark of a direction, for a legend.
-    pub(super) fn mark(self) -> Markup {
-        self.labelled(match self {
-            Self::Disc => Direction::Ccw.name(),
-            Self::Triangle => Direction::Cw.name(),
-            Self::Plain => "no direction",
-        })
-    }
-
-    fn labelled(self, label: &str) -> Markup {
-        html! { span { i.mark.(self.class()) { (self.sign()) } (label) } }
-    }
-
-    const fn sign(self) -> &'static str {
-        match self {
-            Self::Triangle => "▲",
-            Self::Disc | Self::Plain => "●",
-        }
-    }
-}
-
-/// Observations with the same look.
-#[derive(Debug, Clone)]
-pub(super) struct Group {
-    pub label: &'static str,
-    pub look: Look,
-    pub samples: Vec<Sample>,
-}
-
-/// Groups observations by direction; those without one form a group.
-pub(super) fn by_direction(samples: &[Sample]) -> Vec<Group> {
-    let of = |label, look, direction| Group {
-        label,
-        look,
-        samples: samples.iter().filter(|sample| sample.direction == direction).copied().collect(),
-    };
-    let mut groups = vec![
-        of("ccw", Look::Disc, Some(Direction::Ccw)),
-        of("cw", Look::Triangle, Some(Direction::Cw)),
-        of("no direction", Look::Plain, None),
-    ];
-    groups.retain(|group| !group.samples.is_empty());
-    groups
-}
 
 /// A value of the paper in a plot.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -304,18 +231,4 @@ pub(super) fn dashed(
         chart.draw_series(DashedLineSeries::new(line.to_vec(), on, off, style))?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::by_direction;
-    use crate::report::observed::{Direction, Sample};
-
-    #[test]
-    fn directions_are_told_apart() {
-        let sample = |direction| Sample { direction, ..Sample::default() };
-        let groups = by_direction(&[sample(Some(Direction::Cw)), sample(None)]);
-        let labels: Vec<_> = groups.iter().map(|group| group.label).collect();
-        assert_eq!(labels, ["cw", "no direction"]);
-    }
 }

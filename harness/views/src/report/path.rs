@@ -1,8 +1,8 @@
 //! The true path of the base, and the path estimated by the controller.
 
-use super::collect::is_drawable;
 use super::download::{Table, number};
 use super::frame::{Axis, Chart, Drawn, Frame, SCALE};
+use super::observed::is_drawable;
 use super::palette::{CCW, REFERENCE};
 use super::thin::{Point, simplified};
 use maud::{Markup, html};

@@ -2,11 +2,12 @@
 
 use super::download::{ROWS_MAX, Table, number, place};
 use super::frame::{Axis, Frame, SCALE};
+use super::group::Look;
 use super::marks::draw_marks;
 use super::median::median_of;
 use super::observed::{Direction, Sample};
 use super::palette::{INK, OUTSIDE, PAPER, REFERENCE};
-use super::panel::{DASH, Look, dashed};
+use super::panel::{DASH, dashed};
 use super::thin::Point;
 use maud::{Markup, html};
 use plotters::element::{Circle, Cross, PathElement};

@@ -22,7 +22,6 @@
 
 mod contents;
 mod conversion;
-mod describe;
 mod read;
 mod values;
 mod write;

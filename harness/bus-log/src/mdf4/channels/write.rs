@@ -1,10 +1,12 @@
 //! Writes a file of measured channels.
 
+mod describe;
+
 use super::super::super::error::LogError;
 use super::super::laid;
 use super::super::output::{Data, Output};
-use super::describe::describe;
 use super::{Form, Kind, Value};
+use describe::describe;
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +16,7 @@ use std::path::{Path, PathBuf};
 const BLOCK_BYTES: usize = 64 * 1024;
 
 /// Most texts of one [`Kind::Choice`] channel, and most names of values that are written: the format allows 65,534.
-pub(super) const CHOICES_MAX: usize = 4_096;
+const CHOICES_MAX: usize = 4_096;
 
 /// Writes an MDF file of version 4.10 with measured channels.
 ///
@@ -32,27 +34,27 @@ pub struct GroupId(usize);
 
 /// A group being written.
 #[derive(Debug)]
-pub(super) struct Group {
-    pub(super) name: String,
-    pub(super) doc: String,
-    pub(super) channels: Vec<Channel>,
-    pub(super) records: u64,
+struct Group {
+    name: String,
+    doc: String,
+    channels: Vec<Channel>,
+    records: u64,
     data: Data,
     /// Address of the data, once written.
-    pub(super) data_at: u64,
+    data_at: u64,
 }
 
 /// A channel being written.
 #[derive(Debug)]
-pub(super) struct Channel {
-    pub(super) form: Form,
+struct Channel {
+    form: Form,
     /// Whether some of its values are missing.
-    pub(super) has_gaps: bool,
+    has_gaps: bool,
     /// Texts of choices with their numbers.
-    pub(super) choices: BTreeMap<String, u16>,
+    choices: BTreeMap<String, u16>,
     texts: Data,
     /// Address of the texts, once written; zero if there are none.
-    pub(super) texts_at: u64,
+    texts_at: u64,
 }
 
 impl<W: Write + Seek> Writer<W> {

@@ -1,7 +1,6 @@
 //! The command line.
 
 use crate::listen::ListenPlace;
-use crate::port::SLCAN_SETTINGS;
 use clap::{Parser, ValueEnum};
 use controller::config::{
     BaseConfig, Config, GyroConfig, IntegrationClock, MotionConfig, Transport,
@@ -15,6 +14,10 @@ use wire::serial::SerialSettings;
 
 /// Baud rates that serial hardware supports.
 const BAUD: RangeInclusive<u32> = 300..=4_000_000;
+
+/// Default settings of an adapter's port. Assumption: a USB adapter accepts any rate, and an adapter with a UART is
+/// often set to this one.
+const SLCAN_SETTINGS: SerialSettings = SerialSettings::new_8n1(115_200);
 
 const AFTER_HELP: &str = "\
 Missions are read from stdin and reports written to stdout, one JSON line each:

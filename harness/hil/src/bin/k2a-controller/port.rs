@@ -18,7 +18,6 @@ use tracing::{error, info, warn};
 use wire::can::BitRates;
 use wire::can::CanFrame;
 use wire::packet::Packet;
-use wire::serial::SerialSettings;
 use wire::time::Timestamp;
 
 /// Received items that wait for the loop.
@@ -26,9 +25,6 @@ pub(crate) const HEARD_MAX: usize = 256;
 /// Units that wait for a port: more than the controller ever has pending, and few enough that a velocity which waited
 /// here is not old.
 const OUTGOING_MAX: usize = 16;
-/// Default settings of an adapter's port. Assumption: a USB adapter accepts any rate, and an adapter with a UART is
-/// often set to this one.
-pub(crate) const SLCAN_SETTINGS: SerialSettings = SerialSettings::new_8n1(115_200);
 
 /// An event from a port to the loop.
 #[derive(Debug)]

@@ -1,8 +1,9 @@
 //! As Fig. 2: rate and temperature at rest, from power-up until steady.
 
 use super::super::against::Against;
+use super::super::group::{Group, Look};
 use super::super::observed::Sample;
-use super::super::panel::{Given, Group, Look, Medians, Panel};
+use super::super::panel::{Given, Medians, Panel};
 use super::{Figures, Source};
 
 /// The paper: steady after about 2 h.

@@ -1,7 +1,8 @@
 //! As Fig. 5: laps steered by odometry while the gyro only observes, and the odometry's errors (section 4.1).
 
 use super::super::against::Against;
-use super::super::panel::{Given, Medians, Panel, by_direction};
+use super::super::group::by_direction;
+use super::super::panel::{Given, Medians, Panel};
 use super::{Figures, Source};
 use controller::mission::HeadingSource;
 

@@ -2,7 +2,8 @@
 //! without the gyro; the paper shows no orientations for these.
 
 use super::super::against::Against;
-use super::super::panel::{Given, Medians, Panel, by_direction};
+use super::super::group::by_direction;
+use super::super::panel::{Given, Medians, Panel};
 use super::super::scatter;
 use super::{Figures, Source};
 use controller::mission::HeadingSource;

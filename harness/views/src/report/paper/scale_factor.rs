@@ -1,8 +1,9 @@
 //! As Fig. 3: the error of one turn over the temperature, before correction.
 
 use super::super::against::Against;
+use super::super::group::by_direction;
 use super::super::observed::Sample;
-use super::super::panel::{Given, Medians, Panel, by_direction};
+use super::super::panel::{Given, Medians, Panel};
 use super::table_error::{QUANTITY, is_whole_turn};
 use super::{Figures, Source};
 

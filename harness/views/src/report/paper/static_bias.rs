@@ -2,7 +2,8 @@
 //! neither.
 
 use super::super::against::Against;
-use super::super::panel::{Given, Group, Look, Medians, Panel};
+use super::super::group::{Group, Look};
+use super::super::panel::{Given, Medians, Panel};
 use super::{Figures, Source};
 
 /// Bias drift at stabilised temperature by the data sheet that the paper quotes, rms.

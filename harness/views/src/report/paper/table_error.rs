@@ -1,8 +1,9 @@
 //! As Fig. 6: the error of one turn with the scale corrected for temperature.
 
 use super::super::against::Against;
+use super::super::group::by_direction;
 use super::super::observed::Sample;
-use super::super::panel::{Given, Medians, Panel, by_direction};
+use super::super::panel::{Given, Medians, Panel};
 use super::{Figures, Source};
 
 pub(super) const QUANTITY: &str = "table.error";

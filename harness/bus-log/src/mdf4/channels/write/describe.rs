@@ -1,9 +1,9 @@
 //! Describes the groups and channels of a file, in blocks after its data.
 
-use super::super::laid::{self, Blocks};
-use super::super::{CN_FIXED, CN_MASTER, CN_VARIABLE};
-use super::write::{CHOICES_MAX, Channel, Group};
-use super::{Form, Kind};
+use super::{CHOICES_MAX, Channel, Group};
+use crate::mdf4::channels::{Form, Kind};
+use crate::mdf4::laid::{self, Blocks};
+use crate::mdf4::{CN_FIXED, CN_MASTER, CN_VARIABLE};
 use std::fmt::Write as _;
 
 /// Data types of channels.
