@@ -221,11 +221,8 @@ fn files_of_somebody_else_are_not_replaced() {
         fs::create_dir(hil.path("mine")).unwrap();
         fs::write(&path, "{}").unwrap();
         let ran = hil.run(arguments).exits(2);
-        assert!(
-            ran.err.contains("refused to write to mine: it holds files of others"),
-            "{}",
-            ran.err
-        );
+        let refused = ran.err.contains("refused to") && ran.err.contains("mine: it holds files");
+        assert!(refused, "{}", ran.err);
         assert_eq!(fs::read_to_string(&path).unwrap(), "{}");
         assert_eq!(fs::read_dir(hil.path("mine")).unwrap().count(), 1, "nothing beside it");
         fs::remove_dir_all(hil.path("mine")).unwrap();
