@@ -17,7 +17,7 @@ pub struct Formula {
 pub struct Used {
     /// Its name as in the formula.
     pub name: String,
-    /// The caller's number for it, as returned by [`Signals`].
+    /// The caller's number for it, as returned by [`Signals`](crate::Signals).
     pub index: usize,
 }
 
