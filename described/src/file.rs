@@ -100,6 +100,19 @@ pub(crate) struct SerialTable {
     stop_bits: Option<u8>,
 }
 
+impl<M> File<M> {
+    /// The section that has a variable of this name.
+    pub(crate) fn section_of(&self, name: &str) -> Option<&'static str> {
+        let sections = [
+            ("state", self.state.contains_key(name)),
+            ("parameter", self.parameter.contains_key(name)),
+            ("machine", self.machine.contains_key(name)),
+            ("table", self.table.contains_key(name)),
+        ];
+        sections.into_iter().find(|(_, has)| *has).map(|(section, _)| section)
+    }
+}
+
 impl SerialTable {
     /// Eight data bits, no parity and one stop bit, unless it says otherwise.
     pub(crate) fn settings(self) -> SerialSettings {

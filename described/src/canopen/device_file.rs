@@ -105,13 +105,7 @@ pub(crate) fn held<M>(said: &mut File<M>, dictionary: &Dictionary) -> Result<Vec
     let mut names = Vec::new();
     for (_, entry) in dictionary.application() {
         let name = entry.name();
-        let sections = [
-            ("state", said.state.contains_key(name)),
-            ("parameter", said.parameter.contains_key(name)),
-            ("machine", said.machine.contains_key(name)),
-            ("table", said.table.contains_key(name)),
-        ];
-        if let Some((section, _)) = sections.iter().find(|(_, has)| *has) {
+        if let Some(section) = said.section_of(name) {
             let message = format!("`{name}` is an object of the EDS");
             let help = "give it another name, and the object its value by [object.NAME]";
             let at = Place::file().key(section).key(name).name();

@@ -53,13 +53,7 @@ pub(super) fn load<M>(
     }
     for (name, variable) in &table.outputs {
         let at = place().key("outputs").key(name);
-        let sections = [
-            ("state", said.state.contains_key(name)),
-            ("parameter", said.parameter.contains_key(name)),
-            ("machine", said.machine.contains_key(name)),
-            ("table", said.table.contains_key(name)),
-        ];
-        if let Some((section, _)) = sections.iter().find(|(_, has)| *has) {
+        if let Some(section) = said.section_of(name) {
             let message = format!("there is a {section} `{name}` already");
             return Err(Mistake::new(at.name(), message));
         }

@@ -20,8 +20,16 @@ pub fn judge_all(
 ) -> (Vec<Measurement>, Outcome) {
     let measurements: Vec<_> =
         declared.iter().map(|declared| judge(declared, observations)).collect();
-    let passed = measurements.iter().all(|measurement| measurement.verdict.is_acceptable());
-    (measurements, if passed { Outcome::Passed } else { Outcome::Failed })
+    let outcome = outcome(&measurements);
+    (measurements, outcome)
+}
+
+/// The outcome of these verdicts. A run in which nothing is judged has not passed.
+pub(crate) fn outcome(measurements: &[Measurement]) -> Outcome {
+    let passed = measurements.iter().all(|one| one.verdict.is_acceptable());
+    let is_judged = |one: &Measurement| one.verdict != Verdict::NotJudged;
+    let judged = measurements.is_empty() || measurements.iter().any(is_judged);
+    if passed && judged { Outcome::Passed } else { Outcome::Failed }
 }
 
 /// Judges one measurement. `observations` may contain other quantities and be in any order.

@@ -1,18 +1,9 @@
 //! Measurements of what no device of the bench gives: the truth of a real base.
 
+use crate::checks::outcome;
 use plan::Declared;
-use plan::quantities::{self as q, Quantity};
+use plan::quantities::OF_TRUTH;
 use record::outcome::{Measurement, Outcome, Verdict};
-
-/// Quantities formed with the true pose of the base.
-static OF_TRUTH: [&Quantity; 6] = [
-    &q::STRAIGHT_TRUE_STOP_ERROR,
-    &q::STRAIGHT_TRUE_HEADING_ERROR,
-    &q::TURN_TRUE_STOP_ERROR,
-    &q::BASE_POSE_X_ERROR,
-    &q::BASE_POSE_Y_ERROR,
-    &q::BASE_POSE_HEADING_ERROR,
-];
 
 /// Whether a measurement needs the true pose of the base.
 pub fn needs_truth(declared: &Declared) -> bool {
@@ -22,7 +13,7 @@ pub fn needs_truth(declared: &Declared) -> bool {
 }
 
 /// Takes back the verdict on measurements of the truth where the truth is not known, for the reason `why`, and returns
-/// the outcome of all of them. A run in which nothing is judged has not passed.
+/// the outcome of all of them.
 pub fn without_truth(
     declared: &[Declared],
     measurements: &mut [Measurement],
@@ -35,14 +26,6 @@ pub fn without_truth(
         }
     }
     outcome(measurements)
-}
-
-/// The outcome of these verdicts.
-fn outcome(measurements: &[Measurement]) -> Outcome {
-    let passed = measurements.iter().all(|one| one.verdict.is_acceptable());
-    let is_judged = |one: &Measurement| one.verdict != Verdict::NotJudged;
-    let judged = measurements.is_empty() || measurements.iter().any(is_judged);
-    if passed && judged { Outcome::Passed } else { Outcome::Failed }
 }
 
 #[cfg(test)]

@@ -111,6 +111,16 @@ macro_rules! quantities {
     };
 }
 
+/// Quantities that the engine forms with the true pose of the base, which nobody knows of a real one.
+pub static OF_TRUTH: [&Quantity; 6] = [
+    &STRAIGHT_TRUE_STOP_ERROR,
+    &STRAIGHT_TRUE_HEADING_ERROR,
+    &TURN_TRUE_STOP_ERROR,
+    &BASE_POSE_X_ERROR,
+    &BASE_POSE_Y_ERROR,
+    &BASE_POSE_HEADING_ERROR,
+];
+
 quantities! {
     /// Mean of the readings of a static bias test.
     BIAS_MEAN: "bias.mean", "deg/s", ["temperature"], "bias_test";

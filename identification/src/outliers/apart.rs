@@ -1,8 +1,9 @@
 //! Which of a series of errors are outliers: far from their neighbours, beyond what their own tail explains, few, and
 //! unrelated to every input.
 
-use crate::robust;
+use crate::robust::{self, median};
 use crate::significance::surprise;
+use std::ops::Range;
 
 /// Neighbours on either side whose median an error is compared with.
 pub(super) const REACH: usize = 5;
@@ -85,13 +86,9 @@ pub(super) fn apart(
 /// sides, and, near an end, from what the neighbours on one side lead to.
 pub(super) fn from_neighbours(errors: &[f64], run: &[usize]) -> Vec<f64> {
     let mut found = vec![0.0; errors.len()];
-    let mut start = 0;
-    for end in 1..=errors.len() {
-        if end < errors.len() && run[end] == run[start] {
-            continue;
-        }
-        let own = &errors[start..end];
-        for (i, away) in found[start..end].iter_mut().enumerate() {
+    for range in runs(&run[..errors.len()]) {
+        let own = &errors[range.clone()];
+        for (i, away) in found[range].iter_mut().enumerate() {
             let reach = REACH.min(i).min(own.len() - 1 - i);
             let around: Vec<f64> =
                 own[i - reach..i].iter().chain(&own[i + 1..=i + reach]).copied().collect();
@@ -107,9 +104,16 @@ pub(super) fn from_neighbours(errors: &[f64], run: &[usize]) -> Vec<f64> {
                 if both[0].abs() < both[1].abs() { both[0] } else { both[1] }
             };
         }
-        start = end;
     }
     found
+}
+
+/// Where each run is in a series that has its run at each place.
+fn runs(run: &[usize]) -> impl Iterator<Item = Range<usize>> {
+    run.chunk_by(|one, next| one == next).scan(0, |end, own| {
+        *end += own.len();
+        Some(*end - own.len()..*end)
+    })
 }
 
 /// Distance of an error from the median of the nearer of its two sides.
@@ -134,33 +138,12 @@ fn lead(side: &[f64]) -> [f64; 2] {
     [middle, middle + (side.len() + 1) as f64 / 2.0 * median(slopes)]
 }
 
-/// The middle value; 0 without any.
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    let upper = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
-    if values.len() % 2 == 1 {
-        return upper;
-    }
-    let lower = values[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    f64::midpoint(lower, upper)
-}
-
 /// Spread of the run of each deviation, or of all where the run is short.
 fn scales(away: &[f64], run: &[usize]) -> Vec<f64> {
     let all = robust::spread(away);
     let mut found = vec![all; away.len()];
-    let mut start = 0;
-    for end in 1..=away.len() {
-        if end < away.len() && run[end] == run[start] {
-            continue;
-        }
-        if end - start >= RUN_ERRORS_MIN {
-            found[start..end].fill(robust::spread(&away[start..end]));
-        }
-        start = end;
+    for range in runs(run).filter(|range| range.len() >= RUN_ERRORS_MIN) {
+        found[range.clone()].fill(robust::spread(&away[range]));
     }
     found
 }

@@ -1,9 +1,10 @@
 //! Errors of readings and of references in the order of time, as outliers are looked for in them.
 
-use super::apart::{REACH, from_neighbours, median};
+use super::apart::{REACH, from_neighbours};
 use crate::model::{Acts, Shape};
 use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Aggregate, Block, Channels, Component, Problem, wrap};
+use crate::robust::median;
 use crate::select::{Data, combine, fit_terms};
 use crate::signal::running_total;
 use std::ops::Range;
@@ -136,7 +137,7 @@ pub(super) fn poses(problem: &Problem) -> Vec<Errors> {
                     errors.row.push(row);
                 }
             }
-            // Where the robot is told to be between two references is as far off at most as it moves between them.
+            // Between two references the given place is off by at most what the robot moves between them.
             let row = |i: usize| errors.row[i.min(errors.row.len() - 1)];
             let moved = |i: usize| way[row(i + 1)] - way[row(i.saturating_sub(1))];
             errors.least = (0..errors.row.len()).map(moved).collect();

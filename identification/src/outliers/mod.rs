@@ -85,7 +85,7 @@ impl Rows {
             let inputs = |at: &[usize]| match errors.motion.is_empty()
                 && block.aggregate != Aggregate::Row
             {
-                // What is told of a motion is derived from it.
+                // The inputs of a motion are derived from the motion.
                 true => Vec::new(),
                 false => inputs(block, channels, &errors.row, at),
             };
@@ -238,7 +238,7 @@ fn columns(dataset: &Dataset, block: &Block, motion: bool) -> Vec<String> {
     dataset.columns.iter().filter(mine).map(|column| column.name.clone()).collect()
 }
 
-/// Adds what a later round set aside to what is told of each quantity.
+/// Adds the outliers of a later round to those of each quantity.
 pub(crate) fn join(told: &mut Vec<SetAside>, wild: Vec<Wild>) {
     for Wild { told: more, .. } in wild {
         match told.iter_mut().find(|one| one.quantity == more.quantity) {

@@ -10,7 +10,7 @@ pub enum TablesError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// The folder holds files, and is none of an export.
+    /// The folder holds files that no export wrote.
     #[error("refused to replace {}: it holds files and is no package of tables", path.display())]
     #[diagnostic(help("choose another folder: hil export RUN --tables DIR"))]
     Foreign {

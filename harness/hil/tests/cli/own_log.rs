@@ -79,7 +79,7 @@ fn a_log_plays_the_part_of_a_node() {
     // Frames of the log's tester are not the oven's.
     let shown = within(&hil, &["show", "warm"]).exits(0);
     assert!(!shown.out.lines().any(|line| line.contains(" tester ") && line.contains("frame")));
-    // What is doubtful in the log is told.
+    // The run says what is doubtful in the log.
     let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
     fs::write(hil.path("oven/rigs/cut.log"), log.trim_end()).unwrap();
     rig("{ log = \"cut.log\" }");

@@ -1,9 +1,8 @@
 //! `all_within` and `never_outside`: the worst value.
 
-use super::figure::{Figure, Refusal, verdict};
+use super::figure::{COVERAGE, Figure, Refusal, is_clear};
 use super::kind::Kind;
 use super::selection::{Sample, Selection};
-use super::verdict::Verdict;
 use crate::band::Band;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -67,13 +66,9 @@ impl Kind for NeverOutside {
 /// The worst value: by verdict, then by distance to the nearer end of the band, then by magnitude.
 fn worst(samples: &[Sample], band: Band, when: &str) -> Result<Figure, Refusal> {
     let rank = |sample: &Sample| {
-        let verdict = verdict(sample.value, sample.uncertainty, band);
-        let badness = match verdict {
-            Verdict::Fail | Verdict::Unset => 2,
-            Verdict::Marginal => 1,
-            Verdict::Pass | Verdict::NotJudged => 0,
-        };
-        (badness, -band.margin(sample.value))
+        let Sample { value, uncertainty } = *sample;
+        let badness = (!band.contains(value), !is_clear(value, uncertainty, band, COVERAGE));
+        (badness, -band.margin(value))
     };
     let worst = samples.iter().max_by(|a, b| {
         let ((a_badness, a_depth), (b_badness, b_depth)) = (rank(a), rank(b));
