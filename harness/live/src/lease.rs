@@ -197,6 +197,8 @@ impl Lease {
         leased.0.iter().find_map(|what| {
             let file = File::open(folder.join(file_name(what))).ok()?;
             let is_taken = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+            // As at the end of a lease. Where there is no lock, there is nothing to give back.
+            let _ = file.unlock();
             is_taken.then(|| Taken { what: what.clone(), by: said(&file) })
         })
     }
@@ -207,6 +209,8 @@ impl Drop for Lease {
         for file in &self.files {
             // Without a lock it says nothing, should it stay.
             let _ = file.set_len(0);
+            // A child process that another thread is starting has the file until it runs its program, and the lock with it.
+            let _ = file.unlock();
         }
     }
 }
@@ -327,6 +331,18 @@ mod tests {
         assert!(Lease::take(&folder, &third, &holder("Joe")).unwrap().is_ok());
         drop(lease);
         assert!(Lease::take(&folder, &other, &holder("Joe")).unwrap().is_ok());
+    }
+
+    #[test]
+    fn a_lease_that_is_given_back_is_free_whoever_still_has_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let bench = leased("a", "[gyro]\nport = \"/dev/null\"");
+        let lease = Lease::take(folder.path(), &bench, &holder("Jane")).unwrap().unwrap();
+        // As a child has it between its start and its program.
+        let child = lease.files[0].try_clone().unwrap();
+        drop(lease);
+        assert!(Lease::take(folder.path(), &bench, &holder("Joe")).unwrap().is_ok());
+        drop(child);
     }
 
     #[test]
