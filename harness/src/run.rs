@@ -18,11 +18,11 @@ pub use keep::{
     Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, summarise,
     write_documents,
 };
-pub use prepared::{PrepareError, Prepared, header, load_plan};
+pub use prepared::{PrepareError, Prepared, header, load_plan, load_recorded};
 pub use rig::rerun::{Difference, Rerun, RerunError, Said};
 #[cfg(feature = "logs")]
 pub use rig_of::logged;
-pub use rig_of::{RigError, load_description, load_recorded, load_rig, load_rig_named};
+pub use rig_of::{RigError, load_description, load_rig, load_rig_named};
 
 use crate::checks::judge_all;
 use crate::made::Made;

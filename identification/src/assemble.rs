@@ -3,17 +3,30 @@
 use crate::clipping::Clipped;
 use crate::compensation::compensation;
 use crate::dataset::Dataset;
-use crate::experiment::{self, Doubt};
+use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{
     Compensation, Effect, Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict,
 };
-use crate::identify::{Identified, Options};
 use crate::judge::{Judge, Metric, margin};
 use crate::model::{Acts, Model, Shape, Term, is_frame};
 use crate::noise::{Layout, NoiseModel};
+use crate::options::Options;
 use crate::outcome::{self, Diagnostics};
 use crate::problem::{Aggregate, Problem};
 use crate::select::{BlockFit, Data, Found, Waypoint};
+
+/// Result of an identification.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// For `finding.json`.
+    pub finding: Finding,
+    /// For `model.toml`: the given model plus what was found.
+    pub model: Model,
+    /// For a report.
+    pub diagnostics: Diagnostics,
+    /// The plan that would decide between an effect and its rivals, if there are any.
+    pub experiment: Option<Experiment>,
+}
 
 /// A block with its results.
 pub(crate) struct Done<'a> {

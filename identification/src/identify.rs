@@ -4,61 +4,21 @@ use crate::assemble::{Done, assemble};
 use crate::clipping::{Clipped, clip};
 use crate::corrections;
 use crate::dataset::Dataset;
-use crate::experiment::Experiment;
-use crate::finding::{Finding, Verdict};
+use crate::finding::Verdict;
 use crate::judge::{Holding, Judge};
 use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
-use crate::outcome::Diagnostics;
 use crate::outliers::{self, Wild};
 use crate::problem::{Block, Known, Problem};
 use crate::select::{
-    Asked, Data, Memory, agreed, fewer, fit_terms, identify_block, without_rounding,
+    Asked, Data, Memory, agreed, fewer, fit_terms, identify_block, is_against, without_rounding,
 };
 use crate::set_right::{set_right, worthwhile};
 
+pub use crate::assemble::Identified;
+pub use crate::error::IdentifyError;
+pub use crate::options::Options;
 pub use crate::outcome::predict;
-
-/// Options of an identification.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Seed of all random draws.
-    pub seed: u64,
-    /// Maximum number of causes to add to all quantities; a polynomial of one driver is one.
-    pub max_effects: usize,
-    /// A static set of the same device, from which the noise is taken.
-    pub noise_from: Option<Dataset>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { seed: 1, max_effects: 6, noise_from: None }
-    }
-}
-
-/// Result of an identification.
-#[derive(Debug, Clone)]
-pub struct Identified {
-    /// For `finding.json`.
-    pub finding: Finding,
-    /// For `model.toml`: the given model plus what was found.
-    pub model: Model,
-    /// For a report.
-    pub diagnostics: Diagnostics,
-    /// The plan that would decide between an effect and its rivals, if there are any.
-    pub experiment: Option<Experiment>,
-}
-
-/// Why a data set cannot be identified.
-#[derive(Debug, thiserror::Error)]
-pub enum IdentifyError {
-    /// The data lack what the kind needs.
-    #[error("{0}")]
-    Data(String),
-    /// The model does not fit the data.
-    #[error("{0}")]
-    Model(String),
-}
 
 /// Receives the progress: a share from 0 to 1 and the current activity.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str);
@@ -199,7 +159,7 @@ fn once(
     }
     let timing = agreed(&done.iter().map(|one| &one.fit).collect::<Vec<_>>());
     for (one, (base, asked)) in done.iter_mut().zip(&bases) {
-        if timing.is_some_and(|timing| timing.is_against(&one.fit)) {
+        if timing.is_some_and(|timing| is_against(timing, &one.fit)) {
             let asked = Asked { timing, ..*asked };
             one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
             one.plain = fit_terms(one.data, base, &one.fit.noise, &one.fit.left_out);

@@ -4,8 +4,8 @@
 use crate::assemble::Done;
 use crate::corrections::{Correction, applied};
 use crate::dataset::Dataset;
+use crate::error::IdentifyError;
 use crate::finding::Effect;
-use crate::identify::IdentifyError;
 use crate::judge::{Holding, Judge, Metric};
 use crate::model::{Acts, Shape};
 use crate::noise::{Layout, NoiseModel};

@@ -1,10 +1,10 @@
 //! A port for CAN frames.
 
-use super::Counters;
 use super::can_socket::{CanSocketPort, Interface};
 use super::error::{PortError, PortLost};
 use super::slcan::{SlcanAdapter, SlcanHost};
 use super::spec::PortSpec;
+use super::{Counters, FrameEvent};
 use std::io;
 use wire::can::{BitRates, CanFrame};
 use wire::can_error::CanErrorEvent;
@@ -20,19 +20,6 @@ pub enum FramePort {
     SlcanHost(Box<SlcanHost>),
     /// Emulates an adapter.
     SlcanAdapter(Box<SlcanAdapter>),
-}
-
-/// Events of a port for frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FrameEvent {
-    /// A frame from the bus.
-    Frame(CanFrame),
-    /// The controller's report on the bus: an error frame.
-    Bus(CanErrorEvent),
-    /// The interface went down, or the other side closed the bus of the emulated adapter.
-    Down,
-    /// The interface is up again, or the other side opened the bus.
-    Up,
 }
 
 impl FramePort {

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use toml::Table;
 
 /// A file and its text.
 #[derive(Debug)]
@@ -50,4 +51,26 @@ pub fn sources(folder: &str, extension: &str) -> Vec<Source> {
     }
     found.sort_by(|a, b| a.path.cmp(&b.path));
     found
+}
+
+/// Reads the manifest of the package in `folder` (relative to the root).
+///
+/// # Panics
+///
+/// When it cannot be read.
+pub fn manifest(folder: &str) -> Table {
+    let path = root().join(folder).join("Cargo.toml");
+    let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
+    text.parse().unwrap_or_else(|e| panic!("{path:?}: {e}"))
+}
+
+/// Lists the folders of the workspace's packages.
+///
+/// # Panics
+///
+/// When the manifest of the workspace does not say them.
+pub fn members() -> Vec<String> {
+    let workspace = manifest("");
+    let members = workspace["workspace"]["members"].as_array().expect("members are a list");
+    members.iter().map(|member| member.as_str().expect("a path").to_owned()).collect()
 }

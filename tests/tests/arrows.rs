@@ -2,7 +2,7 @@
 //! file may be.
 
 use std::collections::BTreeMap;
-use tests::rooms::{Source, root, sources};
+use tests::rooms::{Source, manifest, members, root, sources};
 use toml::Table;
 
 /// Rooms that each room may depend on, by folder and by name. A room missing here has no place in the house yet.
@@ -187,18 +187,6 @@ const TIMELESS: [&str; 14] = [
 
 /// Files with a clock: a thread that flushes records periodically, and a test that measures a duration.
 const WITH_A_CLOCK: [&str; 2] = ["harness/record/src/kept.rs", "harness/record/src/tests.rs"];
-
-fn manifest(folder: &str) -> Table {
-    let path = root().join(folder).join("Cargo.toml");
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
-    text.parse().unwrap_or_else(|e| panic!("{path:?}: {e}"))
-}
-
-fn members() -> Vec<String> {
-    let workspace = manifest("");
-    let members = workspace["workspace"]["members"].as_array().expect("members are a list");
-    members.iter().map(|member| member.as_str().expect("a path").to_owned()).collect()
-}
 
 /// Lists the crates that a manifest names for any target, with or without those for tests.
 fn dependencies(manifest: &Table, of_tests: bool) -> Vec<String> {

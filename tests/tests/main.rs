@@ -8,6 +8,7 @@ mod calibration;
 mod campaign;
 mod can_fd;
 mod canopen;
+mod circles;
 mod clock_and_loss;
 mod closing;
 mod command_sequences;

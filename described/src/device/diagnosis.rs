@@ -2,9 +2,10 @@
 
 use super::Device;
 use super::dynamics::{Dynamics, finite};
+use super::server::Server;
 use crate::description::Model;
 use crate::expression::Expression;
-use crate::uds::{Diagnosis, Monitor, Server};
+use crate::uds::{Diagnosis, Monitor};
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 

@@ -9,6 +9,7 @@ mod dynamics;
 mod occasion;
 mod readings;
 mod sending;
+mod server;
 #[cfg(test)]
 mod tests;
 
@@ -16,12 +17,12 @@ use crate::canopen::Node;
 use crate::description::{Description, Model, Source};
 use crate::layout::{Decoder, Sender};
 use crate::outbox::Outbox;
-use crate::uds::Server;
 use answers::Answers;
 pub use clipped::Clipped;
 use dynamics::{Dynamics, finite};
 use readings::Readings;
 use sending::{Agenda, Sending};
+use server::Server;
 use std::sync::Arc;
 use wire::can::CanFrame;
 use wire::device::Transmit;

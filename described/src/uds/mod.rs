@@ -1,12 +1,10 @@
 //! UDS (ISO 14229-1:2020) on CAN: a server as a part of a described device, and a client for plans.
 
-mod answer;
 mod client;
 mod diagnosis;
 mod key;
 mod monitor;
 mod number;
-mod server;
 #[cfg(test)]
 mod tests;
 
@@ -16,9 +14,8 @@ pub(crate) use diagnosis::{
 };
 pub(crate) use key::KEY_BYTES_MAX;
 pub use key::KeyFunction;
-pub(crate) use monitor::Monitor;
+pub(crate) use monitor::{Monitor, WARNING};
 pub use number::{Number, NumberType};
-pub(crate) use server::Server;
 
 /// Services by the names in files.
 pub(crate) const SERVICES: [(&str, u8); 11] = [

@@ -9,7 +9,7 @@ const CONFIRMED: u8 = 0x08;
 const NOT_COMPLETED_SINCE_CLEAR: u8 = 0x10;
 const FAILED_SINCE_CLEAR: u8 = 0x20;
 const NOT_COMPLETED_THIS_CYCLE: u8 = 0x40;
-pub(super) const WARNING: u8 = 0x80;
+pub(crate) const WARNING: u8 = 0x80;
 
 /// The test of one code and its memory.
 #[derive(Debug, Clone)]

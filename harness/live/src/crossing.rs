@@ -2,6 +2,7 @@
 //! the other side. Nothing waits, and a lap takes as long as its system calls.
 
 mod can_wire;
+mod error;
 mod kernel;
 mod pty_wire;
 mod shown;
@@ -10,4 +11,5 @@ mod slcan_wire;
 mod tests;
 mod wait;
 
-pub use kernel::{Kernel, KernelError, VCAN_INTERFACE};
+pub use error::{KernelError, VCAN_INTERFACE};
+pub use kernel::Kernel;

@@ -236,7 +236,7 @@ impl Plan {
         lines: &Lines,
         gyro: Option<GyroStream>,
     ) -> Result<(), FileError> {
-        let faults = self.faults.check_bench(lines).map_err(mistake::misplaced);
+        let faults = self.faults.check_bench(lines).map_err(mistake::Fault::from);
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
         let properties = |()| match gyro {

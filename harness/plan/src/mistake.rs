@@ -1,6 +1,5 @@
 //! Mistakes in a plan, and their places in it.
 
-use crate::faults::Unfit;
 use std::ops::Range;
 
 /// One level of a path in the document.
@@ -25,13 +24,6 @@ pub(super) struct Fault {
 }
 
 pub(super) type Checked = Result<(), Fault>;
-
-/// Adds the place to a mistake in the schedule.
-pub(super) fn misplaced(unfit: Unfit) -> Fault {
-    let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
-    path.extend(unfit.keys.into_iter().map(Segment::Key));
-    Fault { path, message: unfit.message, help: unfit.help }
-}
 
 /// A place in the document.
 pub(super) struct Place<'a> {

@@ -2,7 +2,7 @@
 
 use super::contradiction::contradictions;
 use super::measurement::Declared;
-use super::mistake::{Checked, Fault, Place, Segment, misplaced};
+use super::mistake::{Checked, Fault, Place, Segment};
 use super::property::Property;
 use super::quantities::find_tag;
 use super::reaction;
@@ -44,7 +44,7 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     }
     subject.properties(&plan.properties)?;
     reaction::check(&plan.reactions, rig)?;
-    plan.faults.check(plan).map_err(misplaced)?;
+    plan.faults.check(plan)?;
     for (index, envelope) in plan.envelopes.iter().enumerate() {
         envelope.check(index)?;
     }

@@ -3,7 +3,7 @@
 use super::declared;
 use super::rig_of::{RigError, load_rig};
 use crate::calibrations::{self, CalibrationError};
-use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source};
+use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source, names};
 use crate::made::Made;
 use crate::models::{self, ModelError};
 use crate::plan::rig::{NodePart, RigNode, UnderTest};
@@ -335,6 +335,32 @@ impl Prepared {
 pub fn load_plan(library: &Library, name: &str) -> Result<Plan, PrepareError> {
     let source = library.open(Kind::Plan, name)?;
     Ok(Plan::parse(&source.origin, &source.text)?)
+}
+
+/// Loads the plan and the rig of a recorded run: of the plan `named`, else of the plan in the record, else of the
+/// shipped plan that was run. `None` if there is no such plan.
+///
+/// # Errors
+///
+/// When the plan or its rig is missing or invalid.
+pub fn load_recorded(
+    recorded: &Header,
+    named: Option<&str>,
+) -> Result<Option<(Plan, Rig)>, PrepareError> {
+    let (library, name) = match named {
+        Some(name) => (Library::beside(name), name),
+        None if recorded.files.plan().is_some() => {
+            (Library::packed(Arc::clone(&recorded.files)), PLAN)
+        }
+        // The name comes from a file, so it is not taken for a path.
+        None if names(Kind::Plan).contains(&recorded.plan) => {
+            (Library::shipped(), recorded.plan.as_str())
+        }
+        None => return Ok(None),
+    };
+    let plan = load_plan(&library, name)?;
+    let rig = load_rig(&library, &plan)?;
+    Ok(Some((plan, rig)))
 }
 
 /// Header of a record of `plan`, without the lines of its rig.

@@ -1,11 +1,9 @@
 //! Reads and checks the rig that a plan names.
 
-use super::{PrepareError, load_plan};
-use crate::library::{Kind, Library, LibraryError, PLAN, Source, names};
+use crate::library::{Kind, Library, LibraryError, Source};
 use crate::models;
 use crate::plan::replayed::Logged;
 use crate::plan::{Plan, Rig, rig_build};
-use crate::record::header::Header;
 use described::{Dbc, Dbcs, Description, FileError, Files, Steps};
 use emulators::device_file::Devices;
 use identification::finding::SCHEMA;
@@ -91,32 +89,6 @@ pub fn load_rig_named(library: &Library, name: &str) -> Result<Rig, RigError> {
             Err(_) => error,
         }
     })
-}
-
-/// Loads the plan and the rig of a recorded run: of the plan `named`, else of the plan in the record, else of the
-/// shipped plan that was run. `None` if there is no such plan.
-///
-/// # Errors
-///
-/// When the plan or its rig is missing or invalid.
-pub fn load_recorded(
-    recorded: &Header,
-    named: Option<&str>,
-) -> Result<Option<(Plan, Rig)>, PrepareError> {
-    let (library, name) = match named {
-        Some(name) => (Library::beside(name), name),
-        None if recorded.files.plan().is_some() => {
-            (Library::packed(Arc::clone(&recorded.files)), PLAN)
-        }
-        // The name comes from a file, so it is not taken for a path.
-        None if names(Kind::Plan).contains(&recorded.plan) => {
-            (Library::shipped(), recorded.plan.as_str())
-        }
-        None => return Ok(None),
-    };
-    let plan = load_plan(&library, name)?;
-    let rig = load_rig(&library, &plan)?;
-    Ok(Some((plan, rig)))
 }
 
 /// Reads the files that a rig file names.

@@ -3,6 +3,7 @@
 //! The measured rate is `(1 + sum of scale terms) x true rate + sum of bias terms`; a delay shifts it in time. For a
 //! drive, the turned angle is `(1 + turn) x nominal + curvature x distance`, the distance `(1 + drive) x nominal`.
 
+mod acts;
 mod driver;
 mod powers;
 mod range;
@@ -18,6 +19,7 @@ pub use crate::corrections::{Correction, Fault};
 use crate::dataset::{Axis, Kind, Role};
 use crate::finding::{Compensation, Parameter};
 use crate::problem::Known;
+pub use acts::Acts;
 pub use driver::{Driver, Wrap};
 pub use range::{is_physical, range};
 use schemars::JsonSchema;
@@ -28,29 +30,6 @@ pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots}
 use std::collections::BTreeMap;
 pub use term::{Fitted, KNOT, is_frame, is_place};
 pub(crate) use unit::place_unit;
-
-/// What a term acts on.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the contract's words")]
-pub enum Acts {
-    Bias,
-    Scale,
-    Delay,
-    Clock,
-    Axis,
-    Saturation,
-    Quantisation,
-    DeadZone,
-    Noise,
-    Drive,
-    Turn,
-    Curvature,
-    Slip,
-    Reference,
-}
 
 /// How a term depends on its drivers; beside each, its parameters. `origin` is where a driver counts as zero.
 ///

@@ -1,20 +1,10 @@
 //! Fits the noise of a residual by maximum likelihood; each part must pay for itself.
 
+use super::evidence::evidence;
 use super::search::Search;
 use super::{Layout, NoiseModel, Whitener};
-use crate::linear::{Basis, Normal, dot};
+use crate::linear::Basis;
 use crate::robust;
-
-/// How well a noise model explains a residual.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
-    /// Logarithm of the likelihood, with the scale at its best value.
-    pub log_likelihood: f64,
-    /// The best scale: standard deviation of a whitened observation.
-    pub scale: f64,
-    /// Observations that took part.
-    pub used: usize,
-}
 
 /// Price of a coloured part when it competes with a cause, in nats.
 pub const PART_PRICE: f64 = 6.0;
@@ -24,35 +14,6 @@ pub const TIME_CAUTION: f64 = 3.0;
 const OUTLIER: f64 = 4.5;
 /// Minimum number of observations for a run to have its own noise level.
 const RUN_ROWS_MIN: usize = 40;
-
-/// Likelihood of `residual`, minus what `columns` explain, under `noise`.
-pub fn evidence(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    noise: &NoiseModel,
-    left_out: &[bool],
-) -> Evidence {
-    let whitener = Whitener::new(layout, noise, left_out);
-    let all: Vec<&[f64]> = columns.iter().map(Vec::as_slice).chain([residual]).collect();
-    let mut white = whitener.apply_each(&all);
-    let mut target = white.pop().unwrap_or_default();
-    let (sum, width) =
-        Normal::of(&white, &target).left(dot(&target, &target)).unwrap_or_else(|| {
-            let mut basis = Basis::default();
-            basis.extend(white);
-            basis.project(&mut target);
-            (dot(&target, &target), basis.len())
-        });
-    let used = whitener.used();
-    let n = used as f64;
-    let sum = sum.max(f64::MIN_POSITIVE);
-    Evidence {
-        log_likelihood: -0.5 * (n * (sum / n).ln() + whitener.log_determinant),
-        scale: (sum / (n - width as f64).max(1.0)).sqrt(),
-        used,
-    }
-}
 
 /// Fits the noise of `residual`, minus what `columns` explain, starting from `start`; also returns which observations
 /// are outliers under it.

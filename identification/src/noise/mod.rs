@@ -3,6 +3,7 @@
 //! Flicker noise over some decades is such a sum with equal variances, a random walk one with a long correlation time,
 //! a different offset in each run one with an infinite correlation time.
 
+mod evidence;
 mod fit;
 mod innovations;
 mod layout;
@@ -10,7 +11,8 @@ mod search;
 mod slow;
 mod whiten;
 
-pub use fit::{TIME_CAUTION, evidence, fit, priced, retune};
+pub use evidence::evidence;
+pub use fit::{TIME_CAUTION, fit, priced, retune};
 pub use layout::Layout;
 pub use slow::slow;
 pub use whiten::Whitener;

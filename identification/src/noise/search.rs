@@ -1,6 +1,6 @@
 //! Search for the parts of a noise: views of the record propose correlation times, the whole record judges them.
 
-use super::fit::evidence;
+use super::evidence::evidence;
 use super::whiten::COLOURED_MAX;
 use super::{Coloured, Layout, NoiseModel};
 use std::borrow::Cow;

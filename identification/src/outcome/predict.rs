@@ -2,8 +2,8 @@
 
 use crate::corrections::applied;
 use crate::dataset::Dataset;
+use crate::error::IdentifyError;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
-use crate::identify::IdentifyError;
 use crate::judge::add_driven;
 use crate::model::{Model, Shape, Term, exposure};
 use crate::noise::Layout;

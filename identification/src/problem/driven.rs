@@ -8,7 +8,7 @@ use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
 use crate::corrections::{DELAY, LEFT};
 use crate::dataset::{Dataset, Drive, Role, Unit};
-use crate::identify::IdentifyError;
+use crate::error::IdentifyError;
 use crate::model::Acts;
 use std::ops::Range;
 

@@ -3,7 +3,7 @@
 use super::channels::Channels;
 use super::{Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, Turning};
 use crate::dataset::{Column, Dataset, Role, Unit};
-use crate::identify::IdentifyError;
+use crate::error::IdentifyError;
 use crate::model::Acts;
 
 /// Constants that the plain model of a gyro fits: a bias and a scale factor.

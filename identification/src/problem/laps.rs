@@ -5,7 +5,7 @@ use super::closing::{self, Closing, Ends};
 use super::gyro::{angle_block, durations, missing, rotation_of, signed};
 use super::{Aggregate, Block, DisplayUnit, Exposure, Known, Problem, wrap};
 use crate::dataset::{Dataset, Kind, Role};
-use crate::identify::IdentifyError;
+use crate::error::IdentifyError;
 use crate::model::Acts;
 use crate::robust;
 

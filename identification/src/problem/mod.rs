@@ -15,7 +15,7 @@ mod turning;
 mod wheels;
 
 use crate::dataset::{Axis, Dataset, Kind};
-use crate::identify::IdentifyError;
+use crate::error::IdentifyError;
 use crate::model::{Acts, Driver};
 pub use channels::{Channel, Channels};
 pub use closing::Closing;

@@ -5,7 +5,7 @@ use super::gyro::{GYRO_CONSTANTS, missing};
 use super::series::bridged;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
-use crate::identify::IdentifyError;
+use crate::error::IdentifyError;
 use crate::model::Acts;
 use crate::robust;
 use crate::signal::interpolate;

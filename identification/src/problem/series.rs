@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
-use crate::identify::IdentifyError;
+use crate::error::IdentifyError;
 use crate::model::Acts;
 use std::rc::Rc;
 

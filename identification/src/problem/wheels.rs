@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::gyro::missing;
 use super::wrap;
 use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
-use crate::identify::IdentifyError;
+use crate::error::IdentifyError;
 use crate::signal::{interpolate, running_total};
 
 /// Nominal motion in each row.

@@ -1,6 +1,6 @@
 //! Few causes: those that help least are left out of a finding over several quantities.
 
-use super::block::{BlockFit, Waypoint};
+use super::found::{BlockFit, Waypoint};
 
 /// Maximum number of causes for each block, so that all have at most `most`; `None` where a block keeps its model. The
 /// last step that lowers its block's errors least goes first.

@@ -1,8 +1,8 @@
 //! From the chosen terms to their values, errors and rivals.
 
-use super::block::{BlockFit, Found};
 use super::choose::{Contender, contenders};
 use super::data::combine;
+use super::found::{BlockFit, Found};
 use super::rivals::rivals;
 use super::scene::robust_fit;
 use super::state::State;

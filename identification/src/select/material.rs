@@ -1,13 +1,14 @@
 //! Causes that matter to the user, for a residual that is not noise and has no meaningful probabilities: constants
 //! before functions, functions before shapes, each judged by its gain on held-out runs.
 
-use super::block::{Asked, Step};
+mod finish;
+
 use super::data::{Data, combine};
 use super::gain::{best_of, fall, matters};
 use super::record::Record;
 use super::roughly::{doubtful, is_sure};
-use super::sound::is_sound;
-use super::state::State;
+use super::state::{State, is_sound};
+use super::step::{Asked, Step};
 use super::timing;
 use crate::candidates::Candidate;
 use crate::judge::{Judge, Metric};

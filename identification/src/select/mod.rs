@@ -1,11 +1,13 @@
 //! From a block of equations to the terms that its model lacks.
 
+mod axes;
 mod block;
 mod choose;
 mod cross;
 mod data;
 mod few;
 mod finish;
+mod found;
 mod gain;
 pub(crate) use gain::fall;
 mod held_back;
@@ -21,16 +23,18 @@ mod rounding;
 mod rules;
 mod scene;
 mod simplify;
-mod sound;
 mod state;
+mod step;
 mod timing;
 mod values;
 
-pub use block::{Asked, BlockFit, Found, Waypoint, fit_terms, identify_block};
+pub use axes::{agreed, is_against};
+pub use block::identify_block;
 pub use cross::{Fold, folds};
 pub use data::{Data, Memory, combine};
 pub use few::fewer;
+pub use found::{BlockFit, Found, Waypoint, fit_terms};
 #[cfg(test)]
 pub use rivals::RivalFound;
 pub use rounding::without_rounding;
-pub use timing::agreed;
+pub use step::Asked;

@@ -1,7 +1,7 @@
 //! Readings that are rounded more coarsely than their noise.
 
-use super::block::fit_terms;
 use super::data::{Data, combine};
+use super::found::fit_terms;
 use crate::lattice;
 use crate::model::Shape;
 use crate::noise::{Layout, NoiseModel};

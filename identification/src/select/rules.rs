@@ -1,12 +1,13 @@
 //! Rules of the search, each at work on a small record.
 
-use super::block::{Asked, identify_block};
+use super::block::identify_block;
 use super::choose::{Contender, plainest_first};
 use super::data::Data;
 use super::finish::finish;
 use super::record::Record;
 use super::scene::Score;
 use super::state::{BESIDE_COLOUR, State};
+use super::step::Asked;
 use super::values;
 use crate::candidates::{Candidate, Family};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};

@@ -1,5 +1,7 @@
 //! The model of a block as it grows, round by round.
 
+mod sound;
+
 use super::choose::{
     Contender, Profile, contenders, names_a_cause, plainest_first, profiled, surfaces,
     with_lower_orders, without_superfluous,
@@ -10,11 +12,12 @@ use super::record::Record;
 use super::refine::refine;
 use super::scene::{Scene, robust_fit};
 use super::simplify::simplify;
-use super::sound::{is_sound, is_within_physics};
 use super::timing::{self, Timing};
 use crate::candidates::{Candidate, Family};
 use crate::model::{Form, Shape};
 use crate::noise::{self, NoiseModel, Whitener};
+pub(super) use sound::is_sound;
+use sound::is_within_physics;
 
 /// A term whose removal is less surprising than this is dropped (one in a thousand).
 const KEEP_MIN: f64 = 6.9;

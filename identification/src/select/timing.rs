@@ -1,6 +1,5 @@
-//! Axes of one sensor share their clock and their filter, so they share one delay.
+//! Kinds of delay.
 
-use super::block::BlockFit;
 use crate::candidates::Candidate;
 use crate::model::{Acts, Driver, Form, Shape, Wrap};
 
@@ -18,12 +17,6 @@ impl Timing {
     /// Removes other kinds of delay from `candidates`.
     pub fn keep(self, candidates: &mut Vec<Candidate>) {
         candidates.retain(|one| Self::of(&one.shape).is_none_or(|timing| timing == self));
-    }
-
-    /// Whether a block has another kind of delay.
-    pub fn is_against(self, fit: &BlockFit) -> bool {
-        let ways: Vec<Self> = fit.effects.iter().filter_map(|one| Self::of(&one.shape)).collect();
-        !ways.is_empty() && !ways.contains(&self)
     }
 }
 
@@ -51,67 +44,13 @@ pub fn is_said_by(terms: &[Shape], shape: &Shape, rotation: &str) -> bool {
         .any(|term| (timing.is_some() && of(term) == timing) || (remembers && term.says(shape)))
 }
 
-/// The likeliest kind of delay for all late axes, if there is one that none excludes.
-pub fn agreed(fits: &[&BlockFit]) -> Option<Timing> {
-    let ways: Vec<Vec<(Timing, f64)>> = fits
-        .iter()
-        .filter_map(|fit| fit.effects.iter().find(|one| Timing::of(&one.shape).is_some()))
-        .map(|found| {
-            let rivals = found.rivals.iter().map(|rival| (&rival.shape, rival.behind));
-            std::iter::once((&found.shape, 0.0))
-                .chain(rivals)
-                .filter_map(|(shape, behind)| Some((Timing::of(shape)?, behind)))
-                .collect()
-        })
-        .collect();
-    if ways.len() < 2 {
-        return None;
-    }
-    let behind = |timing: Timing| -> Option<f64> {
-        let of = |way: &Vec<(Timing, f64)>| {
-            way.iter().filter(|(its, _)| *its == timing).map(|way| way.1).reduce(f64::min)
-        };
-        ways.iter().map(of).sum()
-    };
-    let all = ways[0].iter().filter_map(|(timing, _)| Some((*timing, behind(*timing)?)));
-    all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(timing, _)| timing)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Timing, agreed, is_said_by};
+    use super::is_said_by;
     use crate::model::{Acts, Driver, Form, Shape, Wrap};
-    use crate::noise::NoiseModel;
-    use crate::select::{BlockFit, Found, RivalFound};
 
     fn late(wrap: Wrap) -> Shape {
         Shape::new("any", Acts::Delay, Driver::new(wrap, "reference"), Form::Delay)
-    }
-
-    /// A block that is late by `wrap`, or in another way that many nats behind.
-    fn fit(wrap: Wrap, rivals: &[(Wrap, f64)]) -> BlockFit {
-        let rival =
-            |(wrap, behind): &(Wrap, f64)| RivalFound { shape: late(*wrap), behind: *behind };
-        BlockFit {
-            base: Vec::new(),
-            effects: vec![Found {
-                shape: late(wrap),
-                coefficients: Vec::new(),
-                numbers: Vec::new(),
-                strength: 10.0,
-                rivals: rivals.iter().map(rival).collect(),
-            }],
-            applied: Vec::new(),
-            noise: NoiseModel::white(1),
-            floor: 1.0,
-            scale: 1.0,
-            left: Vec::new(),
-            left_out: Vec::new(),
-            path: Vec::new(),
-            chosen: 0,
-            nested: Vec::new(),
-            goes: None,
-        }
     }
 
     #[test]
@@ -138,19 +77,5 @@ mod tests {
         // Two axes without delay carry no information on it.
         let constant = Shape { form: Form::Constant, ..late(Wrap::Plain) };
         assert!(!is_said(std::slice::from_ref(&constant), &constant));
-    }
-
-    #[test]
-    fn axes_agree_on_what_none_excludes() {
-        let x = fit(Wrap::Plain, &[(Wrap::LagOf, 1.3)]);
-        let y = fit(Wrap::LagOf, &[(Wrap::Plain, 0.2)]);
-        let z = fit(Wrap::Plain, &[(Wrap::LagOf, 0.7)]);
-        let timing = agreed(&[&y, &x, &z]);
-        assert_eq!(timing, Timing::of(&late(Wrap::Plain)));
-        let against = |fit: &BlockFit| timing.is_some_and(|timing| timing.is_against(fit));
-        assert_eq!([&x, &y, &z].map(against), [false, true, false]);
-        // One that excludes all others leaves nothing to agree on; a single axis has no other to agree with.
-        assert_eq!(agreed(&[&fit(Wrap::LagOf, &[]), &fit(Wrap::Plain, &[])]), None);
-        assert_eq!(agreed(&[&x]), None);
     }
 }

@@ -6,8 +6,8 @@
 //! An amplitude that was measured once is on average too large, by what its uncertainty adds. Shrunk by it, a wrong cause
 //! does less harm, and a right one loses little (James and Stein 1961).
 
-use super::block::{BlockFit, Found, fit_terms};
 use super::data::combine;
+use super::found::{BlockFit, Found, fit_terms};
 use super::scene::robust_fit;
 use super::state::State;
 use crate::judge::Judge;

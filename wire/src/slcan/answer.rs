@@ -1,8 +1,7 @@
 //! Lines from an adapter to its host.
 
 use super::hex::{parse_hex, push_hex};
-use super::{BEL, BusErrors, CR, LineError, StateReport, Text, frame_line};
-use crate::can::CanFrame;
+use super::{BEL, BusErrors, CR, LineError, ReceivedFrame, StateReport, Text, frame_line};
 use crate::packet::Packet;
 
 bitflags::bitflags! {
@@ -24,16 +23,6 @@ bitflags::bitflags! {
         /// Bus error (BEI).
         const BUS_ERROR = 1 << 7;
     }
-}
-
-/// A frame that an adapter received from its bus.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ReceivedFrame {
-    /// The frame.
-    pub frame: CanFrame,
-    /// Reception time, if the adapter reports it: milliseconds of its own clock, which usually wraps at
-    /// [`TIMESTAMP_WRAP_MS`](super::TIMESTAMP_WRAP_MS).
-    pub timestamp_ms: Option<u16>,
 }
 
 /// Lines from an adapter to its host, prompted or not.

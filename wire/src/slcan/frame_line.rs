@@ -1,7 +1,7 @@
 //! A frame as a line, identical in both directions.
 
 use super::hex::{nibble, parse_hex, push_hex};
-use super::{CR, LineError, ReceivedFrame};
+use super::{CR, LineError};
 use crate::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, FD_LENGTHS, Id, StandardId};
 use crate::packet::Packet;
 use embedded_can::Frame as _;
@@ -10,6 +10,16 @@ use embedded_can::Frame as _;
 const STANDARD_DIGITS: usize = 3;
 const EXTENDED_DIGITS: usize = 8;
 const TIMESTAMP_DIGITS: usize = 4;
+
+/// A frame that an adapter received from its bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReceivedFrame {
+    /// The frame.
+    pub frame: CanFrame,
+    /// Reception time, if the adapter reports it: milliseconds of its own clock, which usually wraps at
+    /// [`TIMESTAMP_WRAP_MS`](super::TIMESTAMP_WRAP_MS).
+    pub timestamp_ms: Option<u16>,
+}
 
 /// The frame's line, CR included.
 pub(super) fn encode(frame: &CanFrame, timestamp_ms: Option<u16>) -> Packet {

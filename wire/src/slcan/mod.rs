@@ -45,11 +45,12 @@ mod text;
 pub use adapter::{
     Adapter, AdapterCounters, Channel, Dialect, Identity, OUTPUT_LINES_MAX, TransmitFull,
 };
-pub use answer::{Answer, ReceivedFrame, StatusFlags, parse_answer};
+pub use answer::{Answer, StatusFlags, parse_answer};
 pub use bit_rate::{BitRate, BitTiming};
 pub use bus_report::{BusErrors, StateReport};
 pub use command::{Command, parse_command};
 pub use decode::{AnswerDecoder, CommandDecoder, LineCounters};
+pub use frame_line::ReceivedFrame;
 pub use text::{TEXT_BYTES_MAX, Text};
 
 use crate::packet::BYTES_MAX;

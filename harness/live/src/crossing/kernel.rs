@@ -1,44 +1,16 @@
 //! The lines of a rig as ptys and CAN buses of the kernel, with both ends in this process.
 
 use super::can_wire::CanWire;
+use super::error::KernelError;
 use super::pty_wire::PtyWire;
 use super::slcan_wire::SlcanWire;
-use ports::PortError;
-use ports::pty::PtyError;
 use rig::crossing::{CrossedLine, Crossing, CrossingFailure, KernelBus, Toward};
 use std::sync::Arc;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// Interface for the frames of the first CAN bus.
-pub const VCAN_INTERFACE: &str = "vcan0";
 /// Common prefix of the interface names.
 const VCAN_INTERFACES: &str = "vcan";
-
-/// Why the lines cannot go through the kernel.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum KernelError {
-    /// No pty is available.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Pty(#[from] PtyError),
-    /// No CAN interface is available.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Port(#[from] PortError),
-    /// A pty carries no frames.
-    #[error("failed to find a bus for the {line}: it is on CAN, and a pty carries bytes")]
-    #[diagnostic(help(
-        "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
-    ))]
-    NoFrames {
-        /// The line.
-        line: Arc<str>,
-    },
-    /// The carrier of frames does not work.
-    #[error(transparent)]
-    Crossing(#[from] CrossingFailure),
-}
 
 /// Carrier of one line.
 #[derive(Debug)]

@@ -6,6 +6,7 @@ use super::{
     Toward, When,
 };
 use crate::Plan;
+use crate::mistake::{self, Segment};
 use crate::speakers::whose;
 use described::hint;
 use std::collections::BTreeMap;
@@ -21,6 +22,14 @@ pub struct Unfit {
     pub message: String,
     /// How to correct it.
     pub help: Option<String>,
+}
+
+impl From<Unfit> for mistake::Fault {
+    fn from(unfit: Unfit) -> Self {
+        let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
+        path.extend(unfit.keys.into_iter().map(Segment::Key));
+        Self { path, message: unfit.message, help: unfit.help }
+    }
 }
 
 type Checked = Result<(), (Vec<&'static str>, String, Option<String>)>;

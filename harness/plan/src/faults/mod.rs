@@ -25,15 +25,17 @@ mod kind;
 mod lines;
 mod schedule;
 pub mod table;
+mod target;
 mod when;
 
 pub use chance::Chance;
 pub use check::Unfit;
-pub use fault::{Fault, Target, TargetName, Toward};
+pub use fault::{Fault, Toward};
 pub(crate) use kind::schema::name as kind_name_schema;
 pub use kind::{
     FaultKind, KindInfo, KindParameter, Lasts, Reach, Share, UnknownKind, no_input_shows,
 };
 pub use lines::{LineKind, Lines, Ride, Said};
 pub use schedule::{FAULTS_MAX, Schedule};
+pub use target::{Target, TargetName};
 pub use when::When;

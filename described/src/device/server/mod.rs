@@ -1,8 +1,10 @@
-//! A server: its sessions and their timing (ISO 14229-2). [`super::answer`] has the services.
+//! The UDS server of a device: its sessions and their timing (ISO 14229-2). [`answer`] has the services.
 
-use super::{DEFAULT_SESSION, Diagnosis, nrc, sid};
-use crate::device::Device;
+mod answer;
+
+use super::Device;
 use crate::isotp::{Channel, End, Received, Slowness};
+use crate::uds::{DEFAULT_SESSION, Diagnosis, nrc, sid};
 use emulators::random::RandomStream;
 use std::collections::{BTreeMap, BTreeSet};
 use wire::can::CanFrame;
@@ -18,26 +20,26 @@ const DELAY_S_MAX: f64 = 3_600.0;
 
 /// State of a server.
 #[derive(Debug, Clone)]
-pub(crate) struct Server {
-    pub(super) channel: Channel,
-    pub(super) session: u8,
+pub(super) struct Server {
+    channel: Channel,
+    session: u8,
     /// End of the session without another request.
     session_ends: Timestamp,
     /// The unlocked security level.
-    pub(super) unlocked: Option<u8>,
+    unlocked: Option<u8>,
     /// The level and the seed that was given, until a key comes.
-    pub(super) seed: Option<(u8, Vec<u8>)>,
+    seed: Option<(u8, Vec<u8>)>,
     /// Wrong keys of each level, and the end of its delay.
-    pub(super) attempts: BTreeMap<u8, (u32, Timestamp)>,
-    pub(super) random: RandomStream,
+    attempts: BTreeMap<u8, (u32, Timestamp)>,
+    random: RandomStream,
     /// Ordinary messages are not sent, or not used.
-    pub(super) silent: bool,
-    pub(super) deaf: bool,
+    silent: bool,
+    deaf: bool,
     /// Routines that have been started.
-    pub(super) started: BTreeSet<u16>,
+    started: BTreeSet<u16>,
     /// Parameters that requests have set.
-    pub(super) written: BTreeSet<String>,
-    pub(super) reset_at: Timestamp,
+    written: BTreeSet<String>,
+    reset_at: Timestamp,
     pending: Option<Pending>,
 }
 
@@ -52,10 +54,10 @@ struct Pending {
 }
 
 /// What a service answers: the response, unless the request suppresses it.
-pub(super) type Answer = Result<Vec<u8>, u8>;
+type Answer = Result<Vec<u8>, u8>;
 
 impl Server {
-    pub(crate) fn new(diagnosis: &Diagnosis, seed: u64, device: &str) -> Self {
+    pub(super) fn new(diagnosis: &Diagnosis, seed: u64, device: &str) -> Self {
         Self {
             channel: Channel::new(diagnosis.isotp.clone(), End::Server),
             session: DEFAULT_SESSION,
@@ -74,7 +76,7 @@ impl Server {
     }
 
     /// Power-on: everything but wrong keys is forgotten.
-    pub(crate) fn power_on(&mut self) {
+    pub(super) fn power_on(&mut self) {
         self.channel.reset();
         self.enter(DEFAULT_SESSION);
         self.session_ends = Timestamp::MAX;
@@ -82,16 +84,16 @@ impl Server {
         (self.pending, self.reset_at) = (None, Timestamp::MAX);
     }
 
-    pub(crate) const fn is_silent(&self) -> bool {
+    pub(super) const fn is_silent(&self) -> bool {
         self.silent
     }
 
-    pub(crate) const fn is_deaf(&self) -> bool {
+    pub(super) const fn is_deaf(&self) -> bool {
         self.deaf
     }
 
     /// True once the reset that a request asked for is due; takes the parameters that requests have set.
-    pub(crate) fn resets(&mut self, now: Timestamp) -> Option<BTreeSet<String>> {
+    pub(super) fn resets(&mut self, now: Timestamp) -> Option<BTreeSet<String>> {
         (self.reset_at <= now).then(|| {
             self.reset_at = Timestamp::MAX;
             std::mem::take(&mut self.written)
@@ -99,20 +101,20 @@ impl Server {
     }
 
     /// Number of messages not sent or received.
-    pub(crate) const fn dropped(&self) -> u64 {
+    pub(super) const fn dropped(&self) -> u64 {
         self.channel.failures()
     }
 
-    pub(crate) fn next_wakeup(&self) -> Timestamp {
+    pub(super) fn next_wakeup(&self) -> Timestamp {
         let pending = self.pending.as_ref().map_or(Timestamp::MAX, |one| one.ready.min(one.due));
         self.channel.next_wakeup().min(pending).min(self.session_ends).min(self.reset_at)
     }
 
-    pub(crate) fn transmit(&mut self) -> Option<CanFrame> {
+    pub(super) fn transmit(&mut self) -> Option<CanFrame> {
         self.channel.transmit()
     }
 
-    pub(crate) fn receive(
+    pub(super) fn receive(
         &mut self,
         now: Timestamp,
         frame: &CanFrame,
@@ -126,7 +128,7 @@ impl Server {
         }
     }
 
-    pub(crate) fn wake(&mut self, now: Timestamp, diagnosis: &Diagnosis, device: &mut Device) {
+    pub(super) fn wake(&mut self, now: Timestamp, diagnosis: &Diagnosis, device: &mut Device) {
         if self.next_wakeup() > now {
             return;
         }

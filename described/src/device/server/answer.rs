@@ -1,11 +1,10 @@
 //! The services of a server: from a request to its response or its negative response code.
 
-use super::monitor::WARNING;
-use super::server::{Answer, Server};
-use super::{Access, Content, DEFAULT_SESSION, Diagnosis, Did, Field, nrc, sid};
+use super::{Answer, Server};
 use crate::device::Device;
 use crate::expression::Expression;
 use crate::isotp::BYTES_MAX;
+use crate::uds::{Access, Content, DEFAULT_SESSION, Diagnosis, Did, Field, WARNING, nrc, sid};
 use wire::time::{Span, Timestamp};
 
 /// Format of trouble codes in a count of them: ISO 14229-1.

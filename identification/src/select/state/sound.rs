@@ -1,6 +1,6 @@
 //! Checks that the terms of a model make sense together.
 
-use super::state::State;
+use super::State;
 use crate::linear::{Solution, solve};
 use crate::model::is_physical;
 use crate::noise::Whitener;
@@ -15,7 +15,7 @@ pub(super) fn is_within_physics(state: &State<'_>) -> bool {
 
 /// Whether every added term is physical, and none from `first` on balances another. If noise is not white, nothing else
 /// shows that one of the two is enough.
-pub(super) fn is_sound(state: &State<'_>, first: usize) -> bool {
+pub fn is_sound(state: &State<'_>, first: usize) -> bool {
     let Some((fit, of_term)) = fitted(state) else { return false };
     for i in (0..of_term.len()).filter(|&i| of_term[i] >= first) {
         for j in (0..of_term.len()).filter(|&j| of_term[j] < first) {

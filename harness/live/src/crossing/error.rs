@@ -1,0 +1,34 @@
+//! Why lines cannot go through the kernel.
+
+use ports::PortError;
+use ports::pty::PtyError;
+use rig::crossing::CrossingFailure;
+use std::sync::Arc;
+
+/// Interface for the frames of the first CAN bus.
+pub const VCAN_INTERFACE: &str = "vcan0";
+
+/// Why the lines cannot go through the kernel.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum KernelError {
+    /// No pty is available.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Pty(#[from] PtyError),
+    /// No CAN interface is available.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Port(#[from] PortError),
+    /// A pty carries no frames.
+    #[error("failed to find a bus for the {line}: it is on CAN, and a pty carries bytes")]
+    #[diagnostic(help(
+        "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
+    ))]
+    NoFrames {
+        /// The line.
+        line: Arc<str>,
+    },
+    /// The carrier of frames does not work.
+    #[error(transparent)]
+    Crossing(#[from] CrossingFailure),
+}
