@@ -3,6 +3,7 @@
 use crate::config::{BaseConfig, Transport};
 use crate::displacement_watch::DisplacementWatch;
 use crate::mutant::Planted;
+use crate::ordered::Ordered;
 use heapless::Deque;
 use wire::base::serial_link::{Host, HostEvent, quiet_time};
 use wire::base::{Motion, Reply, Request, can_link};
@@ -42,6 +43,8 @@ struct SerialLine {
     host: Host,
     /// The exchange in progress: its request and the number of attempts so far.
     under_way: Option<(Request, u8)>,
+    /// When the last exchange began.
+    asked: Timestamp,
     abandon_at: Timestamp,
     /// The line rests until this time, so that a late answer cannot be taken for the next one's.
     quiet_until: Timestamp,
@@ -59,6 +62,7 @@ pub(crate) struct BaseDriver {
     requests: Deque<Request, REQUESTS_MAX>,
     refused: u32,
     motion: Option<(Timestamp, Motion)>,
+    ordered: Ordered,
     path: DisplacementWatch,
     planted: Planted,
 }
@@ -70,6 +74,7 @@ impl BaseDriver {
             Transport::Serial => Line::Serial(SerialLine {
                 host: Host::new(),
                 under_way: None,
+                asked: Timestamp::ZERO,
                 abandon_at: Timestamp::MAX,
                 quiet_until: Timestamp::ZERO,
                 poll_at: Timestamp::ZERO,
@@ -83,6 +88,7 @@ impl BaseDriver {
             requests: Deque::new(),
             refused: 0,
             motion: None,
+            ordered: Ordered::default(),
             path: DisplacementWatch::new(&config),
             planted,
         }
@@ -91,6 +97,16 @@ impl BaseDriver {
     /// The last motion message and its arrival time.
     pub(crate) const fn motion(&self) -> Option<(Timestamp, Motion)> {
         self.motion
+    }
+
+    /// True unless the base said that it stands, and said so after it was last ordered to.
+    pub(crate) fn may_move(&self) -> bool {
+        self.ordered.since().is_some() || self.motion.is_none_or(|(_, motion)| motion.moving)
+    }
+
+    /// Time of the order to move that the base has not been heard to end.
+    pub(crate) fn ordered_at(&self) -> Option<Timestamp> {
+        self.ordered.since()
     }
 
     /// True if the last motion message restarted the displacement count.
@@ -141,11 +157,8 @@ impl BaseDriver {
             return None;
         }
         match can_link::parse_reply(frame) {
-            Some(Reply::Motion(motion)) if self.path.believes(now, &motion) => {
-                self.motion = Some((now, motion));
-                Some(motion)
-            }
-            Some(Reply::Motion(_) | Reply::Pose(_)) | None => None,
+            Some(Reply::Motion(motion)) => self.hear(now, now, motion),
+            Some(Reply::Pose(_)) | None => None,
         }
     }
 
@@ -165,15 +178,25 @@ impl BaseDriver {
             line.abandon_at = Timestamp::MAX;
             line.failed(now, failed);
         }
-        let heard = heard.filter(|motion| self.path.believes(now, motion));
-        if let Some(motion) = heard {
-            self.motion = Some((now, motion));
+        let asked = line.asked;
+        let heard = heard.and_then(|motion| self.hear(now, asked, motion));
+        if heard.is_some() {
             let poll_at = now + self.poll_period();
             if let Line::Serial(line) = &mut self.line {
                 line.poll_at = line.poll_at.min(poll_at);
             }
         }
         heard
+    }
+
+    /// Takes a motion message that was sampled at `sampled` or later, if it is credible.
+    fn hear(&mut self, now: Timestamp, sampled: Timestamp, motion: Motion) -> Option<Motion> {
+        if !self.path.believes(now, &motion, self.ordered.since()) {
+            return None;
+        }
+        self.motion = Some((now, motion));
+        self.ordered.hears(sampled, &motion);
+        Some(motion)
     }
 
     /// Abandons an exchange that has taken too long.
@@ -218,6 +241,7 @@ impl BaseDriver {
         let Some((repeat, poll_due)) = serial_turn else {
             while let Some(request) = self.next_request() {
                 if let Some(frame) = can_link::request_frame(&request) {
+                    self.ordered.sends(now, &request);
                     return Some(Outgoing::Frame(frame));
                 }
             }
@@ -243,7 +267,9 @@ impl BaseDriver {
             }
             if let Some(packet) = line.host.start(&request) {
                 line.under_way = Some((request, tries + 1));
+                line.asked = now;
                 line.abandon_at = now + self.config.exchange_timeout;
+                self.ordered.sends(now, &request);
                 return Some(Outgoing::Bytes(packet));
             }
             // The request cannot be encoded: drop it and take the next one.
@@ -294,10 +320,46 @@ impl SerialLine {
 #[cfg(test)]
 mod tests {
     use super::{
-        BaseConfig, BaseDriver, Motion, Outgoing, Planted, Reply, Request, Transport, can_link,
+        BaseConfig, BaseDriver, Motion, Outgoing, Planted, Reply, Request, Span, Timestamp,
+        Transport, can_link,
     };
-    use wire::time::{Span, Timestamp};
+    use wire::base::serial_link::{Device, DeviceEvent, write_answer};
     use wire::units::{AngularRate, Speed};
+
+    #[test]
+    fn an_answer_that_was_asked_for_before_the_stop_does_not_show_that_the_base_stands() {
+        let mut base = BaseDriver::new(BaseConfig::new(Transport::Serial), Planted::default());
+        let mut device = Device::new();
+        let at = |ms| Timestamp::ZERO + Span::from_millis(ms);
+        // What the base answers to the packet that is sent at this time: it stands.
+        let mut exchange = |base: &mut BaseDriver, ms| {
+            let Some(Outgoing::Bytes(packet)) = base.transmit(at(ms)) else { panic!("{ms} ms") };
+            let mut answer = None;
+            device.feed(packet.as_slice(), |event| {
+                answer = match event {
+                    DeviceEvent::Write { answer, .. } => Some(write_answer(answer)),
+                    DeviceEvent::Read(read) => read.packet(&Reply::Motion(Motion::default())),
+                    DeviceEvent::Refused(_) => None,
+                };
+            });
+            answer.unwrap()
+        };
+        let drive = Speed::from_m_per_s(0.4);
+        base.request(Request::SetVelocity { drive, steer: AngularRate::ZERO });
+        let answer = exchange(&mut base, 0);
+        base.receive_bytes(at(10), answer.as_slice());
+        base.poll(at(20));
+        let late = exchange(&mut base, 20);
+        base.request(Request::Stop);
+        assert!(base.receive_bytes(at(30), late.as_slice()).is_some() && base.may_move());
+        let answer = exchange(&mut base, 31);
+        base.receive_bytes(at(40), answer.as_slice());
+        assert!(base.may_move());
+        base.poll(at(41));
+        let asked_since = exchange(&mut base, 41);
+        base.receive_bytes(at(50), asked_since.as_slice());
+        assert!(!base.may_move());
+    }
 
     #[test]
     fn a_base_that_moves_unheard_is_told_to_stop_and_nothing_else() {

@@ -40,15 +40,24 @@ impl DisplacementWatch {
         }
     }
 
-    /// True if a base could report this motion at `now`.
-    pub(crate) fn believes(&mut self, now: Timestamp, motion: &Motion) -> bool {
+    /// True if a base could report this motion at `now`. A base that was `ordered` to move, and has not been heard to
+    /// stand since, is one that moves.
+    pub(crate) fn believes(
+        &mut self,
+        now: Timestamp,
+        motion: &Motion,
+        ordered: Option<Timestamp>,
+    ) -> bool {
         let said = (now, motion.displacement);
         let near = |before: Option<(Timestamp, Length)>| {
             before.is_some_and(|before| self.could_follow(before, said))
         };
         let follows = self.credible.is_none() || near(self.credible);
-        let silence_max = if self.moving { self.late_max } else { self.silence_max };
-        let in_time = self.credible.is_none_or(|(at, _)| now.since(at) <= silence_max);
+        let moving = self.moving || ordered.is_some();
+        let silence_max = if moving { self.late_max } else { self.silence_max };
+        let in_time = self.credible.is_none_or(|(at, _)| {
+            now.since(ordered.map_or(at, |ordered| ordered.max(at))) <= silence_max
+        });
         let believed = (follows && in_time) || near(self.doubtful);
         self.anew = believed && !follows;
         if believed {
@@ -91,7 +100,7 @@ mod tests {
     fn tell(watch: &mut DisplacementWatch, millis: i64, displacement_m: f64, moving: bool) -> bool {
         let displacement = Length::from_m(displacement_m);
         let motion = Motion { displacement, moving, ..Motion::default() };
-        watch.believes(Timestamp::ZERO + Span::from_millis(millis), &motion)
+        watch.believes(Timestamp::ZERO + Span::from_millis(millis), &motion, None)
     }
 
     fn believes(watch: &mut DisplacementWatch, millis: i64, displacement_m: f64) -> bool {
@@ -123,6 +132,18 @@ mod tests {
         assert!(tell(&mut watch, 1840, 1.04, false) && !watch.counts_anew());
         // At rest, messages may be further apart.
         assert!(tell(&mut watch, 3400, 1.04, false));
+    }
+
+    #[test]
+    fn after_an_order_to_move_one_that_may_be_from_before_it_is_not_enough() {
+        let mut watch = watch();
+        let order = Some(Timestamp::ZERO + Span::from_millis(400));
+        let mut tell = |millis, moving| {
+            let motion = Motion { moving, ..Motion::default() };
+            watch.believes(Timestamp::ZERO + Span::from_millis(millis), &motion, order)
+        };
+        assert!(tell(0, false) && tell(420, true), "the base has begun to move");
+        assert!(!tell(700, false) && tell(720, true));
     }
 
     proptest! {

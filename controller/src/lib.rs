@@ -48,6 +48,7 @@ mod loss_watch;
 mod machine;
 pub mod mission;
 mod mutant;
+mod ordered;
 mod own_time;
 mod path_watch;
 mod pose_download;

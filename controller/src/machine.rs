@@ -354,7 +354,7 @@ impl Controller {
         self.reckoning.advance(&motion, heading);
         self.look_at_motion(now, &motion);
         self.estimate(now);
-        if self.stopping && !motion.moving {
+        if self.stopping && self.base.as_ref().is_none_or(|base| !base.may_move()) {
             // The next mission starts from where the base came to rest, not from where the stop was commanded.
             self.stopping = false;
             self.reference = heading;

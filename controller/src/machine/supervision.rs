@@ -95,10 +95,7 @@ impl Controller {
     pub(super) fn is_moving(&self, now: Timestamp) -> bool {
         match &self.base {
             None => self.mean_raw_rate().abs() > self.config.gyro.bias_max,
-            Some(base) => match base.motion() {
-                Some((_, motion)) => motion.moving || now > self.base_silent_at(),
-                None => true,
-            },
+            Some(base) => base.may_move() || now > self.base_silent_at(),
         }
     }
 
@@ -132,7 +129,7 @@ impl Controller {
         let (Some(base), Some(config)) = (&self.base, &self.config.base) else {
             return Timestamp::MAX;
         };
-        let Some((heard, motion)) = base.motion() else {
+        let Some((heard, _)) = base.motion() else {
             return self.started + config.timeout_at_rest;
         };
         match &self.task {
@@ -141,7 +138,9 @@ impl Controller {
                 let scale = if planted { 10 } else { 1 };
                 heard.max(drive.commanding_since()) + config.timeout_moving * scale
             }
-            _ if motion.moving => heard + config.timeout_moving,
+            _ if base.may_move() => {
+                base.ordered_at().map_or(heard, |at| at.max(heard)) + config.timeout_moving
+            }
             _ => heard + config.timeout_at_rest,
         }
     }
@@ -220,8 +219,10 @@ impl Controller {
 
     /// A base that was lost while it moved: what it says next may be as old as that, until it stands.
     fn lose_sight(&mut self, now: Timestamp) {
-        let moved = self.base.as_ref().and_then(BaseDriver::motion).is_some_and(|(_, motion)| {
-            motion.moving && !self.config.planted().blinds_second_looks()
+        let moved = self.base.as_ref().is_some_and(|base| {
+            base.motion().is_some()
+                && base.may_move()
+                && !self.config.planted().blinds_second_looks()
         });
         self.is_unfollowed = moved && (self.is_unfollowed || now > self.base_silent_at());
     }

@@ -156,3 +156,23 @@ fn a_pose_that_is_set_makes_well() {
     plant.command(Command::SetPose(wire::units::Pose::default()));
     assert!(plant.is_well());
 }
+
+/// Found by a campaign: the base's last word was from before the order, that it stands.
+#[test]
+fn a_base_that_was_ordered_to_move_stands_when_it_says_so_and_not_before() {
+    for (unheard_ms, aborts) in [(100, false), (270, true)] {
+        let mut plant = Plant::ready(None);
+        plant.base_speaks = false;
+        plant.begin(straight());
+        plant.run(Span::from_millis(unheard_ms));
+        assert_eq!(plant.is_well(), !aborts);
+        plant.begin(Command::Stop);
+        plant.run(Span::from_millis(30));
+        assert!(plant.drive > 0.0 && !plant.is_said_to_stand(), "after {unheard_ms} ms");
+        plant.run(Span::from_secs(1));
+        assert!(!plant.is_said_to_stand() && !plant.is_well(), "nobody knows whether it stands");
+        plant.base_speaks = true;
+        plant.run(Span::from_millis(100));
+        assert!(plant.is_said_to_stand() && plant.is_well());
+    }
+}

@@ -51,6 +51,7 @@ pub(super) struct Plant {
     next_id: MissionId,
     answers: Vec<(MissionId, Report)>,
     believed: Angle,
+    said_to_stand: bool,
 }
 
 impl Plant {
@@ -81,6 +82,7 @@ impl Plant {
             next_id: 1,
             answers: Vec::new(),
             believed: Angle::ZERO,
+            said_to_stand: false,
         };
         plant.run(Span::from_secs(1));
         plant.command(Command::BiasTest(BiasTest { duration_s: 1.0 }));
@@ -116,6 +118,12 @@ impl Plant {
     /// True if the controller commands the base to turn or drive.
     pub(super) fn is_told_to_move(&self) -> bool {
         self.targets != (0.0, 0.0)
+    }
+
+    /// True if a state of now calls the base at rest.
+    pub(super) fn is_said_to_stand(&mut self) -> bool {
+        self.command(Command::RequestState);
+        self.said_to_stand
     }
 
     /// Estimated minus true heading, rad.
@@ -208,6 +216,7 @@ impl Plant {
         while let Some(report) = self.controller.report() {
             if let Report::State(state) = report {
                 self.believed = state.gyro_heading;
+                self.said_to_stand = !state.moving;
             }
             if let Report::Done { id, .. }
             | Report::Refused { id, .. }

@@ -244,6 +244,11 @@ impl Senses {
     fn report(&mut self, report: &Report, facts: &mut Vec<Fact>) {
         let id = match report {
             Report::State(state) => {
+                // A controller may tell its health by its states alone.
+                if state.health != self.health {
+                    self.health = state.health;
+                    facts.push(Fact::Health);
+                }
                 facts.push(Fact::State(*state));
                 return;
             }

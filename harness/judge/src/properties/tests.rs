@@ -243,6 +243,12 @@ fn done_is_done_where_the_controller_calls_itself_well() {
     let wrong = turned(-270.0, Causes::default());
     insta::assert_snapshot!(wrong.first_violation.unwrap().what, @"a turn of 90.0 deg is called done and was one of -270.0 deg, expected within 1.2 deg");
     assert_eq!(turned(0.0, Causes { samples_lost: true, ..Causes::default() }).margin, None);
+    let by_states = verdict("done_is_done", |scene| {
+        scene.health_by_states(Causes::default()).truth(0.0, 0.0).state(0.0, 1);
+        scene.tell(3, Command::Turn(turn));
+        scene.after(5_000).truth(0.0, 0.0).report(Report::Done { id: 3, result });
+    });
+    assert!(!by_states.held, "a health that only states tell is a word, too");
 }
 
 #[test]

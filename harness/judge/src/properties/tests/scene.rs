@@ -14,6 +14,7 @@ use wire::units::{Angle, AngularRate, Length, Pose, Speed};
 pub(super) struct Scene {
     pub(super) monitor: Monitor,
     encoder: GyroEncoder,
+    health: Health,
     pub(super) now: Timestamp,
 }
 
@@ -25,6 +26,7 @@ impl Scene {
         Self {
             monitor: Monitor::new(&[], Some(&limits), &[]),
             encoder: GyroEncoder::new(gyro.stream),
+            health: Health::default(),
             now: Timestamp::ZERO,
         }
     }
@@ -74,11 +76,25 @@ impl Scene {
     pub(super) fn state(&mut self, heading_deg: f64, samples: u64) -> &mut Self {
         let heading = Angle::from_deg(heading_deg);
         let pose = Pose { heading, ..Pose::default() };
-        self.report(Report::State(State { pose, gyro_heading: heading, samples, ..state() }))
+        let health = self.health;
+        self.report(Report::State(State {
+            pose,
+            gyro_heading: heading,
+            samples,
+            health,
+            ..state()
+        }))
     }
 
     pub(super) fn health(&mut self, causes: Causes) -> &mut Self {
-        self.report(Report::Health(Health::new(false, causes)))
+        self.health = Health::new(false, causes);
+        self.report(Report::Health(self.health))
+    }
+
+    /// From now on, the states tell this health, and nothing else does.
+    pub(super) fn health_by_states(&mut self, causes: Causes) -> &mut Self {
+        self.health = Health::new(false, causes);
+        self
     }
 
     pub(super) fn report(&mut self, report: Report) -> &mut Self {
