@@ -1,8 +1,8 @@
 """Writes one data set as CSV and as MDF 4 files of asammdf: `write_measured.py FOLDER`.
 
 Each folder below it is a data package. The numbers of `csv` are those that asammdf gives for the channels; `plain`,
-`deflated` and `transposed` have them in channels of several sizes, byte orders and conversions, `unfinished` in a file that
-says that nobody finished it.
+`deflated` and `transposed` have them in channels of several sizes, byte orders and conversions, `columns` and
+`columns-deflated` each channel by itself, and `unfinished` in a file that says that nobody finished it.
 """
 
 import csv
@@ -98,6 +98,18 @@ for compression, name in enumerate(["plain", "deflated", "transposed"]):
     with MDF(version="4.10") as mdf:
         filled(mdf)
         mdf.save(folder / "data.mf4", overwrite=True, compression=compression)
+
+# Column-oriented storage. asammdf 8.8 asks for these where no array is, and no signal has them.
+Signal.axes = Signal.conversions = Signal.units = None
+for compression, name in enumerate(["columns", "columns-deflated"]):
+    folder = top / name
+    folder.mkdir()
+    package(folder, "data.mf4")
+    with MDF(version="4.20") as mdf:
+        mdf._mdf._column_storage = True
+        filled(mdf)
+        mdf.save(folder / "data.mf4", overwrite=True, compression=compression)
+    assert b"##LD" in (folder / "data.mf4").read_bytes()
 
 folder = top / "unfinished"
 folder.mkdir()

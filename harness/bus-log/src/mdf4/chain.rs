@@ -12,6 +12,9 @@ const TRANSPOSED_BYTES_MAX: u64 = 64 << 20;
 /// Bytes of a `DZ` block before its data.
 const DZ_HEAD_BYTES: u64 = 48;
 
+/// Flag of an `LD` block: it has links to invalidation bits, after those to values.
+const LD_INVALIDATION: u32 = 1 << 31;
+
 /// A sequence of data blocks.
 #[derive(Debug)]
 pub(super) struct Chain {
@@ -23,6 +26,18 @@ pub(super) struct Chain {
     blocks: u64,
     /// The last block of an unfinished file extends to its end.
     unfinished: bool,
+    content: Content,
+}
+
+/// What the blocks are read for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Content {
+    /// Records with their values and invalidation bits, or signal data.
+    Whole,
+    /// The values; invalidation bits may be stored by themselves.
+    Values,
+    /// The invalidation bits that are stored by themselves.
+    Invalidation,
 }
 
 /// Blocks still to come.
@@ -57,8 +72,13 @@ struct Deflated {
 impl Chain {
     /// The data at that address; none if it is zero.
     pub(super) fn new(address: u64, unfinished: bool) -> Self {
+        Self::of(Content::Whole, address, unfinished)
+    }
+
+    /// That content of the data at that address.
+    pub(super) fn of(content: Content, address: u64, unfinished: bool) -> Self {
         let list = List { next: address, ..List::default() };
-        Self { began: address, list, piece: Piece::None, blocks: 0, unfinished }
+        Self { began: address, list, piece: Piece::None, blocks: 0, unfinished, content }
     }
 
     /// Start of the current block.
@@ -128,7 +148,7 @@ impl Chain {
         }
         let block = source.any_block(address)?;
         match block.mark() {
-            b"##DT" | b"##SD" => {
+            b"##DT" | b"##SD" | b"##DV" | b"##DI" => {
                 let length = block.length - BLOCK_HEAD_BYTES as u64;
                 let to_end = self.unfinished && length == 0;
                 let left = if to_end { u64::MAX } else { length };
@@ -144,21 +164,39 @@ impl Chain {
                     next: block.link(0),
                 };
             }
-            columns @ (b"##DV" | b"##DI" | b"##LD") => {
-                return Err(source.malformed(address, column_oriented(columns)));
-            }
+            b"##LD" if self.list.left == 0 => self.list = self.columns(&block, source)?,
             other => {
-                let defect = Defect::new("data: `##DT`, `##SD`, `##DZ`, `##DL` or `##HL`", other);
+                let defect = Defect::new(
+                    "data: `##DT`, `##SD`, `##DV`, `##DI`, `##DZ`, `##DL`, `##LD` or `##HL`",
+                    other,
+                );
                 return Err(source.malformed(address, defect));
             }
         }
         Ok(true)
     }
-}
 
-/// The defect of data with one block a channel, as MDF 4.2 has them.
-pub(super) fn column_oriented(found: &[u8]) -> Defect {
-    Defect::new("records of all channels (column-oriented storage of MDF 4.2 is not read)", found)
+    /// The links of an `LD` block to what is read.
+    fn columns<R: Read + Seek>(&self, block: &Block, source: &Source<R>) -> Result<List, LogError> {
+        let (flags, count) = (block.u32(0), u64::from(block.u32(4)));
+        let is_apart = flags & LD_INVALIDATION != 0;
+        let links = 1 + count * (1 + u64::from(is_apart));
+        if block.link_count < links || (is_apart && self.content == Content::Whole) {
+            let found = format!("{count} blocks, {} links, flags {flags:#x}", block.link_count);
+            let expected = match is_apart && self.content == Content::Whole {
+                true => "records with their invalidation bits (in MDF 4.2 apart from them)",
+                false => "a list with its links",
+            };
+            return Err(source.malformed(block.address, Defect::new(expected, found.as_bytes())));
+        }
+        let behind = match self.content {
+            Content::Whole | Content::Values => 0,
+            Content::Invalidation => count,
+        };
+        let left = if is_apart || self.content != Content::Invalidation { count } else { 0 };
+        let links_at = block.address + BLOCK_HEAD_BYTES as u64 + 8 * (1 + behind);
+        Ok(List { links_at, left, next: block.link(0) })
+    }
 }
 
 /// Opens the contents of a `DZ` block.

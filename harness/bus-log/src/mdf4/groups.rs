@@ -2,7 +2,6 @@
 
 use super::super::error::{Defect, LogError};
 use super::blocks::{Block, Source};
-use super::chain::column_oriented;
 use super::field::{Clock, Field};
 use super::frames::{Data, Frames};
 use super::{
@@ -115,7 +114,10 @@ fn group_of<R: Read + Seek>(
     let mut records = Records::Other(bytes);
     if flags & CG_BUS_EVENT != 0 {
         if flags & CG_REMOTE_MASTER != 0 {
-            return Err(source.malformed(address, column_oriented(b"a group without times")));
+            let expected =
+                "frames with their times (column-oriented frames of MDF 4.2 are not read)";
+            let defect = Defect::new(expected, b"a group without times");
+            return Err(source.malformed(address, defect));
         }
         let mut found = Found::default();
         found.take(source, block.link(1), DEPTH_MAX, channels)?;

@@ -28,7 +28,7 @@ impl Blocks {
     }
 
     /// Name, kind of channel, data type, first byte and bit, bits, link.
-    fn channel(&mut self, next: u64, of: (&str, u8, u8, u32, u8, u32), at: u64) -> u64 {
+    pub(super) fn channel(&mut self, next: u64, of: (&str, u8, u8, u32, u8, u32), at: u64) -> u64 {
         let (name, kind, number, byte, bit, bits) = of;
         let name = self.put(b"##TX", &[], format!("{name}\0").as_bytes());
         let mut data = vec![kind, u8::from(kind == 2), number, bit];

@@ -10,7 +10,8 @@ const ASAMMDF: &str =
     "import sys; sys.path.append(sys.prefix + '/apart'); import asammdf, canmatrix";
 
 /// Ways in which the script writes the channels.
-const WAYS: [&str; 4] = ["plain", "deflated", "transposed", "unfinished"];
+const WAYS: [&str; 6] =
+    ["plain", "deflated", "transposed", "columns", "columns-deflated", "unfinished"];
 
 fn identified(folder: &Path, package: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hil"));

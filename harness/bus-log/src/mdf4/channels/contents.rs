@@ -2,9 +2,9 @@
 
 use super::super::super::error::{Defect, LogError};
 use super::super::blocks::{Block, Source};
-use super::super::chain::column_oriented;
 use super::super::groups::{CHANNELS_MAX, DEPTH_MAX, GROUPS_MAX, bounded};
 use super::super::{CG_REMOTE_MASTER, CG_VARIABLE, CN_MASTER, CN_VIRTUAL_MASTER};
+use std::collections::HashMap;
 use std::io::{Read, Seek};
 use std::sync::Arc;
 
@@ -20,10 +20,17 @@ pub struct Group {
     pub channels: Vec<Channel>,
     /// Number of records according to the file.
     pub records: u64,
+    /// Where its values are: in one place, or, in column-oriented storage, in one for the time and one for each channel.
+    pub(super) parts: Vec<Part>,
+}
+
+/// Records with the values of some channels of a group.
+#[derive(Debug)]
+pub(super) struct Part {
     pub(super) address: u64,
-    /// Address of its data.
+    /// Address of the data.
     pub(super) data: u64,
-    /// Length of the record number before each record, and the group's own number.
+    /// Length of the record number before each record, and the own number.
     pub(super) number_bytes: usize,
     pub(super) number: u64,
     /// Bytes of values in a record, and of the invalidation bits after them.
@@ -43,6 +50,8 @@ pub struct Channel {
     /// Whether it is the time of the group's records, in seconds.
     pub is_time: bool,
     pub(super) address: u64,
+    /// Index of the part with its values.
+    pub(super) part: usize,
 }
 
 /// Reads all groups from that data group on, with their channels.
@@ -51,25 +60,26 @@ pub(super) fn all<R: Read + Seek>(
     first: u64,
 ) -> Result<Vec<Group>, LogError> {
     let (mut all, mut next, mut blocks, mut channels) = (Vec::<Group>::new(), first, 0, 0);
+    // Groups whose times are in that one, in the order of the file.
+    let mut columns: Vec<(u64, Group)> = Vec::new();
     while next != 0 {
         let block = source.block(next, "##DG")?;
         let number_bytes = usize::from(block.u8(0));
-        let begin = all.len();
+        let mut groups = Vec::new();
         let mut next_group = block.link(1);
         let mut lengths = Vec::new();
         while next_group != 0 {
             let group = source.block(next_group, "##CG")?;
-            let one = group_of(source, &group, &block, &mut channels)?;
+            let at = std::mem::replace(&mut next_group, group.link(0));
             let is_variable = group.u16(16) & CG_VARIABLE != 0;
-            lengths
-                .push((one.number, (!is_variable).then_some(one.value_bytes + one.invalid_bytes)));
+            let bytes = u64::from(group.u32(24)) + u64::from(group.u32(28));
+            lengths.push((group.u64(0), (!is_variable).then_some(bytes)));
             blocks += 1;
-            bounded(source, next_group, blocks, GROUPS_MAX)?;
+            bounded(source, at, blocks, GROUPS_MAX)?;
             // Records of variable length are values of channels of other groups.
             if !is_variable {
-                all.push(one);
+                groups.push(group);
             }
-            next_group = group.link(0);
         }
         let is_known = matches!(number_bytes, 0 | 1 | 2 | 4 | 8);
         if !is_known || (number_bytes == 0 && lengths.len() > 1) {
@@ -80,40 +90,70 @@ pub(super) fn all<R: Read + Seek>(
         lengths.sort_by_key(|(number, _)| *number);
         lengths.dedup_by_key(|(number, _)| *number);
         let others: Arc<[_]> = lengths.into();
-        for group in &mut all[begin..] {
-            group.others = Arc::clone(&others);
+        for block_of_group in groups {
+            let group = group_of(source, &block_of_group, &block, &others, &mut channels)?;
+            match block_of_group.u16(16) & CG_REMOTE_MASTER {
+                0 => all.push(group),
+                _ => columns.push((block_of_group.link(6), group)),
+            }
         }
         // A data group without channel groups also counts, as links may form a cycle.
         blocks += 1;
         bounded(source, next, blocks, 2 * GROUPS_MAX)?;
         next = block.link(0);
     }
+    join(source, &mut all, columns)?;
     Ok(all)
+}
+
+/// Adds channels that are stored by themselves to the groups that have their times.
+fn join<R: Read + Seek>(
+    source: &Source<R>,
+    all: &mut [Group],
+    columns: Vec<(u64, Group)>,
+) -> Result<(), LogError> {
+    let addresses = all.iter().enumerate().filter_map(|(index, group)| {
+        let part = group.parts.first()?;
+        Some((part.address, index))
+    });
+    let addresses: HashMap<u64, usize> = addresses.collect();
+    for (master, column) in columns {
+        let address = column.parts.first().map_or(0, |part| part.address);
+        let group = addresses.get(&master).and_then(|index| all.get_mut(*index));
+        let Some(group) = group.filter(|group| group.records == column.records) else {
+            let found = format!("{} records with the times at {master}", column.records);
+            let defect = Defect::new("a group with as many times", found.as_bytes());
+            return Err(source.malformed(address, defect));
+        };
+        let parts = group.parts.len();
+        group.parts.extend(column.parts);
+        group
+            .channels
+            .extend(column.channels.into_iter().map(|channel| Channel { part: parts, ..channel }));
+    }
+    Ok(())
 }
 
 fn group_of<R: Read + Seek>(
     source: &mut Source<R>,
     block: &Block,
     data_group: &Block,
+    others: &Arc<[(u64, Option<u64>)]>,
     count: &mut usize,
 ) -> Result<Group, LogError> {
-    if block.u16(16) & CG_REMOTE_MASTER != 0 {
-        return Err(source.malformed(block.address, column_oriented(b"a group without times")));
-    }
     let mut channels = Vec::new();
     take(source, block.link(1), DEPTH_MAX, count, &mut channels)?;
-    Ok(Group {
-        name: source.whole_text(block.link(2))?,
-        channels,
-        records: block.u64(8),
+    let part = Part {
         address: block.address,
         data: data_group.link(2),
         number_bytes: usize::from(data_group.u8(0)),
         number: block.u64(0),
         value_bytes: u64::from(block.u32(24)),
         invalid_bytes: u64::from(block.u32(28)),
-        others: Arc::default(),
-    })
+        others: Arc::clone(others),
+    };
+    let name = source.whole_text(block.link(2))?;
+    Ok(Group { name, channels, records: block.u64(8), parts: vec![part] })
 }
 
 /// Takes the channels from that one on, and their components.
@@ -141,6 +181,7 @@ fn take<R: Read + Seek>(
             unit,
             is_time: is_master && channel.u8(1) == SYNC_TIME,
             address: next,
+            part: 0,
         });
         let parts = channel.link(1);
         // The components of an array (`CA`) have no names.

@@ -14,15 +14,16 @@
 //! descriptions of channels and groups are in the file. Groups are sorted and compressed by deflate (`HL`, `DL`, `DZ`).
 //!
 //! The reader handles numbers of any size and byte order at any bit, texts, and counted values (virtual channels), in
-//! sorted and unsorted groups, in `DT`, `DZ`, `DL` and `HL` blocks. Conversions: linear, rational, tables with and
-//! without interpolation, ranges, value and range to text. Arrays, algebra and column-oriented storage (`DV`, 4.2) are refused. An
-//! unfinished file is read as far as it goes.
+//! sorted and unsorted groups, in `DT`, `DZ`, `DL` and `HL` blocks, and in column-oriented storage (4.2: `DV`, `DI` and
+//! `LD` blocks, with the times in another group). Conversions: linear, rational, tables with and without interpolation,
+//! ranges, value and range to text. Arrays and algebra are refused. An unfinished file is read as far as it goes.
 //!
-//! Source: ASAM MDF 4.1.1, as far as asammdf's `v4_blocks.py` and `v4_constants.py` show it.
+//! Source: ASAM MDF 4.1.1 and 4.2, as far as asammdf's `v4_blocks.py` and `v4_constants.py` show it.
 
 mod contents;
 mod conversion;
 mod read;
+mod records;
 mod values;
 mod write;
 

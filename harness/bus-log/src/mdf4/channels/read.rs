@@ -1,12 +1,10 @@
 //! Reads a file of measured channels.
 
-use super::super::super::BUFFER_BYTES;
 use super::super::super::error::{Defect, LogError};
-use super::super::super::window::Window;
 use super::super::blocks::Source;
-use super::super::chain::Chain;
 use super::super::opening::{Opened, open};
 use super::contents::{self, Group};
+use super::records::{PARTS_MAX, Records};
 use super::values::{Cell, Values};
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -36,15 +34,6 @@ pub struct Found {
     pub records: u64,
     /// What ended the data of an unfinished file, if they do not end with a record.
     pub ended: Option<LogError>,
-}
-
-/// The records of one group, in order.
-struct Records<'a> {
-    chain: Chain,
-    window: Window,
-    group: &'a Group,
-    /// Length of a record.
-    length: usize,
 }
 
 impl<R: Read + Seek> Reader<R> {
@@ -84,16 +73,33 @@ impl<R: Read + Seek> Reader<R> {
         let Some(group) = groups.get(group) else {
             return Ok(Found { records: 0, ended: None });
         };
-        let bytes = (group.value_bytes, group.invalid_bytes);
         let mut values = Vec::new();
+        // The parts that have something wanted, and the first, which has the times.
+        let mut parts = vec![0];
         for Wanted { channel, as_text } in wanted {
             let Some(channel) = group.channels.get(*channel) else { continue };
-            values.push(Values::of(source, channel.address, bytes, *as_text, *is_unfinished)?);
+            let Some(part) = group.parts.get(channel.part) else { continue };
+            let bytes = (part.value_bytes, part.invalid_bytes);
+            let value = Values::of(source, channel.address, bytes, *as_text, *is_unfinished)?;
+            let place = parts.iter().position(|part| *part == channel.part).unwrap_or_else(|| {
+                parts.push(channel.part);
+                parts.len() - 1
+            });
+            values.push((place, value));
         }
-        let mut records = Records::of(group, source, *is_unfinished)?;
+        let parts: Vec<_> = parts.into_iter().filter_map(|part| group.parts.get(part)).collect();
+        let address = parts.first().map_or(0, |part| part.address);
+        if parts.len() > PARTS_MAX {
+            let found = parts.len().to_string();
+            let defect = Defect::new("at most 1024 columns at once", found.as_bytes());
+            return Err(source.malformed(address, defect).into());
+        }
+        let records = parts.into_iter().map(|part| Records::of(part, source, *is_unfinished));
+        let mut records: Vec<Records<'_>> = records.collect::<Result<_, _>>()?;
         let mut count = 0;
         loop {
-            let record = match records.next(source) {
+            let next = records.iter_mut().map(|part| part.next(source));
+            let record: Vec<Vec<u8>> = match next.collect::<Result<Option<_>, _>>() {
                 Ok(Some(record)) => record,
                 Ok(None) => break,
                 Err(error @ LogError::Malformed { .. }) if *is_unfinished => {
@@ -101,7 +107,8 @@ impl<R: Read + Seek> Reader<R> {
                 }
                 Err(error) => return Err(error.into()),
             };
-            let cells = values.iter_mut().map(|value| value.cell(&record, count, source));
+            let cells =
+                values.iter_mut().map(|(place, value)| value.cell(&record[*place], count, source));
             let cells = match cells.collect() {
                 Ok(cells) => cells,
                 // Texts that were not written any more.
@@ -116,89 +123,8 @@ impl<R: Read + Seek> Reader<R> {
         if !*is_unfinished && count != group.records {
             let found = format!("{count} of {}", group.records);
             let defect = Defect::new("as many records as the group says", found.as_bytes());
-            return Err(source.malformed(group.address, defect).into());
+            return Err(source.malformed(address, defect).into());
         }
         Ok(Found { records: count, ended: None })
-    }
-}
-
-impl<'a> Records<'a> {
-    fn of<R: Read + Seek>(
-        group: &'a Group,
-        source: &Source<R>,
-        unfinished: bool,
-    ) -> Result<Self, LogError> {
-        let bytes = group.value_bytes + group.invalid_bytes;
-        let length = usize::try_from(bytes).unwrap_or(usize::MAX);
-        // Records without bytes would never end.
-        if length > BUFFER_BYTES || length + group.number_bytes == 0 {
-            let found = format!("{bytes} bytes");
-            let defect = Defect::new("records of 1 to 65536 bytes", found.as_bytes());
-            return Err(source.malformed(group.address, defect));
-        }
-        let (chain, window) = (Chain::new(group.data, unfinished), Window::new());
-        Ok(Self { chain, window, group, length })
-    }
-
-    /// Returns the next record of the group; `None` at the end.
-    fn next<R: Read + Seek>(
-        &mut self,
-        source: &mut Source<R>,
-    ) -> Result<Option<Vec<u8>>, LogError> {
-        loop {
-            if !self.has(1, source)? {
-                return Ok(None);
-            }
-            let number_bytes = self.group.number_bytes;
-            if !self.has(number_bytes, source)? {
-                return Err(self.cut(source));
-            }
-            let bytes = self.window.bytes().iter().take(number_bytes);
-            let number = bytes.rev().fold(0, |number, byte| number << 8 | u64::from(*byte));
-            self.skip(number_bytes as u64, source)?;
-            if number_bytes == 0 || number == self.group.number {
-                if !self.has(self.length, source)? {
-                    return Err(self.cut(source));
-                }
-                let record = self.window.bytes()[..self.length].to_vec();
-                self.skip(self.length as u64, source)?;
-                return Ok(Some(record));
-            }
-            let others = &self.group.others;
-            let Ok(place) = others.binary_search_by_key(&number, |(other, _)| *other) else {
-                let expected = "the number of a group before a record";
-                let defect = Defect::new(expected, number.to_string().as_bytes());
-                return Err(source.malformed(self.chain.began(), defect));
-            };
-            let length = match others[place].1 {
-                Some(length) => length,
-                None if self.has(4, source)? => {
-                    let bytes = self.window.bytes().first_chunk().copied();
-                    4 + bytes.map_or(0, |bytes| u64::from(u32::from_le_bytes(bytes)))
-                }
-                None => return Err(self.cut(source)),
-            };
-            self.skip(length, source)?;
-        }
-    }
-
-    fn has<R: Read + Seek>(
-        &mut self,
-        count: usize,
-        source: &mut Source<R>,
-    ) -> Result<bool, LogError> {
-        self.window.has(count, |out| self.chain.read(source, out))
-    }
-
-    fn skip<R: Read + Seek>(&mut self, count: u64, source: &mut Source<R>) -> Result<(), LogError> {
-        match self.window.skip(count, |out| self.chain.read(source, out))? {
-            true => Ok(()),
-            false => Err(self.cut(source)),
-        }
-    }
-
-    fn cut<R: Read + Seek>(&self, source: &Source<R>) -> LogError {
-        let defect = Defect::new("a whole record", b"the end of the data");
-        source.malformed(self.chain.began(), defect)
     }
 }
