@@ -23,6 +23,9 @@ pub enum Noise {
     Quantised(f64),
     /// Independent normal with a different standard deviation in each run, from one to four times the nominal.
     PerRun,
+    /// Independent normal, and wheels that slip at random, each by itself: an error of the motion, which stays. Of
+    /// driven paths only.
+    Slip,
 }
 
 /// Variance of the independent part beside an autoregression, and of the autoregression (assumption).
@@ -56,6 +59,7 @@ impl Noise {
             Self::Outliers => "outliers",
             Self::Quantised(_) => "quantised",
             Self::PerRun => "differs by run",
+            Self::Slip => "slip",
         }
     }
 
@@ -88,7 +92,7 @@ impl Noise {
     fn run(self, stream: &mut Stream, n: usize) -> Vec<f64> {
         let mut unit: Vec<f64> = (0..n).map(|_| stream.normal()).collect();
         match self {
-            Self::White | Self::PerRun | Self::Quantised(_) => {}
+            Self::White | Self::PerRun | Self::Slip | Self::Quantised(_) => {}
             Self::Student => unit.iter_mut().for_each(|x| *x = stream.student_3()),
             Self::Outliers => unit.iter_mut().for_each(|x| {
                 if stream.chance(0.01) {

@@ -175,7 +175,7 @@ fn is_true_of(noise: Noise, term: &str) -> bool {
             term == "noise"
         }
         Noise::Quantised(_) => term == "quantisation",
-        Noise::White | Noise::Student | Noise::Outliers => false,
+        Noise::White | Noise::Student | Noise::Outliers | Noise::Slip => false,
     }
 }
 

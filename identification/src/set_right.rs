@@ -118,11 +118,7 @@ fn with_constants(dataset: &Dataset) -> Option<Vec<Metric>> {
     let judge = Judge { data, path: problem.path.as_ref(), holding: Holding::Spread };
     let acts = [Acts::Turn, Acts::Curvature, Acts::Drive, Acts::Reference];
     let shapes = acts.map(|acts| Shape::constant("constant", acts));
-    let noise = NoiseModel {
-        walk: layout.mean_activity().max(f64::MIN_POSITIVE).recip(),
-        ..NoiseModel::white(layout.runs())
-    };
-    Some(judge.judge(&shapes, &noise, &[]))
+    Some(judge.judge(&shapes, &NoiseModel::walking(&layout), &[]))
 }
 
 /// Held-out errors of `shapes` on the quantity of `one` as `dataset` has it.

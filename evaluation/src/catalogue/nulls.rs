@@ -11,6 +11,7 @@ const SERIES_NULLS: usize = 13;
 const TURNS_NULLS: usize = 6;
 const LAPS_NULLS: usize = 4;
 const ODOMETRY_NULLS: usize = 4;
+const SLIPPING_NULLS: usize = 8;
 
 /// The noises of the null cases; a class with several variants is drawn with each.
 fn null_noises(per_variant: usize) -> impl Iterator<Item = Noise> {
@@ -66,5 +67,10 @@ pub fn of_nulls(cases: &mut Vec<Case>, times: usize) {
         let (drive, group) = DRIVES[repeat % 2];
         let source = Source::Odometry(path_layout(drive, repeat / 2 % 2, noise), vec![]);
         push(group, Kind::Odometry, repeat, noise, source);
+    }
+    let (drive, group) = DRIVES[0];
+    for repeat in 0..times * SLIPPING_NULLS {
+        let source = Source::Odometry(path_layout(drive, repeat % 2, Noise::Slip), vec![]);
+        push(group, Kind::Odometry, repeat, Noise::Slip, source);
     }
 }

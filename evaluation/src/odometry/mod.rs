@@ -26,6 +26,11 @@ const WHEELBASE: f64 = 0.2;
 /// Motion capture: noise of a position (m) and a heading (rad, 0.3 deg).
 const POSITION_NOISE: f64 = 0.003;
 const HEADING_NOISE: f64 = 0.3 * PI / 180.0;
+/// The same of a precise one, with which wheels that slip at random are told from noise of the reference.
+const PRECISE: [f64; 2] = [0.001, 0.1 * PI / 180.0];
+/// Slip of a wheel after a metre, m; it grows with the root of the distance (Chong and Kleeman 1997; size assumed, that
+/// of the robot on square paths).
+const SLIP: f64 = 0.002;
 /// Pause between runs, s (assumption).
 const PAUSE: f64 = 60.0;
 
@@ -55,6 +60,8 @@ pub struct OdometryWorld {
     time: Vec<f64>,
     steps: Vec<Step>,
     starts: Vec<[f64; 3]>,
+    /// Distance (m) and turn (rad) by which the wheels slip in each step.
+    slips: Vec<[f64; 2]>,
     noise: Drawn,
     design: Design,
 }
@@ -86,7 +93,14 @@ impl OdometryWorld {
             ]);
         }
         let mut stream = Stream::new(master, case, index, "noise");
-        let sd = [POSITION_NOISE, POSITION_NOISE, HEADING_NOISE].repeat(steps.len());
+        let is_slipping = layout.noise == Noise::Slip;
+        let slips: Vec<[f64; 2]> = steps
+            .iter()
+            .map(|step| if is_slipping { slip(&mut stream, step) } else { [0.0; 2] })
+            .collect();
+        let [position, heading] =
+            if is_slipping { PRECISE } else { [POSITION_NOISE, HEADING_NOISE] };
+        let sd = [position, position, heading].repeat(steps.len());
         let blocks: Vec<_> = runs.iter().map(|run| 3 * run.start..3 * run.end).collect();
         let noise = layout.noise.draw(&mut stream, &blocks, &sd);
         let whitener = match &noise.whitener {
@@ -95,7 +109,8 @@ impl OdometryWorld {
         };
         let design = Design { blocks, base: Vec::new(), local: Vec::new(), whitener };
         let name = format!("{case}-{index}");
-        let mut world = Self { name, layout, effects, runs, time, steps, starts, noise, design };
+        let mut world =
+            Self { name, layout, effects, runs, time, steps, starts, slips, noise, design };
         world.design.local = world.start_columns();
         world
     }
@@ -145,6 +160,16 @@ const COUNTS_PER_METRE: f64 = TICKS_PER_REVOLUTION / (PI * WHEEL_DIAMETER);
 /// Counts of the wheel on that side (+1 right, -1 left) in one step.
 fn wheel(step: &Step, side: f64) -> f64 {
     (step.distance + side * step.turned * WHEELBASE / 2.0) * COUNTS_PER_METRE
+}
+
+/// What the wheels of a differential robot slip in a step, as a distance and a turn.
+fn slip(stream: &mut Stream, step: &Step) -> [f64; 2] {
+    let mut of_wheel = |side: f64| {
+        let way = step.distance + side * step.turned * WHEELBASE / 2.0;
+        SLIP * way.abs().sqrt() * stream.normal()
+    };
+    let (right, left) = (of_wheel(1.0), of_wheel(-1.0));
+    [(right + left) / 2.0, (right - left) / WHEELBASE]
 }
 
 /// Rounds every wheel's motion to whole counts, so that counting adds no error, which the known noise would not
@@ -239,7 +264,8 @@ impl Poses for OdometryWorld {
             let mut steered = 0.0;
             for k in run.clone() {
                 let step = &self.steps[k];
-                let (mut distance, mut turned) = (step.distance, step.turned);
+                let [slid, spun] = self.slips[k];
+                let (mut distance, mut turned) = (step.distance + slid, step.turned + spun);
                 for &(effect, size) in sizes {
                     let (further, rotated) =
                         (self.effects[effect].error)(step, self.time[k], steered);

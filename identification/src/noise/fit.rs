@@ -23,15 +23,20 @@ pub fn fit(
     columns: &[Vec<f64>],
     start: Option<&NoiseModel>,
 ) -> (NoiseModel, Vec<bool>) {
-    let mut noise = start.cloned().unwrap_or_else(|| NoiseModel::white(layout.runs()));
-    if layout.is_level() && noise.walk == 0.0 {
-        noise.walk = 1.0 / layout.mean_activity().max(f64::MIN_POSITIVE);
+    let mut noise = start.cloned().unwrap_or_else(|| match layout.is_level() {
+        true => NoiseModel::walking(layout),
+        false => NoiseModel::white(layout.runs()),
+    });
+    if layout.is_poses() && noise.slide.is_none() {
+        noise.slide = Some([noise.walk; 2]);
     }
     let mut left_out = outliers(layout, residual, columns, &noise);
     for round in 0..2 {
         let before = left_out.clone();
         let search = Search::new(layout, residual, columns, &left_out);
-        if layout.is_level() {
+        if layout.is_poses() {
+            search.walks(&mut noise, round > 0);
+        } else if layout.is_level() {
             search.walk(&mut noise);
         }
         search.parts(&mut noise);

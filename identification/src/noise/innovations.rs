@@ -53,35 +53,7 @@ impl Filter {
             };
             return columns.iter().map(weigh).collect();
         }
-        let mut found = Vec::with_capacity(columns.len());
-        for several in columns.chunks(LANES) {
-            let several: Vec<&[f64]> = several.iter().map(AsRef::as_ref).collect();
-            match *several.as_slice() {
-                [a, b, c, d, e, f, g, h] => found.extend(self.several([a, b, c, d, e, f, g, h])),
-                [a, b, c, d, ref rest @ ..] => {
-                    found.extend(self.several([a, b, c, d]));
-                    found.extend(self.few(rest));
-                }
-                ref few => found.extend(self.few(few)),
-            }
-        }
-        found
-    }
-
-    fn few(&self, columns: &[&[f64]]) -> Vec<Vec<f64>> {
-        match *columns {
-            [a, b, c] => self.several([a, b, c]).into(),
-            [a, b] => self.several([a, b]).into(),
-            ref others => others.iter().flat_map(|one| self.several([one])).collect(),
-        }
-    }
-
-    fn several<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
-        if self.levels {
-            self.with_states::<Levels, N>(columns)
-        } else {
-            self.with_states::<Rows, N>(columns)
-        }
+        self.each(columns)
     }
 
     fn with_states<O: Observation, const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
@@ -118,6 +90,48 @@ impl Filter {
             }
         }
         found
+    }
+}
+
+/// A filter that takes several columns side by side.
+pub(super) trait Several {
+    /// The innovations of each of these.
+    fn several<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N];
+
+    /// The innovations of each of any number of columns.
+    fn each<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
+        let mut found = Vec::with_capacity(columns.len());
+        for several in columns.chunks(LANES) {
+            let several: Vec<&[f64]> = several.iter().map(AsRef::as_ref).collect();
+            match *several.as_slice() {
+                [a, b, c, d, e, f, g, h] => found.extend(self.several([a, b, c, d, e, f, g, h])),
+                [a, b, c, d, ref rest @ ..] => {
+                    found.extend(self.several([a, b, c, d]));
+                    found.extend(self.few(rest));
+                }
+                ref few => found.extend(self.few(few)),
+            }
+        }
+        found
+    }
+
+    /// The innovations of each of less than four columns.
+    fn few(&self, columns: &[&[f64]]) -> Vec<Vec<f64>> {
+        match *columns {
+            [a, b, c] => self.several([a, b, c]).into(),
+            [a, b] => self.several([a, b]).into(),
+            ref others => others.iter().flat_map(|one| self.several([one])).collect(),
+        }
+    }
+}
+
+impl Several for Filter {
+    fn several<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+        if self.levels {
+            self.with_states::<Levels, N>(columns)
+        } else {
+            self.with_states::<Rows, N>(columns)
+        }
     }
 }
 

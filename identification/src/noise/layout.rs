@@ -1,9 +1,8 @@
 //! Times of observations: all that whitening needs to know about them.
 
+use super::poses::Poses;
 use crate::problem::{Aggregate, Block, Channels};
-
-/// Errors of the starting pose of each run, over the observations, and the observations of each run.
-type UnknownStarts = (Vec<Vec<f64>>, Vec<std::ops::Range<usize>>);
+use std::rc::Rc;
 
 /// Times of observations: all that whitening needs to know about them.
 #[derive(Debug, Clone)]
@@ -23,8 +22,8 @@ pub struct Layout {
     /// Noise of each observation relative to the others; empty if all are equal.
     pub(super) spread: Vec<f64>,
     pub(super) levels: bool,
-    /// Errors of the pose at the start of each run, over the observations; and the observations of each run.
-    pub(super) starts_of_poses: Option<UnknownStarts>,
+    /// The observations as poses, if they are.
+    pub(super) poses: Option<Rc<Poses>>,
 }
 
 impl Layout {
@@ -45,10 +44,7 @@ impl Layout {
             gain: vec![1.0; n],
             spread: block.spread.clone(),
             levels,
-            starts_of_poses: block
-                .pose
-                .as_ref()
-                .map(|pose| (pose.start_errors().to_vec(), pose.of_run.clone())),
+            poses: Poses::of(block, channels),
         };
         for i in 1..n {
             let (before, now) = (block.rows[i - 1], block.rows[i]);
@@ -84,7 +80,7 @@ impl Layout {
             gain: vec![1.0; n],
             spread: Vec::new(),
             levels: false,
-            starts_of_poses: None,
+            poses: None,
         }
     }
 
@@ -135,8 +131,14 @@ impl Layout {
     }
 
     /// Typical activity from one observation to the next.
-    pub fn mean_activity(&self) -> f64 {
-        self.activity.iter().sum::<f64>() / self.activity.len().max(1) as f64
+    pub(super) fn mean_activity(&self) -> f64 {
+        let mean = self.activity.iter().sum::<f64>() / self.activity.len().max(1) as f64;
+        mean.max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether observations are poses.
+    pub const fn is_poses(&self) -> bool {
+        self.poses.is_some()
     }
 
     /// The means of every `block` observations. Only for observations of single rows.
@@ -160,7 +162,7 @@ impl Layout {
             gain: Vec::new(),
             spread: Vec::new(),
             levels: self.levels,
-            starts_of_poses: None,
+            poses: None,
         };
         let mut before = 0;
         for range in &groups {
@@ -187,7 +189,7 @@ impl Layout {
             gain: self.gain[range.clone()].to_vec(),
             spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
             levels: self.levels,
-            starts_of_poses: None,
+            poses: None,
         };
         if let Some(first) = part.starts.first_mut() {
             *first = true;

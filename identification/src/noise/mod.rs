@@ -7,7 +7,10 @@ mod evidence;
 mod fit;
 mod innovations;
 mod layout;
+mod pose_filter;
+mod poses;
 mod search;
+mod settled;
 mod slow;
 mod whiten;
 
@@ -31,8 +34,11 @@ pub struct Coloured {
 pub struct NoiseModel {
     /// Variance of the white noise of an observation: 1, or 0 without white noise.
     pub white: f64,
-    /// Variance that a unit of activity adds to a level.
+    /// Variance that a unit of activity adds to a level, or to the heading of a pose.
     pub walk: f64,
+    /// Variance that a unit of activity adds to a position along the way and to its side, in units of a position's white
+    /// noise; `None` for poses whose heading, x and y err each by itself.
+    pub slide: Option<[f64; 2]>,
     /// Coloured parts. On a level they are rates that accumulate.
     pub coloured: Vec<Coloured>,
     /// Standard deviation of each run's noise over that of all.
@@ -77,7 +83,13 @@ const DIFFERENT_FROM: f64 = 1.1;
 impl NoiseModel {
     /// White noise, equal in all runs.
     pub fn white(runs: usize) -> Self {
-        Self { white: 1.0, walk: 0.0, coloured: Vec::new(), run_scale: vec![1.0; runs] }
+        let run_scale = vec![1.0; runs];
+        Self { white: 1.0, walk: 0.0, slide: None, coloured: Vec::new(), run_scale }
+    }
+
+    /// Equal errors of levels, and a walk that adds as much from one observation to the next.
+    pub fn walking(layout: &Layout) -> Self {
+        Self { walk: layout.mean_activity().recip(), ..Self::white(layout.runs()) }
     }
 
     /// Whether there is anything but white noise.

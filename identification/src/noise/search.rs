@@ -17,6 +17,8 @@ const CORRELATION_MAX: f64 = 0.5;
 const WHOLE_MAX: usize = 5000;
 /// Observations of a thinned record.
 const THINNED: usize = 2500;
+/// Decades of the variance that a walk adds between observations, over that of the white noise.
+const WALKS: (i32, i32) = (-8, 5);
 /// A correlation time shows in the thinned record from this multiple of its interval on.
 const SHOWS_FROM: f64 = 4.0;
 
@@ -86,7 +88,7 @@ impl<'a> Search<'a> {
             unit,
             is_level: layout.is_level(),
             span: layout.span(),
-            mean_activity: layout.mean_activity().max(f64::MIN_POSITIVE),
+            mean_activity: layout.mean_activity(),
         };
         if n > WHOLE_MAX && !layout.is_level() {
             let block = n.div_ceil(THINNED);
@@ -166,25 +168,49 @@ impl<'a> Search<'a> {
             let value = 10_f64.powf(exponent);
             (view.value(&set(value)), exponent)
         };
-        let mut best = (from..=to)
+        let best = (from..=to)
             .map(|exponent| at(f64::from(exponent)))
             .fold((f64::NEG_INFINITY, 0.0), |a, b| if b.0 > a.0 { b } else { a });
-        for step in [0.5, 0.25, 0.12] {
-            for side in [best.1 - step, best.1 + step] {
-                let tried = at(side);
-                if tried.0 > best.0 {
-                    best = tried;
-                }
-            }
-        }
+        let best = finer(best, &[0.5, 0.25, 0.12], at);
         (best.0, 10_f64.powf(best.1))
     }
 
+    /// Fits the walk of levels.
     pub(super) fn walk(&self, noise: &mut NoiseModel) {
         let unit = 1.0 / self.mean_activity;
         let set = |ratio: f64| NoiseModel { walk: ratio * unit, ..noise.clone() };
-        let (_, ratio) = self.best(&self.fine, (-8, 5), set);
-        noise.walk = ratio * unit;
+        noise.walk = self.best(&self.fine, WALKS, set).1 * unit;
+    }
+
+    /// Fits the walks of poses, each beside the others; near those of `noise`, if they are `known`.
+    pub(super) fn walks(&self, noise: &mut NoiseModel, known: bool) {
+        let unit = 1.0 / self.mean_activity;
+        let set = |noise: &NoiseModel, which: usize, exponent: f64| {
+            let (value, mut noise) = (10_f64.powf(exponent) * unit, noise.clone());
+            match (which, &mut noise.slide) {
+                (1 | 2, Some(slide)) => slide[which - 1] = value,
+                _ => noise.walk = value,
+            }
+            noise
+        };
+        let mut exponents = [noise.walk, 0.0, 0.0];
+        exponents[1..].copy_from_slice(&noise.slide.unwrap_or_default());
+        let mut exponents = exponents.map(|walk| (walk / unit).max(f64::MIN_POSITIVE).log10());
+        let order: &[(usize, bool)] = &[(0, known), (1, known), (2, known), (0, true)];
+        for &(which, is_near) in order {
+            let at = |exponent: f64| (self.fine.value(&set(noise, which, exponent)), exponent);
+            let now = at(exponents[which]);
+            let best = if is_near {
+                finer(now, &[1.0, 0.5, 0.25, 0.12], at)
+            } else {
+                let (from, to) = WALKS;
+                let every = (from..=to).step_by(2).map(|exponent| at(f64::from(exponent)));
+                let best = every.fold(now, |a, b| if b.0 > a.0 { b } else { a });
+                finer(best, &[1.0, 0.5, 0.25, 0.12], at)
+            };
+            exponents[which] = best.1;
+            *noise = set(noise, which, best.1);
+        }
     }
 
     /// Adds coloured parts while they pay, then tunes all and drops those that no longer pay.
@@ -312,6 +338,20 @@ impl<'a> Search<'a> {
             }
         }
     }
+}
+
+/// The best of `best` and what lies beside it, in steps that get smaller.
+fn finer(best: (f64, f64), steps: &[f64], at: impl Fn(f64) -> (f64, f64)) -> (f64, f64) {
+    let mut best = best;
+    for step in steps {
+        for side in [best.1 - step, best.1 + step] {
+            let tried = at(side);
+            if tried.0 > best.0 {
+                best = tried;
+            }
+        }
+    }
+    best
 }
 
 /// Correlation times to try.

@@ -3,9 +3,13 @@
 //! State: the level (if observations are levels), then one for each coloured part. The gains depend on times alone, so
 //! they are computed once and applied to every column.
 
-use super::innovations::{Filter, Gains, STATES_MAX};
+use super::innovations::{Filter, Gains, STATES_MAX, Several};
+use super::pose_filter::PoseFilter;
+use super::poses::Poses;
+use super::settled::{Inputs, Last, has_settled};
 use super::{Layout, NoiseModel};
 use crate::linear::{Basis, dot};
+use std::ops::Range;
 
 /// Maximum number of coloured parts.
 pub const COLOURED_MAX: usize = STATES_MAX - 1;
@@ -14,10 +18,12 @@ pub const COLOURED_MAX: usize = STATES_MAX - 1;
 #[derive(Debug, Clone)]
 pub struct Whitener {
     filter: Filter,
+    /// In place of `filter`, which then has the weights alone.
+    poses: Option<PoseFilter>,
     /// Sum of the logarithms of the innovations' variances.
     pub log_determinant: f64,
     /// For each run of poses: its observations, and the effect of errors of its start, whitened and orthonormal.
-    unknown_starts: Vec<(std::ops::Range<usize>, Vec<Vec<f64>>)>,
+    unknown_starts: Vec<(Range<usize>, Vec<Vec<f64>>)>,
 }
 
 /// Variance of an unknown state, over that of the white noise.
@@ -26,6 +32,9 @@ const DIFFUSE: f64 = 1e8;
 impl Whitener {
     /// A whitener for observations as in `layout` under `noise`. Those that are `left_out` get no weight.
     pub fn new(layout: &Layout, noise: &NoiseModel, left_out: &[bool]) -> Self {
+        if let (Some(poses), Some(_)) = (&layout.poses, noise.slide) {
+            return Self::of_poses(PoseFilter::new(poses, layout, noise, left_out), poses);
+        }
         let n = layout.len();
         let levels = layout.is_level();
         let offset = usize::from(levels);
@@ -39,7 +48,8 @@ impl Whitener {
             let (starts, seen) = (layout.starts.clone(), layout.gain.clone());
             Filter { states, levels, starts, seen, step: layout.step.clone(), ..Filter::default() }
         };
-        let mut whitener = Self { filter, log_determinant: 0.0, unknown_starts: Vec::new() };
+        let mut whitener =
+            Self { filter, poses: None, log_determinant: 0.0, unknown_starts: Vec::new() };
         whitener.filter.weight.reserve_exact(n);
         // Logarithms per run: there are fewer runs than observations.
         let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
@@ -81,7 +91,7 @@ impl Whitener {
             let mut keep = [0.0; STATES_MAX];
             if layout.starts[i] {
                 p = [[0.0; STATES_MAX]; STATES_MAX];
-                if levels && layout.starts_of_poses.is_none() {
+                if levels && layout.poses.is_none() {
                     p[0][0] = DIFFUSE * noise.white.max(noise.walk);
                 }
                 for (k, part) in noise.coloured.iter().take(m).enumerate() {
@@ -149,17 +159,37 @@ impl Whitener {
                 is_settled,
             };
         }
-        if let Some((columns, runs)) = &layout.starts_of_poses {
-            let white: Vec<Vec<f64>> = whitener.filter.innovations(columns);
-            whitener.unknown_starts = runs
-                .iter()
-                .map(|range| {
-                    let mine = white.iter().map(|column| column[range.clone()].to_vec()).collect();
-                    (range.clone(), Basis::default().beyond(mine).into_columns())
-                })
-                .collect();
+        if let Some(poses) = &layout.poses {
+            whitener.look_past_starts(poses);
         }
         whitener
+    }
+
+    fn of_poses(filter: PoseFilter, poses: &Poses) -> Self {
+        let mut whitener = Self {
+            log_determinant: filter.log_determinant,
+            filter: Filter { weight: filter.weight.clone(), ..Filter::default() },
+            poses: Some(filter),
+            unknown_starts: Vec::new(),
+        };
+        whitener.look_past_starts(poses);
+        whitener
+    }
+
+    fn look_past_starts(&mut self, poses: &Poses) {
+        let white = self.innovations(&poses.start_errors);
+        let of_run = |range: &Range<usize>| {
+            let mine = white.iter().map(|column| column[range.clone()].to_vec()).collect();
+            (range.clone(), Basis::default().beyond(mine).into_columns())
+        };
+        self.unknown_starts = poses.of_run.iter().map(of_run).collect();
+    }
+
+    fn innovations<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
+        match &self.poses {
+            Some(poses) => poses.each(columns),
+            None => self.filter.innovations(columns),
+        }
     }
 
     /// Whether each whitened value is a weighted copy of the original value.
@@ -169,7 +199,7 @@ impl Whitener {
 
     /// Whitens a column and removes the part that errors of a run's start could cause.
     pub fn apply(&self, column: &[f64]) -> Vec<f64> {
-        let mut whitened = self.filter.innovations(&[column]);
+        let mut whitened = self.innovations(&[column]);
         self.forget_starts(&mut whitened);
         whitened.swap_remove(0)
     }
@@ -181,7 +211,7 @@ impl Whitener {
 
     /// The same for owned or borrowed columns.
     pub fn apply_each<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
-        let mut whitened = self.filter.innovations(columns);
+        let mut whitened = self.innovations(columns);
         self.forget_starts(&mut whitened);
         whitened
     }
@@ -211,52 +241,6 @@ impl Whitener {
             self.unknown_starts.iter().map(|(_, directions)| directions.len()).sum();
         self.filter.weight.iter().filter(|weight| **weight > 0.0).count().saturating_sub(unknown)
     }
-}
-
-/// Inputs that determine the covariance after an observation, besides the previous covariance.
-#[derive(Clone, Copy, PartialEq)]
-struct Inputs {
-    step: f64,
-    activity: f64,
-    seen: f64,
-    own: f64,
-    new_run: bool,
-}
-
-/// The previous observation: once the covariance has settled, the next has the same gains.
-#[derive(Default)]
-struct Last {
-    inputs: Option<Inputs>,
-    which: u32,
-    weight: f64,
-    log_variance: f64,
-    is_settled: bool,
-}
-
-/// Time steps that differ by less than this share are equal: the rest is rounding.
-const STEP_EQUAL: f64 = 1e-9;
-/// The covariance has settled once an observation changes it by less than this share.
-const SETTLED: f64 = 1e-14;
-
-impl Last {
-    fn is_like(&self, now: &Inputs) -> bool {
-        self.inputs.is_some_and(|last| {
-            let steps_equal = (now.step - last.step).abs() <= STEP_EQUAL * last.step;
-            steps_equal && Inputs { step: last.step, ..*now } == last
-        })
-    }
-
-    fn repeats(&self, now: &Inputs) -> bool {
-        self.is_settled && self.is_like(now)
-    }
-}
-
-fn has_settled(
-    before: &[[f64; STATES_MAX]; STATES_MAX],
-    after: &[[f64; STATES_MAX]; STATES_MAX],
-) -> bool {
-    let pairs = before.iter().flatten().zip(after.iter().flatten());
-    pairs.into_iter().all(|(before, after)| (before - after).abs() <= SETTLED * after.abs())
 }
 
 /// Propagates `p` to `F p F'`: each coloured part decays; the level adds their sum times the step.
@@ -303,17 +287,7 @@ mod tests {
     use crate::noise::{Coloured, NoiseModel};
 
     fn layout(n: usize, levels: bool) -> Layout {
-        Layout {
-            step: vec![1.0; n],
-            activity: vec![1.0; n],
-            starts: (0..n).map(|i| i == 0).collect(),
-            new_run: (0..n).map(|i| i == 0).collect(),
-            run: vec![0; n],
-            gain: vec![1.0; n],
-            spread: Vec::new(),
-            levels,
-            starts_of_poses: None,
-        }
+        Layout { levels, activity: vec![1.0; n], ..Layout::of_rows(1, n, 1.0) }
     }
 
     /// Whitening an impulse at each place gives a matrix W with W'W the inverse of the covariance.
@@ -323,6 +297,7 @@ mod tests {
         let noise = NoiseModel {
             white: 1.0,
             walk: 0.0,
+            slide: None,
             coloured: vec![
                 Coloured { correlation_s: 3.0, variance: 2.0 },
                 Coloured { correlation_s: f64::INFINITY, variance: 0.5 },
@@ -359,6 +334,7 @@ mod tests {
         let noise = NoiseModel {
             white: 1.0,
             walk: 0.0,
+            slide: None,
             coloured: vec![Coloured { correlation_s: 30.0, variance: 0.3 }],
             run_scale: vec![1.0],
         };
@@ -379,8 +355,7 @@ mod tests {
 
     #[test]
     fn a_constant_on_a_level_costs_one_observation() {
-        let noise =
-            NoiseModel { white: 1.0, walk: 0.1, coloured: Vec::new(), run_scale: vec![1.0] };
+        let noise = NoiseModel { walk: 0.1, ..NoiseModel::white(1) };
         let whitener = Whitener::new(&layout(50, true), &noise, &[]);
         let whitened = whitener.apply(&[5.0; 50]);
         assert!(whitened.iter().map(|value| value * value).sum::<f64>() < 1e-3);

@@ -103,11 +103,7 @@ impl<'a> Material<'a> {
     pub fn fitted<'s>(&self, mut state: State<'s>) -> State<'s> {
         if self.data.layout.is_level() {
             state.left_out = Vec::new();
-            // Equal errors of levels, and a walk that adds as much over a step.
-            state.noise = NoiseModel {
-                walk: self.data.layout.mean_activity().max(f64::MIN_POSITIVE).recip(),
-                ..NoiseModel::white(self.data.layout.runs())
-            };
+            state.noise = NoiseModel::walking(self.data.layout);
             return state;
         }
         state.noise = NoiseModel::white(self.data.layout.runs());
