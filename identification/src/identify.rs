@@ -104,7 +104,8 @@ fn once(
     let clipped: Vec<Option<Clipped>> = clipped.collect();
     let problem = problem;
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
-    let mut notices = Vec::new();
+    let mut notices: Vec<String> =
+        corrections.iter().filter_map(corrections::Correction::notice).collect();
     let (mut working, mut steps) = (Vec::new(), Vec::new());
     for block in &problem.blocks {
         let base = base_terms(model, block, &problem)?;

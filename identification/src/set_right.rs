@@ -29,6 +29,9 @@ pub(crate) fn set_right(
     let right = applied(stated, corrections);
     let mut found = Vec::new();
     for (index, correction) in corrections.iter().enumerate() {
+        if correction.notice().is_some() {
+            continue;
+        }
         let effect = correction.effect(&right, f64::NAN, f64::NAN);
         let concerns =
             |one: &&Done<'_>| effect.axis.is_none() || one.data.block.axis == effect.axis;

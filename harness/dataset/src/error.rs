@@ -97,6 +97,9 @@ pub enum Defect {
     /// An invalid constant.
     #[error("the constant {0} is not finite")]
     Constant(String),
+    /// A size of nothing, or of less.
+    #[error("the constant `{0}` is a size, expected more than zero")]
+    Size(String),
     /// An invalid path.
     #[error("the path {path:?} {why}, expected a file in the folder of the package")]
     Path {

@@ -181,11 +181,18 @@ fn unit(context: &Context<'_>, found: &str, after: &[&str]) -> Result<Unit, Data
     })
 }
 
+/// Beginnings of the names of constants that something is divided by.
+const SIZES: [&str; 4] = ["wheel", "track", "encoder_ticks", "ticks"];
+
 fn constants(context: &Context<'_>, hil: &Hil) -> Result<BTreeMap<String, Constant>, DatasetError> {
     let mut constants = BTreeMap::new();
     for (name, written) in &hil.constants {
         if !written.value.is_finite() {
             return Err(context.error(Defect::Constant(name.clone()), &[name]));
+        }
+        let is_size = SIZES.iter().any(|size| name.starts_with(size));
+        if is_size && written.value <= 0.0 {
+            return Err(context.error(Defect::Size(name.clone()), &[name]));
         }
         let unit = unit(context, &written.unit, &[name, "unit"])?;
         constants.insert(name.clone(), Constant { value: written.value, unit });

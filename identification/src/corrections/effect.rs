@@ -19,6 +19,7 @@ impl Correction {
             Fault::SteerScale => "steer_scale",
             Fault::SteerOffset => "steer_offset",
             Fault::WrongAxis => "wrong_axis",
+            Fault::ReferenceNoise => "reference_noise",
         }
     }
 

@@ -7,6 +7,7 @@ mod effect;
 mod fit;
 mod legs;
 mod readings;
+mod reference;
 mod steering;
 
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
@@ -37,6 +38,8 @@ pub enum Fault {
     SteerOffset,
     /// It is the rotation about another axis; `value` is 0 for x, 1 for y, 2 for z.
     WrongAxis,
+    /// It is noisy itself, and is evened out over `value` both ways.
+    ReferenceNoise,
 }
 
 /// A fault of a field and its size.
@@ -77,6 +80,17 @@ impl Correction {
         }
     }
 
+    /// What is told of it, if it is no error of what is measured.
+    pub(crate) fn notice(&self) -> Option<String> {
+        (self.fault == Fault::ReferenceNoise).then(|| {
+            format!(
+                "the reference `{}` is noisy itself; it is evened out over {:.2} ms before and after",
+                self.field,
+                1e3 * self.si()
+            )
+        })
+    }
+
     fn si(&self) -> f64 {
         self.value * self.unit.si()
     }
@@ -104,6 +118,15 @@ impl Correction {
             }
             return;
         }
+        if self.fault == Fault::ReferenceNoise {
+            let evened =
+                dataset.named(&self.field).map(|one| reference::apply(dataset, one, self.si()));
+            let column = dataset.columns.iter_mut().find(|one| one.name == self.field);
+            if let (Some(column), Some(evened)) = (column, evened) {
+                column.values = evened;
+            }
+            return;
+        }
         // A scale that the package states comes after the offset.
         let stated = match self.fault {
             Fault::SteerOffset => dataset.constants.get("steer_scale").map_or(1.0, |one| one.value),
@@ -125,7 +148,10 @@ impl Correction {
             Fault::HeadingOffset => by(column, 1.0, -si),
             Fault::SteerOffset => by(column, 1.0, si / stated),
             Fault::WrongAxis => column.axis = Some(AXES[(self.value as usize).min(2)]),
-            Fault::ExchangedWheels | Fault::ReferenceDelay | Fault::ReferenceLeft => {}
+            Fault::ExchangedWheels
+            | Fault::ReferenceDelay
+            | Fault::ReferenceLeft
+            | Fault::ReferenceNoise => {}
         }
     }
 }
@@ -157,9 +183,14 @@ pub(crate) fn find(dataset: &Dataset) -> Vec<Correction> {
         Kind::Series => {
             let mut found = axes::find(dataset);
             found.extend(readings::find(&applied(dataset, &found)));
+            found.extend(reference::find(&applied(dataset, &found)));
             found
         }
-        Kind::Sensor => readings::find(dataset),
+        Kind::Sensor => {
+            let mut found = readings::find(dataset);
+            found.extend(reference::find(&applied(dataset, &found)));
+            found
+        }
         _ => Vec::new(),
     }
 }

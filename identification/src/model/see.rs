@@ -58,7 +58,7 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
         match found {
             Field::Time => Cow::Borrowed(&channels.time),
             Field::Rotation => Cow::Borrowed(&channels.rotation),
-            Field::Direction => channels.rotation.iter().map(|rate| sign(*rate)).collect(),
+            Field::Direction => direction(channels),
             Field::Channel(channel) => Cow::Borrowed(&channel.values),
         }
     };
@@ -67,7 +67,10 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
             plain(&found)
         }
         Wrap::Abs => plain(&found).iter().map(|value| value.abs()).collect(),
-        Wrap::Sign => plain(&found).iter().map(|value| sign(*value)).collect(),
+        Wrap::Sign => match found {
+            Field::Rotation => direction(channels),
+            other => plain(&other).iter().map(|value| sign(*value)).collect(),
+        },
         Wrap::RateOf => match found {
             Field::Channel(channel) => Cow::Borrowed(&channel.smooth.slope),
             other => Cow::Owned(channels.smooth(&plain(&other)).slope),
@@ -84,6 +87,11 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
         Wrap::BranchOf => {
             let level = level(&found, plain);
             let half = fixed(numbers, "half_width")?;
+            // What evens a noisy reference out predicts readings better, whatever the sensor does: the play must be wider
+            // than the noise on both sides.
+            if matches!(found, Field::Rotation) && is_noise(half / 2.0, channels) {
+                return None;
+            }
             // The branch beside the middle one; or the branch itself, if all of the driver goes through the play.
             let own = 1.0 - fixed_or(numbers, "through", 0.0);
             let branch = channels.by_segment(&level, |_, values| signal::play(values, half));
@@ -97,6 +105,20 @@ fn level<'a>(found: &Field<'a>, plain: impl Fn(&Field<'a>) -> Cow<'a, [f64]>) ->
         Field::Channel(channel) => Cow::Borrowed(&channel.smooth.level),
         other => plain(other),
     }
+}
+
+/// Sign of the rotation; zero where its noise may have made it.
+fn direction<'a>(channels: &Channels) -> Cow<'a, [f64]> {
+    let of = |rate: &f64| if is_noise(*rate, channels) { 0.0 } else { sign(*rate) };
+    channels.rotation.iter().map(of).collect()
+}
+
+/// Times the standard deviation of its noise that a reference of zero stays within.
+pub const NOISES_WIDE: f64 = 3.0;
+
+/// Whether the noise of the rotation may have made this value of it.
+pub fn is_noise(rate: f64, channels: &Channels) -> bool {
+    rate.abs() < NOISES_WIDE * channels.rotation_noise
 }
 
 /// Sign of a rotation; zero at rest.

@@ -1,6 +1,6 @@
 //! A term without its linear coefficients: its shape over the rows.
 
-use super::see::{Field, Fixed, field, fixed, fixed_or, see};
+use super::see::{Field, Fixed, field, fixed, fixed_or, is_noise, see};
 use super::spline::{REACH, cardinal, hats};
 use super::{Acts, Driver, Form, Wrap};
 use crate::dataset::Role;
@@ -255,7 +255,11 @@ impl Shape {
             Form::Delay => vec![self.delayed(channels)?],
             Form::DeadZone => {
                 let width = number("width")?;
-                one(&|x| if x.abs() < width { -x } else { 0.0 })
+                let is_rotation =
+                    self.drivers.first().is_some_and(|one| one.field == channels.rotation_name);
+                // Where a reference of zero is noisy, any dead zone would take its noise away.
+                let is_told = |x: f64| !(is_rotation && is_noise(x, channels));
+                one(&|x| if x.abs() < width && is_told(x) { -x } else { 0.0 })
             }
             Form::Saturation => {
                 let limit = number("limit")?;

@@ -66,6 +66,8 @@ pub struct Channels {
     pub channels: Vec<Channel>,
     /// The rotation itself, rad/s; empty without a rotation. Filled according to the kind of data.
     pub rotation: Vec<f64>,
+    /// Standard deviation of the white noise of the rotation, as far as it is known; otherwise zero.
+    pub rotation_noise: f64,
     /// Driver name of the rotation.
     pub rotation_name: String,
     /// Unit in which the rotation is stated.
@@ -105,6 +107,7 @@ impl Channels {
             segments: stretches,
             channels: Vec::new(),
             rotation: Vec::new(),
+            rotation_noise: 0.0,
             rotation_name: super::ROTATION.to_owned(),
             rotation_unit: Unit::DegreePerSecond,
             direction_name: dataset.column(Role::Direction).map(|column| column.name.clone()),

@@ -21,6 +21,7 @@ pub use channels::{Channel, Channels};
 pub use closing::Closing;
 pub use path::{Added, Path, PathError};
 pub use pose::{Component, Moves, Pose};
+pub use segments::segments;
 use std::rc::Rc;
 pub use turning::{Over, Turning};
 pub(crate) use wheels::motion;

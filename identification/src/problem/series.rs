@@ -2,6 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
+use super::sensor::noise;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
@@ -172,6 +173,7 @@ fn against_rate(
     let rotation = bridged(channels, &measured_reference, &measured);
     if channels.rotation.is_empty() {
         channels.rotation.clone_from(&rotation);
+        channels.rotation_noise = noise(channels, &measured_reference, &measured);
         channels.rotation_name.clone_from(&reference.name);
         channels.rotation_unit = reference.unit;
     }

@@ -137,6 +137,7 @@ impl Equations {
             direction_name: channels.direction_name.clone(),
             turning: None,
             sampled: channels.sampled,
+            rotation_noise: channels.rotation_noise,
             of_sensor: channels.of_sensor,
             constant: channels.constant.clone(),
         };

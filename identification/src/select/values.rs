@@ -12,6 +12,7 @@ use super::scene::robust_fit;
 use super::state::State;
 use crate::judge::Judge;
 use crate::noise::{NoiseModel, Whitener};
+use crate::robust;
 
 /// Values to apply of `fit`, whose residual is noise.
 pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>) {
@@ -67,9 +68,33 @@ fn share(found: &Found, square: f64) -> f64 {
     if square.is_finite() { (1.0 - numbers as f64 / square).max(0.0) } else { 1.0 }
 }
 
-/// Shrinks the effects to these shares, and fits the given model anew beside them.
+/// Growth of the error from which effects that are shrunk one by one were needed together: each is uncertain because
+/// another can stand in its place, and without all of them the cause is gone.
+const NEEDED: f64 = 1.05;
+
+/// Shrinks the effects to these shares, and fits the given model anew beside them. Effects that stand for one another keep
+/// their values.
 fn apply(
-    (mut base, mut effects): (Vec<Found>, Vec<Found>),
+    (base, effects): (Vec<Found>, Vec<Found>),
+    state: &State<'_>,
+    noise: &NoiseModel,
+    shares: Vec<f64>,
+) -> Vec<Found> {
+    let whole: Vec<Found> = base.iter().chain(&effects).cloned().collect();
+    let shrunk = shrunk(base, effects, state, noise, shares);
+    let error = |of: &[Found]| {
+        let values: Vec<f64> =
+            of.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
+        let fitted = combine(&state.data.all_columns(&state.terms), &values);
+        let left = state.data.block.residual.iter().zip(&fitted).map(|(value, of)| value - of);
+        robust::root_mean_square(&left.collect::<Vec<f64>>())
+    };
+    if error(&shrunk) > NEEDED * error(&whole) { whole } else { shrunk }
+}
+
+fn shrunk(
+    mut base: Vec<Found>,
+    mut effects: Vec<Found>,
     state: &State<'_>,
     noise: &NoiseModel,
     shares: Vec<f64>,

@@ -110,6 +110,13 @@ fn cases() -> Vec<(&'static str, Package)> {
                 r#""series", "constants": {"base": {"value": 1, "unit": "ft"}}"#,
             )),
         ),
+        (
+            "a size of nothing",
+            written(&plain.replace(
+                "\"series\"",
+                r#""series", "constants": {"wheelbase": {"value": 0, "unit": "m"}}"#,
+            )),
+        ),
         ("no tables", written(r#"{"hil": {"kind": "series"}, "resources": []}"#)),
         (
             "no schema",

@@ -1,0 +1,210 @@
+//! How wide a reference is evened out, beside a lag and a delay of the sensor.
+
+use super::evened;
+use crate::robust;
+use crate::signal::{first_order, interpolate_along};
+
+/// Readings and their reference in one stretch of time.
+#[derive(Debug, Clone, Default)]
+pub struct Stretch {
+    pub times: Vec<f64>,
+    pub reference: Vec<f64>,
+    pub readings: Vec<f64>,
+}
+
+/// Rows that take part: of a longer record, stretches of this many rows evenly spread over it.
+const ROWS: usize = 12_000;
+const PIECE: usize = 1_000;
+/// Rows at either end of a stretch that do not count: a lag does not know what came before.
+const ENDS: usize = 10;
+/// A reading this many times the spread off does not count.
+const GROSS: f64 = 4.5;
+/// Price of a number of the model, in nats, beside half the logarithm of the rows.
+const PRICE: f64 = 6.0;
+/// Least share of the mean gain in each quarter of the rows, by level and by slope: noise does not know its input.
+const EVERYWHERE: f64 = 0.25;
+/// Widths, lags and delays that are tried, in steps between rows; then nearer ones.
+const TRIED: [f64; 6] = [0.3, 0.6, 1.5, 4.0, 10.0, 30.0];
+const ROUNDS: usize = 3;
+
+/// Width, lag and delay, s.
+type Numbers = [f64; 3];
+
+/// The width with which the readings are predicted best, s; none where a lag and a delay do as well without.
+pub fn width(stretches: &[Stretch]) -> Option<f64> {
+    let pieces = Pieces::of(stretches)?;
+    let mut best: [Option<(f64, Numbers)>; 2] = [None, None];
+    for free in [[false, false], [false, true], [true, false], [true, true]] {
+        for with_width in [false, true] {
+            let free = [with_width, free[0], free[1]];
+            let found = pieces.fitted(free);
+            let best = &mut best[usize::from(with_width)];
+            if best.is_none_or(|(value, _)| found.0 > value) {
+                *best = Some(found);
+            }
+        }
+    }
+    let (without, with) = (best[0]?, best[1]?);
+    (with.0 > without.0 && pieces.gains_everywhere(without.1, with.1)).then_some(with.1[0])
+}
+
+/// The rows that take part.
+struct Pieces {
+    all: Vec<Stretch>,
+    /// Which of their rows count, one after the other.
+    counts: Vec<bool>,
+    step: f64,
+    /// Independent rows.
+    free: f64,
+}
+
+impl Pieces {
+    fn of(stretches: &[Stretch]) -> Option<Self> {
+        let rows: usize = stretches.iter().map(|one| one.times.len()).sum();
+        let mut all = Vec::new();
+        for one in stretches {
+            let chunks = one.times.len().div_ceil(PIECE).max(1);
+            let size = one.times.len().div_ceil(chunks);
+            for (index, from) in (0..one.times.len()).step_by(size.max(1)).enumerate() {
+                let to = (from + size).min(one.times.len());
+                let every = rows.div_ceil(ROWS).max(1);
+                if (index + all.len()) % every != 0 && rows > ROWS {
+                    continue;
+                }
+                all.push(Stretch {
+                    times: one.times[from..to].to_vec(),
+                    reference: one.reference[from..to].to_vec(),
+                    readings: one.readings[from..to].to_vec(),
+                });
+            }
+        }
+        let steps = all.iter().flat_map(|one| one.times.windows(2).map(|two| two[1] - two[0]));
+        let step = robust::median(steps.collect());
+        let counts = all.iter().flat_map(|one| {
+            let last = one.times.len().saturating_sub(ENDS);
+            (0..one.times.len()).map(move |row| row >= ENDS && row < last)
+        });
+        let mut found = Self { counts: counts.collect(), all, step, free: 0.0 };
+        let plain = found.left([0.0; 3]);
+        let used: Vec<f64> = found.counted(&plain).collect();
+        let limit = GROSS * robust::spread(&used);
+        for (counts, left) in found.counts.iter_mut().zip(&plain) {
+            *counts &= left.abs() <= limit;
+        }
+        let used: Vec<f64> = found.counted(&plain).collect();
+        let (mut square, mut product) = (0.0, 0.0);
+        for two in used.windows(2) {
+            square += two[0] * two[0];
+            product += two[0] * two[1];
+        }
+        let alike = (product / square).clamp(0.0, 0.99);
+        found.free = used.len() as f64 * (1.0 - alike) / (1.0 + alike);
+        (found.free > 100.0 && step > 0.0 && square > 0.0).then_some(found)
+    }
+
+    fn counted<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        values.iter().zip(&self.counts).filter(|(_, counts)| **counts).map(|(value, _)| *value)
+    }
+
+    /// What the sensor sees of the reference.
+    fn seen(&self, [width, lag, delay]: Numbers) -> Vec<f64> {
+        let mut found = Vec::with_capacity(self.counts.len());
+        for one in &self.all {
+            let mut now = evened(&one.times, &one.reference, width);
+            if lag > 0.0 {
+                now = first_order(&one.times, &now, lag);
+            }
+            if delay != 0.0 {
+                let at = one.times.iter().map(|time| time - delay);
+                now = interpolate_along(&one.times, &now, at).collect();
+            }
+            found.extend(now);
+        }
+        found
+    }
+
+    /// The readings less offset and gain times what is seen.
+    fn left(&self, numbers: Numbers) -> Vec<f64> {
+        let seen = self.seen(numbers);
+        let readings = self.all.iter().flat_map(|one| &one.readings);
+        let pairs: Vec<(f64, f64)> = seen.iter().copied().zip(readings.copied()).collect();
+        let used = || pairs.iter().zip(&self.counts).filter(|(_, counts)| **counts);
+        let n = used().count().max(1) as f64;
+        let (x, y) = used().fold((0.0, 0.0), |sum, ((x, y), _)| (sum.0 + x / n, sum.1 + y / n));
+        let (mut xx, mut xy) = (0.0, 0.0);
+        for ((one, other), _) in used() {
+            xx += (one - x) * (one - x);
+            xy += (one - x) * (other - y);
+        }
+        let gain = if xx > 0.0 { xy / xx } else { 1.0 };
+        pairs.iter().map(|(one, other)| other - y - gain * (one - x)).collect()
+    }
+
+    /// Logarithm of the likelihood less the price, at the best of the numbers that are free.
+    fn fitted(&self, free: [bool; 3]) -> (f64, Numbers) {
+        let value = |numbers: Numbers| {
+            let left = self.left(numbers);
+            let square: f64 = self.counted(&left).map(|left| left * left).sum();
+            -0.5 * self.free * square.max(f64::MIN_POSITIVE).ln()
+        };
+        let mut best = (value([0.0; 3]), [0.0; 3]);
+        for round in 0..2 {
+            for index in (0..3).filter(|&index| free[index]) {
+                let signs: &[f64] = if index == 2 { &[1.0, -1.0] } else { &[1.0] };
+                if round == 0 || best.1[index] == 0.0 {
+                    for tried in TRIED.iter().flat_map(|tried| signs.iter().map(move |s| s * tried))
+                    {
+                        let mut numbers = best.1;
+                        numbers[index] = tried * self.step;
+                        best = better(best, (value(numbers), numbers));
+                    }
+                }
+                let mut factor = 1.6;
+                for _ in 0..2 * ROUNDS {
+                    for by in [factor, 1.0 / factor] {
+                        let mut numbers = best.1;
+                        numbers[index] *= by;
+                        best = better(best, (value(numbers), numbers));
+                    }
+                    factor = factor.sqrt();
+                }
+            }
+        }
+        let count = free.iter().filter(|free| **free).count() as f64;
+        (best.0 - count * (PRICE + 0.5 * self.free.ln()), best.1)
+    }
+
+    /// Whether the squares fall alike wherever the reference stands, and however fast it moves.
+    fn gains_everywhere(&self, without: Numbers, with: Numbers) -> bool {
+        let (before, after) = (self.left(without), self.left(with));
+        let level = self.seen(with);
+        let mut slope = vec![0.0; level.len()];
+        for i in 1..level.len() {
+            slope[i] = (level[i] - level[i - 1]).abs();
+        }
+        let gains: Vec<f64> = before
+            .iter()
+            .zip(&after)
+            .map(|(before, after)| before * before - after * after)
+            .collect();
+        [level, slope].into_iter().all(|by| {
+            let mut rows: Vec<usize> = (0..by.len()).filter(|&row| self.counts[row]).collect();
+            rows.sort_by(|a, b| by[*a].total_cmp(&by[*b]));
+            let mean = |rows: &[usize]| {
+                let n = rows.len().max(1) as f64;
+                let mean = rows.iter().map(|&row| gains[row]).sum::<f64>() / n;
+                let square = rows.iter().map(|&row| (gains[row] - mean).powi(2)).sum::<f64>() / n;
+                (mean, (square / (n * self.free / rows.len().max(1) as f64).min(n)).sqrt())
+            };
+            let (all, _) = mean(&rows);
+            rows.chunks(rows.len().div_ceil(4).max(1)).all(|quarter| {
+                let (gain, error) = mean(quarter);
+                gain + 2.0 * error >= EVERYWHERE * all
+            })
+        })
+    }
+}
+
+fn better(one: (f64, Numbers), other: (f64, Numbers)) -> (f64, Numbers) {
+    if other.0 > one.0 { other } else { one }
+}
