@@ -2,6 +2,7 @@
 
 mod controller;
 mod in_step;
+mod uarts;
 
 pub use controller::start as start_controller;
 pub use in_step::start as start_node;

@@ -20,12 +20,17 @@ static int tty_of(int fd) {
 }
 
 EXPORT int isatty(int fd) { return REAL(isatty)(tty_of(fd)); }
-EXPORT int tcgetattr(int fd, struct termios *settings) { return REAL(tcgetattr)(tty_of(fd), settings); }
+EXPORT int tcgetattr(int fd, struct termios *settings) {
+    struct serial *serial = serial_of(fd);
+    int result = REAL(tcgetattr)(tty_of(fd), settings);
+    if (serial && result == 0) settings->c_cflag = serial_control_bits(serial, settings->c_cflag);
+    return result;
+}
 EXPORT int tcsetattr(int fd, int actions, const struct termios *settings) {
     struct serial *serial = serial_of(fd);
     if (serial && actions == TCSAFLUSH) serial_forget_input(serial, TCIFLUSH);
     int result = REAL(tcsetattr)(tty_of(fd), actions, settings);
-    if (serial && result == 0) serial_settled(serial);
+    if (serial && result == 0) serial_framed(serial, settings->c_cflag), serial_settled(serial);
     return result;
 }
 EXPORT int tcflush(int fd, int queue) {

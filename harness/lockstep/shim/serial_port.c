@@ -10,6 +10,10 @@
 #define PORTS_MAX 32
 static struct port {
     char shown[108], real[32];
+    // Data bits and parity as the program set them, which a pty drops, and what the harness was told.
+    uint32_t dropped;
+    bool is_framed;
+    int64_t told;
 } ports[PORTS_MAX];
 static int port_count;
 
@@ -110,6 +114,40 @@ void serial_settled(struct serial *serial) {
         if (serial_of(fd) == serial) serial_redirect(fd, serial);
 }
 
+// The kernel's `struct termios2`: its header excludes the C library's. Older structures begin with the same words.
+struct settings {
+    uint32_t input, output, control, local;
+    uint8_t line, characters[19];
+    uint32_t input_rate, output_rate;
+};
+#define GET_SETTINGS _IOR('T', 0x2A, struct settings)
+#define SET_SETTINGS _IOW('T', 0x2B, struct settings)
+#define SET_SETTINGS_DRAINED _IOW('T', 0x2C, struct settings)
+#define SET_SETTINGS_FLUSHED _IOW('T', 0x2D, struct settings)
+#define DROPPED (CSIZE | PARENB)
+
+// The program has set its UART: the harness compares that with the line.
+void serial_framed(const struct serial *serial, uint32_t control) {
+    struct port *port = &ports[serial->number];
+    struct settings is;
+    if (REAL(ioctl)(serial->tty, GET_SETTINGS, &is)) return;
+    port->dropped = control & DROPPED;
+    port->is_framed = true;
+    uint32_t size = control & CSIZE;
+    int64_t bits = size == CS5 ? 5 : size == CS6 ? 6 : size == CS7 ? 7 : 8;
+    int64_t parity = !(control & PARENB) ? 0 : control & PARODD ? 1 : 2;
+    int64_t framing = is.output_rate | bits << 32 | parity << 36 | (control & CSTOPB ? 2ll : 1ll) << 40;
+    if (framing == port->told) return;
+    port->told = framing;
+    link_tell(TELL_FRAMED, (uint32_t)serial->number, framing);
+}
+
+// `c_cflag` of the pty with what it drops, as a UART would keep it.
+uint32_t serial_control_bits(const struct serial *serial, uint32_t control) {
+    const struct port *port = &ports[serial->number];
+    return port->is_framed ? (control & ~DROPPED) | port->dropped : control;
+}
+
 void serial_forget_input(const struct serial *serial, int queue) {
     char data[512];
     is_ready(serial->tty, POLLIN);
@@ -134,6 +172,18 @@ int serial_control(int fd, unsigned long request, void *argument) {
     }
     int answer = REAL(ioctl)(serial->tty, request, argument);
     int kept = errno;
+    struct settings *settings = argument;
+    if (answer == 0) switch (request) {
+        case TCGETS:
+        case GET_SETTINGS: settings->control = serial_control_bits(serial, settings->control); break;
+        case TCSETS:
+        case TCSETSW:
+        case TCSETSF:
+        case SET_SETTINGS:
+        case SET_SETTINGS_DRAINED:
+        case SET_SETTINGS_FLUSHED: serial_framed(serial, settings->control); break;
+        default: break;
+        }
     serial_settled(serial);
     errno = kept;
     return answer;

@@ -13,6 +13,7 @@ use std::mem;
 use tempfile::TempDir;
 use wire::device::{Device, PortId, Transmit};
 use wire::packet::{BYTES_MAX, Packet};
+use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
 /// Most items that wait for [`transmit`](Device::transmit); more are lost and counted.
@@ -81,6 +82,7 @@ impl Outside for Lines {
         match change {
             Change::Opened => line.opened(),
             Change::Settled { is_cooked, is_marked } => line.settled(is_cooked, is_marked),
+            Change::Framed(framing) => line.framed(framing),
             Change::Wrote(count) => {
                 line.read_one(count, |bytes| put_bytes(outbox, lost, port, bytes));
             }
@@ -176,6 +178,14 @@ impl Lockstep {
             Port::Can(_) => 0,
         });
         unread.sum::<u64>().saturating_add(self.lines.lost).saturating_add(self.misdirected)
+    }
+
+    /// How the program has set the UART of a serial port; `None` if it has set nothing, and for other ports.
+    pub fn framing(&self, port: PortId) -> Option<SerialSettings> {
+        match self.lines.ports.get(usize::from(port.0)) {
+            Some(Port::Serial(line)) => line.framing(),
+            _ => None,
+        }
     }
 
     /// Its process ids.

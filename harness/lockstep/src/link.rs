@@ -4,6 +4,7 @@ use crate::frame::FRAME_BYTES;
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
+use wire::serial::{Parity, SerialSettings};
 
 /// Time limit of a read, after which the caller checks whether the process is still alive.
 pub(crate) const PATIENCE: Duration = Duration::from_millis(100);
@@ -56,6 +57,8 @@ pub(crate) enum Change {
     Opened,
     /// The settings changed: with a line discipline or without, with error marks (`PARMRK`) or without.
     Settled { is_cooked: bool, is_marked: bool },
+    /// The program set its UART.
+    Framed(SerialSettings),
     /// This number of bytes was written in one call.
     Wrote(usize),
 }
@@ -201,9 +204,24 @@ fn parse(bytes: &[u8]) -> Parsed {
             Message::Serial(flag as usize, Change::Settled { is_cooked, is_marked })
         }
         10 => Message::Serial(flag as usize, Change::Wrote(usize::try_from(argument).unwrap_or(0))),
+        11 => Message::Serial(flag as usize, Change::Framed(framing(argument))),
         _ => return Parsed::Wrong,
     };
     Parsed::Whole(message, HEAD_BYTES)
+}
+
+/// As the shim packs it in `serial_framed`.
+const fn framing(packed: i64) -> SerialSettings {
+    SerialSettings {
+        baud: packed as u32,
+        data_bits: (packed >> 32 & 0xF) as u8,
+        parity: match packed >> 36 & 0xF {
+            1 => Parity::Odd,
+            2 => Parity::Even,
+            _ => Parity::None,
+        },
+        stop_bits: (packed >> 40 & 0xF) as u8,
+    }
 }
 
 fn frame_of(sent: &[u8]) -> Option<Message> {

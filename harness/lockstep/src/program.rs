@@ -97,7 +97,7 @@ fn with_tracer(path: &Path, name: &str, tracer: PathBuf) -> Command {
 
 #[derive(Debug)]
 enum Declared {
-    Serial(String),
+    Serial(String, Option<u32>),
     Can(String),
     CanFd(String),
 }
@@ -140,7 +140,13 @@ impl Program {
 
     /// Adds a serial port that the program opens as `path`, such as `/dev/ttyHIL0`. No such file need exist.
     pub fn serial(mut self, path: impl Into<String>) -> Self {
-        self.ports.push(Declared::Serial(path.into()));
+        self.ports.push(Declared::Serial(path.into(), None));
+        self
+    }
+
+    /// Adds a serial port whose rate is `baud` until the program sets another.
+    pub fn serial_at(mut self, path: impl Into<String>, baud: u32) -> Self {
+        self.ports.push(Declared::Serial(path.into(), Some(baud)));
         self
     }
 
@@ -284,7 +290,7 @@ impl Program {
         let mut interfaces = 0;
         for declared in &self.ports {
             let (name, can) = match declared {
-                Declared::Serial(name) => (name, None),
+                Declared::Serial(name, _) => (name, None),
                 Declared::Can(name) => (name, Some("")),
                 Declared::CanFd(name) => (name, Some(" fd")),
             };
@@ -303,7 +309,11 @@ impl Program {
                 None => {
                     let mut socket = link.as_os_str().to_owned();
                     socket.push((ports.len() - interfaces).to_string());
-                    let line = SerialLine::open(socket.as_ref());
+                    let baud = match declared {
+                        Declared::Serial(_, baud) => *baud,
+                        _ => None,
+                    };
+                    let line = SerialLine::open(socket.as_ref(), baud);
                     let line = line.map_err(failed_to("make a serial line"))?;
                     let _ = writeln!(declarations, "serial {name} {}", line.path());
                     ports.push(Port::Serial(line));

@@ -8,6 +8,7 @@ use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
+use wire::serial::SerialSettings;
 
 /// First byte of a mark.
 const MARK: u8 = 0xFF;
@@ -26,6 +27,8 @@ pub(crate) struct SerialLine {
     ways: Vec<UnixStream>,
     is_cooked: bool,
     is_marked: bool,
+    /// As the program set its UART last; `None` until then.
+    framing: Option<SerialSettings>,
     /// Bytes of a write that the program has not reported yet: they were taken while it waited in the middle of the
     /// call.
     early: usize,
@@ -33,8 +36,9 @@ pub(crate) struct SerialLine {
 }
 
 impl SerialLine {
-    /// Opens a line, raw on both sides; the shim expects the socket at `socket`.
-    pub(crate) fn open(socket: &Path) -> io::Result<Self> {
+    /// Opens a line, raw on both sides and with this rate until the program sets another; the shim expects the socket at
+    /// `socket`.
+    pub(crate) fn open(socket: &Path, baud: Option<u32>) -> io::Result<Self> {
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
         let master = openpt(flags)?;
         grantpt(&master)?;
@@ -45,14 +49,25 @@ impl SerialLine {
         let slave = rustix::fs::open(path.as_str(), ours, Mode::empty())?;
         let mut settings = tcgetattr(&slave)?;
         settings.make_raw();
+        if let Some(baud) = baud {
+            settings.set_speed(baud)?;
+        }
         tcsetattr(&slave, OptionalActions::Now, &settings)?;
         rustix::fs::fcntl_setfl(&master, OFlags::RDWR | OFlags::NONBLOCK)?;
         let listener = UnixListener::bind(socket)?;
         listener.set_nonblocking(true)?;
-        let (ways, early, lost) = (Vec::new(), 0, 0);
-        let (is_cooked, is_marked) = (false, false);
-        let _slave = slave;
-        Ok(Self { master, _slave, path, listener, ways, is_cooked, is_marked, early, lost })
+        Ok(Self {
+            master,
+            _slave: slave,
+            path,
+            listener,
+            ways: Vec::new(),
+            is_cooked: false,
+            is_marked: false,
+            framing: None,
+            early: 0,
+            lost: 0,
+        })
     }
 
     /// Its real name, which differs between runs.
@@ -74,6 +89,16 @@ impl SerialLine {
     pub(crate) fn settled(&mut self, is_cooked: bool, is_marked: bool) {
         self.is_cooked = is_cooked;
         self.is_marked = is_marked;
+    }
+
+    /// Takes what the program has set of its UART.
+    pub(crate) const fn framed(&mut self, framing: SerialSettings) {
+        self.framing = Some(framing);
+    }
+
+    /// What the program has set of its UART; `None` if nothing.
+    pub(crate) const fn framing(&self) -> Option<SerialSettings> {
+        self.framing
     }
 
     /// Puts bytes on the line; returns whether they went through the pty. What finds no room is lost and counted, as in

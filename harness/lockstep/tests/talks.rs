@@ -4,6 +4,7 @@ use crate::common::{bytes, c, python, secs};
 use lockstep::{Lockstep, Program, Said};
 use wire::device::{Device as _, PortId, Transmit};
 use wire::packet::Packet;
+use wire::serial::{Parity, SerialSettings};
 use wire::time::{Span, Timestamp};
 
 fn lines(running: &mut Lockstep) -> Vec<String> {
@@ -92,6 +93,30 @@ fn what_could_be_a_mark_is_doubled() {
         running.receive(at, PortId(0), &heard);
         assert_eq!(running.transmit(at), Some((PortId(0), bytes(expected))));
     }
+}
+
+/// A pty keeps neither data bits nor parity; a UART does.
+#[test]
+fn what_the_program_sets_of_its_port_is_known_and_given_back() {
+    let text = "import os, termios\n\
+                port = os.open('/dev/ttyHIL0', os.O_RDWR)\n\
+                print(termios.tcgetattr(port)[4] == termios.B19200, flush=True)\n\
+                os.read(port, 1)\n\
+                settings = termios.tcgetattr(port)\n\
+                settings[2] = settings[2] & ~termios.CSIZE | termios.CS7 | termios.PARENB | termios.CSTOPB\n\
+                settings[4] = settings[5] = termios.B9600\n\
+                termios.tcsetattr(port, termios.TCSANOW, settings)\n\
+                has = termios.tcgetattr(port)[2]\n\
+                print(has & termios.CSIZE == termios.CS7, has & termios.PARENB != 0, flush=True)\n\
+                os.read(port, 1)";
+    let mut running = script(text).serial_at("/dev/ttyHIL0", 19_200).talks().start().unwrap();
+    assert_eq!(running.transmit(secs(0)), None);
+    assert_eq!(running.framing(PortId(0)), None);
+    running.receive(secs(1), PortId(0), &bytes("x"));
+    assert_eq!(running.transmit(secs(1)), None);
+    assert_eq!(lines(&mut running), ["True", "True True"], "{}", running.last_words());
+    let set = SerialSettings { baud: 9_600, data_bits: 7, parity: Parity::Even, stop_bits: 2 };
+    assert_eq!(running.framing(PortId(0)), Some(set));
 }
 
 #[test]

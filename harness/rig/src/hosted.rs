@@ -161,6 +161,11 @@ type StartDevice = dyn Fn() -> Box<dyn NodeDevice> + Send + Sync;
 pub trait NodeDevice: Device + Send {
     /// How the device ended by itself. Returned once.
     fn ended(&mut self) -> Option<String>;
+
+    /// Why nothing that it does on its lines would happen on real ones. Returned once.
+    fn wrong(&mut self) -> Option<String> {
+        None
+    }
 }
 
 /// Rust code of a test, which never ends by itself.

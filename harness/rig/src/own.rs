@@ -39,6 +39,10 @@ impl Own {
     pub(super) fn ended(&mut self) -> Option<String> {
         self.host.guest.ended()
     }
+
+    pub(super) fn wrong(&mut self) -> Option<String> {
+        self.host.guest.wrong()
+    }
 }
 
 impl Guest for Box<dyn NodeDevice> {

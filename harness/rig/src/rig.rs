@@ -258,7 +258,7 @@ impl Rig {
         }
     }
 
-    /// Wakes the other nodes that are due; returns whether a reply has reached the engine.
+    /// Wakes the other nodes that are due; returns whether the engine was told something.
     #[inline]
     pub fn wake_others(
         &mut self,
@@ -266,7 +266,7 @@ impl Rig {
         engine: &mut Engine,
         mut reached: impl FnMut(usize),
     ) -> bool {
-        let mut has_replied = false;
+        let mut was_told = false;
         for (place, node) in self.nodes.iter_mut().enumerate() {
             match &mut node.part {
                 Part::Controller(machine) if machine.is_due(now) => {
@@ -278,23 +278,29 @@ impl Rig {
                     device.wake(now);
                     if let Some(how) = device.ended() {
                         engine.lost_node(now, &node.name, &how);
+                        was_told = true;
+                    }
+                    if let Some(why) = device.wrong() {
+                        engine.broke(now, &why);
+                        was_told = true;
                     }
                     reached(place);
                 }
                 Part::Tester(tester) if tester.next_wakeup() <= now => {
                     if let Err(why) = tester.wake(now) {
                         engine.broke(now, &why);
+                        was_told = true;
                     }
                     if let Some(reply) = tester.reply() {
                         engine.replied(now, &reply);
-                        has_replied = true;
+                        was_told = true;
                     }
                     reached(place);
                 }
                 _ => {}
             }
         }
-        has_replied
+        was_told
     }
 
     /// Sends the outputs of a node. Controllers are drained by their owner, which also takes their reports.

@@ -289,7 +289,19 @@ impl<C: Crossing> Simulation<C> {
         let Self { now, rig, director, touched, .. } = self;
         let now = *now;
         let engine = &mut director.engine;
-        rig.wake_emulated(now, |place| touched.node(place), |woken| engine.woken(now, woken));
+        let mut was_told = false;
+        rig.wake_emulated(
+            now,
+            |place| touched.node(place),
+            |woken| {
+                engine.woken(now, woken);
+                was_told = true;
+            },
+        );
+        // What the plan was told may have ended its wait: its next wake-up is another one.
+        if was_told {
+            touched.0 |= Touched::PLAN;
+        }
         if rig.wake_others(now, &mut director.engine, |place| touched.node(place)) {
             touched.0 |= Touched::PLAN;
         }

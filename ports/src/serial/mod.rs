@@ -10,6 +10,8 @@ mod open;
 mod tests;
 pub mod usb;
 
+pub use open::written;
+
 use super::Counters;
 use super::backoff::Backoff;
 use super::error::{PortError, PortLost};

@@ -91,7 +91,7 @@ fn error(path: &str, settings: SerialSettings, source: io::Error) -> PortError {
 }
 
 /// The usual short form, such as `9600 8N1`.
-fn written(settings: SerialSettings) -> String {
+pub fn written(settings: SerialSettings) -> String {
     let parity = match settings.parity {
         Parity::None => 'N',
         Parity::Even => 'E',

@@ -1,5 +1,6 @@
 //! A user's program in step with the world.
 
+use super::uarts::Uarts;
 use crate::command::fill;
 use crate::lines::{self, Place, Places};
 use described::Medium;
@@ -43,12 +44,16 @@ fn started(
         lines.map(|line| (rig.line_name(line).to_owned(), port(rig, line))).collect();
     let words = fill(words, &ports).map_err(|error| error.to_string())?;
     let mut program = in_words(words);
-    let mut places = Places::new();
+    let (mut places, mut uarts) = (Places::new(), Uarts::default());
     for line in &node.lines {
         let name = port(rig, *line);
         places.insert(rig.line_name(*line).to_owned(), place(rig, *line, &name));
         program = match declared(rig, *line) {
-            Some(RigLine { medium: Medium::Serial(_), .. }) => program.serial(name),
+            Some(RigLine { medium: Medium::Serial(settings), .. }) => {
+                let port = PortId(places.len() as u8 - 1);
+                uarts.add(port, rig.line_name(*line), *settings);
+                program.serial_at(name, settings.baud)
+            }
             Some(RigLine { data_bit_rate: Some(_), .. }) => program.can_fd(name),
             _ => program.can(name),
         };
@@ -64,7 +69,8 @@ fn started(
         program = program.output(Output::File(log));
     }
     let running = program.start().map_err(|error| why(&node.name, &error))?;
-    Ok(InStep { running, now: Timestamp::ZERO, is_told: false })
+    let name = node.name.clone();
+    Ok(InStep { name, running, uarts, now: Timestamp::ZERO, is_told: false })
 }
 
 fn limited(mut program: Program, said: &VirtualTime) -> Program {
@@ -104,7 +110,11 @@ pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
     let words = running.last_words();
     let last = words.lines().rfind(|line| !line.trim().is_empty());
     let last = last.map(|line| format!("; its last words: {line}")).unwrap_or_default();
-    format!("{ended}{last}")
+    match ended {
+        // Whoever tells of it says that it ended.
+        Ended::Exited(status) => format!("{status}{last}"),
+        ended => format!("{ended}{last}"),
+    }
 }
 
 /// Port that programs open for a line. Such a file or interface need not exist.
@@ -142,7 +152,9 @@ fn is_serial(rig: &Rig, line: usize) -> bool {
 /// A program in step with the world.
 #[derive(Debug)]
 struct InStep {
+    name: String,
     running: Lockstep,
+    uarts: Uarts,
     now: Timestamp,
     /// Its end was reported.
     is_told: bool,
@@ -157,16 +169,22 @@ impl Device for InStep {
     fn wake(&mut self, now: Timestamp) {
         self.now = now;
         self.running.wake(now);
+        self.uarts.look(now, &self.running);
     }
 
     fn next_wakeup(&self) -> Timestamp {
         // Immediately: its end is to be reported.
         let has_news = !self.is_told && self.running.ended().is_some();
-        if has_news { Timestamp::ZERO } else { self.running.next_wakeup() }
+        match has_news {
+            true => Timestamp::ZERO,
+            false => self.running.next_wakeup().min(self.uarts.next_wakeup()),
+        }
     }
 
     fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
-        self.running.transmit(now)
+        let sent = self.running.transmit(now);
+        self.uarts.look(now, &self.running);
+        sent
     }
 }
 
@@ -175,6 +193,10 @@ impl NodeDevice for InStep {
         let ended = self.running.ended().filter(|_| !self.is_told)?;
         self.is_told = true;
         Some(with_last_words(ended, &self.running))
+    }
+
+    fn wrong(&mut self) -> Option<String> {
+        self.uarts.wrong(self.now, &self.name, &self.running)
     }
 }
 

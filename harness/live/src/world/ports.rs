@@ -21,7 +21,7 @@ use wire::time::{Span, Timestamp};
 
 /// A wrong rate that lasts longer than this is not just about to be set. Assumption: a program opens its port and sets
 /// the rate within a second.
-const RATE_GRACE: Span = Span::from_secs(1);
+pub(crate) const RATE_GRACE: Span = Span::from_secs(1);
 
 /// Name of a role.
 pub const GYRO: &str = "gyro";
