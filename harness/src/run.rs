@@ -19,7 +19,7 @@ pub use keep::{
     write_documents,
 };
 pub use prepared::{PrepareError, Prepared, header, load_plan, load_recorded};
-pub use rig::rerun::{Difference, Rerun, RerunError, Said};
+pub use rig::rerun::{Clock, Difference, Rerun, RerunError, Said};
 #[cfg(feature = "logs")]
 pub use rig_of::logged;
 pub use rig_of::{RigError, load_description, load_rig, load_rig_named};
@@ -33,6 +33,7 @@ use crate::record::FaultSummary;
 use crate::record::reader::RecordError;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, Record};
+use crate::run_folder::{RunFolder, RunFolderError};
 use judge::unseen::without_truth;
 use rig::crossing::{Crossing, Memory};
 use rig::engine::{Action, Ending};
@@ -177,7 +178,18 @@ impl<C: Crossing> Underway<C> {
     }
 }
 
-/// Runs the devices under test of a prepared plan on the inputs of `records`, from a run with `seed`.
+/// The clock of the run in this folder; virtual if its summary is missing.
+///
+/// # Errors
+///
+/// When the summary cannot be read.
+pub fn clock_of(folder: &RunFolder) -> Result<Clock, RunFolderError> {
+    let summary = folder.summary_if_any()?;
+    let is_real = summary.is_some_and(|summary| summary.clock == "real");
+    Ok(if is_real { Clock::Real } else { Clock::Virtual })
+}
+
+/// Runs the devices under test of a prepared plan on the inputs of `records`, from a run with `seed` and this clock.
 ///
 /// # Errors
 ///
@@ -185,12 +197,13 @@ impl<C: Crossing> Underway<C> {
 pub fn rerun(
     prepared: &Prepared,
     seed: u64,
+    clock: Clock,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
     let start = |place: usize| prepared.start(place);
     let seed = prepared.plan.seed_of_run(seed);
     let (rig, ..) = prepared.simulated(seed, &Answers::default(), None, &start);
-    rerun::rerun(rig, records)
+    rerun::rerun(rig, clock, records)
 }
 
 /// Closes the record; a run with an incomplete record ends with an error.
@@ -221,6 +234,26 @@ impl Verdicts {
 }
 
 impl Simulated {
+    /// A run in which nothing happened.
+    #[cfg(feature = "live")]
+    pub(crate) fn not_begun(ending: Ending) -> Self {
+        Self {
+            ending,
+            end: Timestamp::ZERO,
+            events: 0,
+            observations: Observations::default(),
+            made: Made::default(),
+            dropped: 0,
+            commands: Vec::new(),
+            faults: Vec::new(),
+            properties: Vec::new(),
+            unjudged: Vec::new(),
+            no_truth: None,
+            notes: Vec::new(),
+            announced: false,
+        }
+    }
+
     /// Judges these measurements; those of a truth that the bench does not know are not judged.
     pub(crate) fn judge(&self, declared: &[crate::plan::Declared]) -> (Vec<Measurement>, Outcome) {
         let (mut measurements, judged) = judge_all(declared, &self.observations);

@@ -3,7 +3,7 @@
 
 use controller::Controller;
 use harness::hosted::Hosting;
-use harness::run::{Prepared, RerunError, rerun};
+use harness::run::{Clock, Prepared, RerunError, rerun};
 use plan::library::{Kind, Library, names};
 use plan::made::Made;
 use record::{Record, RecordKind};
@@ -17,7 +17,7 @@ const DRIVES: &str = "{ bias_test = { duration_s = 3 } }, { place = { x_m = 0, y
                       { turn = { angle_deg = 90, rate_deg_per_s = 30 } }";
 
 fn again(prepared: &Prepared, records: &[Record]) -> Result<harness::run::Rerun, RerunError> {
-    rerun(prepared, 1, records.iter().cloned().map(Ok))
+    rerun(prepared, 1, Clock::Virtual, records.iter().cloned().map(Ok))
 }
 
 #[test]

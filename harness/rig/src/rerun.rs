@@ -3,25 +3,25 @@
 //! Inputs come from the record alone, whatever a device sends now, so any difference is its own. Its outputs go through
 //! lines like those of the run, on which it is alone.
 
+mod pairs;
+
+pub use pairs::{Clock, Difference};
+
 use super::Rig;
 use super::line::EndId;
 use super::node::{Part, output};
 use crate::engine::FIRST_MISSION;
 use crate::hosted::{HostedController as _, News};
 use controller::mission::{Command, Mission, MissionId};
+use pairs::{Pairs, identifier};
 use record::reader::RecordError;
 use record::{Device, Record, RecordKind};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use wire::can::Id;
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
-use wire::time::{Span, Timestamp};
+use wire::time::Timestamp;
 
-/// On a bus of the run a frame waits for those of others; here the device is alone. Assumption: longer than a burst of
-/// ten frames at 125 kbit/s takes.
-const BUS_APART_MAX: Span = Span::from_millis(20);
-/// An output that the other side has not sent after this long is a difference.
-const AWAITED: Span = Span::from_secs(1);
 /// Most wake-ups at one instant; more means that a device asks to be woken again and again.
 const WAKES_AT_ONCE_MAX: u32 = 10_000;
 
@@ -37,8 +37,8 @@ pub enum RerunError {
     #[diagnostic(help("record a run with `hil run PLAN --record full`"))]
     NoBytes,
     /// No device is under test in this process or as a program.
-    #[error("nobody is under test in this run who could be started again")]
-    #[diagnostic(help("a device at a port and an emulated one are not run again"))]
+    #[error("this run has no program under test to start again")]
+    #[diagnostic(help("devices are not rerun"))]
     NobodyUnderTest,
     /// The machine stalled, or its clock jumped: when the device received its inputs is not in the record.
     #[error(
@@ -74,15 +74,6 @@ pub struct Said {
     pub reports: u64,
 }
 
-/// The first difference: `None` for a side that sent nothing.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Difference {
-    /// The record's.
-    pub recorded: Option<Record>,
-    /// The rerun's.
-    pub now: Option<Record>,
-}
-
 /// Result of a rerun.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rerun {
@@ -96,51 +87,12 @@ pub struct Rerun {
     pub ended: Option<String>,
 }
 
-/// Outputs, or reports, that the other side has not produced yet.
-#[derive(Debug, Default)]
-struct Pairs {
-    recorded: VecDeque<Record>,
-    now: VecDeque<Record>,
-}
-
-impl Pairs {
-    /// The first difference that is certain at `at`.
-    fn difference(&mut self, at: Timestamp) -> Option<Difference> {
-        loop {
-            let (recorded, now) = (self.recorded.front(), self.now.front());
-            let is_late = |record: &Record| at - record.at > AWAITED;
-            match (recorded, now) {
-                (Some(recorded), Some(now)) if is_same(recorded, now) => {
-                    self.recorded.pop_front();
-                    self.now.pop_front();
-                }
-                (None, None) => return None,
-                (Some(one), None) | (None, Some(one)) if !is_late(one) => return None,
-                (recorded, now) => {
-                    return Some(Difference { recorded: recorded.cloned(), now: now.cloned() });
-                }
-            }
-        }
-    }
-}
-
-const fn identifier(record: &Record) -> Option<Id> {
-    match &record.kind {
-        RecordKind::Frame(frame) => Some(frame.id()),
-        _ => None,
-    }
-}
-
-fn is_same(recorded: &Record, now: &Record) -> bool {
-    let (first, last) = (recorded.at.min(now.at), recorded.at.max(now.at));
-    let apart_max =
-        if matches!(now.kind, RecordKind::Frame(_)) { BUS_APART_MAX } else { Span::ZERO };
-    recorded.device == now.device && recorded.kind == now.kind && last - first <= apart_max
-}
-
 /// A rerun in progress.
 struct Again {
     rig: Rig,
+    clock: Clock,
+    /// Nothing is sent any more.
+    is_over: bool,
     /// Nodes that are run again.
     tested: Vec<usize>,
     now: Timestamp,
@@ -153,9 +105,10 @@ struct Again {
     came: Rerun,
 }
 
-/// Runs the devices under test in `rig` again on the inputs of `records`.
+/// Runs the devices under test in `rig` again on the inputs of `records`, from a run with this clock.
 pub fn rerun(
     rig: Rig,
+    clock: Clock,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
     let is_tested =
@@ -166,12 +119,14 @@ pub fn rerun(
     }
     let mut again = Again {
         rig,
+        clock,
+        is_over: false,
         tested,
         now: Timestamp::ZERO,
         is_reached: false,
         next_id: FIRST_MISSION,
         outputs: BTreeMap::new(),
-        reports: Pairs::default(),
+        reports: Pairs::new(clock),
         came: Rerun::default(),
     };
     // At the start the devices are queried, not woken.
@@ -195,7 +150,12 @@ pub fn rerun(
     for pairs in again.outputs.values_mut().chain([&mut again.reports]) {
         pairs.now.retain(|record| record.at <= over);
     }
-    again.compare(again.now + AWAITED + Span::from_nanos(1));
+    // In real time both sides may still have said something that the other had no time to say.
+    again.is_over = true;
+    again.compare(match clock {
+        Clock::Virtual => Timestamp::MAX,
+        Clock::Real => over,
+    });
     Ok(again.came)
 }
 
@@ -226,17 +186,23 @@ impl Again {
         Ok(())
     }
 
+    /// The outputs with which this one is compared: frames by identifier, and the bytes of each device.
+    fn pairs(&mut self, said: &Record) -> &mut Pairs {
+        let clock = self.clock;
+        self.outputs.entry(identifier(said)).or_insert_with(|| Pairs::new(clock))
+    }
+
     /// Counts what has arrived through the lines as sent now.
     fn arrive(&mut self) {
-        for line in &mut self.rig.lines {
-            while let Some((from, what)) = line.arrived(self.now) {
+        for line in 0..self.rig.lines.len() {
+            while let Some((from, what)) = self.rig.lines[line].arrived(self.now) {
                 let kind = match what {
                     Transmit::Bytes(packet) => RecordKind::Bytes(packet.as_slice().to_vec()),
                     Transmit::Frame(frame) => RecordKind::Frame(frame),
                 };
                 self.came.now.outputs += 1;
-                let said = Record { at: self.now, device: line.who(from), kind };
-                self.outputs.entry(identifier(&said)).or_default().now.push_back(said);
+                let said = Record { at: self.now, device: self.rig.lines[line].who(from), kind };
+                self.pairs(&said).now.push_back(said);
             }
         }
     }
@@ -344,8 +310,7 @@ impl Again {
         };
         if lines.iter().any(|line| is_tested(*line)) {
             self.came.recorded.outputs += 1;
-            let pairs = self.outputs.entry(identifier(&record)).or_default();
-            pairs.recorded.push_back(record);
+            self.pairs(&record).recorded.push_back(record);
             return Ok(());
         }
         let [line] = lines[..] else {
@@ -370,11 +335,11 @@ impl Again {
     fn compare(&mut self, at: Timestamp) {
         if self.came.difference.is_some() {
             self.outputs.clear();
-            self.reports = Pairs::default();
+            self.reports = Pairs::new(self.clock);
             return;
         }
-        let pairs = self.outputs.values_mut().chain([&mut self.reports]);
-        let differences = pairs.filter_map(|pairs| pairs.difference(at));
+        let (pairs, is_over) = (self.outputs.values_mut().chain([&mut self.reports]), self.is_over);
+        let differences = pairs.filter_map(|pairs| pairs.difference(at, is_over));
         let first = |one: &Difference| {
             let at = |record: &Option<Record>| record.as_ref().map(|record| record.at);
             at(&one.recorded).into_iter().chain(at(&one.now)).min()

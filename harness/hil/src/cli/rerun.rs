@@ -5,13 +5,16 @@ use super::progress::Screen;
 use super::setup::Controller;
 use super::{say, say_json};
 use clap::Args;
-use harness::run::{Difference, Prepared, Rerun, Said, load_recorded, rerun};
+use harness::run::{Clock, Difference, Prepared, Rerun, Said, clock_of, load_recorded, rerun};
+use plan::Rig;
+use plan::rig::{NodePart, RigNode, UnderTest};
 use record::header::Header;
 use record::outcome::Outcome;
 use record::run_folder::RunFolder;
 use record::text::Line;
 use record::{Device, Record};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -19,9 +22,9 @@ use std::sync::Arc;
 /// ones.
 ///
 /// Nothing reacts to it: the record holds what the devices sent. The run needs `--record full`.
-/// Outputs in virtual time are the same to the nanosecond. In real time the record does not hold
-/// when the controller was woken, so its reports differ in their last digits. Fails if anything
-/// differs.
+/// Outputs in virtual time are the same to the nanosecond. Those of a run in real time are compared
+/// by contents and order, and the reports of a controller differ in their last digits. Fails if
+/// anything differs.
 #[derive(Debug, Args)]
 pub(super) struct RerunArguments {
     /// A run folder.
@@ -30,6 +33,10 @@ pub(super) struct RerunArguments {
     /// The controller: in-process, process, or a command line with {gyro} and {base} for the ports
     #[arg(long, value_name = "in-process|process|COMMAND")]
     controller: Option<Controller>,
+    /// Start its programs with the commands in this plan's rig file as it is now, not with the
+    /// recorded ones.
+    #[arg(long)]
+    plan: Option<String>,
     /// Print one JSON document and nothing else.
     #[arg(long)]
     pub(super) json: bool,
@@ -41,7 +48,7 @@ impl RerunArguments {
         let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
         let records = folder.records()?;
         let header = records.header().clone();
-        let Some((plan, rig)) = load_recorded(&header, None)? else {
+        let Some((plan, rig)) = load_recorded(&header, self.plan.as_deref())? else {
             let message = format!("the record of {name} holds no plan");
             return Err(Failure::arguments(message, "run the plan again with this version"));
         };
@@ -55,15 +62,34 @@ impl RerunArguments {
         }
         let mut prepared = Prepared::new(Arc::new(plan), rig, <_>::default(), <_>::default());
         prepared.hosting = Controller::hosting(self.controller.as_ref());
-        let came = rerun(&prepared, header.seed, records)?;
+        let (clock, started) = (clock_of(&folder)?, started(&prepared.rig));
+        let came = rerun(&prepared, header.seed, clock, records)?;
         let is_same = came.difference.is_none() && came.ended.is_none();
         if self.json {
-            say_json(&document(&came, &header))?;
+            say_json(&document(&came, &header, &started))?;
         } else {
-            say(&text(&came, &header))?;
+            let whose = match &self.plan {
+                Some(plan) => format!("by the rig of {plan}"),
+                None => "as recorded; --plan PLAN takes the command of a rig file".to_owned(),
+            };
+            for (node, command) in &started {
+                say(&format!("started `{node}`: {command} ({whose})\n"))?;
+            }
+            say(&text(&came, &header, clock))?;
         }
         Ok(if is_same { Outcome::Passed } else { Outcome::Failed })
     }
+}
+
+/// The programs under test that the rig names, with their commands.
+fn started(rig: &Rig) -> Vec<(String, String)> {
+    let command = |node: &RigNode| match &node.part {
+        NodePart::UnderTest(UnderTest::Command(words)) => {
+            Some((node.name.clone(), words.join(" ")))
+        }
+        _ => None,
+    };
+    rig.nodes.iter().filter_map(command).collect()
 }
 
 fn line(record: Option<&Record>, header: &Header) -> Option<String> {
@@ -71,9 +97,13 @@ fn line(record: Option<&Record>, header: &Header) -> Option<String> {
     record.map(|record| Line(record, name(record.device)).to_string().trim().to_owned())
 }
 
-fn text(came: &Rerun, header: &Header) -> String {
+fn text(came: &Rerun, header: &Header, clock: Clock) -> String {
     let count = |said: Said| format!("{} outputs and {} reports", said.outputs, said.reports);
     let mut text = match &came.difference {
+        None if clock == Clock::Real => format!(
+            "the same contents in the same order, of a run in real time: {}\n",
+            count(came.now)
+        ),
         None => format!("the same: {}\n", count(came.now)),
         Some(Difference { recorded, now }) => {
             let told = |record| {
@@ -95,12 +125,13 @@ fn text(came: &Rerun, header: &Header) -> String {
     text
 }
 
-fn document(came: &Rerun, header: &Header) -> Value {
+fn document(came: &Rerun, header: &Header, started: &[(String, String)]) -> Value {
     let count = |said: Said| json!({ "outputs": said.outputs, "reports": said.reports });
     let difference = came.difference.as_ref().map(|Difference { recorded, now }| {
         json!({ "recorded": line(recorded.as_ref(), header), "now": line(now.as_ref(), header) })
     });
     json!({
+        "started": started.iter().cloned().collect::<BTreeMap<_, _>>(),
         "recorded": count(came.recorded),
         "now": count(came.now),
         "difference": difference,

@@ -74,7 +74,7 @@ fn each_end_of_a_program_is_named_and_none_of_its_processes_is_left() {
     for (does, status, named) in [
         ("pass", 0, "passed"),
         ("sys.exit('no more beats')", 1, "no more beats"),
-        ("os.abort()", 1, "the program ended: signal: 6"),
+        ("os.abort()", 1, "ended: signal: 6"),
         (
             "while True: pass",
             1,
@@ -82,7 +82,7 @@ fn each_end_of_a_program_is_named_and_none_of_its_processes_is_left() {
         ),
         ("while True: os.fork()", 1, "the program started more than 8 processes"),
         ("if os.fork() == 0: time.sleep(1e6)", 1, "the program started more than 8 processes"),
-        ("bus.recv(16)", 1, "1 never measured"),
+        ("bus.recv(16)", 1, "1 unset"),
         (
             "close = ctypes.CDLL('libc.so.6').close; [close(fd) for fd in range(3, 1024)]",
             1,
@@ -184,4 +184,20 @@ fn what_a_question_takes_is_a_setting() {
     let coarse = run("spin_questions = 2_000, spin_step_s = 0.04");
     // Two steps reach 50 ms, and one more is due to the question of `time.sleep` before it waits.
     assert!((between_s(&coarse) - 0.22).abs() < 1e-3, "{coarse}");
+}
+
+#[test]
+fn a_rerun_says_what_it_has_started_and_takes_the_command_of_the_plan_that_is_named() {
+    let hil = project("pass");
+    hil.run(&["run", "./beats.toml", "--record", "full", "--out", "out"]).exits(0);
+    fs::write(hil.path("other.py"), BEAT.replace("DOES", "count += 1")).unwrap();
+    fs::write(hil.path("rigs/beat.toml"), RIG.replace("./beat.py", "./other.py")).unwrap();
+    let recorded = hil.run(&["rerun", "out"]).exits(0).out;
+    assert!(
+        recorded.starts_with("started `beat`: python3 ./beat.py {can0} (as recorded;"),
+        "{recorded}"
+    );
+    let changed = hil.run(&["rerun", "out", "--plan", "./beats.toml"]).exits(1).out;
+    let said = "started `beat`: python3 ./other.py {can0} (by the rig of ./beats.toml)";
+    assert!(changed.starts_with(said) && changed.contains("first difference"), "{changed}");
 }
