@@ -2,14 +2,14 @@
 
 use crate::bench_file::{BenchFile, ControllerSection};
 use crate::made::Made;
-use crate::outcome::{PortSummary, Timing};
+use crate::outcome::{Outcome, PortSummary, Summary, Timing};
 use crate::plan::DEVICE;
 use crate::plan::Rig;
 use crate::plan::rig::{RigNode, UnderTest};
 use crate::port::PortSpec;
 use crate::properties::Property;
-use crate::record::Progress;
 use crate::record::sink::RecordSink;
+use crate::record::{Device, Progress, Record, RecordKind};
 use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
@@ -20,23 +20,29 @@ use live::world::{
     line_port, player, usual_port,
 };
 use rig::bench::base_transport;
-use rig::engine::{Action, Engine};
+use rig::engine::{Action, Ending, Engine};
 use rig::operator::{Operator, Person};
 use std::path::Path;
+use wire::time::Timestamp;
 
 pub use crate::program::DEVICE_LOG;
 
-/// Why a live run has no summary.
+/// Why a live run did not begin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LiveRunError {
     /// The run folder cannot be written.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
-    /// The bench does not come up.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Live(#[from] LiveError),
+    /// The bench does not come up. The run folder has this summary.
+    #[error("the bench did not come up")]
+    #[diagnostic(forward(source))]
+    Live {
+        /// Why.
+        source: Box<LiveError>,
+        /// A run that ended with this error before anything was measured.
+        summary: Box<Summary>,
+    },
     /// The bench does not fit the plan.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -205,7 +211,15 @@ pub(crate) fn carry_out(
         .with_monitor(properties, &prepared.rig.speakers);
     let mut made = Made::default();
     let mut keep_made = |action: &Action| action.keep_in(&mut made);
-    let mut end = world.run(log, sink, &mut keep_made, pulse)?;
+    let mut end = match world.run(log, sink, &mut keep_made, pulse) {
+        Ok(end) => end,
+        Err(error) => {
+            let why = RecordKind::Note(said(&error));
+            sink.record(Record { at: Timestamp::ZERO, device: Device::Plan, kind: why });
+            sink.finish();
+            return Err(error);
+        }
+    };
     finish(sink, &mut end.ending);
     Ok(LiveRun::of(end, world.engine_mut(), made))
 }
@@ -230,6 +244,22 @@ impl LiveRun {
         };
         Self { run, timing: end.timing, ports: end.ports, artifacts: end.artifacts }
     }
+}
+
+/// The error with its causes, in one line.
+fn said(error: &LiveError) -> String {
+    let first: &dyn std::error::Error = error;
+    let all = std::iter::successors(Some(first), |error| error.source());
+    all.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+}
+
+/// A run of a bench that did not come up.
+fn not_begun(error: &LiveError) -> Simulated {
+    let outcome = match error {
+        LiveError::Stopped => Outcome::Aborted,
+        _ => Outcome::Error,
+    };
+    Simulated::not_begun(Ending { outcome, reason: Some(said(error)) })
 }
 
 /// Runs a prepared plan in real time, judges it and writes its run folder. `person` answers what `options` does not.
@@ -270,18 +300,31 @@ pub fn run_live_to_folder_watched(
     let log = folder.file(DEVICE_LOG);
     let (seed, properties) = (options.seed, &prepared.plan.properties);
     let order = LiveOrder { prepared, seed, setting: &setting, properties, log: &log };
-    let live = carry_out(order, operator, &mut sink, pulse)?;
+    let live = carry_out(order, operator, &mut sink, pulse);
     drop(sink);
-    let mut summary = summarise(prepared, options.seed, &live.run);
-    "real".clone_into(&mut summary.clock);
-    summary.bus = setting.site.bus();
+    let summarised = |run: &Simulated| {
+        let mut summary = summarise(prepared, options.seed, run);
+        "real".clone_into(&mut summary.clock);
+        summary.bus = setting.site.bus();
+        summary.device_under_test = setting.under_test();
+        if folder.file(DEVICE_LOG).is_file() {
+            summary.artifacts.push(DEVICE_LOG.to_owned());
+        }
+        summary
+    };
+    let live = match live {
+        Ok(live) => live,
+        Err(error) => {
+            let summary = summarised(&not_begun(&error));
+            let kept = keep(&folder, &header, summary, not_begun(&error));
+            let (source, summary) = (Box::new(error), Box::new(kept.summary));
+            return Err(LiveRunError::Live { source, summary });
+        }
+    };
+    let mut summary = summarised(&live.run);
     summary.timing = Some(live.timing);
     summary.ports = live.ports;
-    summary.device_under_test = setting.under_test();
     summary.wall_s = summary.simulated_s;
-    if folder.file(DEVICE_LOG).is_file() {
-        summary.artifacts.push(DEVICE_LOG.to_owned());
-    }
     summary.artifacts.extend(live.artifacts);
     Ok(keep(&folder, &header, summary, live.run))
 }

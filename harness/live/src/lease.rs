@@ -134,11 +134,25 @@ fn place(port: &PortText) -> String {
         },
     };
     match fs::canonicalize(&path) {
-        // The number of a pty goes to the next one as soon as both ends are closed, while a run may still wait for the
-        // first to return. The link is what names it.
         Ok(device) if !device.starts_with(PTYS) => device.display().to_string(),
-        _ => path,
+        Ok(_) => last_link(Path::new(&path)).display().to_string(),
+        Err(_) => path,
     }
+}
+
+/// The link that leads to a pty, at the end of those that lead to that link. The number of a pty goes to the next one as
+/// soon as both ends are closed, while a run may still wait for the first to return: the link is what names it.
+fn last_link(path: &Path) -> PathBuf {
+    let folder = |path: &Path| fs::canonicalize(path.parent().unwrap_or(path)).unwrap_or_default();
+    let mut last = path.to_owned();
+    while let Ok(to) = fs::read_link(&last) {
+        let next = folder(&last).join(to);
+        if folder(&next).starts_with(PTYS) {
+            return folder(&last).join(last.file_name().unwrap_or_default());
+        }
+        last = next;
+    }
+    last
 }
 
 /// A bench that one holds, until this is dropped.
@@ -310,6 +324,11 @@ mod tests {
         std::os::unix::fs::symlink("/dev/pts/ptmx", &ptmx).unwrap();
         let text = format!("[gyro]\nport = \"serial:{}\"", ptmx.display());
         assert_eq!(leased("x", &text).to_string(), ptmx.display().to_string());
+        // A link to that link is the same port, relative ones included.
+        let alias = folder.path().join("by-id");
+        std::os::unix::fs::symlink("ttyUSB0", &alias).unwrap();
+        let by_alias = format!("[gyro]\nport = \"{}\"", alias.display());
+        assert_eq!(leased("x", &by_alias), leased("y", &text));
     }
 
     #[test]

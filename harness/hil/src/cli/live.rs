@@ -4,6 +4,7 @@ use super::failure::Failure;
 use super::setup::{Controller, LiveSetup};
 use harness::operator::Person;
 use harness::run::{Completed, Options, Prepared};
+use harness::run_live::LiveRunError;
 use record::Progress;
 use views::watch::Feed;
 
@@ -23,9 +24,9 @@ pub(super) fn run(
     person: Option<Box<dyn Person>>,
     feed: Option<&Feed>,
     pulse: &mut impl FnMut(Progress) -> bool,
-) -> Result<Completed, Failure> {
+) -> Result<Completed, LiveRunError> {
     use harness::run_live::run_live_to_folder_watched;
-    Ok(run_live_to_folder_watched(prepared, options, &asked(setup), person, feed, pulse)?)
+    run_live_to_folder_watched(prepared, options, &asked(setup), person, feed, pulse)
 }
 
 /// Returns the bench that a prepared plan would run on.

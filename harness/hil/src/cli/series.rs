@@ -15,6 +15,7 @@ use super::{say, say_json};
 use harness::hosted::Hosting;
 use harness::operator::Answers;
 use harness::run::{Completed, Options, Prepared, run_to_folder_watched};
+use harness::run_live::LiveRunError;
 use harness::stopwatch::Stopwatch;
 use plan::calibrations;
 use plan::made::Made;
@@ -137,7 +138,8 @@ impl Series<'_> {
             }
             promised.extend(calibrations::made_by(&prepared.plan));
             let out = self.out.folder(prepared.plan.name.as_str(), self.seed);
-            let completed = self.run(&prepared, &out, screen, interrupt, (watch, index))?;
+            let completed =
+                self.run(&prepared, &out, screen, interrupt, (watch, index), summaries)?;
             if completed.dropped > 0 {
                 tracing::warn!("{name}: full lines dropped {} times", completed.dropped);
             }
@@ -153,6 +155,7 @@ impl Series<'_> {
         Ok(())
     }
 
+    /// Runs one plan; puts the summary of a bench that did not come up with the others.
     fn run(
         &self,
         prepared: &Prepared,
@@ -160,6 +163,7 @@ impl Series<'_> {
         screen: &Screen,
         interrupt: &Interrupt,
         (watch, index): (&Watch, usize),
+        summaries: &mut Vec<Summary>,
     ) -> Result<Completed, Failure> {
         let options =
             Options { seed: self.seed, out, level: self.level, answers: self.answers.clone() };
@@ -188,7 +192,11 @@ impl Series<'_> {
             }
             Setup::Live(setup) => {
                 let person = self.person.as_ref().map(|terminal| watch.person(terminal));
-                live::run(prepared, &options, setup, person, feed, &mut pulse)?
+                let done = live::run(prepared, &options, setup, person, feed, &mut pulse);
+                if let Err(LiveRunError::Live { summary, .. }) = &done {
+                    summaries.push(Summary::clone(summary));
+                }
+                done?
             }
         };
         if self.is_verified {
@@ -231,7 +239,7 @@ fn annotate(plan: &str, summary: &Summary, screen: &Screen) {
     let failed: Vec<&str> = failed.map(|one| one.name.as_str()).collect();
     let message = match (&summary.reason, failed.is_empty()) {
         (Some(reason), _) => reason.clone(),
-        (None, false) => format!("out of band or never measured: {}", failed.join(", ")),
+        (None, false) => format!("out of band or unset: {}", failed.join(", ")),
         (None, true) => summary.outcome.name().to_owned(),
     };
     let place = Path::new(plan).is_file().then(|| (plan.to_owned(), 1));

@@ -28,6 +28,8 @@ pub struct ProgramNeed {
     pub by: String,
     /// Program and arguments.
     pub words: Vec<String>,
+    /// Its name in a bench file; `None` if it is known by its first word.
+    pub name: Option<String>,
 }
 
 /// All needs, and what has them.
@@ -37,6 +39,8 @@ pub struct Needs {
     pub ports: Vec<PortNeed>,
     /// What needs pty pairs.
     pub ptys: Vec<String>,
+    /// The bench whose `setup` may create what is missing.
+    pub set_up_by: Option<String>,
     /// What needs our controller as a program.
     pub our_controller: Option<String>,
     /// Plans are named, and none has a robot or a table for our controller.
@@ -73,8 +77,13 @@ impl Needs {
                 needs.add_lines(name, &file, &prepared);
                 needs.findings.extend(in_use(name, &file));
                 for (command, section) in &file.commands {
-                    needs.program(format!("command {command} of bench {name}"), &section.run);
+                    needs.programs.push(ProgramNeed {
+                        by: format!("command {command} of bench {name}"),
+                        words: section.run.clone(),
+                        name: Some(command.to_string()),
+                    });
                 }
+                needs.set_up_by = (!file.setup.is_empty()).then(|| name.to_owned());
             }
         }
         needs
@@ -132,9 +141,10 @@ impl Needs {
     }
 
     fn program(&mut self, by: String, words: &[String]) {
-        match self.programs.iter_mut().find(|known| known.words == words) {
+        let is_it = |known: &&mut ProgramNeed| known.name.is_none() && known.words == words;
+        match self.programs.iter_mut().find(is_it) {
             Some(known) => known.by += &format!(", {by}"),
-            None => self.programs.push(ProgramNeed { by, words: words.to_vec() }),
+            None => self.programs.push(ProgramNeed { by, words: words.to_vec(), name: None }),
         }
     }
 
@@ -155,4 +165,34 @@ fn in_use(name: &str, bench: &BenchFile) -> Option<Finding> {
     let mend = format!("# wait for it:\nhil run PLAN --clock real --bench {name} --wait 600");
     let by = format!("bench {name}");
     Some(Finding::gap(&by, taken.told(unix_s().unwrap_or_default()), mend, Some(by.clone())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Needs;
+    use crate::doctor::tests::laptop;
+    use crate::doctor::{Status, examine, programs};
+
+    #[test]
+    fn what_a_bench_sets_up_need_not_be_there_yet() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bench.toml");
+        let bench = "setup = [\"on\"]\n[device]\nport = \"/dev/none\"\n[command.on]\nrun = [\"sh\", \"-c\", \"true\"]\n\
+                     [command.off]\nrun = [\"sh\", \"-c\", \"false\"]\n";
+        std::fs::write(&path, bench).unwrap();
+        let needs = Needs::read(path.to_str(), &[]);
+        let mut facts = laptop();
+        facts.programs = programs::gather(&needs);
+        let findings = examine(&facts, &needs);
+        let found = |subject: &str| findings.iter().find(|one| one.subject == subject).unwrap();
+        assert_eq!(found("/dev/none").status, Status::Optional);
+        assert!(found("/dev/none").what.contains("may create it"), "{findings:?}");
+        assert_eq!((found("on").status, found("off").status), (Status::Good, Status::Good));
+        std::fs::write(&path, bench.replace("setup = [\"on\"]\n", "")).unwrap();
+        let needs = Needs::read(path.to_str(), &[]);
+        let missing = examine(&facts, &needs);
+        assert!(
+            missing.iter().any(|one| one.subject == "/dev/none" && one.status == Status::Missing)
+        );
+    }
 }

@@ -51,7 +51,12 @@ pub(super) fn judge(facts: &ProgramFacts, needs: &Needs, findings: &mut Vec<Find
     }
     for need in &needs.programs {
         let found = facts.under_test.iter().find(|found| found.words == need.words);
-        findings.extend(need.words.first().map(|program| judge_program(program, found, &need.by)));
+        let Some(program) = need.words.first() else { continue };
+        let mut finding = judge_program(program, found, &need.by);
+        if let Some(name) = &need.name {
+            finding.subject.clone_from(name);
+        }
+        findings.push(finding);
     }
 }
 

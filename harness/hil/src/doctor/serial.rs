@@ -91,6 +91,12 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
         let by = Some(need.by.clone());
         match found[..] {
             [_] => {}
+            [] if let Some(bench) = &needs.set_up_by => findings.push(Finding::gap(
+                need.port.as_str(),
+                format!("not there yet: the `setup` of {bench} may create it"),
+                "# its ports are opened after the commands of `setup`",
+                None,
+            )),
             [] => findings.push(Finding::gap(
                 need.port.as_str(),
                 "there is no such serial port",
@@ -134,7 +140,7 @@ fn absent(facts: &Facts) -> String {
 fn judge_port(port: &SerialPort, serial: &SerialFacts, needed_by: Option<String>) -> Finding {
     let mut what = match &port.usb {
         Some(usb) => format!("{}, {}", usb.name, usb.port()),
-        None => "no USB adapter".to_owned(),
+        None => "present, not a USB adapter".to_owned(),
     };
     let subject = port.path.clone();
     if port.accessible {

@@ -64,7 +64,7 @@ fn adapter(path: &str, serial_number: &str) -> SerialPort {
 }
 
 /// A developer's machine that lacks only what a test removes.
-fn laptop() -> Facts {
+pub(super) fn laptop() -> Facts {
     let can = CanFacts { interfaces: vec![vcan0(true)], ..modules(Module::Loaded) };
     Facts {
         kernel: "6.12.48+deb13-amd64".to_owned(),
@@ -349,7 +349,7 @@ fn a_script_is_looked_for_and_so_is_its_interpreter() {
     assert_eq!(look(&["no-such-program".to_owned()]).path, None);
     let gone = "no-such-program".to_owned();
     let needs = Needs {
-        programs: vec![ProgramNeed { by: "x of plan y".to_owned(), words: vec![gone] }],
+        programs: vec![ProgramNeed { by: "x of plan y".to_owned(), words: vec![gone], name: None }],
         ..Needs::default()
     };
     let (status, mend) = mends(&laptop(), &needs, "no-such-program");

@@ -287,6 +287,24 @@ fn a_bench_is_set_up_before_its_ports_are_opened_and_torn_down_after() {
         assert!(told(&output).contains(said), "{}", shown(&output));
         assert!(folder.join("torn-down").exists());
 
+        // Build servers see it, and so does who looks into the folder later.
+        assert_eq!(
+            (&summary(&out)["outcome"], &summary(&out)["clock"]),
+            (&"error".into(), &"real".into())
+        );
+        let junit = std::fs::read_to_string(out.join("junit.xml")).unwrap();
+        assert!(junit.contains("errors=\"1\"") && junit.contains("no hub"), "{junit}");
+        let check = hil().arg("check").arg(&out).output().unwrap();
+        assert_eq!(check.status.code(), Some(3), "{}", shown(&check));
+        assert!(!told(&check).contains("killed"), "{}", shown(&check));
+        let mut missing = command(folder, "[device]\nport = \"/dev/no-such-port\"\n", &out);
+        let markdown = folder.join("summary.md");
+        let output = missing.args(["--summary"]).arg(&markdown).output().unwrap();
+        assert_eq!(output.status.code(), Some(3), "{}", shown(&output));
+        assert!(summary(&out)["reason"].to_string().contains("/dev/no-such-port"));
+        let table = std::fs::read_to_string(markdown).unwrap();
+        assert!(table.contains("flashed: error"), "{table}");
+
         // A bench that cannot be switched off is broken, even after a run that passed.
         let fails = "teardown = [\"off\"]\n".to_owned() + &shell("off", "exit 1", 10.0);
         let output = run(folder, &fails, &out);

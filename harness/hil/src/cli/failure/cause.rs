@@ -278,7 +278,7 @@ impl From<LiveRunError> for Cause {
     fn from(error: LiveRunError) -> Self {
         match error {
             LiveRunError::Folder(error) => error.into(),
-            LiveRunError::Live(error) => error.into(),
+            LiveRunError::Live { source, .. } => (*source).into(),
             LiveRunError::Placement(error) => error.into(),
             LiveRunError::Unfit(error) => error.into(),
         }
