@@ -26,7 +26,9 @@ pub(super) fn verify(
         return Ok(());
     }
     let folder = RunFolder::open(out)?;
-    if let Some([first, second]) = difference(&folder, &RunFolder::open(scratch.path())?)? {
+    if let Some(Parted { sides: [first, second], .. }) =
+        difference(&folder, &RunFolder::open(scratch.path())?)?
+    {
         let summary = &mut completed.summary;
         summary.outcome = Outcome::Error;
         summary.reason = Some(format!(
@@ -38,11 +40,20 @@ pub(super) fn verify(
     Ok(())
 }
 
-/// The first difference between two records: a line of each.
+/// Where two records part.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Parted {
+    /// A line of each.
+    pub(super) sides: [String; 2],
+    /// From there on, one of them cannot be read to its end.
+    pub(super) damaged: bool,
+}
+
+/// The first difference between two records.
 pub(super) fn difference(
     one: &RunFolder,
     other: &RunFolder,
-) -> Result<Option<[String; 2]>, RunFolderError> {
+) -> Result<Option<Parted>, RunFolderError> {
     let (one, other) = (one.records()?, other.records()?);
     let header = one.header().clone();
     Ok(first(&header, one, other))
@@ -52,7 +63,7 @@ fn first(
     header: &Header,
     mut one: impl Iterator<Item = Result<Record, RecordError>>,
     mut other: impl Iterator<Item = Result<Record, RecordError>>,
-) -> Option<[String; 2]> {
+) -> Option<Parted> {
     let told = |record: Option<Result<Record, RecordError>>| match record {
         Some(Ok(record)) => Line(&record, header.name_of(record.device)).to_string(),
         Some(Err(error)) => error.to_string(),
@@ -64,7 +75,13 @@ fn first(
             (None, None) => return None,
             (Some(Ok(first)), Some(Ok(second))) if first == second => {}
             (first, second) => {
-                return Some([first, second].map(|record| told(record).trim().to_owned()));
+                let is_damaged = |side: &Option<_>| matches!(side, Some(Err(_)));
+                let damaged = is_damaged(&first)
+                    || is_damaged(&second)
+                    || one.any(|record| record.is_err())
+                    || other.any(|record| record.is_err());
+                let sides = [first, second].map(|record| told(record).trim().to_owned());
+                return Some(Parted { sides, damaged });
             }
         }
     }
@@ -90,10 +107,23 @@ mod tests {
             first(&Header::default(), notes(one).into_iter(), notes(other).into_iter())
         };
         assert_eq!(between(&["a", "b"], &["a", "b"]), None);
-        let [one, other] = between(&["a", "b", "c"], &["a", "x", "c"]).unwrap();
+        let parted = between(&["a", "b", "c"], &["a", "x", "c"]).unwrap();
+        assert!(!parted.damaged);
+        let [one, other] = parted.sides;
         assert!(one.starts_with("1.0") && one.ends_with(" b"), "{one}");
         assert!(other.starts_with("1.0") && other.ends_with(" x"), "{other}");
-        let [_, other] = between(&["a", "b"], &["a"]).unwrap();
+        let [_, other] = between(&["a", "b"], &["a"]).unwrap().sides;
         assert_eq!(other, "the record ends");
+    }
+
+    #[test]
+    fn damage_is_told_also_behind_the_first_difference() {
+        let broken = || {
+            let error = std::io::Error::from(std::io::ErrorKind::UnexpectedEof);
+            notes(&["a", "b"]).into_iter().chain([Err(RecordError::Io(error))])
+        };
+        for whole in [notes(&["a", "b", "c"]), notes(&["x"])] {
+            assert!(first(&Header::default(), broken(), whole.into_iter()).unwrap().damaged);
+        }
     }
 }

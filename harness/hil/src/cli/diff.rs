@@ -1,6 +1,6 @@
 //! `hil diff`: compares two runs.
 
-use super::determinism::difference;
+use super::determinism::{Parted, difference};
 use super::failure::Failure;
 use super::say;
 use clap::Args;
@@ -12,7 +12,7 @@ use views::report::compared::{Run, render};
 
 /// Compares two runs: verdicts and figures side by side, and the first event that differs.
 ///
-/// Fails if a verdict differs or exists in only one of them.
+/// Fails if a verdict differs or exists in only one of them. A damaged record is an error.
 #[derive(Debug, Args)]
 pub(super) struct DiffArguments {
     /// A run folder.
@@ -32,11 +32,13 @@ impl DiffArguments {
         let (table, differing) = comparison(&one.summary()?, &other.summary()?, Style::of_stdout());
         let difference = difference(&one, &other)?;
         if let Some(page) = &self.html {
-            let text = self.page((&one, &other), difference.as_ref())?;
+            let text =
+                self.page((&one, &other), difference.as_ref().map(|parted| &parted.sides))?;
             std::fs::write(page, text).map_err(|source| Failure::file(page, source))?;
         }
+        let damaged = difference.as_ref().is_some_and(|parted| parted.damaged);
         let records = match difference {
-            Some([first, second]) => {
+            Some(Parted { sides: [first, second], .. }) => {
                 format!("first difference of the records:\n  first   {first}\n  second  {second}\n")
             }
             None => "the records are the same".to_owned(),
@@ -46,8 +48,13 @@ impl DiffArguments {
             1 => "1 verdict differs".to_owned(),
             several => format!("{several} verdicts differ"),
         };
-        say(&format!("{table}\n{records}\n{verdicts}\n"))?;
-        Ok(if differing == 0 { Outcome::Passed } else { Outcome::Failed })
+        let damage = if damaged { "a record is damaged\n" } else { "" };
+        say(&format!("{table}\n{records}\n{verdicts}\n{damage}"))?;
+        Ok(match differing {
+            _ if damaged => Outcome::Error,
+            0 => Outcome::Passed,
+            _ => Outcome::Failed,
+        })
     }
 
     fn page(

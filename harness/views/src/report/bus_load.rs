@@ -33,11 +33,14 @@ pub(super) struct BusLoad {
     bytes: BTreeMap<Device, Seconds>,
     /// Number of frames and packets later than [`SECONDS_MAX`].
     overflowed: u64,
+    /// Bench time of the last record, s.
+    end_s: f64,
 }
 
 impl BusLoad {
     /// Counts a frame or bytes.
     pub(super) fn add(&mut self, header: &Header, record: &Record) {
+        self.end_s = self.end_s.max(record.at.as_secs_f64());
         let (seconds, amount) = match &record.kind {
             RecordKind::Frame(frame) => {
                 let bus = header.bus_of(record.device);
@@ -62,6 +65,19 @@ impl BusLoad {
         seconds[second] = seconds[second].saturating_add(amount);
     }
 
+    /// Amount per second, in whole seconds. Part of one at the end would look like a quiet line; a run shorter than a second
+    /// has its mean.
+    fn points(&self, seconds: &[u32]) -> Vec<Point> {
+        let whole = self.end_s as usize;
+        if whole == 0 {
+            let amount = seconds.first().map_or(0.0, |amount| f64::from(*amount));
+            let mean = if self.end_s > 0.0 { amount / self.end_s } else { amount };
+            return vec![(0.0, mean)];
+        }
+        let whole = seconds.iter().take(whole).enumerate();
+        whole.map(|(at, amount)| (at as f64, f64::from(*amount))).collect()
+    }
+
     /// Plots each line; a sentence if the record contains neither frames nor bytes.
     pub(super) fn plots(&self, header: &Header) -> Markup {
         if self.busy_ns.is_empty() && self.bytes.is_empty() {
@@ -74,11 +90,11 @@ impl BusLoad {
         html! {
             div.plots {
                 @for (place, seconds) in &self.busy_ns {
-                    (bus(header, *place, seconds))
+                    (bus(header, *place, &self.points(seconds)))
                 }
                 @for (device, seconds) in &self.bytes {
                     @let line = header.lines.iter().find(|line| line.device == *device);
-                    (serial(*device, seconds, line))
+                    (serial(*device, &self.points(seconds), line))
                 }
             }
             @if self.overflowed > 0 {
@@ -88,11 +104,16 @@ impl BusLoad {
     }
 }
 
+/// Scales the amounts.
+fn scaled(points: &[Point], unit: f64) -> Vec<Point> {
+    points.iter().map(|(at, amount)| (*at, amount * unit)).collect()
+}
+
 fn rates(header: &Header, bus: usize) -> BitRates {
     header.buses.get(bus).map_or(BitRates::USUAL, Bus::rates)
 }
 
-fn bus(header: &Header, place: usize, busy_ns: &[u32]) -> Markup {
+fn bus(header: &Header, place: usize, busy_ns: &[Point]) -> Markup {
     let rates = rates(header, place);
     let title = match header.buses.get(place) {
         Some(bus) => format!("CAN bus {}", bus.line),
@@ -105,26 +126,22 @@ fn bus(header: &Header, place: usize, busy_ns: &[u32]) -> Markup {
         rates.nominal / 1_000,
         fast.unwrap_or_default()
     );
-    plot(&title, "share of bit time in %", &points(busy_ns, 1e-7), &note)
+    plot(&title, "share of bit time in %", &scaled(busy_ns, 1e-7), &note)
 }
 
 /// Plots the share of the line's capacity, if that is known.
-fn serial(device: Device, seconds: &[u32], line: Option<&Line>) -> Markup {
+fn serial(device: Device, seconds: &[Point], line: Option<&Line>) -> Markup {
     let title = format!("Serial line, sent by the {}", device.name());
-    let most = seconds.iter().max().copied().unwrap_or_default();
+    let most = seconds.iter().map(|(_, bytes)| *bytes).fold(0.0, f64::max);
     let Some(line) = line.filter(|line| line.baud > 0) else {
         let note = "Of which line, or at how many baud, the record does not say.";
-        return plot(&title, "bytes/s", &points(seconds, 1.0), note);
+        return plot(&title, "bytes/s", seconds, note);
     };
     let Line { baud, bits_per_byte, .. } = line;
     let share = 100.0 * f64::from(*bits_per_byte) / f64::from(*baud);
     let can = baud / (*bits_per_byte).max(1);
-    let note = format!("At most {most} bytes/s, of {can} at {baud} baud.");
-    plot(&title, "share of bit time in %", &points(seconds, share), &note)
-}
-
-fn points(seconds: &[u32], unit: f64) -> Vec<Point> {
-    seconds.iter().enumerate().map(|(at, amount)| (at as f64, f64::from(*amount) * unit)).collect()
+    let note = format!("At most {most:.0} bytes/s, of {can} at {baud} baud.");
+    plot(&title, "share of bit time in %", &scaled(seconds, share), &note)
 }
 
 fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
@@ -200,5 +217,18 @@ mod tests {
         let text = load.plots(&header).into_string();
         assert!(text.contains("CAN bus can0") && text.contains("Of 250 kbit/s and 2000"), "{text}");
         assert!(text.contains("At most 16 bytes/s, of 960 at 9600 baud."), "{text}");
+    }
+
+    #[test]
+    fn part_of_a_second_at_the_end_is_no_quiet_second() {
+        let mut load = BusLoad::default();
+        let header = Header::default();
+        let mut say = |at_s| {
+            load.add(&header, &record(at_s, Device::Gyro, RecordKind::Bytes(vec![0; 8])));
+            load.points(&load.bytes[&Device::Gyro])
+        };
+        assert_eq!(say(0.5), [(0.0, 16.0)], "the mean of a run that is shorter");
+        assert_eq!(say(1.1), [(0.0, 8.0)]);
+        assert_eq!(say(2.1), [(0.0, 8.0), (1.0, 8.0)]);
     }
 }

@@ -94,7 +94,7 @@ impl Model {
             estimate: Estimate::new(plan),
             robot: Robot::default(),
             gauges: header.quantities.iter().map(|one| Gauge::new(one, plan)).collect(),
-            traffic: Traffic::new(&header.lines),
+            traffic: Traffic::new(header),
             health: None,
             faults: Vec::new(),
             faults_unnamed: 0,

@@ -113,7 +113,7 @@ fn a_run_is_the_same_whether_anybody_watches_or_not() {
 #[test]
 fn frames_are_counted_without_a_full_record() {
     let (model, ..) = watched(&prepared(LAP));
-    let senders: Vec<_> = model.traffic.senders().map(|(device, way)| (device, *way)).collect();
+    let senders: Vec<_> = model.traffic.senders().map(|(device, _, way)| (device, *way)).collect();
     let names: Vec<_> = senders.iter().map(|(device, _)| device.name()).collect();
     assert_eq!(names, ["controller", "gyro", "base"]);
     let gyro = senders[1].1;

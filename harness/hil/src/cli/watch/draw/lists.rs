@@ -8,7 +8,6 @@ use ratatui::text::Line;
 use ratatui::widgets::{Cell, Paragraph, Row, Table, Widget};
 use record::figures;
 use views::watch::{Gauge, Model, NewsKind};
-use wire::can::BIT_RATE;
 
 /// Significant digits of a figure.
 const DIGITS: i32 = 4;
@@ -57,8 +56,8 @@ fn row<'a>(gauge: &'a Gauge, look: &Look) -> Row<'a> {
 /// Draws frames (fr) and bytes (B) per second of bench time for each sender, and the load of the lines.
 pub(super) fn traffic(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let traffic = &model.traffic;
-    let load = traffic.bus_load.map(|load| {
-        let kbit = BIT_RATE / 1_000;
+    let load = traffic.bus_load.zip(traffic.bit_rate).map(|(load, rate)| {
+        let kbit = rate / 1_000;
         format!(", bus {:.1} % of {kbit} kbit/s", load * 100.0)
     });
     let lost = model.robot.state.map(|state| format!(", samples lost {}", state.samples_lost));
@@ -66,10 +65,10 @@ pub(super) fn traffic(model: &Model, look: &Look, area: Rect, picture: &mut Buff
     let block = frame(Panel::Traffic, &title, look);
     let header = Row::new(["sender", "fr/s", "B/s", "line", "frames", "bytes"])
         .style(Style::new().add_modifier(Modifier::DIM));
-    let rows = traffic.senders().map(|(device, way)| {
+    let rows = traffic.senders().map(|(_, name, way)| {
         let load = way.load.filter(|_| way.bytes > 0);
         Row::new([
-            device.name().to_owned(),
+            name.to_owned(),
             format!("{:.0}", way.frames_per_s),
             format!("{:.0}", way.bytes_per_s),
             load.map_or_else(String::new, |load| format!("{:.0} %", load * 100.0)),

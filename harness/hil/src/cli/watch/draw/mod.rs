@@ -137,7 +137,7 @@ pub(super) fn scene(scene: &Scene<'_>, look: &Look, picture: &mut Buffer) {
     }
     header::keys(scene, look, keys, picture);
     if look.shows_help {
-        overlay::help(look, area, picture);
+        overlay::help(scene.stand.replay.is_some(), look, area, picture);
     }
     if let Some(asking) = &scene.stand.asking {
         overlay::question(asking, look, area, picture);

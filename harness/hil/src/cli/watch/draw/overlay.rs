@@ -23,9 +23,23 @@ const HELP: [&str; 10] = [
     "Times are bench time; time to go is that of the clock.",
 ];
 
-/// Draws the keys.
-pub(super) fn help(look: &Look, area: Rect, picture: &mut Buffer) {
-    let lines: Vec<Line<'_>> = HELP.into_iter().map(Line::from).collect();
+const REPLAY_HELP: [&str; 10] = [
+    "q, Ctrl-C   leave",
+    "space, p    hold, and go on",
+    "← →         back and on by a hundredth of the run",
+    "Home, End   its ends",
+    "< >         halve and double the speed",
+    "1 to 6      enlarge a panel, and back",
+    "Tab         the next panel; Esc, 0: all of them",
+    "+ -         a shorter or a longer window of time",
+    "?           this help",
+    "Times are bench time.",
+];
+
+/// Draws the keys of a run, or those of a replay.
+pub(super) fn help(is_replay: bool, look: &Look, area: Rect, picture: &mut Buffer) {
+    let help = if is_replay { REPLAY_HELP } else { HELP };
+    let lines: Vec<Line<'_>> = help.into_iter().map(Line::from).collect();
     boxed("help", lines, look, area, picture);
 }
 

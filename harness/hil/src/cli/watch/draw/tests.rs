@@ -2,7 +2,7 @@
 
 use super::{Look, Panel, Scene, scene};
 use crate::cli::watch::model_tests::{LAP, midway, prepared};
-use crate::cli::watch::stand::{SharedStand, Stage};
+use crate::cli::watch::stand::{Playing, SharedStand, Stage};
 use harness::run::Prepared;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -64,6 +64,10 @@ fn several_plans_a_question_and_help() {
     let mut look = Look::new(false);
     look.key(KeyCode::Char('?'));
     insta::assert_snapshot!("help", picture(&model, &look, &stand, (80, 24)));
+    stand.lock().replay = Some(Playing { at_s: 1.0, end_s: 50.0, speed: 1.0, is_held: false });
+    let of_replay = picture(&model, &look, &stand, (80, 24)).to_string();
+    assert!(of_replay.contains("halve and double the speed"), "{of_replay}");
+    assert!(!of_replay.contains("stop the run"), "{of_replay}");
 }
 
 #[test]
