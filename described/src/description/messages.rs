@@ -252,7 +252,13 @@ fn unsent(name: &str, layout: &Layout, error: &crate::SignalName, place: &Place)
         return Mistake::new(place.name(), format!("`{name}` is sent by the host"))
             .help("the device hears it; what it is before that is `initial` of its message");
     }
-    Mistake::new(place.name(), error.to_string()).help(error.advice())
+    let advice = match error {
+        crate::SignalName::Ambiguous { help, .. } => {
+            format!("{help}; a key with a dot has quotes: [signal.\"Message.{name}\"]")
+        }
+        crate::SignalName::Unknown { help, .. } => help.clone(),
+    };
+    Mistake::new(place.name(), error.to_string()).help(advice)
 }
 
 fn send(

@@ -302,6 +302,12 @@ impl Device {
         self.decoder.damaged()
     }
 
+    /// Number of received messages with a wrong checksum: of a message on a serial line, or among the signals; or with a
+    /// wrong counter.
+    pub const fn refused_messages(&self) -> u64 {
+        self.refused + self.decoder.checksum_failures()
+    }
+
     /// Number of questions not used because another was being answered.
     pub const fn refused_busy(&self) -> u64 {
         self.answers.refused

@@ -3,6 +3,7 @@
 use crate::tables::{Ears, Heard};
 use controller::mission::Report;
 use record::FaultEvent;
+use record::figures;
 use record::header::Header;
 use record::text::{Head, Line};
 use record::{Record, RecordKind};
@@ -128,10 +129,8 @@ impl Moment {
         let mut text = format!("{}{}:", Head(message.at, who), form.name);
         for (signal, value) in form.signals.iter().zip(&message.values) {
             if let Some(value) = value {
-                let value = rounded(*value);
-                let _ = write!(text, " {} {value} {}", signal.name, signal.unit);
-                text.truncate(text.trim_end().len());
-                text.push(',');
+                let value = figures::with_unit(rounded(*value).to_string(), &signal.unit);
+                let _ = write!(text, " {} {value},", signal.name);
             }
         }
         text.trim_end_matches([',', ':']).to_owned()

@@ -119,9 +119,14 @@ impl Speaker {
                         };
                         one.signals.iter().map(named)
                     });
-                    let several = names.clone().filter(|known| known == name).count() > 1;
-                    let what = if several { "several signals" } else { "no signal" };
-                    Err((format!("{what} `{name}` in the layout of {whose}"), names.collect()))
+                    if names.clone().filter(|known| known == name).count() > 1 {
+                        let of = |one: &&Message| one.signals.iter().any(|one| one.name == name);
+                        let each = self.messages().filter(of);
+                        let each = each.map(|one| format!("{}.{name}", one.name)).collect();
+                        let message = format!("several signals `{name}` in the layout of {whose}");
+                        return Err((message, each));
+                    }
+                    Err((format!("no signal `{name}` in the layout of {whose}"), names.collect()))
                 }
             },
             OfMessage::Period { name, .. } => {

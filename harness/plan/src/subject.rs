@@ -165,6 +165,7 @@ impl<'a> Subject<'a> {
             Err((message, known)) => {
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
                 let help = self.left_out(quantity.name());
+                let help = help.or_else(|| which(quantity, &known));
                 let help = help.unwrap_or_else(|| proposal(quantity.name(), &known));
                 Err(at.fault(here, message, Some(help)))
             }
@@ -344,4 +345,13 @@ fn not_carried(message: &Message, set: &BTreeMap<String, SignalValue>) -> Option
         }
     }
     None
+}
+
+/// The quantities that an ambiguous name may mean, if that is what is wrong with it.
+fn which(quantity: OfMessage<'_>, known: &[&str]) -> Option<String> {
+    let ending = format!(".{}", quantity.name());
+    let owner = if quantity.node() == DEVICE { "signal" } else { quantity.node() };
+    let each = known.iter().filter(|known| known.ends_with(&ending));
+    let each: Vec<String> = each.map(|known| format!("`{owner}.{known}`")).collect();
+    (!each.is_empty()).then(|| format!("say which: {}", each.join(" or ")))
 }

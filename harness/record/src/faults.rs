@@ -1,5 +1,6 @@
 //! The traces of a fault in the record and in `summary.json`.
 
+use crate::figures;
 use crate::text::OneLine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -64,7 +65,7 @@ impl fmt::Display for FaultRecord {
         match event {
             FaultEvent::Began => write!(f, "fault {index} begins: {name}"),
             FaultEvent::Ended { acted } => {
-                write!(f, "fault {index} ends: {name}, acted {acted} times")
+                write!(f, "fault {index} ends: {name}, acted {}", figures::times(*acted))
             }
             FaultEvent::NeverHappened { why } => {
                 write!(f, "fault {index} never happened: {name}, {}", OneLine(why))

@@ -90,6 +90,14 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// How often: "once", or "3 times".
+pub fn times(count: u64) -> String {
+    match count {
+        1 => "once".to_owned(),
+        _ => format!("{count} times"),
+    }
+}
+
 /// Appends the unit, if any, to a formatted number.
 pub fn with_unit(text: String, unit: &str) -> String {
     // A bare "1" is the SI notation for no unit.

@@ -227,7 +227,7 @@ impl std::fmt::Display for Counts {
             (self.passed, "passed"),
             (self.marginal, "marginal"),
             (self.failed, "failed"),
-            (self.unset, "never measured"),
+            (self.unset, "unset"),
             (self.not_judged, "not judged"),
         ];
         let mut separator = ": ";

@@ -14,7 +14,7 @@ impl Rig {
         let judged = self.ears.iter().filter(|ear| ear.judged);
         let damaged: u64 = judged.map(|ear| ear.decoder.damaged()).sum();
         if damaged > 0 {
-            remarks.push(format!("{damaged} times what came could not be read"));
+            remarks.push(format!("bytes or frames outside of any message: {damaged}"));
         }
         for ear in &self.ears {
             let node = self.lines[ear.line].name(ear.end);
@@ -22,7 +22,8 @@ impl Rig {
                 let message = &ear.decoder.layout().messages()[*message];
                 let signal = &message.signals[*signal];
                 remarks.push(format!(
-                    "{count} times {node}.{}.{} was out of its range, {}",
+                    "{} {node}.{}.{} was out of its range, {}",
+                    figures::times(*count),
                     message.name,
                     signal.name,
                     range(signal)
@@ -32,8 +33,7 @@ impl Rig {
         for (name, line) in self.line_names.iter().zip(&self.lines) {
             let lost = line.no_room();
             if lost > 0 {
-                remarks
-                    .push(format!("{lost} messages were lost on {name}: too many waited for it"));
+                remarks.push(format!("{lost} messages lost on {name}: too many waited for it"));
             }
         }
         for node in &self.nodes {
@@ -42,8 +42,8 @@ impl Rig {
             let clipped = device.clipped().map(|Clipped { message, signal, count, farthest }| {
                 let farthest = figures::quantity_alone(farthest, 0.0, &signal.unit);
                 format!(
-                    "{count} times {}.{message}.{} was clipped to its range, {}; the farthest value was {farthest}",
-                    node.name, signal.name, range(signal)
+                    "{} {}.{message}.{} was clipped to its range, {}; the farthest value was {farthest}",
+                    figures::times(count), node.name, signal.name, range(signal)
                 )
             });
             remarks.extend(clipped);
@@ -53,7 +53,7 @@ impl Rig {
                 (device.refused_busy(), "refused a question while it answered another"),
             ];
             for (count, what) in counted.into_iter().filter(|(count, _)| *count > 0) {
-                remarks.push(format!("{count} times {} {what}", node.name));
+                remarks.push(format!("{} {} {what}", figures::times(count), node.name));
             }
         }
         remarks
@@ -61,6 +61,5 @@ impl Rig {
 }
 
 fn range(signal: &Signal) -> String {
-    let text = format!("{} to {} {}", signal.minimum, signal.maximum, signal.unit);
-    text.trim_end().to_owned()
+    figures::with_unit(format!("{} to {}", signal.minimum, signal.maximum), &signal.unit)
 }

@@ -150,13 +150,16 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
     }
     for summary in summaries {
         let measurements = summary.measurements.iter();
-        let measurements = measurements.filter(|one| one.verdict == Verdict::NotJudged);
-        let measurements = measurements.map(|one| (&one.name, &one.statistic));
+        let measurements = measurements
+            .filter(|one| matches!(one.verdict, Verdict::Unset | Verdict::NotJudged))
+            .map(|one| (&one.name, one.verdict.in_words(), &one.statistic));
         let properties = summary.properties.iter();
-        let properties = properties.filter_map(|one| Some((&one.name, one.not_judged.as_ref()?)));
-        for (name, why) in measurements.chain(properties) {
+        let not_judged = Verdict::NotJudged.in_words();
+        let properties =
+            properties.filter_map(|one| Some((&one.name, not_judged, one.not_judged.as_ref()?)));
+        for (name, word, why) in measurements.chain(properties) {
             let (plan, name) = (printable(&summary.plan), printable(name));
-            text += &format!("{plan}: {name} not judged: {}\n", printable(why));
+            text += &format!("{plan}: {name} {word}: {}\n", printable(why));
         }
     }
     for summary in summaries {
@@ -264,9 +267,11 @@ pub fn worst(summaries: &[Summary]) -> Outcome {
     summaries.iter().map(|summary| summary.outcome).max().unwrap_or(Outcome::Passed)
 }
 
-/// Replaces characters in foreign text that would move the cursor or break the row.
+/// Replaces characters in foreign text that would move the cursor or break the row. Its lines become one.
 pub fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let one: Vec<&str> = lines.collect();
+    one.join(" / ").chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 /// Prepares a text for a table cell: [`printable`], and short enough for the layout.
@@ -369,7 +374,7 @@ mod tests {
         let plan = "evil\u{1b}[2J\nplan".to_owned();
         let table = measurements_table(&[Summary { plan, ..summary() }], Style::PLAIN);
         assert!(!table.contains('\u{1b}'));
-        assert!(table.contains("evil\u{fffd}[2J\u{fffd}plan"));
+        assert!(table.contains("evil\u{fffd}[2J / plan"));
     }
 
     #[test]

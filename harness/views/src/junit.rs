@@ -140,13 +140,16 @@ fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
 fn sentence(measurement: &Measurement) -> String {
     let Measurement { unit, lower, upper, statistic, .. } = measurement;
     let measured = match measurement.value {
-        Some(value) => figures::quantity(value, measurement.uncertainty, unit),
-        None => "nothing measured".to_owned(),
+        Some(value) => {
+            let value = figures::quantity(value, measurement.uncertainty, unit);
+            format!("{statistic}: {value}")
+        }
+        None => statistic.clone(),
     };
     let verdict = measurement.verdict.name();
     let band = figures::band(*lower, *upper, unit);
     let paper = measurement.paper.as_ref().map(|paper| format!("; paper: {paper}"));
-    format!("{verdict}: {statistic}: {measured}; band: {band}{}", paper.unwrap_or_default())
+    format!("{verdict}: {measured}; band: {band}{}", paper.unwrap_or_default())
 }
 
 #[cfg(test)]

@@ -213,7 +213,7 @@ pub fn of_summary(at: Timestamp, summary: &Summary) -> impl Iterator<Item = Even
     };
     let verdicts = summary.measurements.iter().map(move |measurement| {
         let value = measurement.value.map_or_else(
-            || "never measured".to_owned(),
+            || measurement.statistic.clone(),
             |value| record::figures::quantity(value, measurement.uncertainty, &measurement.unit),
         );
         let verdict = measurement.verdict.name();

@@ -32,6 +32,9 @@ const DEVICE: &str = "mydevice";
 /// Node of the device in their DBC.
 const NODE: &str = "MyDevice";
 
+/// The other node of their DBC, whose name no device can have.
+const OTHER_NODE: &str = "Host";
+
 /// Folder of the schemas that editors check files against.
 const SCHEMAS: &str = "schemas";
 
@@ -127,7 +130,8 @@ fn collect(folder: &Dir<'_>, files: &mut Vec<ProjectFile>) {
 fn node_name(name: &Name) -> String {
     let words = name.as_str().split(['-', '_']).filter(|word| !word.is_empty());
     let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
-    words.map(capital).collect()
+    let node: String = words.map(capital).collect();
+    if node == OTHER_NODE { format!("{node}Device") } else { node }
 }
 
 /// Writes the files below `folder`, which must be new or empty.

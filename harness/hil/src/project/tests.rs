@@ -40,10 +40,13 @@ fn outcomes(folder: &Path) -> Vec<(String, Outcome)> {
 fn each_template_runs_under_any_name_and_passes() {
     let folder = tempfile::tempdir().unwrap();
     for (template, plan) in [(Template::Can, "noisy-bus"), (Template::Serial, "noisy-line")] {
-        let at = folder.path().join(plan);
-        write(&at, &template.files(&Name::new("oven-2").unwrap())).unwrap();
-        let names: Vec<String> = outcomes(&at).into_iter().map(|(name, _)| name).collect();
-        assert_eq!(names, [plan, "safe-alone", "settles"]);
+        // `Host` is the other node of the DBC.
+        for name in ["oven-2", "host"] {
+            let at = folder.path().join(plan).join(name);
+            write(&at, &template.files(&Name::new(name).unwrap())).unwrap();
+            let names: Vec<String> = outcomes(&at).into_iter().map(|(name, _)| name).collect();
+            assert_eq!(names, [plan, "safe-alone", "settles"]);
+        }
     }
 }
 

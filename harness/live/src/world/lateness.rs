@@ -1,6 +1,7 @@
 //! How late the harness was, and whether that spoils the measurements.
 
 use super::histogram::Histogram;
+use record::figures;
 use record::outcome::{Spread, Timing};
 use wire::time::{Span, Timestamp};
 
@@ -161,7 +162,8 @@ impl Lateness {
     /// programs only made it harder to pass.
     pub(super) fn verdict_on_pass(&self) -> Option<String> {
         let judged = self.own.judged;
-        (judged > 0).then(|| self.say(judged, self.own.worst, "while something was measured"))
+        let late = (judged > 0).then(|| self.late(judged, "while something was measured"))?;
+        Some(format!("{NOT_IN_TIME}: {late}"))
     }
 
     /// Why the device under test is not to blame for a failed plan or an aborted step; `None` if it is.
@@ -173,21 +175,26 @@ impl Lateness {
     }
 
     fn too_late(&self, of: fn(&Misses) -> u64, when: &str) -> Option<String> {
-        let of_either = [&self.own, &self.machine];
-        let misses = of_either.into_iter().map(of).sum();
-        let worst =
-            of_either.into_iter().filter(|misses| of(misses) > 0).map(|misses| misses.worst);
-        (misses > 0).then(|| self.say(misses, worst.max().unwrap_or_default(), when))
+        let own = Some(of(&self.own)).filter(|misses| *misses > 0);
+        let machine = Some(of(&self.machine)).filter(|misses| *misses > 0);
+        let late = own.map(|misses| self.late(misses, when));
+        let held_up = machine.map(|misses| {
+            let worst = worst(self.machine.worst, self.late_max / MACHINE_SHARE);
+            format!("other programs waited {} {when}, {worst}", figures::times(misses))
+        });
+        let said: Vec<String> = late.into_iter().chain(held_up).collect();
+        (!said.is_empty()).then(|| format!("{NOT_IN_TIME}: {}", said.join("; ")))
     }
 
-    fn say(&self, misses: u64, worst: Span, when: &str) -> String {
-        let milliseconds = |span: Span| span.as_secs_f64() * 1e3;
-        format!(
-            "{NOT_IN_TIME}: late {misses} times {when}, by {:.0} ms at worst, where {} ms are allowed",
-            milliseconds(worst),
-            milliseconds(self.late_max),
-        )
+    fn late(&self, misses: u64, when: &str) -> String {
+        format!("late {} {when}, {}", figures::times(misses), worst(self.own.worst, self.late_max))
     }
+}
+
+fn worst(worst: Span, allowed: Span) -> String {
+    let milliseconds = |span: Span| span.as_secs_f64() * 1e3;
+    let (worst, allowed) = (milliseconds(worst), milliseconds(allowed));
+    format!("by {worst:.0} ms at worst, where {allowed} ms are allowed")
 }
 
 #[cfg(test)]
@@ -213,7 +220,7 @@ mod tests {
         assert_eq!((lateness.own.all, lateness.own.judged), (2, 1));
         insta::assert_snapshot!(
             lateness.verdict_on_pass().unwrap(),
-            @"this machine did not keep real time: late 1 times while something was measured, by 300 ms at worst, where 20 ms are allowed"
+            @"this machine did not keep real time: late once while something was measured, by 300 ms at worst, where 20 ms are allowed"
         );
     }
 
@@ -232,7 +239,7 @@ mod tests {
         lateness.break_off();
         lateness.end_step(Course::default());
         let why = lateness.verdict_on_failure().unwrap();
-        assert!(why.contains("1 times in the step that was broken off"), "{why}");
+        assert!(why.contains("once in the step that was broken off"), "{why}");
         assert_eq!(lateness.verdict_on_pass(), None);
     }
 
@@ -248,7 +255,7 @@ mod tests {
         assert_eq!(lateness.verdict_on_pass(), None);
         insta::assert_snapshot!(
             lateness.verdict_on_failure().unwrap(),
-            @"this machine did not keep real time: late 1 times while something was measured, by 11 ms at worst, where 20 ms are allowed"
+            @"this machine did not keep real time: other programs waited once while something was measured, by 11 ms at worst, where 10 ms are allowed"
         );
         let timing = lateness.timing(None, "normal".to_owned());
         assert_eq!((timing.misses, timing.machine_misses), (0, 1));

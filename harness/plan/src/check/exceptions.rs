@@ -1,6 +1,6 @@
 //! `all_but_within` and `all_but_in_square`: the number of exceptions.
 
-use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear};
+use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear, too_few};
 use super::kind::Kind;
 use super::selection::{Position, Sample, Selection};
 use crate::band::Band;
@@ -100,8 +100,7 @@ fn exceptions<T>(
     let count = items.len();
     if count <= most as usize {
         // Otherwise the check would pass with no item inside.
-        let least = u64::from(most) + 1;
-        return Err(Refusal::Unset(format!("{count} observations of at least {least}")));
+        return Err(Refusal::Unset(too_few(count, most as usize + 1)));
     }
     let outside =
         |coverage: f64| items.iter().filter(|item| !is_inside(item, coverage)).count() as f64;

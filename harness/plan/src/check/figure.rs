@@ -28,6 +28,15 @@ pub enum Refusal {
     Fail(String),
 }
 
+/// Why there is no figure of `count` observations.
+pub(super) fn too_few(count: usize, least: usize) -> String {
+    match (count, least) {
+        (0, 1) => "no observation".to_owned(),
+        (1, _) => format!("1 observation, at least {least} are needed"),
+        _ => format!("{count} observations, at least {least} are needed"),
+    }
+}
+
 impl Figure {
     /// A figure judged on `band`, with its own uncertainty as guard band.
     pub(super) fn in_band(

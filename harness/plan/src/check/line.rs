@@ -195,7 +195,7 @@ const CORRELATION_POINTS_MIN: usize = 3;
 fn fit(points: &[Point], least: usize) -> Result<Line, Refusal> {
     let count = points.len();
     if count < least {
-        return Err(Refusal::Unset(format!("{count} points of at least {least}")));
+        return Err(Refusal::Unset(format!("{count} points, at least {least} are needed")));
     }
     let points: Vec<_> =
         points.iter().map(|p| (p.at, p.sample.value, p.sample.uncertainty)).collect();

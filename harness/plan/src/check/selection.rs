@@ -1,6 +1,6 @@
 //! Selects the observations of a measurement, sorted by time.
 
-use super::figure::Refusal;
+use super::figure::{Refusal, too_few};
 use super::jackknife::Together;
 use crate::observation::{Observations, Observed};
 use crate::quantities::during_tag;
@@ -108,7 +108,7 @@ impl<'a> Selection<'a> {
         }
         let least = self.least;
         if count < least {
-            return Err(Refusal::Unset(format!("{count} observations of at least {least}")));
+            return Err(Refusal::Unset(too_few(count, least)));
         }
         Ok(())
     }

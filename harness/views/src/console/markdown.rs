@@ -46,7 +46,7 @@ pub fn runs_markdown(summaries: &[Summary]) -> String {
 fn measurement_row(measurement: &Measurement, has_paper: bool) -> String {
     let Measurement { unit, lower, upper, uncertainty, .. } = measurement;
     let measured = measurement.value.map_or_else(
-        || "nothing measured".to_owned(),
+        || measurement.statistic.clone(),
         |value| figures::quantity(value, *uncertainty, unit),
     );
     let margin = measurement.margin().map_or_else(

@@ -122,8 +122,7 @@ pub(super) fn reason(measurement: &Measurement) -> Option<String> {
     });
     match (measurement.verdict, margin) {
         (Verdict::Pass, _) => None,
-        (Verdict::Unset, _) => Some("it was never measured".to_owned()),
-        (Verdict::NotJudged, _) => Some(measurement.statistic.clone()),
+        (Verdict::Unset | Verdict::NotJudged, _) => Some(measurement.statistic.clone()),
         (Verdict::Marginal, Some(margin)) => Some(format!(
             "inside by {margin}, less than its expanded uncertainty of {} (k = 2)",
             figure(COVERAGE_FACTOR * uncertainty)
@@ -181,7 +180,7 @@ mod tests {
             None,
             Some("inside by 0.19 deg, less than its expanded uncertainty of 0.4 deg (k = 2)"),
             Some("outside by 0.25 deg"),
-            Some("it was never measured"),
+            Some("share inside"),
             None,
         ];
         assert_eq!(reasons.iter().map(Option::as_deref).collect::<Vec<_>>(), expected);

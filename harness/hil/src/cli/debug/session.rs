@@ -137,7 +137,7 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
             }
             match asked(&line) {
                 Ok(Asked::Go(Until::Moment(moment))) if moment < at => {
-                    self.print(&format!("nothing comes before {} any more", seconds(at)));
+                    self.print(&format!("already past {}", seconds(at)));
                 }
                 Ok(Asked::Go(until)) => return self.until = until,
                 Ok(Asked::Show) => self.show(),
@@ -273,7 +273,7 @@ mod tests {
         let text = said(&records, &records, "step\nto 0.5\nfind note b\nstep 1\nend\n");
         insta::assert_snapshot!(text, @r"
         1.000000000 plan note a
-        nothing comes before 1.000000 s any more
+        already past 1.000000 s
         2.000000000 plan note b
         3.000000000 plan note c
         as recorded to the end

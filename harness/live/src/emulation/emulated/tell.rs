@@ -99,7 +99,7 @@ pub(super) fn counters(emulated: &Emulated) -> Value {
         let device = match (emulated.robot(name), emulated.shown(name)) {
             (Some(robot), _) => of_robot(robot, name),
             (None, Some(device)) => json!({
-                "messages_refused": device.refused(),
+                "messages_refused": device.refused_messages(),
                 "questions_refused": device.refused_busy(),
                 "values_out_of_range": device.clipped().map(|one| one.count).sum::<u64>(),
                 "values_not_finite": device.not_finite(),
