@@ -41,5 +41,24 @@ pub const HUBER: f64 = 2.5;
 /// Huber's scores of `values` with the spread `scale`.
 pub fn scores(values: &[f64], scale: f64) -> Vec<f64> {
     let limit = HUBER * scale;
-    values.iter().map(|value| value.clamp(-limit, limit)).collect()
+    values.iter().map(|value| held(*value, limit)).collect()
+}
+
+/// `value` within `limit` of zero. Values so large that their spread is no number have no limit.
+pub fn held(value: f64, limit: f64) -> f64 {
+    if value.abs() > limit { limit.copysign(value) } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{held, scores};
+
+    /// Found by the fuzzer: a bag with readings whose squares are beyond every number.
+    #[test]
+    fn what_is_beyond_the_limit_is_held_and_without_a_limit_nothing_is() {
+        let values = [-9.0, -2.5, 0.5, 7.0];
+        assert_eq!(scores(&values, 1.0), [-2.5, -2.5, 0.5, 2.5]);
+        assert_eq!(scores(&values, f64::NAN), values);
+        assert!(held(f64::NAN, 1.0).is_nan());
+    }
 }

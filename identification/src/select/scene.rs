@@ -124,7 +124,7 @@ impl<'a> Scene<'a> {
                 .zip(white.iter().zip(whitener.weights()))
                 .map(|(value, (white, weight))| {
                     let limit = robust::HUBER * scale;
-                    let wild = white - white.clamp(-limit, limit);
+                    let wild = white - robust::held(*white, limit);
                     if *weight > 0.0 { value - wild / weight } else { *value }
                 })
                 .collect();
@@ -329,7 +329,7 @@ pub fn robust_fit(columns: &[Vec<f64>], target: &[f64]) -> RobustFit {
         as f64;
     let inside = residual.iter().filter(|value| value.abs() <= limit).count() as f64
         - (residual.len() as f64 - used);
-    let square: f64 = residual.iter().map(|value| value.clamp(-limit, limit).powi(2)).sum();
+    let square: f64 = residual.iter().map(|value| robust::held(*value, limit).powi(2)).sum();
     let free = (used - columns.len() as f64).max(1.0);
     let slope = (inside / used).clamp(0.1, 1.0);
     let variance = square / free / (slope * slope);
