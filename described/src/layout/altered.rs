@@ -1,7 +1,7 @@
 //! Altered messages, as faults of one message, one signal, a counter or a checksum produce them.
 //!
 //! Other bits stay unchanged. Unless the change is in the checksum itself, the checksum is recomputed, so that the
-//! receiver sees a valid message.
+//! receiver sees a valid message. A checksum that was changed as a signal stays as it was changed.
 
 use super::Layout;
 use super::message::{Carrier, Found, Message};
@@ -75,6 +75,9 @@ impl Message {
         }
         let raw = of.bits_nearest(if value.is_nan() { before } else { value })?;
         let Storage::Bits { field, .. } = of.storage else { return None };
+        if self.checksum_signal() == Some(signal) {
+            return self.framed(what, |data| field.set(data, raw));
+        }
         self.edited(what, |data| field.set(data, raw))
     }
 
@@ -130,12 +133,19 @@ impl Message {
 
     /// The message with other bytes and matching checksums.
     fn edited(&self, what: &Transmit, edit: impl FnOnce(&mut [u8])) -> Option<Transmit> {
+        self.framed(what, |data| {
+            edit(data);
+            if let (Some(protected), Some(data)) = (&self.protected, data.get_mut(self.payload())) {
+                protected.protection.reseal(data);
+            }
+        })
+    }
+
+    /// The message with other bytes; only the checksum at the end of a packet is recomputed.
+    fn framed(&self, what: &Transmit, edit: impl FnOnce(&mut [u8])) -> Option<Transmit> {
         let (mut data, length) = bytes_of(what);
         let data = data.get_mut(..length)?;
         edit(data);
-        if let Some(protected) = &self.protected {
-            protected.protection.reseal(data.get_mut(self.payload())?);
-        }
         if let Carrier::Packet { trailer: Some(trailer), .. } = &self.carrier {
             trailer.seal(data);
         }
@@ -250,6 +260,32 @@ mod tests {
             assert_eq!(verdict(&of.with_wrong_checksum(&second).unwrap()), Verdict::WrongChecksum);
             assert_eq!(verdict(&of.with_count_ahead(&second, 2).unwrap()), Verdict::Lost(2));
             assert_eq!(of.with_count_ahead(&third, 0), Some(third));
+        }
+    }
+
+    /// Whether the checksum counts as a signal or as a checksum, it is the fault that decides its value.
+    #[test]
+    fn a_checksum_that_is_changed_as_a_signal_stays_changed() {
+        let layout = protected();
+        for message in 0..2 {
+            let of = &layout.messages()[message];
+            let values: Vec<f64> = of.signals.iter().map(|signal| signal.start).collect();
+            let sent = Encoder::new(layout.clone()).encode(message, &values, |_| false).unwrap();
+            let sent = sent.whole().unwrap();
+            let checksum = of.checksum_signal().unwrap();
+            let right = of.value(&sent, checksum).unwrap();
+            let wrong = of.with_value(&sent, checksum, right + 1.0).unwrap();
+            assert_eq!(of.value(&wrong, checksum), Some(right + 1.0));
+            let (after, verdict) = heard(&mut layout.decoder(), &wrong);
+            assert_eq!(verdict, Some(Verdict::WrongChecksum));
+            let (before, _) = heard(&mut layout.decoder(), &sent);
+            let others = |values: &[Option<f64>]| {
+                let other =
+                    |(place, value): (usize, &Option<f64>)| (place != checksum).then_some(*value);
+                values.iter().enumerate().filter_map(other).collect::<Vec<_>>()
+            };
+            assert_eq!(others(&after), others(&before));
+            assert_eq!(of.with_value(&wrong, checksum, right), Some(sent));
         }
     }
 
