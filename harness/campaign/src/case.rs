@@ -124,6 +124,16 @@ impl CaseResult {
         self.outcome == Outcome::Aborted.name()
     }
 
+    /// How the case counts, everywhere: `passed` only if the run passed, with every measurement in its band, and no
+    /// property broke; `failed` if only the run passed.
+    pub fn counts_as(&self) -> &str {
+        let is_whole = self.passed && self.violated.is_empty();
+        if self.outcome == Outcome::Passed.name() && !is_whole {
+            return Outcome::Failed.name();
+        }
+        &self.outcome
+    }
+
     /// Whether this property broke.
     pub fn breaks(&self, property: &str) -> bool {
         self.violated.iter().any(|violated| violated.property == property)

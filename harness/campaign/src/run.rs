@@ -8,6 +8,7 @@ use super::search::Search;
 use super::shrink::{Shrunk, shrink};
 use super::window::{Step, Window};
 use crate::seeds::for_each_seed;
+use record::outcome::Outcome;
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 
@@ -45,9 +46,9 @@ pub struct Tally {
     pub cases: u64,
     /// Of these, the number finished before this campaign was resumed.
     pub resumed: u64,
-    /// Number of passed runs with every property held.
+    /// Number of cases that passed, with every measurement in its band and every property held.
     pub passed: u64,
-    /// Number of runs per outcome.
+    /// Number of cases per outcome ([`CaseResult::counts_as`]).
     pub outcomes: BTreeMap<String, u64>,
     /// Number of cases that broke each property, and the first of them.
     pub broken: BTreeMap<String, (u64, u64)>,
@@ -148,8 +149,9 @@ impl Tally {
     /// Counts one more case, with whatever is known of it.
     pub fn count(&mut self, number: u64, result: &CaseResult) {
         self.cases += 1;
-        self.passed += u64::from(result.passed && result.violated.is_empty());
-        *self.outcomes.entry(result.outcome.clone()).or_default() += 1;
+        let counts_as = result.counts_as();
+        self.passed += u64::from(counts_as == Outcome::Passed.name());
+        *self.outcomes.entry(counts_as.to_owned()).or_default() += 1;
         for violated in &result.violated {
             self.broken.entry(violated.property.clone()).or_insert((0, number)).0 += 1;
         }
@@ -170,9 +172,9 @@ impl Tally {
 
 #[cfg(test)]
 mod tests {
-    use super::{Campaign, Settings, run};
+    use super::{Campaign, Settings, Tally, run};
     use crate::toy::{Toy, space};
-    use crate::{Case, CaseResult, Executor, Guided, Journal, PANIC};
+    use crate::{Case, CaseResult, Executor, Guided, Journal, PANIC, Violated};
     use record::outcome::Outcome;
     use std::collections::BTreeSet;
     use std::num::NonZeroUsize;
@@ -201,6 +203,33 @@ mod tests {
         assert_eq!(found.shrunk.case.schedule.faults.len(), 2);
         assert_eq!(done.tally.broken["held"], (found.times, found.number));
         assert_eq!(done.never, ["9-faults"]);
+    }
+
+    #[test]
+    fn a_case_counts_as_passed_only_if_everything_held() {
+        let mut tally = Tally::default();
+        let of = |outcome: &str, passed, property: Option<&str>| CaseResult {
+            passed,
+            violated: property.into_iter().map(broken).collect(),
+            ..CaseResult::ended(outcome)
+        };
+        let results = [
+            of("passed", true, None),
+            of("passed", true, Some("held")),
+            of("passed", false, None),
+            of("failed", false, None),
+            of("error", false, None),
+        ];
+        for (number, result) in (0..).zip(&results) {
+            tally.count(number, result);
+        }
+        let outcomes = [("error", 1), ("failed", 3), ("passed", 1)];
+        assert_eq!(tally.outcomes, outcomes.map(|(name, times)| (name.to_owned(), times)).into());
+        assert_eq!(tally.passed, 1);
+    }
+
+    fn broken(property: &str) -> Violated {
+        Violated { property: property.to_owned(), at_s: 0.0, what: String::new() }
     }
 
     #[test]
