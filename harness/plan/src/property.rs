@@ -1,4 +1,5 @@
-//! Properties: conditions that must hold throughout a run, and states that a campaign must reach.
+//! Properties: conditions that must hold throughout a run, and states that a run must reach. A campaign must reach them
+//! in one of its runs.
 //!
 //! ```toml
 //! [[property]]
@@ -26,7 +27,7 @@ use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length,
 pub enum Property {
     /// It must hold at every moment of every run.
     Always(Always),
-    /// It must occur in at least one run of a campaign.
+    /// It must occur during a run, or in at least one run of a campaign.
     Sometimes(Sometimes),
     /// A formula of the plan.
     Stated(Stated),
@@ -38,7 +39,7 @@ pub enum Property {
 pub enum Kind {
     /// It must hold at every moment.
     Always,
-    /// It must occur in at least one run.
+    /// It must occur: during a run, or in at least one run of a campaign.
     Sometimes,
 }
 

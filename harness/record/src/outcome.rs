@@ -129,7 +129,7 @@ pub struct Summary {
 pub struct PropertySummary {
     /// Name, as in a plan.
     pub name: String,
-    /// Whether it must hold at every moment. If not, it must occur in at least one run of a campaign.
+    /// Whether it must hold at every moment. If not, it must occur: during a run, or in at least one run of a campaign.
     pub always: bool,
     /// For an always-property: it was never broken. Otherwise: it occurred. Absent if it was not judged.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -149,9 +149,9 @@ pub struct PropertySummary {
 }
 
 impl PropertySummary {
-    /// Whether it is an always-property that was violated.
+    /// Whether it was violated, or is a sometimes-property that did not occur.
     pub fn is_broken(&self) -> bool {
-        self.always && self.held == Some(false)
+        self.held == Some(false)
     }
 }
 

@@ -188,6 +188,7 @@ fn measured(measurement: &Measurement) -> String {
 fn seen(property: &PropertySummary) -> String {
     match (property.broken_s, property.margin) {
         (Some(at_s), _) => format!("broken at {at_s:.3} s"),
+        _ if property.is_broken() && !property.always => "never reached".to_owned(),
         // A comparison for equality has no margin.
         (None, Some(margin)) if margin >= 0.005 => format!("margin {:.0} %", margin * 100.0),
         (None, _) => "-".to_owned(),
@@ -196,11 +197,10 @@ fn seen(property: &PropertySummary) -> String {
 
 /// Verdict on a property, or a word if there is no verdict.
 const fn judged(property: &PropertySummary) -> Result<Verdict, &'static str> {
-    match (property.held, property.always) {
-        (Some(true), _) => Ok(Verdict::Pass),
-        (Some(false), true) => Ok(Verdict::Fail),
-        (Some(false), false) => Err("not reached"),
-        (None, _) => Err("not judged"),
+    match property.held {
+        Some(true) => Ok(Verdict::Pass),
+        Some(false) => Ok(Verdict::Fail),
+        None => Err("not judged"),
     }
 }
 
@@ -254,10 +254,10 @@ fn closing_line(summaries: &[Summary]) -> String {
     )
 }
 
-/// How many of the properties that must always hold did; `None` if there are none.
+/// How many of the properties held; `None` if there are none.
 fn properties(summaries: &[Summary]) -> Option<String> {
-    let always = summaries.iter().flat_map(|summary| &summary.properties);
-    let judged: Vec<bool> = always.filter(|one| one.always).filter_map(|one| one.held).collect();
+    let all = summaries.iter().flat_map(|summary| &summary.properties);
+    let judged: Vec<bool> = all.filter_map(|one| one.held).collect();
     let held = judged.iter().filter(|held| **held).count();
     (!judged.is_empty()).then(|| format!("{held} of {} properties held", judged.len()))
 }

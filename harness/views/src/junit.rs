@@ -121,7 +121,7 @@ fn skipped(why: &str) -> TestCaseStatus {
     status
 }
 
-/// A property that was not judged is skipped. One that must occur in some run of a campaign need not occur in this run.
+/// A property that was not judged is skipped.
 fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
     let status = match &property.not_judged {
         Some(why) => skipped(why),

@@ -74,8 +74,8 @@ class Property:
 
     @property
     def passed(self) -> bool:
-        """One that has to come about in some run of a campaign need not in this one."""
-        return not (self.always and self.held is False)
+        """Not broken: it held or came about, or this bench cannot judge it."""
+        return self.held is not False
 
     def __str__(self) -> str:
         if self.not_judged is not None:

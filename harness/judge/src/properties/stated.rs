@@ -1,7 +1,7 @@
 //! A plan's own properties: formulas over the signals of its rig.
 
 use super::Kind;
-use super::verdict::PropertyVerdict;
+use super::verdict::{NEVER, PropertyVerdict};
 use described::Decoded;
 use plan::{Reads, Speaker, Stated};
 use record::Violation;
@@ -73,14 +73,15 @@ impl Statement {
         let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
         if kind == Kind::Sometimes {
             let held = violation.is_some();
-            let (first_violation, never_judged, margin) = (None, None, None);
+            let is_blind = !held && !unseen.is_empty();
+            let never_judged = is_blind.then(|| format!("{NEVER}: {}", no_value(unseen)));
+            let (first_violation, margin) = (None, None);
             return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
         if judged.is_none() {
             // A property that could not have been violated counts as not held.
-            let unseen: Vec<String> = unseen.into_values().collect();
-            let never_judged = Some(format!("never judged: no value of {}", unseen.join(", ")));
+            let never_judged = Some(format!("never judged: {}", no_value(unseen)));
             let (held, first_violation, margin) = (false, None, None);
             return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }
@@ -95,6 +96,11 @@ impl Statement {
     }
 }
 
+fn no_value(unseen: BTreeMap<usize, String>) -> String {
+    let unseen: Vec<String> = unseen.into_values().collect();
+    format!("no value of {}", unseen.join(", "))
+}
+
 /// The time of the violation, its extent, and the values of the signals.
 fn told(violation: &temporal::Violation) -> Violation {
     let value = |(name, value): &(String, f64)| match value.is_nan() {
@@ -104,6 +110,9 @@ fn told(violation: &temporal::Violation) -> Violation {
     let values: Vec<String> = violation.values.iter().map(value).collect();
     let after = (violation.known - violation.at).as_secs_f64();
     let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
-    let what = format!("{}: false by {:.6}{known}", values.join(", "), violation.distance.abs());
+    // A comparison for equality and a yes or no are false by no distance.
+    let by = Some(violation.distance.abs()).filter(|by| *by > 0.0);
+    let by = by.map_or(String::new(), |by| format!(" by {by:.6}"));
+    let what = format!("{}: false{by}{known}", values.join(", "));
     Violation { at: violation.at, what }
 }

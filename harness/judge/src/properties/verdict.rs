@@ -17,14 +17,17 @@ pub struct PropertyVerdict {
     pub held: bool,
     /// The first violation of an always-property.
     pub first_violation: Option<Violation>,
-    /// What was missing, for an always-property that did not hold because the run had nothing to judge it by. A fault
-    /// of the bus cannot violate it in this way.
+    /// What was missing, for a property that did not hold because the run had nothing to judge it by. A fault of the bus
+    /// cannot violate it in this way.
     pub never_judged: Option<String>,
     /// Robustness, as in the falsification of signal temporal logic: the smallest distance to a violation in the run as
     /// a share of the limit, from 1 (far) over 0 (at the limit) to -1. `None` if there was nothing to judge, and for
     /// sometimes-properties.
     pub margin: Option<f64>,
 }
+
+/// What a sometimes-property comes to that did not occur.
+pub(super) const NEVER: &str = "never reached";
 
 impl From<&PropertyVerdict> for PropertySummary {
     fn from(verdict: &PropertyVerdict) -> Self {
@@ -38,7 +41,8 @@ impl From<&PropertyVerdict> for PropertySummary {
             broken_s: violation.map(|violation| violation.at.as_secs_f64()),
             what: violation
                 .map(|violation| violation.what.clone())
-                .or_else(|| verdict.never_judged.clone()),
+                .or_else(|| verdict.never_judged.clone())
+                .or_else(|| (!verdict.held).then(|| NEVER.to_owned())),
         }
     }
 }

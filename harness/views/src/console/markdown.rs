@@ -33,7 +33,8 @@ pub fn runs_markdown(summaries: &[Summary]) -> String {
         }
         for property in summary.properties.iter().filter(|property| property.is_broken()) {
             let what = escaped(property.what.as_deref().unwrap_or("broken"));
-            let _ = writeln!(text, "\n* **{}** broke: {what}", escaped(&property.name));
+            let broke = if property.always { " broke" } else { "" };
+            let _ = writeln!(text, "\n* **{}**{broke}: {what}", escaped(&property.name));
         }
         for note in &summary.notes {
             let _ = writeln!(text, "\n* {}", escaped(note));
