@@ -57,13 +57,17 @@ fn kind<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FaultKind, D::Erro
         .map_err(|unknown| D::Error::custom(format!("{unknown}: {}", unknown.help)))
 }
 
-/// The first target of a bench that this kind of fault can act on, or `asked` if it can.
+/// The first target of a bench that this kind of fault can act on, or `asked` if it can. `asked` may also be a message or
+/// a signal, under every name that a `[[fault]]` takes.
 pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Option<Target> {
     let fits = |target: &Target| {
         let schedule = Schedule { faults: vec![Fault::new(*target, kind)] };
-        asked.is_none_or(|asked| asked == *target) && schedule.check_bench(lines).is_ok()
+        schedule.check_bench(lines).is_ok()
     };
-    lines.targets(kind.info().reach).into_iter().find(fits)
+    let mut all = lines.targets(kind.info().reach).into_iter();
+    let Some(asked) = asked else { return all.find(fits) };
+    let is_known = asked.part().is_some() || all.any(|target| target == asked);
+    Some(asked).filter(fits).filter(|_| is_known)
 }
 
 impl DeclaredEnvelope {
@@ -116,7 +120,7 @@ impl DeclaredEnvelope {
 #[cfg(test)]
 mod tests {
     use super::{DeclaredEnvelope, struck_by};
-    use crate::faults::{FaultKind, Lines, Target};
+    use crate::faults::{FaultKind, LineKind, Lines, Said, Target};
 
     fn parsed(text: &str) -> Result<DeclaredEnvelope, String> {
         let envelope: DeclaredEnvelope =
@@ -131,6 +135,43 @@ mod tests {
         assert_eq!(struck_by(envelope.kind, None, &Lines::CAN_BASE), Some(Target::Gyro));
         let slip = FaultKind::typical("wheel_slip").unwrap();
         assert_eq!(struck_by(slip, None, &Lines::TABLE), None);
+    }
+
+    /// As in a `[[fault]]`: a message also for a kind of a line, and a signal also without its message.
+    #[test]
+    fn messages_and_signals_are_struck_by_every_name() {
+        let said = Said {
+            node: "cells".to_owned(),
+            message: "Status".to_owned(),
+            line: LineKind::Can,
+            signals: vec!["Voltage".to_owned()],
+            counter: false,
+            checksum: false,
+            in_parts: false,
+        };
+        let nodes = vec![(Target::named("cells").unwrap(), LineKind::Can)];
+        let lines = Lines { nodes, said: vec![said], ..Lines::default() };
+        let struck = |kind: &str, target: &str| {
+            let kind = FaultKind::typical(kind).unwrap();
+            let struck = struck_by(kind, Target::named(target), &lines);
+            struck.map(|target| target.name().to_owned())
+        };
+        for (kind, target) in [
+            ("drop", "cells"),
+            ("drop", "cells.Status"),
+            ("stuck_signal", "cells.Voltage"),
+            ("stuck_signal", "cells.Status.Voltage"),
+        ] {
+            assert_eq!(struck(kind, target).as_deref(), Some(target), "{kind}");
+        }
+        for (kind, target) in [
+            ("drop", "cells.Alarm"),
+            ("drop", "cells.Voltage"),
+            ("stuck_signal", "cells.Status"),
+            ("stuck_counter", "cells.Status"),
+        ] {
+            assert_eq!(struck(kind, target), None, "{kind}");
+        }
     }
 
     #[test]

@@ -12,7 +12,7 @@ use harness::executors::Simulated;
 use harness::run::Prepared;
 use indicatif::ProgressBar;
 use plan::confidence::{Z_95, trials_min};
-use plan::faults::{Fault, FaultKind, Target};
+use plan::faults::{Fault, FaultKind, Target, Unfit};
 use plan::{DeclaredEnvelope, struck_by};
 use record::outcome::Outcome;
 use record::run_folder::{JUNIT, REPORT, RunFolderError};
@@ -35,16 +35,28 @@ pub(super) struct EnvelopeArguments {
     envelopes: bool,
     /// Target of the fault of --envelope: gyro, base, table, host or operator, a node or line of
     /// the rig, or a message or signal of a node. [default: the first that the fault applies to]
-    #[arg(long, value_name = "TARGET", requires = "envelope")]
+    #[arg(long, value_name = "TARGET", requires = "envelope", conflicts_with = "envelopes")]
     target: Option<String>,
     /// Runs at each severity, at most; fewer if they decide it.
-    #[arg(long, value_name = "N", requires = "envelope", default_value_t = 400)]
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "envelope",
+        conflicts_with = "envelopes",
+        default_value_t = 400
+    )]
     runs: u64,
     /// Share of runs that must pass, at 95 % confidence, for a severity to be tolerated.
-    #[arg(long, value_name = "SHARE", requires = "envelope", default_value_t = 0.9)]
+    #[arg(
+        long,
+        value_name = "SHARE",
+        requires = "envelope",
+        conflicts_with = "envelopes",
+        default_value_t = 0.9
+    )]
     share: f64,
     /// Fail unless at least this much is tolerated, in the unit of the fault kind.
-    #[arg(long, value_name = "SEVERITY", requires = "envelope")]
+    #[arg(long, value_name = "SEVERITY", requires = "envelope", conflicts_with = "envelopes")]
     at_least: Option<f64>,
 }
 
@@ -152,7 +164,20 @@ impl EnvelopeArguments {
 
     fn struck(&self, kind: FaultKind, prepared: &Prepared) -> Result<Fault, Failure> {
         let lines = prepared.rig.struck();
-        let target = match self.target.as_deref().map(Target::named) {
+        let asked = self.target.as_deref().map(Target::named);
+        if let Some(Some(target)) = asked
+            && target.part().is_some()
+        {
+            let fault = Fault::new(target, kind);
+            let at = |unfit: Unfit| {
+                Failure::arguments(
+                    format!("--target: {}", unfit.message),
+                    unfit.help.unwrap_or_default(),
+                )
+            };
+            return fault.check(&lines).map(|()| fault).map_err(at);
+        }
+        let target = match asked {
             Some(None) => None,
             asked => struck_by(kind, asked.flatten(), &lines),
         };
@@ -197,6 +222,7 @@ fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
 
 impl Means<'_> {
     fn measure(&self, kept: &Kept<'_, Simulated>, asked: &Asked, horizon: Span) -> Envelope {
+        let tells = self.prepared.rig.robot.is_some();
         let settings = EnvelopeSettings {
             runs: asked.runs,
             share: asked.share,
@@ -204,13 +230,13 @@ impl Means<'_> {
             seed: self.seed,
             horizon,
             motions: self.prepared.plan.motions_after_bias_test(),
-            tells: self.prepared.rig.robot.is_some(),
+            tells,
             threads: self.threads,
         };
         let bar = self.screen.runs_at_most(&asked.fault.to_string(), settings.runs_max());
         let executor = Counting { executor: kept, bar };
         campaign::envelope(&executor, &asked.fault, &settings, &mut |level| {
-            self.screen.chat(&console::level_line(level, &asked.fault));
+            self.screen.chat(&console::level_line(level, &asked.fault, tells));
             !self.interrupt.requested()
         })
     }

@@ -46,6 +46,15 @@ fn what_cannot_be_measured_is_refused() {
     let hil = Hil::with_plan(&turn());
     let ran = hil.run(&["campaign", "./turn.toml", "--envelopes"]).exits(2);
     assert!(ran.err.contains("turn declares no envelope"), "{}", ran.err);
+    // What the plan declares is not changed by options of `--envelope`.
+    for option in [["--runs", "35"], ["--share", "0.5"], ["--at-least", "1"]] {
+        let asked = [&["campaign", "./turn.toml", "--envelopes"][..], &option].concat();
+        let ran = hil.run(&asked).exits(2);
+        assert!(ran.err.contains("cannot be used with"), "{option:?}: {}", ran.err);
+    }
+    let asked = ["campaign", "./turn.toml", "--envelope", "drop", "--target", "gyro.Status"];
+    let ran = hil.run(&asked).exits(2);
+    assert!(ran.err.contains("no node here sends one message or signal"), "{}", ran.err);
     let stranger = format!("{}\n[[envelope]]\nfault = \"lost_steps\"\nat_least = 80\n", turn());
     let ran = Hil::with_plan(&stranger).run(&["campaign", "./turn.toml", "--envelopes"]).exits(2);
     assert!(ran.err.contains("can strike nothing on this bench"), "{}", ran.err);

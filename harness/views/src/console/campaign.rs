@@ -169,17 +169,20 @@ pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_
     value.to_string()
 }
 
-/// Formats the measurement of one severity.
-pub fn level_line(level: &Level, fault: &Fault) -> String {
+/// Formats the measurement of one severity. `tells`: whether a controller can announce a failure.
+pub fn level_line(level: &Level, fault: &Fault, tells: bool) -> String {
     let unit = fault.what.info().parameters.first().map_or("", |first| first.unit);
+    let silent = match tells {
+        true => format!(", {} are silently wrong", level.silent),
+        false => String::new(),
+    };
     format!(
-        "{fault}: {} {unit}: {} of {} runs pass ({:.1} to {:.1} %), {} are silently wrong",
+        "{fault}: {} {unit}: {} of {} runs pass ({:.1} to {:.1} %){silent}",
         figure(level.severity),
         level.passed,
         level.runs,
         100.0 * level.interval.0,
         100.0 * level.interval.1,
-        level.silent
     )
 }
 
