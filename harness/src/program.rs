@@ -6,6 +6,8 @@ use ::controller::mission::{Mission, Report};
 use ::controller::{Input, Output, Port};
 use rig::hosted::{ControllerProgram, HostedController, News, NodeDevice};
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use wire::time::Timestamp;
 
 /// File name for the output of the device under test, or for its stderr if its stdout carries reports.
@@ -16,12 +18,19 @@ pub const DEVICE_LOG: &str = "device-under-test.log";
 pub struct Programs {
     /// File for their output; `None` discards it.
     log: Option<PathBuf>,
+    /// Set when the run is to end: a program that does not wait is killed.
+    stop: Arc<AtomicBool>,
 }
 
 impl Programs {
     /// Keeps their output in this file; with several programs, each has its own file beside it.
-    pub(crate) const fn logging(log: PathBuf) -> Self {
-        Self { log: Some(log) }
+    pub(crate) fn logging(&self, log: PathBuf) -> Self {
+        Self { log: Some(log), ..self.clone() }
+    }
+
+    /// Kills a program that does not wait as soon as this is set.
+    pub fn until(stop: Arc<AtomicBool>) -> Self {
+        Self { log: None, stop }
     }
 
     /// Starts the program of a node by its place; `None` if the node is not a program.
@@ -31,13 +40,13 @@ impl Programs {
         rig: &Rig,
         place: usize,
     ) -> Option<Result<Box<dyn NodeDevice>, String>> {
-        live::program::start_node(self.log.as_deref(), rig, place)
+        live::program::start_node((self.log.as_deref(), &self.stop), rig, place)
     }
 
     /// Starts nothing: this build has no support for programs.
     #[cfg(not(feature = "programs"))]
     pub(crate) fn start(&self, _: &Rig, _: usize) -> Option<Result<Box<dyn NodeDevice>, String>> {
-        let _ = &self.log;
+        let _ = (&self.log, &self.stop);
         None
     }
 
@@ -48,7 +57,8 @@ impl Programs {
         config: &Config,
     ) -> Box<dyn HostedController> {
         #[cfg(feature = "programs")]
-        let started = live::program::start_controller(self.log.as_deref(), program, config);
+        let started =
+            live::program::start_controller((self.log.as_deref(), &self.stop), program, config);
         #[cfg(not(feature = "programs"))]
         let started: Result<Box<dyn HostedController>, String> =
             Err(format!("{program:?} of {config:?}: built without `programs`"));

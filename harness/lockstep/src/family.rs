@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::net::UnixListener;
 use std::process::ExitStatus;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Most turns at one instant. Assumption: processes that pass something on this often without waiting for time will do
@@ -23,6 +25,8 @@ const LINK_LOST: i32 = 121;
 pub(crate) struct Rules {
     /// Longest real time without waiting.
     pub limit: Duration,
+    /// Set when a process that does not wait is to be killed at once.
+    pub stop: Arc<AtomicBool>,
     /// Most processes at once.
     pub processes_max: usize,
     /// Whether its standard input is used to talk.
@@ -195,6 +199,9 @@ impl Family {
                 Reading::Silence => {
                     if !is_held(process.pid) {
                         silence += PATIENCE;
+                    }
+                    if self.rules.stop.load(Ordering::Relaxed) {
+                        return Err(Ended::GivenUp);
                     }
                     if silence >= self.rules.limit {
                         return Err(Ended::NeverWaited { limit: self.rules.limit });

@@ -17,6 +17,8 @@ use std::os::unix::net::UnixListener;
 use std::os::unix::process::CommandExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use wire::time::Span;
 
@@ -113,6 +115,7 @@ pub struct Program {
     talks: bool,
     output: Output,
     limit: Duration,
+    stop: Arc<AtomicBool>,
     processes_max: usize,
     realtime_ns: i64,
     spin_questions: u32,
@@ -131,6 +134,7 @@ impl Program {
             talks: false,
             output: Output::default(),
             limit: Duration::from_secs(30),
+            stop: Arc::default(),
             processes_max: 64,
             realtime_ns: REALTIME_NS,
             spin_questions: 10_000,
@@ -196,6 +200,12 @@ impl Program {
     /// Sets the longest real time without waiting, in steps of a tenth of a second; 30 s by default.
     pub fn wall_limit(mut self, limit: Duration) -> Self {
         self.limit = limit;
+        self
+    }
+
+    /// Kills it as soon as this is set and it does not wait. While it waits, nothing happens.
+    pub fn until(mut self, stop: Arc<AtomicBool>) -> Self {
+        self.stop = stop;
         self
     }
 
@@ -280,7 +290,7 @@ impl Program {
         let place = Place::take();
         let first = Spawned::start(command).map_err(failed_to("start the program"))?;
         let (limit, processes_max, talks) = (self.limit, self.processes_max, self.talks);
-        let rules = Rules { limit, processes_max, talks, declarations };
+        let rules = Rules { limit, stop: self.stop, processes_max, talks, declarations };
         let family = Family::start(rules, listener, first);
         Ok(Lockstep::new(family, Lines::new(ports, talk), kept, (folder, place)))
     }

@@ -24,6 +24,8 @@ pub enum Ended {
     /// It was [stopped](crate::Lockstep::stop): it ended after SIGTERM with this status, or was killed, which is also a
     /// status.
     Stopped(ExitStatus),
+    /// It was killed while it ran, because whoever started it [gave up](crate::Program::until).
+    GivenUp,
     /// It did not wait within the real-time limit: it computes endlessly, or waits in a way that the shim does not see.
     NeverWaited {
         /// The limit.
@@ -53,6 +55,7 @@ impl fmt::Display for Ended {
         match self {
             Self::Exited(status) => write!(f, "the program ended: {status}"),
             Self::Stopped(status) => write!(f, "the program was stopped: {status}"),
+            Self::GivenUp => f.write_str("the program was killed on request"),
             Self::NeverWaited { limit } => write!(
                 f,
                 "the program did not wait within {limit:?} of real time: it computes without end, or waits where virtual \

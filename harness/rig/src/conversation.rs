@@ -57,6 +57,10 @@ impl<C: Crossing> Simulation<C> {
                 director.engine.lost_controller(*now, &how);
                 touched.0 |= Touched::PLAN;
             }
+            News::GivenUp => {
+                director.engine.abort(*now);
+                touched.0 |= Touched::PLAN;
+            }
         }
         if let Part::Controller(machine) = &mut rig.nodes[place].part {
             machine.ask_due();

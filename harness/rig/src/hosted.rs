@@ -55,6 +55,8 @@ pub enum News {
     Misreport(String),
     /// The program has ended or did not start; why.
     Ended(String),
+    /// The program was killed because the run is to be aborted.
+    GivenUp,
 }
 
 impl HostedController for Controller {
@@ -165,6 +167,11 @@ pub trait NodeDevice: Device + Send {
     /// Why nothing that it does on its lines would happen on real ones. Returned once.
     fn wrong(&mut self) -> Option<String> {
         None
+    }
+
+    /// Whether it did not end by itself, but was killed because the run is to be aborted.
+    fn is_given_up(&self) -> bool {
+        false
     }
 }
 

@@ -43,6 +43,10 @@ impl Own {
     pub(super) fn wrong(&mut self) -> Option<String> {
         self.host.guest.wrong()
     }
+
+    pub(super) fn is_given_up(&self) -> bool {
+        self.host.guest.is_given_up()
+    }
 }
 
 impl Guest for Box<dyn NodeDevice> {

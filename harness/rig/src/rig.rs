@@ -277,7 +277,10 @@ impl Rig {
                 Part::Own(device) if device.next_wakeup() <= now => {
                     device.wake(now);
                     if let Some(how) = device.ended() {
-                        engine.lost_node(now, &node.name, &how);
+                        match device.is_given_up() {
+                            true => engine.abort(now),
+                            false => engine.lost_node(now, &node.name, &how),
+                        }
                         was_told = true;
                     }
                     if let Some(why) = device.wrong() {

@@ -7,7 +7,7 @@ use crate::junit;
 use crate::made::Made;
 use crate::models;
 use crate::outcome::{Outcome, PropertySummary, Summary};
-use crate::program::{DEVICE_LOG, Programs};
+use crate::program::DEVICE_LOG;
 use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::record::{Progress, VERSION};
@@ -96,7 +96,7 @@ pub fn run_to_folder_watched(
     let header = prepared.header(options.seed);
     let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
     let bus = crossing.bus();
-    let programs = Programs::logging(folder.file(DEVICE_LOG));
+    let programs = prepared.programs.logging(folder.file(DEVICE_LOG));
     let logging = Prepared { programs, ..prepared.clone() };
     let run = simulate_across(crossing, &logging, options.seed, &options.answers, &mut sink, pulse);
     drop(sink);

@@ -26,6 +26,7 @@ use campaign::{
 };
 use clap::{Args, ValueEnum};
 use harness::executors::Simulated;
+use harness::program::Programs;
 use harness::run::Prepared;
 use plan::Property;
 use plan::faults::{FaultKind, Target};
@@ -168,8 +169,9 @@ impl CampaignArguments {
             self.repetition.none()?;
             let (answers, _) = self.operator.collect(&setup, [&*prepared.plan], screen)?;
             let hosting = self.setup.hosting();
-            let executor = Simulated::new(Prepared { hosting, ..prepared.clone() }, answers)
-                .stopped_by(interrupt.flag());
+            let programs = Programs::until(interrupt.flag());
+            let carried_out = Prepared { hosting, programs, ..prepared.clone() };
+            let executor = Simulated::new(carried_out, answers).stopped_by(interrupt.flag());
             let threads =
                 self.threads.or_else(|| available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN);
             if self.envelopes.is_asked() {

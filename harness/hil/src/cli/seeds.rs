@@ -7,6 +7,7 @@ use super::progress::Screen;
 use super::{say, say_json};
 use campaign::seeds::{SeedVerdicts, for_each_seed, not_passed, shares};
 use harness::operator::Answers;
+use harness::program::Programs;
 use harness::run::{PrepareError, Prepared, verdicts};
 use plan::Plan;
 use plan::made::Made;
@@ -114,7 +115,7 @@ fn one_seed(
     let mut done = Vec::new();
     for name in plans {
         let prepared = match Prepared::load(name, &made) {
-            Ok(prepared) => prepared,
+            Ok(prepared) => Prepared { programs: Programs::until(interrupt.flag()), ..prepared },
             Err(error) => return Some(Err(error)),
         };
         let run = verdicts(&prepared, seed, answers, &mut |_| !interrupt.requested());

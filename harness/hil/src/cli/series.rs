@@ -14,6 +14,7 @@ use super::watch::Watch;
 use super::{say, say_json};
 use harness::hosted::Hosting;
 use harness::operator::Answers;
+use harness::program::Programs;
 use harness::run::{Completed, Options, Prepared, run_to_folder_watched};
 use harness::run_live::LiveRunError;
 use harness::stopwatch::Stopwatch;
@@ -126,8 +127,8 @@ impl Series<'_> {
         let mut made = Made::default();
         let mut promised = BTreeSet::new();
         for (index, name) in self.plans.iter().enumerate() {
-            let hosting = self.hosting.clone();
-            let prepared = Prepared { hosting, ..Prepared::load(name, &made)? };
+            let (hosting, programs) = (self.hosting.clone(), Programs::until(interrupt.flag()));
+            let prepared = Prepared { hosting, programs, ..Prepared::load(name, &made)? };
             for calibration in prepared.calibrations.keys() {
                 if promised.contains(calibration) && !made.calibrations.contains_key(calibration) {
                     tracing::warn!(

@@ -1,9 +1,12 @@
 //! A user's program under test in virtual time, and programs that break the model: each has a named error and a status,
 //! and leaves no process.
 
-use super::hil::Hil;
+use super::hil::{Hil, Ran};
+use super::interrupt::{signal, wait_for};
+use rustix::process::Signal;
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 const RIG: &str = r#"
 title = "A program alone"
@@ -67,6 +70,22 @@ fn processes_in(folder: &Path) -> Vec<String> {
         is_there.then(|| fs::read_to_string(path.join("stat")).unwrap_or_default())
     });
     numbers.collect()
+}
+
+/// Nobody waits until the limit of a program that computes without end.
+#[test]
+fn ctrl_c_ends_a_run_whose_program_hangs() {
+    let hil =
+        project("if count == 5:\n        open('hung', 'w').close()\n        while True: pass");
+    let rig = RIG.replace("wall_limit_s = 10", "wall_limit_s = 600");
+    fs::write(hil.path("rigs/beat.toml"), rig).unwrap();
+    let mut command = hil.command(&["run", "beats.toml", "--out", "run"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for("the program", || hil.path("hung").exists());
+    signal(&child, Signal::INT);
+    let ran = Ran::of(child.wait_with_output().unwrap()).exits(5);
+    assert!(ran.out.contains("beats: aborted: stopped by request"), "{}", ran.out);
+    assert_eq!(hil.outcome("run"), "aborted");
 }
 
 #[test]

@@ -8,11 +8,13 @@ use crate::world::controller_words;
 use controller::config::{Config, Transport};
 use controller::mission::{Mission, Report};
 use controller::{Input, Output, Port};
-use lockstep::{Lockstep, Output as Printed, Said};
+use lockstep::{Ended, Lockstep, Output as Printed, Said};
 use rig::hosted::{ControllerProgram, HostedController, News};
 use rig::node::{BASE, GYRO};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use wire::device::{Device as _, PortId, Transmit};
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Timestamp;
@@ -24,9 +26,10 @@ const BASE_PORT: &str = "/dev/ttyHIL1";
 /// Interface of a base on CAN.
 const BASE_INTERFACE: &str = "base";
 
-/// Starts the program; its output other than reports goes to `log`.
+/// Starts the program; its output other than reports goes to `log`. It is killed once `stop` is set and it does not
+/// wait.
 pub fn start(
-    log: Option<&Path>,
+    (log, stop): (Option<&Path>, &Arc<AtomicBool>),
     program: &ControllerProgram,
     config: &Config,
 ) -> Result<Box<dyn HostedController>, String> {
@@ -50,7 +53,7 @@ pub fn start(
     let mut ports = BTreeMap::from([("gyro".to_owned(), GYRO_PORT.to_owned())]);
     ports.extend(base.map(|base| ("base".to_owned(), base.to_owned())));
     let words = fill(&words, &ports).map_err(|error| error.to_string())?;
-    let mut program = in_words(words).serial(GYRO_PORT).talks();
+    let mut program = in_words(words).serial(GYRO_PORT).talks().until(Arc::clone(stop));
     program = match transport {
         None => program,
         Some(Transport::Can) => program.can(BASE_INTERFACE),
@@ -159,6 +162,10 @@ impl HostedController for ControllerInStep {
             return None;
         }
         let how = match self.running.ended() {
+            Some(Ended::GivenUp) => {
+                self.is_told = true;
+                return Some(News::GivenUp);
+            }
             Some(ended) => super::in_step::with_last_words(ended, &self.running),
             None if self.is_deaf => "it does not read its missions".to_owned(),
             None => return None,

@@ -10,6 +10,8 @@ use plan::rig::{NodePart, RigLine, RigNode, UnderTest, VirtualTime};
 use rig::hosted::NodeDevice;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use wire::can::BitRates;
 use wire::device::{Device, PortId, Transmit};
@@ -21,20 +23,21 @@ pub(super) const STOPPING: Span = Span::from_secs(3);
 /// Longest interface name (`IFNAMSIZ`).
 const INTERFACE_BYTES_MAX: usize = 15;
 
-/// Starts the program of a node by its place; `None` if the node is not a program. Its output goes to `log`.
+/// Starts the program of a node by its place; `None` if the node is not a program. Its output goes to `log`. It is killed
+/// once `stop` is set and it does not wait.
 pub fn start(
-    log: Option<&Path>,
+    (log, stop): (Option<&Path>, &Arc<AtomicBool>),
     rig: &Rig,
     place: usize,
 ) -> Option<Result<Box<dyn NodeDevice>, String>> {
     let node = &rig.nodes[place];
     let NodePart::UnderTest(UnderTest::Command(words)) = &node.part else { return None };
-    let started = started(log, rig, node, words);
+    let started = started((log, stop), rig, node, words);
     Some(started.map(|running| Box::new(running) as Box<dyn NodeDevice>))
 }
 
 fn started(
-    log: Option<&Path>,
+    (log, stop): (Option<&Path>, &Arc<AtomicBool>),
     rig: &Rig,
     node: &RigNode,
     words: &[String],
@@ -58,7 +61,7 @@ fn started(
             _ => program.can(name),
         };
     }
-    program = limited(program, &node.virtual_time);
+    program = limited(program, &node.virtual_time).until(Arc::clone(stop));
     program = program.env(lines::VARIABLE, lines::document(&places));
     if let Some(log) = log {
         let is_alone = rig.under_test().count() == 1;
@@ -197,6 +200,10 @@ impl NodeDevice for InStep {
 
     fn wrong(&mut self) -> Option<String> {
         self.uarts.wrong(self.now, &self.name, &self.running)
+    }
+
+    fn is_given_up(&self) -> bool {
+        self.running.ended() == Some(&Ended::GivenUp)
     }
 }
 
