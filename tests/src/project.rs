@@ -27,6 +27,12 @@ pub fn write(folder: &Path, files: impl IntoIterator<Item = (impl AsRef<Path>, i
     }
 }
 
+/// What an error says, and its causes.
+pub fn why(error: &TrialError) -> String {
+    let all = std::iter::successors(Some(error as &dyn std::error::Error), |one| one.source());
+    all.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+}
+
 /// Loads the plan of this name from the folder.
 ///
 /// # Errors

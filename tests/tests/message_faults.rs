@@ -180,6 +180,9 @@ fn what_a_node_sends_is_judged_by_its_counter_and_its_checksum() {
         ("cells.CellStatus", "frozen_message = { for_s = 60 }", (9.0, false, true)),
         ("cells.CellStatus", "drop = { loss_percent = 30 }", (20.0, false, true)),
         ("cells.CellStatus", "duplicate = { duplicate_percent = 30 }", (20.0, false, true)),
+        // The checksum as a signal: it stays as the fault makes it.
+        ("cells.CellStatus.Crc", "signal_offset = { range_percent = 1 }", (20.0, true, false)),
+        ("cells.Crc", "stuck_signal = { for_s = 60 }", (20.0, false, false)),
         // Other messages of the same node are not affected.
         ("cells.CellInfo", "drop = { loss_percent = 30 }", (20.0, true, true)),
         ("cells.CellInfo", "frozen_message = { for_s = 60 }", (20.0, true, true)),
@@ -187,6 +190,24 @@ fn what_a_node_sends_is_judged_by_its_counter_and_its_checksum() {
     ] {
         assert_eq!(run(&fault(target, what)), expected, "{target} {what}");
     }
+}
+
+/// Otherwise a formula would judge the node by another checksum than that which it sends.
+#[test]
+fn a_device_file_and_its_line_must_agree() {
+    let other =
+        "message.CellStatus = { checksum = { signal = \"Crc\", crc = \"crc8-autosar\" } }\n";
+    let alike = "message.CellStatus = { e2e = { profile = \"1C\", data_id = 0x123, counter = \"Alive\", checksum = \"Crc\" } }\n";
+    let plan =
+        "name = \"plan\"\ntitle = \"\"\nrig = \"pack\"\nsteps = [{ wait = { duration_s = 1 } }]\n"
+            .to_owned()
+            + PROPERTIES;
+    let rig = |more: &str| RIG.replace("message.Request", &format!("{more}message.Request"));
+    assert!(load_pack(&rig(alike), &plan).1.is_ok());
+    let Err(refused) = load_pack(&rig(other), &plan).1 else { panic!("taken") };
+    let told = project::why(&refused);
+    let expected = "the file of `cells` and line `can0` state different checksums of `CellStatus`";
+    assert!(told.contains(expected), "{told}");
 }
 
 #[test]

@@ -100,10 +100,21 @@ fn a_campaign_shrinks_what_breaks_the_program() {
 }
 
 #[test]
+fn a_command_that_names_no_line_is_refused_before_the_run() {
+    for (command, expected) in [
+        (r#""python3", "--port={can1}""#, "no line `can1` for `--port={can1}` of `manager`"),
+        (r#""python3", "{can0""#, "a brace without its counterpart"),
+    ] {
+        let Err(error) = project::load(&pack(command), "charge.toml") else { panic!("taken") };
+        let told = project::why(&error);
+        assert!(told.contains(expected), "{told}");
+    }
+}
+
+#[test]
 fn what_does_not_start_ends_or_says_nothing_is_told() {
     for (command, outcome, reason) in [
         (r#""/no/such/program""#, "error", "failed to start `manager`"),
-        (r#""python3", "{can1}""#, "error", "{can1}"),
         (r#""python3", "-c", "import sys; print('no cells'); sys.exit(3)""#, "failed", "no cells"),
         (r#""python3", "-c", "import time; time.sleep(1e6)""#, "failed", "ContactorClosed"),
     ] {

@@ -102,6 +102,12 @@ pub(super) fn ruled(
         let help = help.unwrap_or_else(|| hint::proposal(name, &names));
         return Err(Mistake::new(place.name(), message).help(help));
     }
+    for (index, message) in layout.messages().iter().enumerate() {
+        if let Some(rules) = rules.get(&message.name) {
+            let place = place(index, message, listed);
+            layout.lacks(&message.name, &rules.protection(), &place)?;
+        }
+    }
     layout.changed(|index, message| {
         let Some(rules) = rules.get(&message.name) else { return Ok(()) };
         let place = place(index, message, listed);

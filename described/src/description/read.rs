@@ -95,5 +95,11 @@ pub(super) fn layout<M>(
         let message = format!("failed to read `{dbc}`: {error}");
         Mistake::new(Place::file().key("dbc"), message).located(file, text)
     })?;
-    files.dbc(dbc, &found)?.layout(node)
+    let read = files.dbc(dbc, &found)?;
+    read.layout(node).map_err(|error| {
+        // Which node it is, this file says.
+        let message = format!("{} in `{dbc}`", error.message());
+        let help = error.advice().unwrap_or_default();
+        Mistake::new(Place::file().key("node"), message).help(help).located(file, text)
+    })
 }

@@ -99,6 +99,17 @@ impl Protection {
         }
     }
 
+    /// What both state and not alike.
+    pub(crate) fn contradicts(&self, other: &Self) -> Option<&'static str> {
+        let sent = |counter: &Counter| (counter.field, counter.step, counter.greatest);
+        let counters = self.counter.as_ref().zip(other.counter.as_ref());
+        if counters.is_some_and(|(one, two)| sent(one) != sent(two)) {
+            return Some("counter");
+        }
+        let seals = self.seal.as_ref().zip(other.seal.as_ref());
+        seals.is_some_and(|(one, two)| one != two).then_some("checksum")
+    }
+
     /// Recomputes the checksum of the bytes.
     pub(crate) fn reseal(&self, data: &mut [u8]) {
         if let Some((field, sum)) = self.sum(data) {

@@ -39,6 +39,7 @@ mod band;
 pub mod bench_file;
 pub mod calibrations;
 pub mod check;
+pub mod command;
 pub mod confidence;
 mod contradiction;
 mod envelope;

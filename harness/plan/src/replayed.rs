@@ -30,6 +30,9 @@ pub(crate) enum Words<'a> {
     None,
 }
 
+/// The channel of a log that is stated for a line.
+pub type Named<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
+
 /// The traffic of a node in `log` on these lines, which are in the order of its ports; `None` for a line that is not
 /// one of the rig's own.
 ///
@@ -38,13 +41,14 @@ pub(crate) enum Words<'a> {
 /// The line that is missing in the log, and the channels that could be it.
 pub(crate) fn part_in<'a>(
     log: &[Logged],
-    named: Option<&str>,
+    named: Named<'_>,
     lines: impl Iterator<Item = Option<(&'a RigLine, Words<'a>)>>,
 ) -> Result<Replayed, (String, Vec<String>)> {
     let mut said = Vec::new();
     for (port, at) in lines.enumerate() {
         let Some((line, words)) = at else { continue };
-        let channel = channel_of(log, line, named).map_err(|known| (line.name.clone(), known))?;
+        let channel =
+            channel_of(log, line, named(&line.name)).map_err(|known| (line.name.clone(), known))?;
         let port = u8::try_from(port).unwrap_or(u8::MAX);
         said.extend(said_on(log, channel, words).map(|(at, what)| (at, port, what)));
     }
@@ -95,8 +99,8 @@ fn said_on<'a>(
 }
 
 impl Rig {
-    /// The rig with every node replayed from `log`, as a plan finds it when it listens to the bench of the log. On a
-    /// serial line, where a log does not record the sender, all bytes count as the device's.
+    /// The rig with every node replayed from `log`, as a plan finds it when it listens to the bench of the log. `named`
+    /// states the channel of a line, if it is stated. On a serial line, where a log does not record the sender, all bytes count as the device's.
     ///
     /// # Errors
     ///
@@ -104,7 +108,7 @@ impl Rig {
     pub fn replayed_by(
         mut self,
         log: &[Logged],
-        named: Option<&str>,
+        named: Named<'_>,
     ) -> Result<Self, (String, Vec<String>)> {
         let Self { lines, nodes, speakers, .. } = &mut self;
         for node in nodes {

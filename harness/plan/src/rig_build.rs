@@ -61,8 +61,13 @@ pub trait Parts {
 pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Rig, P::Error> {
     let source = library.open(Kind::Rig, name)?;
     let file: RigFile = source.parse()?;
-    let mut builder =
-        Builder { library, source: &source, rig: Rig::default(), dbcs: BTreeMap::new() };
+    let mut builder = Builder {
+        library,
+        source: &source,
+        rig: Rig::default(),
+        dbcs: BTreeMap::new(),
+        protected: BTreeMap::new(),
+    };
     builder.lines(&file, parts)?;
     builder.nodes(&file, parts)?;
     // `devices` in a plan stands for the paper's robot alone.
@@ -76,6 +81,8 @@ struct Builder<'a> {
     rig: Rig,
     /// The DBCs of each line that has some.
     dbcs: BTreeMap<usize, Vec<Arc<Dbc>>>,
+    /// Their messages, with the counters and checksums that the line states.
+    protected: BTreeMap<usize, Layout>,
 }
 
 impl Builder<'_> {
@@ -122,7 +129,8 @@ impl Builder<'_> {
                         // Reports what they contradict each other in, whichever nodes are on the line.
                         let layout = Layout::from_dbcs(&dbcs, &|_| false).map_err(Box::new)?;
                         self.check_carries(&declared, &layout, ("line", number, "can"))?;
-                        self.protected(layout, number, line)?;
+                        let layout = self.protected(layout, number, line)?;
+                        self.protected.insert(number, layout);
                         self.dbcs.insert(number, dbcs);
                     }
                 }
@@ -258,6 +266,7 @@ impl Builder<'_> {
             let at = ("node", number, "under_test");
             return Err(self.mistake(at, message, Some(help.to_owned())).into());
         }
+        self.check_ports(node, number)?;
         if node.emulate.is_none() && !node.set.is_empty() {
             let message = format!("`{}` is not emulated from a file", node.name);
             let help = "`set` is of parameters of an `emulate`d device".to_owned();
@@ -309,6 +318,7 @@ impl Builder<'_> {
         if let Some(line) = self.line(*line) {
             self.check_carries(line, &layout, ("node", number, "at"))?;
         }
+        self.check_agrees(&layout, (node, number), *line)?;
         let known = line.checked_sub(of_robot).and_then(|place| self.rig.lines.get_mut(place));
         match (known, layout.medium()) {
             (

@@ -116,6 +116,10 @@ impl<'a> Survey<'a> {
         if known.contains(&tag) || phase.is_some_and(|phase| self.phases.contains(&phase)) {
             return Ok(());
         }
+        if let Some(phase) = phase {
+            let message = format!("no step or label `{phase}` in this plan");
+            return Err(at.fault(here, message, Some(proposal(phase, &self.phases()))));
+        }
         let message = format!("`{quantity}` carries no tag `{tag}`");
         Err(at.fault(here, message, Some(proposal(tag, &known))))
     }

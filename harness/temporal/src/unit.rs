@@ -72,7 +72,8 @@ const CELSIUS: [i8; 7] = [0, 0, 0, 0, 0, 1, 0];
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Units without prefixes.
-const ALONE: [(&str, [i8; 7], f64, i32); 21] = [
+const ALONE: [(&str, [i8; 7], f64, i32); 22] = [
+    ("sec", SECOND, 1.0, 0),
     ("min", SECOND, 60.0, 0),
     ("h", SECOND, 36.0, 2),
     ("degC", CELSIUS, 1.0, 0),
@@ -96,11 +97,17 @@ const ALONE: [(&str, [i8; 7], f64, i32); 21] = [
     ("s^2", [0, 0, 2, 0, 0, 0, 0], 1.0, 0),
 ];
 
+/// Signs between the factors of a product.
+pub(crate) const TIMES: [char; 2] = ['*', '·'];
+
 impl Unit {
-    /// The unit with this notation, if known: `mV`, `km/h`, `m/s^2`.
+    /// The unit with this notation, if known: `mV`, `km/h`, `m/s^2`, `N*m`, `1/m`.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let mut parts = text.split('/');
-        let mut unit = Self::single(parts.next()?)?;
+        let mut factors = parts.next()?.split(TIMES).map(Self::single);
+        let first = factors.next()?;
+        // Behind a `/`, it is not clear what a product divides.
+        let mut unit = factors.try_fold(first?, |unit, factor| unit.times(factor?))?;
         for part in parts {
             unit = unit.over(Self::single(part)?)?;
         }
@@ -183,6 +190,11 @@ mod tests {
             ("m/s/s", "m/s^2", 1.0),
             ("µV", "μV", 1.0),
             ("kΩ", "Ohm", 1e3),
+            ("N*m", "Nm", 1.0),
+            ("kN·m", "J", 1e3),
+            ("N*m/A", "Wh/A", 1.0 / 3.6e3),
+            ("deg/sec", "dps", 1.0),
+            ("1/km", "1/m", 1e-3),
         ] {
             let found = ratio(from, to).unwrap_or_else(|| panic!("{from} in {to}"));
             assert!((found / expected - 1.0).abs() < 1e-12, "{from} in {to}: {found}");
@@ -194,7 +206,7 @@ mod tests {
         for (from, to) in [("V", "A"), ("degC", "K"), ("rad/s", "Hz"), ("m", "min"), ("%", "deg")] {
             assert_eq!(ratio(from, to), None, "{from} in {to}");
         }
-        for text in ["", "/", "V/", "volt", "kmin", "mdegC", "kk"] {
+        for text in ["", "/", "V/", "*", "V*", "W/m*K", "volt", "kmin", "mdegC", "kk"] {
             assert!(Unit::parse(text).is_none(), "{text}");
         }
     }

@@ -33,11 +33,57 @@ impl Layout {
             let mistake = Mistake::new(place.key(name).name(), format!("no message `{name}`"));
             return Err(mistake.help(hint::proposal(name, &names)).located(file, text));
         }
+        for (name, table) in tables {
+            let lacks = self.lacks(name, table, &place.key(name));
+            lacks.map_err(|mistake| mistake.located(file, text))?;
+        }
         let changed = self.changed(|_, message| match tables.get(&message.name) {
             Some(table) => message.protect(table, &place.key(&message.name)),
             None => Ok(()),
         });
         changed.map_err(|mistake| mistake.located(file, text))
+    }
+
+    /// Explains a counter or a checksum in a signal that was left out of the message.
+    pub(crate) fn lacks(
+        &self,
+        message: &str,
+        table: &ProtectionTable,
+        place: &Place,
+    ) -> Result<(), Mistake> {
+        let counter = table.counter.as_ref().map(|one| (("counter", "signal"), &one.signal));
+        let checksum = table.checksum.as_ref().map(|one| (("checksum", "signal"), &one.signal));
+        let counted = table.e2e.as_ref().map(|one| (("e2e", "counter"), &one.counter));
+        let summed = table.e2e.as_ref().map(|one| (("e2e", "checksum"), &one.checksum));
+        let of = self.messages().iter().find(|known| known.name == message);
+        let has =
+            |signal: &str| of.is_some_and(|of| of.signals.iter().any(|one| one.name == signal));
+        for ((table, key), signal) in [counter, checksum, counted, summed].into_iter().flatten() {
+            if has(signal) {
+                continue;
+            }
+            if let Some(note) = self.left_out(&format!("{message}.{signal}")) {
+                let text = format!("`{message}` has no usable signal `{signal}`");
+                return Err(Mistake::new(place.key(table).key(key), text).help(note.to_string()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The first message for which both layouts state a counter or a checksum, and not the same one; with the word for
+    /// it. What a receiver tolerates may differ.
+    pub fn contradicts(&self, other: &Self) -> Option<(&str, &'static str)> {
+        let frame = |message: &Message| match message.carrier {
+            Carrier::Frame { id, .. } => Some(id),
+            _ => None,
+        };
+        self.messages().iter().find_map(|message| {
+            let id = frame(message)?;
+            let twin = other.messages().iter().find(|twin| frame(twin) == Some(id))?;
+            let (one, two) = (message.protected.as_ref()?, twin.protected.as_ref()?);
+            let what = one.protection.contradicts(&two.protection)?;
+            Some((&*message.name, what))
+        })
     }
 }
 

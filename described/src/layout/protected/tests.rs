@@ -53,6 +53,26 @@ pub(crate) const E2E: &str = "[message.CellStatus]\nperiod_s = 0.1\n\
 pub(crate) const PLAIN: &str = "[message.Request]\ncounter = { signal = \"Count\", first = 4 }\n\
     checksum = { signal = \"Sum\", crc = \"crc8-autosar\", prepend = [0x02, 0x00] }\n";
 
+/// A checksum in a signal that cannot be read is explained by what is wrong with the signal.
+#[test]
+fn a_checksum_in_a_signal_that_was_left_out_is_explained() {
+    let dbc = DBC.replace("Crc : 0|8@1+", "Crc : 0|80@1+");
+    let text = format!("name = \"cells\"\ndbc = \"pack.dbc\"\nnode = \"Cells\"\n{E2E}");
+    let error = Description::parse("cells.toml", &text, &mut |_| Ok(dbc.clone())).unwrap_err();
+    assert_eq!(error.message(), "`CellStatus` has no usable signal `Crc`");
+    assert_eq!(&text[error.range()], "\"Crc\"");
+    let why = error.advice().unwrap();
+    assert!(why.contains("pack.dbc, line 6") && why.contains("the signal is left out"), "{why}");
+    let line = Layout::from_dbc("pack.dbc", &dbc, "Cells").unwrap();
+    let text =
+        "[[line]]\nmessage.CellStatus = { checksum = { signal = \"Crc\", crc = \"sum8\" } }\n";
+    let tables: toml::Table = text.parse().unwrap();
+    let tables = tables["line"][0]["message"].clone().try_into().unwrap();
+    let error = line.protected(("rig.toml", text, 0), &tables).unwrap_err();
+    assert_eq!(error.advice(), Some(why));
+    assert_eq!(&text[error.range()], "\"Crc\"");
+}
+
 #[test]
 fn a_message_of_a_dbc_has_autosars_bytes() {
     let mut encoder = Encoder::new(layout(E2E));

@@ -14,7 +14,7 @@ target = \"gyro\"                                  # gyro, base, table, host or 
 toward = \"host\"                                  # of a line: host (what the device sends) or device; both without
 what = { burst_loss = { loss_percent = 1, recover_percent = 10, bad_percent = 100, good_percent = 0 } }
 when = { step = \"lap\", number = 3, after_s = 2 } # or { at_s = 300 } or { during = \"turn\", number = 3 }
-duration_s = 2                                   # without, to the end of the phase or of the run
+duration_s = 2                                   # without: `during` to the end of the phase, others of the run
 probability = 0.3                                # that it happens at all, drawn from the seed
 ```
 

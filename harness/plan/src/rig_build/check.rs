@@ -1,11 +1,13 @@
 //! What is checked of a rig while it is built.
 
 use super::Builder;
+use crate::command::{CommandError, fill};
 use crate::library::LibraryError;
 use crate::quantities;
-use crate::rig::{RigFile, RigLine, RigNode};
+use crate::rig::{NodeTable, RigFile, RigLine, RigNode, UnderTest};
 use crate::speakers::DEVICE;
-use described::{Layout, Medium};
+use described::{Layout, Medium, hint};
+use std::collections::BTreeMap;
 
 impl Builder<'_> {
     /// Checks that a classic bus has no CAN FD messages.
@@ -25,6 +27,45 @@ impl Builder<'_> {
                 Err(self.mistake(at, text, Some(help)))
             }
             _ => Ok(()),
+        }
+    }
+
+    /// Checks that a device file and its line state the same counters and checksums.
+    pub(super) fn check_agrees(
+        &self,
+        layout: &Layout,
+        (node, number): (&NodeTable, usize),
+        line: usize,
+    ) -> Result<(), LibraryError> {
+        let own = line.checked_sub(self.rig.robot_lines());
+        let of_line = own.and_then(|own| Some((self.line(line)?, self.protected.get(&own)?)));
+        let Some((line, of_line)) = of_line else { return Ok(()) };
+        let Some((message, what)) = layout.contradicts(of_line) else { return Ok(()) };
+        let text = format!(
+            "the file of `{}` and line `{}` state different {what}s of `{message}`",
+            node.name, line.name
+        );
+        let help = format!("state it alike in both, or leave `message.{message}` out at the line");
+        Err(self.mistake(("node", number, "emulate"), text, Some(help)))
+    }
+
+    /// Checks that the command of a program names lines of the rig.
+    pub(super) fn check_ports(&self, node: &NodeTable, number: usize) -> Result<(), LibraryError> {
+        let Some(UnderTest::Command(words)) = &node.under_test else { return Ok(()) };
+        let lines = 0..self.rig.robot_lines() + self.rig.lines.len();
+        let names = lines.map(|line| self.rig.line_name(line).to_owned());
+        let ports: BTreeMap<String, String> = names.map(|name| (name, String::new())).collect();
+        let refuse = |text, help| Err(self.mistake(("node", number, "under_test"), text, help));
+        match fill(words, &ports) {
+            Ok(_) => Ok(()),
+            Err(CommandError::UnknownPort { name, word, .. }) => {
+                let known: Vec<&str> = ports.keys().map(String::as_str).collect();
+                let text = format!("no line `{name}` for `{word}` of `{}`", node.name);
+                let help =
+                    format!("{}; a brace itself is written twice", hint::proposal(&name, &known));
+                refuse(text, Some(help))
+            }
+            Err(error) => refuse(error.to_string(), None),
         }
     }
 

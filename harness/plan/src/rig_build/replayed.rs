@@ -4,6 +4,10 @@ use super::{Builder, Parts};
 use crate::replayed::{Words, part_in};
 use crate::rig::{NodePart, NodeTable, ReplayTable};
 use crate::speakers::Speaker;
+use std::path::Path;
+
+/// Ends of the names of logs in binary formats.
+const BINARY: [&str; 4] = ["blf", "mf4", "pcap", "pcapng"];
 
 impl Builder<'_> {
     pub(super) fn replayed<P: Parts>(
@@ -13,6 +17,14 @@ impl Builder<'_> {
         (node, lines): (&NodeTable, &[usize]),
         parts: &mut P,
     ) -> Result<NodePart, P::Error> {
+        let end = Path::new(&replay.log).extension().unwrap_or_default();
+        if BINARY.iter().any(|one| end.eq_ignore_ascii_case(one)) {
+            let message =
+                format!("`{}` is no text, and only a log that is text plays a node", replay.log);
+            let help = "candump (.log), Vector ASC (.asc) or PEAK TRC (.trc): `hil log convert` writes it as one";
+            let help = Some(help.to_owned());
+            return Err(self.mistake(("node", number, "replay"), message, help).into());
+        }
         let source = self.library.open_beside(self.source, &replay.log)?;
         let (log, notes) = parts.log(&source)?;
         self.rig.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", source.origin)));
@@ -22,7 +34,7 @@ impl Builder<'_> {
             let words = words.map(|speaker| Words::Of(&speaker.layout, speaker.sender));
             Some((self.line(*line)?, words.unwrap_or(Words::All)))
         };
-        let said = part_in(&log, replay.channel.as_deref(), lines.iter().map(words));
+        let said = part_in(&log, &|_| replay.channel.as_deref(), lines.iter().map(words));
         let said = said.map_err(|(line, known)| {
             let message = format!("which channel of {} is the line `{line}`?", source.origin);
             let help = format!("`channel = ...`, one of: {}", known.join(", "));

@@ -97,6 +97,13 @@ fn mistakes_of_meaning_are_shown_in_place() {
             )),
         ),
         (
+            "a phase that no step has",
+            format!(
+                "{HEAD}steps = [{{ bias_test = {{}}, label = \"resting\" }}]\n[[measurement]]\n{base}\
+                 where = {{ \"during.restng\" = 1 }}\nunit = \"deg\"\ncheck = {{ all_within = [0, 1] }}"
+            ),
+        ),
+        (
             "an unknown tag",
             with_measurement(&format!(
                 "{base}where = {{ directoin = 1 }}\nunit = \"deg\"\ncheck = {{ all_within = [0, 1] }}"

@@ -1,6 +1,7 @@
 //! The tokens of a formula with their positions.
 
 use crate::mistake::Mistake;
+use crate::unit::TIMES;
 use std::ops::Range;
 
 /// A token.
@@ -103,17 +104,20 @@ fn number_length(text: &[u8]) -> usize {
     at
 }
 
-/// The word after a number that may be its unit: letters, `%`, `°`, and digits or `/` inside.
+/// The word after a number that may be its unit: letters, `%`, `°`, and digits, `/` or `*` inside; or `1/` and such a
+/// word.
 pub(super) fn unit_word(text: &str, from: usize) -> Option<Range<usize>> {
     let rest = text.get(from..)?;
     let start = from + (rest.len() - rest.trim_start().len());
     let rest = rest.trim_start();
     let first = |c: char| c.is_alphabetic() || matches!(c, '%' | '°');
-    // `/min` would be a division.
-    rest.chars().next().filter(|c| first(*c))?;
-    let part = |c: char| first(c) || c.is_numeric() || matches!(c, '/' | '^' | '_');
+    // `/min` would be a division. Behind a number, `1/m` can be nothing else.
+    let begin = if start > from { rest.strip_prefix("1/").unwrap_or(rest) } else { rest };
+    begin.chars().next().filter(|c| first(*c))?;
+    let between = |c: char| c == '/' || TIMES.contains(&c);
+    let part = |c: char| first(c) || c.is_numeric() || between(c) || matches!(c, '^' | '_');
     let length = rest.find(|c| !part(c)).unwrap_or(rest.len());
-    let word = rest[..length].trim_end_matches('/');
+    let word = rest[..length].trim_end_matches(between);
     let letters = word.find(|c: char| !c.is_alphabetic()).unwrap_or(word.len());
     (!KEYWORDS.contains(&&word[..letters]) || word == "min").then_some(start..start + word.len())
 }

@@ -5,7 +5,7 @@ use super::{Parser, Part, What};
 use crate::formula::Condition;
 use crate::mistake::Mistake;
 use crate::number::{Binary, Number};
-use crate::unit::Unit;
+use crate::unit::{TIMES, Unit};
 use std::ops::Range;
 
 /// A number and its unit.
@@ -223,8 +223,9 @@ impl Parser<'_> {
             return Ok(Measure::Bare);
         };
         let word = self.said(&at);
-        // `4 V/x` divides by x: the unit is the known part of the word.
-        let known = word.match_indices('/').map(|(cut, _)| cut).chain([word.len()]);
+        // `4 V/x` divides by x, `4 V*x` multiplies by it: the unit is the known part of the word.
+        let between = |c: char| c == '/' || TIMES.contains(&c);
+        let known = word.match_indices(between).map(|(cut, _)| cut).chain([word.len()]);
         let length = known.filter(|cut| Unit::parse(&word[..*cut]).is_some()).max();
         let length = length.unwrap_or(word.len());
         self.at = at.start..at.start + length;
