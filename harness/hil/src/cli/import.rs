@@ -10,6 +10,7 @@ use super::{EXIT_STATUSES, say};
 use crate::import::{import_rig_to_folder, import_to_folder};
 use bus_log::{Channel, Format, LogReader};
 use clap::Args;
+use described::hint;
 use harness::run::Prepared;
 use plan::made::Made;
 use record::outcome::Outcome;
@@ -41,13 +42,26 @@ pub(super) struct ImportArguments {
     /// Format of the log. [default: from the extension of its name]
     #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
     from: Option<Format>,
-    /// Channel of the log to read. [default: that of the line's name, the only one, or that of the base's first frame]
-    #[arg(long, value_name = "NAME", value_parser = channel)]
-    channel: Option<Channel>,
+    /// Channel of the log for a line of the rig, once for each line; without LINE=, for all lines. [default: that of the
+    /// line's name, the only one, or that of the base's first frame]
+    #[arg(long, value_name = "LINE=CHANNEL", value_parser = channel)]
+    channel: Vec<OfLine>,
 }
 
-fn channel(name: &str) -> Result<Channel, &'static str> {
-    Channel::new(name).ok_or("expected the name of an interface such as can0")
+/// The channel of a line, or of all lines.
+#[derive(Debug, Clone)]
+struct OfLine {
+    line: Option<String>,
+    channel: Channel,
+}
+
+fn channel(said: &str) -> Result<OfLine, &'static str> {
+    let (line, name) = match said.split_once('=') {
+        Some((line, name)) => (Some(line.to_owned()), name),
+        None => (None, said),
+    };
+    let channel = Channel::new(name).ok_or("expected the name of an interface such as can0")?;
+    Ok(OfLine { line, channel })
 }
 
 impl ImportArguments {
@@ -57,14 +71,18 @@ impl ImportArguments {
         let name = self.log.display().to_string();
         let mut reader = LogReader::open_telling(&self.log, format, screen.reading(&name))?;
         let folder = self.folder(&prepared.plan.name);
+        self.check_lines(&prepared)?;
         if prepared.rig.robot.is_none() {
-            let summary = import_rig_to_folder(&prepared, reader.by_ref(), self.channel, &folder)?;
+            let named = |line: &str| self.named(Some(line)).or(self.named(None));
+            let named = |line: &str| named(line).map(Channel::as_str);
+            let summary = import_rig_to_folder(&prepared, reader.by_ref(), &named, &folder)?;
             tell_notes(&self.log, &reader, screen);
             let outcome = summary.outcome;
             say(&console::measurements_table(&[summary], Style::of_stdout()))?;
             return Ok(outcome);
         }
-        let imported = import_to_folder(&prepared.plan, reader.by_ref(), self.channel, &folder)?;
+        let channel = self.named(None).copied();
+        let imported = import_to_folder(&prepared.plan, reader.by_ref(), channel, &folder)?;
         tell_notes(&self.log, &reader, screen);
         let (summary, channel) = (imported.summary, imported.channel);
         screen.chat(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));
@@ -77,6 +95,26 @@ impl ImportArguments {
         let outcome = summary.outcome;
         say(&console::measurements_table(&[summary], Style::of_stdout()))?;
         Ok(outcome)
+    }
+
+    /// The channel stated for this line, or for all.
+    fn named(&self, line: Option<&str>) -> Option<&Channel> {
+        let said = self.channel.iter().find(|said| said.line.as_deref() == line);
+        said.map(|said| &said.channel)
+    }
+
+    fn check_lines(&self, prepared: &Prepared) -> Result<(), Failure> {
+        let lines: Vec<&str> = prepared.rig.lines.iter().map(|line| &*line.name).collect();
+        for said in &self.channel {
+            match said.line.as_deref() {
+                Some(line) if !lines.contains(&line) => {
+                    let message = format!("--channel {line}={}: no line `{line}`", said.channel);
+                    return Err(Failure::arguments(message, hint::proposal(line, &lines)));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     fn folder(&self, plan: &plan::Name) -> PathBuf {

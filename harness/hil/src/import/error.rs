@@ -34,7 +34,7 @@ pub enum ImportError {
     },
     /// The log lacks a line of the rig.
     #[error("which channel of the log is the line `{line}`?")]
-    #[diagnostic(help("--channel names it, one of: {known}"))]
+    #[diagnostic(help("--channel {line}=CHANNEL states it, one of: {known}"))]
     NoLine {
         /// The line.
         line: String,

@@ -36,7 +36,7 @@ use harness::run::{IMPORTED, header, write_documents};
 use harness::run::{Options, Prepared, logged, run_to_folder};
 use judge::checks::judge_all;
 use plan::Plan;
-use plan::replayed::Logged;
+use plan::replayed::{Logged, Named};
 use record::VERSION;
 use record::outcome::{Outcome, Summary};
 use record::run_folder::RunFolder;
@@ -76,18 +76,18 @@ fn kept(
 }
 
 /// Creates a run folder from a log of a rig and judges it by its plan: every node sends what it sent in the log, and
-/// the plan listens. What the plan itself would do to the rig is assumed to be in the log.
+/// the plan listens. What the plan itself would do to the rig is assumed to be in the log. `named` states the channel of
+/// a line.
 ///
 /// # Errors
 /// When the log cannot be read, lacks lines of the rig, or the folder cannot be written.
 pub fn import_rig_to_folder(
     prepared: &Prepared,
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
-    channel: Option<Channel>,
+    named: Named<'_>,
     out: &Path,
 ) -> Result<Summary, ImportError> {
     let log = kept(entries, ENTRIES_MAX)?;
-    let named = channel.as_ref().map(Channel::as_str);
     let rig = prepared.rig.clone().replayed_by(&log, named);
     let rig = rig.map_err(|(line, known)| ImportError::NoLine { line, known: known.join(", ") })?;
     let mut plan = Plan::clone(&prepared.plan);

@@ -56,6 +56,51 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
     assert!(ran.out.contains("took longer than its limit"), "{}", ran.out);
 }
 
+/// Formats that number their channels lose the names of the lines.
+#[test]
+fn each_line_of_a_rig_has_its_channel_of_a_log() {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    let node = |name: &str, line: &str| {
+        format!(
+            "[[line]]\nname = \"{line}\"\ncan = {{}}\n\
+             [[node]]\nname = \"{name}\"\nat = \"{line}\"\nemulate = \"oven\"\n"
+        )
+    };
+    fs::create_dir_all(hil.path("oven/rigs")).unwrap();
+    let rig = node("first", "body") + &node("second", "vehicle");
+    fs::write(hil.path("oven/rigs/two.toml"), rig).unwrap();
+    let measured = |name: &str| {
+        format!(
+            "[[measurement]]\nname = \"{name}\"\ndoc = \"Its temperature\"\nunit = \"degC\"\n\
+             quantity = \"{name}.Temperature\"\ncheck = {{ all_within = [0, 100] }}\n"
+        )
+    };
+    let plan =
+        "name = \"two\"\ntitle = \"\"\nrig = \"two\"\nsteps = [{ wait = { duration_s = 3 } }]\n";
+    let plan = format!("{plan}{}{}", measured("first"), measured("second"));
+    fs::write(hil.path("oven/two.toml"), plan).unwrap();
+    within(&hil, &["run", "two.toml", "--out", "run", "--record", "full"]).exits(0);
+    for log in ["two.log", "two.asc"] {
+        within(&hil, &["export", "run", "--bus", log]).exits(0);
+    }
+    let import = |arguments: &[&str]| {
+        within(&hil, &[&["import", "--plan", "two.toml", "--out", "again"], arguments].concat())
+    };
+    import(&["two.log"]).exits(0);
+    let by_name = figures(&hil, "again");
+    let asked = import(&["two.asc"]).exits(2).err;
+    assert!(asked.contains("which channel of the log is the line `body`?"), "{asked}");
+    assert!(asked.contains("--channel body=CHANNEL"), "{asked}");
+    import(&["two.asc", "--channel", "body=can0", "--channel", "vehicle=can1"]).exits(0);
+    let counts = |figures: &[(String, Option<f64>, u64)]| -> Vec<u64> {
+        figures.iter().map(|(.., observations)| *observations).collect()
+    };
+    assert_eq!(counts(&figures(&hil, "again")), counts(&by_name));
+    let wrong = import(&["two.asc", "--channel", "bdy=can0"]).exits(2).err;
+    assert!(wrong.contains("no line `bdy`") && wrong.contains("did you mean `body`?"), "{wrong}");
+}
+
 #[test]
 fn a_log_plays_the_part_of_a_node() {
     let hil = recorded();
@@ -94,6 +139,9 @@ fn a_log_plays_the_part_of_a_node() {
     fs::write(hil.path("oven/rigs/bad.log"), "what is this\n").unwrap();
     rig("{ log = \"bad.log\" }");
     assert!(within(&hil, &["run", "warm.toml"]).exits(2).err.contains("bad.log"));
+    rig("{ log = \"oven.BLF\" }");
+    let binary = within(&hil, &["run", "warm.toml"]).exits(2).err;
+    assert!(binary.contains("`oven.BLF` is no text") && binary.contains("hil log convert"));
     rig("{ log = \"oven.dbc\" }");
     assert!(within(&hil, &["run", "warm.toml"]).exits(2).err.contains("hil log convert"));
 }
