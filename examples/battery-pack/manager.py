@@ -29,6 +29,7 @@ MISTAKES = [
     "stuck-counter",
     "skips-precharge",
     "trusts-after-error",
+    "gives-up",
 ]
 
 
@@ -95,7 +96,8 @@ class Manager:
                 self.state = CHARGING
         if self.state != before:
             self.since = now
-        closed = self.state == CHARGING
+        gives_up = self.mistake == "gives-up" and now - self.since > 0.5
+        closed = self.state == CHARGING and not gives_up
         if self.mistake == "opens-late" and self.state == TRIPPED:
             closed = now - self.since < 1.0
         messages = [(COMMAND, self.command(closed))]

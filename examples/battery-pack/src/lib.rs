@@ -40,6 +40,8 @@ pub enum Mistake {
     SkipsPrecharge,
     /// After a wrong checksum, does not check the counter any more.
     TrustsAfterError,
+    /// Opens half a second after it has closed, though nothing is wrong.
+    GivesUp,
 }
 
 /// Its state, in the numbers of its command.
@@ -133,9 +135,10 @@ impl Manager {
             }
         }
         let late = self.makes(Mistake::OpensLate) && next == State::Tripped;
+        let gives_up = self.makes(Mistake::GivesUp) && now - self.since > Span::from_millis(500);
         let closed = match late {
             true => now - self.since < Span::from_secs(1),
-            false => next == State::Charging,
+            false => next == State::Charging && !gives_up,
         };
         let command = self.command(closed);
         self.send(COMMAND, &command);

@@ -51,6 +51,8 @@ fn each_mistake_is_found_by_the_line_that_is_about_it_and_by_none_else() -> Resu
     assert!(hidden.passed(), "{hidden}");
     let late = run("charge.toml", Some(Mistake::OpensLate))?;
     assert_eq!(failed(&late), ["opens_in_time"], "{late}");
+    let gives_up = run("charge.toml", Some(Mistake::GivesUp))?;
+    assert_eq!(failed(&gives_up), ["stays_closed"], "{gives_up}");
     Ok(())
 }
 
