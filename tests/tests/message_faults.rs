@@ -182,7 +182,7 @@ fn what_a_node_sends_is_judged_by_its_counter_and_its_checksum() {
         ("cells.CellStatus", "duplicate = { duplicate_percent = 30 }", (20.0, false, true)),
         // The checksum as a signal: it stays as the fault makes it.
         ("cells.CellStatus.Crc", "signal_offset = { range_percent = 1 }", (20.0, true, false)),
-        ("cells.Crc", "stuck_signal = { for_s = 60 }", (20.0, false, false)),
+        ("cells.Crc", "stuck_signal = { for_s = 60 }", (20.0, true, false)),
         // Other messages of the same node are not affected.
         ("cells.CellInfo", "drop = { loss_percent = 30 }", (20.0, true, true)),
         ("cells.CellInfo", "frozen_message = { for_s = 60 }", (20.0, true, true)),
