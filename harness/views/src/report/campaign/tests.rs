@@ -23,6 +23,7 @@ fn line(number: u64) -> Line {
     });
     let result = CaseResult {
         outcome: "passed".into(),
+        passed: violated.is_none(),
         violated: violated.into_iter().collect(),
         margins: [("fresh_heading".to_owned(), margin), ("recovers".to_owned(), 0.9)].into(),
         reached: ["gyro_silent".to_owned()].into(),
@@ -86,7 +87,7 @@ fn the_page_says_what_broke_how_to_see_it_again_and_what_was_tried() {
     assert_eq!(texts(&page, "header .outcome"), ["broken"]);
     assert_eq!(
         texts(&page, "header .lead")[0],
-        "100 of 200 cases, 1 property broken. Runs ended: 100 passed."
+        "100 of 200 cases, 1 property broken. Runs ended: 10 failed, 90 passed."
     );
     assert_eq!(texts(&page, "a[href='laps-fresh.toml']"), ["laps-fresh.toml"]);
     assert!(texts(&page, ".broken code")[0].ends_with(".toml --seed 7"));
