@@ -173,7 +173,9 @@ pub fn calibration(model: &Model, in_force: &Calibration) -> Result<Calibration,
 pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
     let mut corrections = Corrections::new();
     let mut refused = Vec::new();
-    for fault in &model.corrections {
+    // The noise of a reference is no error of the sensor.
+    let of_sensor = |fault: &&model::Correction| fault.fault != model::Fault::ReferenceNoise;
+    for fault in model.corrections.iter().filter(of_sensor) {
         let why = format!("it is mended where `{}` is wired or read", fault.field);
         refused.push((format!("{:?}", fault.fault), why));
     }

@@ -36,6 +36,18 @@ fn refusal(term: &str) -> String {
 }
 
 #[test]
+fn a_controller_mends_no_wiring_and_asks_nothing_of_a_reference() {
+    let with = |fault: &str, unit: &str| {
+        let text = format!(
+            "schema = 1\nkind = 'series'\n[fields]\n[[corrections]]\nfault = '{fault}'\nfield = 'table'\nvalue = 0.2\nunit = '{unit}'\n"
+        );
+        corrections(&toml::from_str(&text).unwrap())
+    };
+    assert!(with("reversed_sign", "1").is_err());
+    assert!(with("reference_noise", "s").unwrap().is_empty());
+}
+
+#[test]
 fn a_term_is_carried_in_si() {
     let shupe = term("bias", "rate_of(coil)", "linear", &[("h", 10.0, "deg/h/(K/min)")]);
     let line =
