@@ -56,6 +56,6 @@ fn what_a_line_cannot_carry_is_told_in_the_run() {
     // A bus of 500 kbit/s carries 4,000 of these frames a second, and 30,000 are sent.
     let Run { simulated, .. } = self::run(50);
     assert!(simulated.dropped > 10_000, "{}", simulated.dropped);
-    let told = |note: &String| note.contains("messages were lost on device: ");
+    let told = |note: &String| note.contains("messages lost on device: ");
     assert!(simulated.notes.iter().any(told), "{:?}", simulated.notes);
 }

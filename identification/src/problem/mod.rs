@@ -8,6 +8,7 @@ mod gyro;
 mod laps;
 mod path;
 mod pose;
+mod reference;
 mod segments;
 mod sensor;
 mod series;

@@ -2,6 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, missing};
+use super::reference::noise;
 use super::series::bridged;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
@@ -140,33 +141,6 @@ fn polynomial(times: &[f64], values: &[f64], at: f64) -> f64 {
             .product()
     };
     values.iter().enumerate().map(|(i, value)| value * share(i)).sum()
-}
-
-/// Share of the rows, those where it bends least, that tell the noise of a reference.
-const STEADY: f64 = 0.8;
-
-/// Standard deviation of the white noise of a reference. How far it stands off the line between its neighbours does not go
-/// with the noise of the readings, but with what it lacks itself in the error: minus one and a half times its variance.
-pub(super) fn noise(channels: &Channels, truth: &[f64], values: &[f64]) -> f64 {
-    let mut found: Vec<(f64, f64)> = Vec::new();
-    for range in &channels.segments {
-        for row in range.start + 1..range.end.max(1) - 1 {
-            let off = truth[row] - 0.5 * (truth[row - 1] + truth[row + 1]);
-            let error = |row: usize| values[row] - truth[row];
-            let of_error = error(row) - 0.5 * (error(row - 1) + error(row + 1));
-            if (off + of_error).is_finite() {
-                found.push((off, of_error));
-            }
-        }
-    }
-    found.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-    found.truncate((STEADY * found.len() as f64) as usize);
-    let limit = 4.5 * robust::spread(&found.iter().map(|pair| pair.1).collect::<Vec<f64>>());
-    found.retain(|pair| pair.1.abs() <= limit);
-    let mean = found.iter().map(|(off, of)| off * of).sum::<f64>() / found.len().max(1) as f64;
-    // Mean square of a standard normal value among those rows.
-    const OF_THOSE: f64 = 0.4377;
-    (-mean / (1.5 * OF_THOSE)).max(0.0).sqrt()
 }
 
 /// Unit of errors, which are differences.

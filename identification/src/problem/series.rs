@@ -2,7 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
-use super::sensor::noise;
+use super::reference::noise;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;

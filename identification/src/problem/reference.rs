@@ -1,0 +1,59 @@
+//! The noise of a dense reference, told from that of the readings.
+
+use super::Channels;
+use crate::robust;
+
+/// Share of the rows, those where it bends least, that tell the noise of a reference.
+const STEADY: f64 = 0.8;
+
+/// Standard deviation of the white noise of a reference. How far it stands off the line between its neighbours does not go
+/// with the noise of the readings, but with what it lacks itself in the error: minus one and a half times its variance.
+pub(super) fn noise(channels: &Channels, truth: &[f64], values: &[f64]) -> f64 {
+    let mut found: Vec<(f64, f64)> = Vec::new();
+    for range in &channels.segments {
+        for row in range.start + 1..range.end.max(1) - 1 {
+            let off = truth[row] - 0.5 * (truth[row - 1] + truth[row + 1]);
+            let error = |row: usize| values[row] - truth[row];
+            let of_error = error(row) - 0.5 * (error(row - 1) + error(row + 1));
+            if (off + of_error).is_finite() {
+                found.push((off, of_error));
+            }
+        }
+    }
+    found.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    found.truncate((STEADY * found.len() as f64) as usize);
+    let limit = 4.5 * robust::spread(&found.iter().map(|pair| pair.1).collect::<Vec<f64>>());
+    found.retain(|pair| pair.1.abs() <= limit);
+    let mean = found.iter().map(|(off, of)| off * of).sum::<f64>() / found.len().max(1) as f64;
+    // Mean square of a standard normal value among those rows.
+    const OF_THOSE: f64 = 0.4377;
+    (-mean / (1.5 * OF_THOSE)).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::noise;
+    use crate::dataset::{Column, Dataset, Kind, Role, Unit};
+    use crate::problem::Channels;
+    use chacha20::ChaCha8Rng;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    #[test]
+    fn the_noise_of_a_reference_is_told_from_that_of_the_readings() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut normal = move || -> f64 { StandardNormal.sample(&mut random) };
+        let times: Vec<f64> = (0..6000).map(|row| f64::from(row) * 0.1).collect();
+        let true_values: Vec<f64> = times.iter().map(|time| 40.0 * (0.3 * time).sin()).collect();
+        let columns = vec![Column::new("t", Role::Time, Unit::Second, times)];
+        let dataset = Dataset::new("any", Kind::Sensor, columns, vec![0; 6000]);
+        let channels = Channels::new(&dataset);
+        for (of_reference, of_readings) in [(0.1, 0.3), (0.3, 0.1), (0.0, 0.3)] {
+            let mut noisy = |size: f64| -> Vec<f64> {
+                true_values.iter().map(|value| value + size * normal()).collect()
+            };
+            let found = noise(&channels, &noisy(of_reference), &noisy(of_readings));
+            assert!((found - of_reference).abs() < 0.06, "{found} of {of_reference}");
+        }
+    }
+}
