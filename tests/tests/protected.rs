@@ -49,7 +49,7 @@ fn what_is_not_sealed_is_not_used_and_another_data_id_is_refused() {
     assert!(passes(&plain, &format!("{SEND}{AFTER}"), "all_within = [0, 0]"));
     let other = RIG.replace("0x0a5b", "0x0a5c");
     let (_folder, refused) = load(&other, AFTER, "cells.CellStatus.Limit", "all_within = [0, 0]");
-    let told = format!("{:?}", refused.err().expect("two data ids"));
+    let told = format!("{:?}", refused.expect_err("two data ids"));
     assert!(told.contains("different checksums of `Request`"), "{told}");
 }
 
