@@ -31,6 +31,7 @@
 //! [`ErrorFrame::BUS_ERROR`]: super::ErrorFrame::BUS_ERROR
 
 mod blocks;
+mod buffered;
 mod chain;
 pub mod channels;
 mod field;

@@ -2,8 +2,8 @@
 
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
-use super::super::window::Window;
 use super::blocks::Source;
+use super::buffered::Buffered;
 use super::chain::Chain;
 use super::frames::{Data, Frames};
 use super::groups::{DataGroup, Group, Records};
@@ -15,8 +15,7 @@ use wire::can::FD_BYTES_MAX;
 /// The records of a data group.
 #[derive(Debug)]
 pub(super) struct Stream {
-    chain: Chain,
-    window: Window,
+    data: Buffered,
     number_bytes: usize,
     groups: Vec<Group>,
     /// Signal data by start address.
@@ -47,8 +46,7 @@ impl Stream {
             }
         }
         Self {
-            chain: Chain::new(group.data, unfinished),
-            window: Window::new(),
+            data: Buffered::new(Chain::new(group.data, unfinished)),
             number_bytes: group.number_bytes,
             groups: group.groups,
             signal_data,
@@ -73,13 +71,13 @@ impl Stream {
             if let Some(entry) = self.first(source)? {
                 return Ok(Some(entry));
             }
-            if !self.has(self.number_bytes.max(1), source)? {
+            if !self.data.has(self.number_bytes.max(1), source)? {
                 return match self.waiting.is_empty() {
                     true => Ok(None),
                     false => Err(self.bad(source, "data bytes for every frame", "their end")),
                 };
             }
-            let number = self.number();
+            let number = self.data.number(self.number_bytes);
             let groups = &self.groups;
             let Some(index) =
                 groups.iter().position(|group| self.number_bytes == 0 || group.number == number)
@@ -91,10 +89,10 @@ impl Stream {
             match &self.groups[index].records {
                 Records::Frames(length, _) => {
                     let length = *length;
-                    if !self.has(length, source)? {
+                    if !self.data.has(length, source)? {
                         return Err(self.bad(source, "a whole record", "the end of the data"));
                     }
-                    self.waiting.push_back((index, self.window.bytes()[..length].to_vec()));
+                    self.waiting.push_back((index, self.data.bytes()[..length].to_vec()));
                     self.skip(length as u64, source)?;
                 }
                 Records::Variable => self.variable(index, source)?,
@@ -147,7 +145,7 @@ impl Stream {
         source: &Source<R>,
     ) -> Result<Entry, LogError> {
         let entry = frames.entry(self.began, record, variable);
-        entry.map_err(|defect| source.malformed(self.chain.began(), defect))
+        entry.map_err(|defect| source.malformed(self.data.began(), defect))
     }
 
     /// Takes a record of a variable-length group: its length, and the bytes.
@@ -156,34 +154,20 @@ impl Stream {
         index: usize,
         source: &mut Source<R>,
     ) -> Result<(), LogError> {
-        let whole = self.has(4, source)?;
-        let length = self.window.bytes().first_chunk().copied().map_or(0, u32::from_le_bytes);
+        let whole = self.data.has(4, source)?;
+        let length = self.data.bytes().first_chunk().copied().map_or(0, u32::from_le_bytes);
         let known = (length as usize).min(FD_BYTES_MAX);
-        if !whole || !self.has(4 + known, source)? {
+        if !whole || !self.data.has(4 + known, source)? {
             return Err(self.bad(source, "a whole record", "the end of the data"));
         }
         if let Some(among) = self.among.get_mut(&self.groups[index].address) {
-            among.push(length, &self.window.bytes()[4..4 + known]);
+            among.push(length, &self.data.bytes()[4..4 + known]);
         }
         self.skip(4 + u64::from(length), source)
     }
 
-    /// The number before the next record.
-    fn number(&self) -> u64 {
-        let bytes = self.window.bytes().iter().take(self.number_bytes);
-        bytes.rev().fold(0, |number, byte| number << 8 | u64::from(*byte))
-    }
-
-    fn has<R: Read + Seek>(
-        &mut self,
-        count: usize,
-        source: &mut Source<R>,
-    ) -> Result<bool, LogError> {
-        self.window.has(count, |out| self.chain.read(source, out))
-    }
-
     fn skip<R: Read + Seek>(&mut self, count: u64, source: &mut Source<R>) -> Result<(), LogError> {
-        if self.window.skip(count, |out| self.chain.read(source, out))? {
+        if self.data.skip(count, source)? {
             return Ok(());
         }
         Err(self.bad(source, "a whole record", "the end of the data"))
@@ -195,6 +179,6 @@ impl Stream {
         expected: &'static str,
         found: &str,
     ) -> LogError {
-        source.malformed(self.chain.began(), Defect::new(expected, found.as_bytes()))
+        source.malformed(self.data.began(), Defect::new(expected, found.as_bytes()))
     }
 }

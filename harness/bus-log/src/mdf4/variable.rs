@@ -1,8 +1,8 @@
 //! Data bytes outside of their records.
 
 use super::super::error::{Defect, LogError};
-use super::super::window::Window;
 use super::blocks::Source;
+use super::buffered::Buffered;
 use super::chain::Chain;
 use std::collections::VecDeque;
 use std::io::{Read, Seek};
@@ -16,8 +16,7 @@ pub(super) type Bytes = Vec<u8>;
 /// Signal data (`SD`): a sequence of lengths and bytes, to which records refer in ascending order.
 #[derive(Debug)]
 pub(super) struct SignalData {
-    chain: Chain,
-    window: Window,
+    data: Buffered,
     /// Most bytes of a value that are kept.
     most: usize,
     /// Offset of the window.
@@ -29,13 +28,13 @@ pub(super) struct SignalData {
 impl SignalData {
     /// The data at that address. Keeps at most `most` bytes of a value, for which a window has room.
     pub(super) fn new(address: u64, unfinished: bool, most: usize) -> Self {
-        let (chain, window) = (Chain::new(address, unfinished), Window::new());
-        Self { chain, window, most, at: 0, last: None }
+        let data = Buffered::new(Chain::new(address, unfinished));
+        Self { data, most, at: 0, last: None }
     }
 
     /// Start of the current block.
     pub(super) const fn began(&self) -> u64 {
-        self.chain.began()
+        self.data.began()
     }
 
     /// The bytes at that offset.
@@ -52,20 +51,19 @@ impl SignalData {
         let Some(between) = place.checked_sub(self.at) else {
             let found = format!("{place} behind {}", self.at);
             let defect = Defect::new("places of signal data that ascend", found.as_bytes());
-            return Err(source.malformed(self.chain.began(), defect));
+            return Err(source.malformed(self.data.began(), defect));
         };
-        let Self { chain, window, most, .. } = self;
-        let mut read = |out: &mut [u8]| chain.read(source, out);
+        let Self { data, most, .. } = self;
         let mut bytes = None;
-        if window.skip(between, &mut read)?
-            && window.has(4, &mut read)?
-            && let Some(length) = window.bytes().first_chunk().copied()
+        if data.skip(between, source)?
+            && data.has(4, source)?
+            && let Some(length) = data.bytes().first_chunk().copied()
         {
             let length = u64::from(u32::from_le_bytes(length));
             let known = length.min(*most as u64) as usize;
-            if window.has(4 + known, &mut read)? {
-                let given = window.bytes()[4..4 + known].to_vec();
-                if window.skip(4 + length, &mut read)? {
+            if data.has(4 + known, source)? {
+                let given = data.bytes()[4..4 + known].to_vec();
+                if data.skip(4 + length, source)? {
                     self.at = place + 4 + length;
                     bytes = Some(given);
                 }
@@ -74,7 +72,7 @@ impl SignalData {
         let Some(bytes) = bytes else {
             let found = format!("their end before {place}");
             let defect = Defect::new("signal data", found.as_bytes());
-            return Err(source.malformed(self.chain.began(), defect));
+            return Err(source.malformed(self.data.began(), defect));
         };
         self.last = Some((place, bytes.clone()));
         Ok(bytes)

@@ -2,8 +2,8 @@
 
 use super::super::super::BUFFER_BYTES;
 use super::super::super::error::{Defect, LogError};
-use super::super::super::window::Window;
 use super::super::blocks::Source;
+use super::super::buffered::Buffered;
 use super::super::chain::{Chain, Content};
 use super::contents::Part;
 use std::io::{Read, Seek};
@@ -13,10 +13,9 @@ pub(super) const PARTS_MAX: usize = 1024;
 
 /// The records of one part.
 pub(super) struct Records<'a> {
-    chain: Chain,
-    window: Window,
+    data: Buffered,
     /// Invalidation bits that are stored by themselves, and their bytes in a record.
-    invalid: Option<(Chain, Window, usize)>,
+    invalid: Option<(Buffered, usize)>,
     part: &'a Part,
     /// Length of a record, without these.
     length: usize,
@@ -40,11 +39,10 @@ impl<'a> Records<'a> {
             let defect = Defect::new("records of 1 to 65536 bytes", found.as_bytes());
             return Err(source.malformed(part.address, defect));
         }
-        let chain = |content| Chain::of(content, part.data, unfinished);
-        let invalid =
-            (apart && bits > 0).then(|| (chain(Content::Invalidation), Window::new(), bits));
-        let chain = chain(if apart { Content::Values } else { Content::Whole });
-        Ok(Self { chain, window: Window::new(), invalid, part, length })
+        let of = |content| Buffered::new(Chain::of(content, part.data, unfinished));
+        let invalid = (apart && bits > 0).then(|| (of(Content::Invalidation), bits));
+        let data = of(if apart { Content::Values } else { Content::Whole });
+        Ok(Self { data, invalid, part, length })
     }
 
     /// Returns the next record of the group; `None` at the end.
@@ -53,21 +51,20 @@ impl<'a> Records<'a> {
         source: &mut Source<R>,
     ) -> Result<Option<Vec<u8>>, LogError> {
         loop {
-            if !self.has(1, source)? {
+            if !self.data.has(1, source)? {
                 return Ok(None);
             }
             let number_bytes = self.part.number_bytes;
-            if !self.has(number_bytes, source)? {
+            if !self.data.has(number_bytes, source)? {
                 return Err(self.cut(source));
             }
-            let bytes = self.window.bytes().iter().take(number_bytes);
-            let number = bytes.rev().fold(0, |number, byte| number << 8 | u64::from(*byte));
+            let number = self.data.number(number_bytes);
             self.skip(number_bytes as u64, source)?;
             if number_bytes == 0 || number == self.part.number {
-                if !self.has(self.length, source)? {
+                if !self.data.has(self.length, source)? {
                     return Err(self.cut(source));
                 }
-                let mut record = self.window.bytes()[..self.length].to_vec();
+                let mut record = self.data.bytes()[..self.length].to_vec();
                 self.skip(self.length as u64, source)?;
                 self.invalidation(source, &mut record)?;
                 return Ok(Some(record));
@@ -76,12 +73,12 @@ impl<'a> Records<'a> {
             let Ok(place) = others.binary_search_by_key(&number, |(other, _)| *other) else {
                 let expected = "the number of a group before a record";
                 let defect = Defect::new(expected, number.to_string().as_bytes());
-                return Err(source.malformed(self.chain.began(), defect));
+                return Err(source.malformed(self.data.began(), defect));
             };
             let length = match others[place].1 {
                 Some(length) => length,
-                None if self.has(4, source)? => {
-                    let bytes = self.window.bytes().first_chunk().copied();
+                None if self.data.has(4, source)? => {
+                    let bytes = self.data.bytes().first_chunk().copied();
                     4 + bytes.map_or(0, |bytes| u64::from(u32::from_le_bytes(bytes)))
                 }
                 None => return Err(self.cut(source)),
@@ -96,26 +93,17 @@ impl<'a> Records<'a> {
         source: &mut Source<R>,
         record: &mut Vec<u8>,
     ) -> Result<(), LogError> {
-        let Some((chain, window, length)) = &mut self.invalid else { return Ok(()) };
-        let length = *length;
-        match window.has(length, |out| chain.read(source, out))? {
-            true => record.extend_from_slice(&window.bytes()[..length]),
-            false => record.resize(record.len() + length, 0),
+        let Some((bits, length)) = &mut self.invalid else { return Ok(()) };
+        match bits.has(*length, source)? {
+            true => record.extend_from_slice(&bits.bytes()[..*length]),
+            false => record.resize(record.len() + *length, 0),
         }
-        window.skip(length as u64, |out| chain.read(source, out))?;
+        bits.skip(*length as u64, source)?;
         Ok(())
     }
 
-    fn has<R: Read + Seek>(
-        &mut self,
-        count: usize,
-        source: &mut Source<R>,
-    ) -> Result<bool, LogError> {
-        self.window.has(count, |out| self.chain.read(source, out))
-    }
-
     fn skip<R: Read + Seek>(&mut self, count: u64, source: &mut Source<R>) -> Result<(), LogError> {
-        match self.window.skip(count, |out| self.chain.read(source, out))? {
+        match self.data.skip(count, source)? {
             true => Ok(()),
             false => Err(self.cut(source)),
         }
@@ -123,6 +111,6 @@ impl<'a> Records<'a> {
 
     fn cut<R: Read + Seek>(&self, source: &Source<R>) -> LogError {
         let defect = Defect::new("a whole record", b"the end of the data");
-        source.malformed(self.chain.began(), defect)
+        source.malformed(self.data.began(), defect)
     }
 }
