@@ -29,7 +29,7 @@ pub(crate) fn set_right(
     let right = applied(stated, corrections);
     let mut found = Vec::new();
     for (index, correction) in corrections.iter().enumerate() {
-        if correction.notice().is_some() {
+        if !correction.is_effect() {
             continue;
         }
         let effect = correction.effect(&right, f64::NAN, f64::NAN);

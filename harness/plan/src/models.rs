@@ -173,9 +173,7 @@ pub fn calibration(model: &Model, in_force: &Calibration) -> Result<Calibration,
 pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
     let mut corrections = Corrections::new();
     let mut refused = Vec::new();
-    // The noise of a reference is no error of the sensor.
-    let of_sensor = |fault: &&model::Correction| fault.fault != model::Fault::ReferenceNoise;
-    for fault in model.corrections.iter().filter(of_sensor) {
+    for fault in model.corrections.iter().filter(|fault| fault.is_effect()) {
         let why = format!("it is mended where `{}` is wired or read", fault.field);
         refused.push((format!("{:?}", fault.fault), why));
     }

@@ -80,9 +80,14 @@ impl Correction {
         }
     }
 
-    /// What is told of it, if it is no error of what is measured.
+    /// Whether it is an error of what is measured, or of how it is stated: an effect. The noise of a reference is none.
+    pub fn is_effect(&self) -> bool {
+        self.fault != Fault::ReferenceNoise
+    }
+
+    /// The note in the finding, if it is no effect.
     pub(crate) fn notice(&self) -> Option<String> {
-        (self.fault == Fault::ReferenceNoise).then(|| {
+        (!self.is_effect()).then(|| {
             format!(
                 "the reference `{}` is noisy itself; it is evened out over {:.2} ms before and after",
                 self.field,
@@ -169,6 +174,17 @@ pub(crate) fn factor(corrections: &[Correction]) -> f64 {
     corrections.iter().map(Correction::factor).product()
 }
 
+/// What the readings of `column` are compared with, row by row.
+fn reference_of<'a>(dataset: &'a Dataset, column: &Column) -> Option<&'a Column> {
+    match (dataset.kind, column.role) {
+        (Kind::Sensor, Role::Measured) => dataset.column(Role::Reference),
+        (Kind::Series, Role::GyroRate | Role::GyroCounts) => dataset
+            .columns_of(Role::ReferenceRate)
+            .find(|one| one.axis.is_none() || column.axis.is_none() || one.axis == column.axis),
+        _ => None,
+    }
+}
+
 /// `dataset` set right.
 pub(crate) fn applied(dataset: &Dataset, corrections: &[Correction]) -> Dataset {
     let mut right = dataset.clone();
@@ -180,14 +196,9 @@ pub(crate) fn applied(dataset: &Dataset, corrections: &[Correction]) -> Dataset 
 pub(crate) fn find(dataset: &Dataset) -> Vec<Correction> {
     match dataset.kind {
         Kind::Odometry => drive::find(dataset),
-        Kind::Series => {
+        Kind::Series | Kind::Sensor => {
             let mut found = axes::find(dataset);
             found.extend(readings::find(&applied(dataset, &found)));
-            found.extend(reference::find(&applied(dataset, &found)));
-            found
-        }
-        Kind::Sensor => {
-            let mut found = readings::find(dataset);
             found.extend(reference::find(&applied(dataset, &found)));
             found
         }

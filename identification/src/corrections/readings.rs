@@ -1,7 +1,7 @@
 //! The sign and the unit of readings against their reference.
 
-use super::{Correction, Fault};
-use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
+use super::{Correction, Fault, reference_of};
+use crate::dataset::{Column, Dataset, Dimension, Kind, Unit};
 
 /// Minimum squared correlation of readings and reference for a correction.
 const FOLLOWS: f64 = 0.8;
@@ -20,14 +20,7 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     let mut found = Vec::new();
     for column in &dataset.columns {
-        let reference = match (dataset.kind, column.role) {
-            (Kind::Sensor, Role::Measured) => dataset.column(Role::Reference),
-            (_, Role::GyroRate) => dataset
-                .columns_of(Role::ReferenceRate)
-                .find(|one| one.axis.is_none() || column.axis.is_none() || one.axis == column.axis),
-            _ => None,
-        };
-        let Some(reference) = reference else { continue };
+        let Some(reference) = reference_of(dataset, column) else { continue };
         if reference.unit.dimension() != column.unit.dimension() {
             continue;
         }

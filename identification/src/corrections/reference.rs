@@ -6,10 +6,10 @@
 mod evened;
 mod fit;
 
-use super::{Correction, Fault};
+use super::{Correction, Fault, reference_of};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
-use crate::problem::{segments, wrap};
-pub(super) use evened::evened;
+use crate::problem::{segments, unwrap, wrap};
+use evened::evened;
 use fit::{Stretch, width};
 
 /// Minimum number of rows.
@@ -21,14 +21,7 @@ const STRETCH_MIN: usize = 40;
 pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     let mut found: Vec<Correction> = Vec::new();
     for column in &dataset.columns {
-        let reference = match (dataset.kind, column.role) {
-            (Kind::Sensor, Role::Measured) => dataset.column(Role::Reference),
-            (Kind::Series, Role::GyroRate | Role::GyroCounts) => dataset
-                .columns_of(Role::ReferenceRate)
-                .find(|one| one.axis.is_none() || column.axis.is_none() || one.axis == column.axis),
-            _ => None,
-        };
-        let Some(reference) = reference else { continue };
+        let Some(reference) = reference_of(dataset, column) else { continue };
         if found.iter().any(|one| one.field == reference.name) {
             continue;
         }
@@ -46,29 +39,36 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     found
 }
 
+/// Whether what a sensor reads is an angle, which repeats after a turn.
+fn turns(dataset: &Dataset, column: &Column) -> bool {
+    dataset.kind == Kind::Sensor && column.unit.dimension() == Dimension::Angle
+}
+
 /// Readings and their reference in each stretch of time.
 fn stretches(dataset: &Dataset, column: &Column, reference: &Column) -> Option<Vec<Stretch>> {
     let time =
         dataset.column(Role::Time).filter(|time| time.unit.dimension() == Dimension::Time)?;
     let times: Vec<f64> = time.si().collect();
-    let turns = dataset.kind == Kind::Sensor && reference.unit.dimension() == Dimension::Angle;
+    let turns = turns(dataset, reference);
     let (read, truth): (Vec<f64>, Vec<f64>) = (column.si().collect(), reference.si().collect());
     let mut found = Vec::new();
     for range in segments(&times, &dataset.run_of_row) {
-        let mut stretch = Stretch::default();
-        for row in range.filter(|&row| (read[row] + truth[row] + times[row]).is_finite()) {
-            let mut now = truth[row];
-            if let Some(last) = stretch.reference.last().filter(|_| turns) {
-                now = last + wrap(now - last);
-            }
+        let rows: Vec<usize> =
+            range.filter(|&row| (read[row] + truth[row] + times[row]).is_finite()).collect();
+        if rows.len() < STRETCH_MIN {
+            continue;
+        }
+        let of = |values: &[f64]| -> Vec<f64> { rows.iter().map(|&row| values[row]).collect() };
+        let mut reference = of(&truth);
+        if turns {
+            unwrap(&mut reference);
+        }
+        let reading = |(&row, now): (&usize, &f64)| {
             let error = read[row] - truth[row];
-            stretch.times.push(times[row]);
-            stretch.reference.push(now);
-            stretch.readings.push(now + if turns { wrap(error) } else { error });
-        }
-        if stretch.times.len() >= STRETCH_MIN {
-            found.push(stretch);
-        }
+            now + if turns { wrap(error) } else { error }
+        };
+        let readings = rows.iter().zip(&reference).map(reading).collect();
+        found.push(Stretch { times: of(&times), reference, readings });
     }
     let rows: usize = found.iter().map(|stretch| stretch.times.len()).sum();
     // A sparse reference is not evened out: its values lie too far apart.
@@ -80,18 +80,17 @@ pub(super) fn apply(dataset: &Dataset, column: &Column, width: f64) -> Vec<f64> 
     let mut values = column.values.clone();
     let Some(time) = dataset.column(Role::Time) else { return values };
     let times: Vec<f64> = time.si().collect();
-    let turn = std::f64::consts::TAU / column.unit.si();
-    let turns = dataset.kind == Kind::Sensor && column.unit.dimension() == Dimension::Angle;
+    let turns = turns(dataset, column);
+    let si = column.unit.si();
     for range in segments(&times, &dataset.run_of_row) {
         let rows: Vec<usize> =
             range.filter(|&row| (values[row] + times[row]).is_finite()).collect();
         let of_rows: Vec<f64> = rows.iter().map(|&row| times[row]).collect();
-        let mut level: Vec<f64> = Vec::with_capacity(rows.len());
-        for &row in &rows {
-            let last = level.last().copied().filter(|_| turns);
-            level.push(last.map_or(values[row], |last| {
-                last + (values[row] - last) - turn * ((values[row] - last) / turn).round()
-            }));
+        let mut level: Vec<f64> = rows.iter().map(|&row| values[row]).collect();
+        if turns {
+            level.iter_mut().for_each(|value| *value *= si);
+            unwrap(&mut level);
+            level.iter_mut().for_each(|value| *value /= si);
         }
         for (&row, value) in rows.iter().zip(evened(&of_rows, &level, width)) {
             values[row] = value;

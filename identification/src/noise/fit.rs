@@ -10,8 +10,6 @@ use crate::robust;
 pub const PART_PRICE: f64 = 6.0;
 /// Extra evidence required of a cause that follows time alone, since noise explains it as easily, in nats.
 pub const TIME_CAUTION: f64 = 3.0;
-/// An observation this many standard deviations off does not count for the noise.
-const OUTLIER: f64 = 4.5;
 /// Minimum number of observations for a run to have its own noise level.
 const RUN_ROWS_MIN: usize = 40;
 
@@ -111,7 +109,7 @@ fn outliers(
 ) -> Vec<bool> {
     let white = whitened(layout, residual, columns, noise);
     let used: Vec<f64> = white.iter().copied().filter(|value| *value != 0.0).collect();
-    let limit = OUTLIER * robust::spread(&used);
+    let limit = robust::GROSS * robust::spread(&used);
     white.iter().map(|value| value.abs() > limit).collect()
 }
 

@@ -151,15 +151,7 @@ impl Channels {
     /// Unwraps an angle, stretch by stretch.
     pub(super) fn unwrap_angle(&self, values: &mut [f64]) {
         for range in &self.segments {
-            let mut last: Option<f64> = None;
-            for value in &mut values[range.clone()] {
-                if value.is_finite() {
-                    if let Some(last) = last {
-                        *value = last + super::wrap(*value - last);
-                    }
-                    last = Some(*value);
-                }
-            }
+            super::unwrap(&mut values[range.clone()]);
         }
     }
 

@@ -212,6 +212,17 @@ impl Block {
     }
 }
 
+/// Takes the jumps of whole turns out of an angle, rad; missing values stay missing.
+pub fn unwrap(values: &mut [f64]) {
+    let mut last: Option<f64> = None;
+    for value in values.iter_mut().filter(|value| value.is_finite()) {
+        if let Some(last) = last {
+            *value = last + wrap(*value - last);
+        }
+        last = Some(*value);
+    }
+}
+
 /// `angle` to within half a turn of zero, in (-pi, pi].
 pub fn wrap(angle: f64) -> f64 {
     let turn = std::f64::consts::TAU;

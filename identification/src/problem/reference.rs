@@ -22,7 +22,8 @@ pub(super) fn noise(channels: &Channels, truth: &[f64], values: &[f64]) -> f64 {
     }
     found.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     found.truncate((STEADY * found.len() as f64) as usize);
-    let limit = 4.5 * robust::spread(&found.iter().map(|pair| pair.1).collect::<Vec<f64>>());
+    let limit =
+        robust::GROSS * robust::spread(&found.iter().map(|pair| pair.1).collect::<Vec<f64>>());
     found.retain(|pair| pair.1.abs() <= limit);
     let mean = found.iter().map(|(off, of)| off * of).sum::<f64>() / found.len().max(1) as f64;
     // Mean square of a standard normal value among those rows.

@@ -82,10 +82,11 @@ fn apply(
 ) -> Vec<Found> {
     let whole: Vec<Found> = base.iter().chain(&effects).cloned().collect();
     let shrunk = shrunk(base, effects, state, noise, shares);
+    let columns = state.data.all_columns(&state.terms);
     let error = |of: &[Found]| {
         let values: Vec<f64> =
             of.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
-        let fitted = combine(&state.data.all_columns(&state.terms), &values);
+        let fitted = combine(&columns, &values);
         let left = state.data.block.residual.iter().zip(&fitted).map(|(value, of)| value - of);
         robust::root_mean_square(&left.collect::<Vec<f64>>())
     };

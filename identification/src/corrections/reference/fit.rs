@@ -17,15 +17,13 @@ const ROWS: usize = 12_000;
 const PIECE: usize = 1_000;
 /// Rows at either end of a stretch that do not count: a lag does not know what came before.
 const ENDS: usize = 10;
-/// A reading this many times the spread off does not count.
-const GROSS: f64 = 4.5;
 /// Price of a number of the model, in nats, beside half the logarithm of the rows.
 const PRICE: f64 = 6.0;
 /// Least share of the mean gain in each quarter of the rows, by level and by slope: noise does not know its input.
 const EVERYWHERE: f64 = 0.25;
 /// Widths, lags and delays that are tried, in steps between rows; then nearer ones.
 const TRIED: [f64; 6] = [0.3, 0.6, 1.5, 4.0, 10.0, 30.0];
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 6;
 
 /// Width, lag and delay, s.
 type Numbers = [f64; 3];
@@ -87,7 +85,7 @@ impl Pieces {
         let mut found = Self { counts: counts.collect(), all, step, free: 0.0 };
         let plain = found.left([0.0; 3]);
         let used: Vec<f64> = found.counted(&plain).collect();
-        let limit = GROSS * robust::spread(&used);
+        let limit = robust::GROSS * robust::spread(&used);
         for (counts, left) in found.counts.iter_mut().zip(&plain) {
             *counts &= left.abs() <= limit;
         }
@@ -160,7 +158,7 @@ impl Pieces {
                     }
                 }
                 let mut factor = 1.6;
-                for _ in 0..2 * ROUNDS {
+                for _ in 0..ROUNDS {
                     for by in [factor, 1.0 / factor] {
                         let mut numbers = best.1;
                         numbers[index] *= by;
