@@ -43,6 +43,9 @@ fn worker<'a>(url: &'a str, bench: &'a str) -> [&'a str; 7] {
     ["worker", "--nats", url, "--bench", bench, "--wait", "30"]
 }
 
+/// What a failure of a case did when it was repeated, by property.
+const REPEATED: &str = ".found.result.repeated.";
+
 /// Collects the names of all fields at any depth, which do not depend on durations.
 fn form(value: &Value, at: &str, names: &mut BTreeSet<String>) {
     match value {
@@ -62,8 +65,15 @@ fn said(ran: &Ran) -> (BTreeSet<String>, Value) {
     let end = ran.campaign();
     let mut names = BTreeSet::new();
     form(&end, "", &mut names);
-    // The outcomes of the runs and the smallest severity depend on the machine.
-    names.retain(|name| !name.starts_with(".outcomes") && !name.contains(".smallest"));
+    // The outcomes of the runs, the smallest severity and what else breaks depend on the machine: wheels that grip again
+    // while the robot moves speed it up beyond its limits, and whether it moves then is a matter of real time.
+    let is_here_alone = |name: &str| {
+        name.starts_with(".outcomes")
+            || name.contains(".smallest")
+            || name.starts_with(".unconfirmed")
+            || (name.starts_with(REPEATED) && !name.contains("done_is_done"))
+    };
+    names.retain(|name| !is_here_alone(name));
     let found = &end["found"][0];
     assert_eq!(found["property"], "done_is_done", "{end}");
     assert_eq!(found["repeated"]["of"], 2, "{end}");
