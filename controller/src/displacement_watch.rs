@@ -4,11 +4,31 @@
 //! path that no base could have driven is dropped like an answer with a bad checksum, unless the next one confirms it:
 //! then the base restarted its count, for example after a reset. The longer the base was silent, the further it could
 //! have driven: the first message after a time-out is not used either before the next one confirms it.
+//!
+//! On a bus, a message can be overtaken by younger ones. Its sequence number is behind theirs: what it says was true once.
 
 use crate::config::BaseConfig;
 use wire::base::Motion;
 use wire::time::{Span, Timestamp};
 use wire::units::{Length, Speed};
+
+/// What the base said, and when it was heard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Said {
+    at: Timestamp,
+    displacement: Length,
+    sequence: u8,
+    /// It was behind the last used one.
+    late: bool,
+}
+
+impl Said {
+    /// True if it was sent before `other`. In the longest silence that needs no confirmation, a base sends less than half
+    /// a round of numbers. A base that does not number its messages is never late.
+    const fn is_behind(&self, other: &Self) -> bool {
+        matches!(other.sequence.wrapping_sub(self.sequence), 1..=127)
+    }
+}
 
 /// Checks each motion message before it is used.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,10 +39,10 @@ pub(crate) struct DisplacementWatch {
     late_max: Span,
     /// At rest, the longest silence after which a single message suffices.
     silence_max: Span,
-    credible: Option<(Timestamp, Length)>,
+    credible: Option<Said>,
     /// The last used message reported motion.
     moving: bool,
-    doubtful: Option<(Timestamp, Length)>,
+    doubtful: Option<Said>,
     /// The last message was believed only because it confirmed the previous one.
     anew: bool,
 }
@@ -48,17 +68,21 @@ impl DisplacementWatch {
         motion: &Motion,
         ordered: Option<Timestamp>,
     ) -> bool {
-        let said = (now, motion.displacement);
-        let near = |before: Option<(Timestamp, Length)>| {
-            before.is_some_and(|before| self.could_follow(before, said))
-        };
-        let follows = self.credible.is_none() || near(self.credible);
+        let Motion { displacement, sequence, .. } = *motion;
+        let mut said = Said { at: now, displacement, sequence, late: false };
         let moving = self.moving || ordered.is_some();
         let silence_max = if moving { self.late_max } else { self.silence_max };
-        let in_time = self.credible.is_none_or(|(at, _)| {
+        let in_time = self.credible.is_none_or(|Said { at, .. }| {
             now.since(ordered.map_or(at, |ordered| ordered.max(at))) <= silence_max
         });
-        let believed = (follows && in_time) || near(self.doubtful);
+        said.late = in_time && self.credible.is_some_and(|before| said.is_behind(&before));
+        let follows =
+            !said.late && self.credible.is_none_or(|before| self.could_follow(&before, &said));
+        let confirms = self.doubtful.is_some_and(|before| {
+            let again = before.late && before.sequence == sequence;
+            !again && !said.is_behind(&before) && self.could_follow(&before, &said)
+        });
+        let believed = (follows && in_time) || confirms;
         self.anew = believed && !follows;
         if believed {
             self.credible = Some(said);
@@ -75,12 +99,9 @@ impl DisplacementWatch {
         self.anew
     }
 
-    fn could_follow(
-        &self,
-        (at, from): (Timestamp, Length),
-        (now, to): (Timestamp, Length),
-    ) -> bool {
-        (to - from).abs() <= self.speed_max * ((now - at).max(Span::ZERO) + self.late_max)
+    fn could_follow(&self, before: &Said, said: &Said) -> bool {
+        let path = (said.displacement - before.displacement).abs();
+        path <= self.speed_max * ((said.at - before.at).max(Span::ZERO) + self.late_max)
     }
 }
 
@@ -89,6 +110,7 @@ mod tests {
     use super::{DisplacementWatch, Length, Motion, Span, Speed, Timestamp};
     use crate::config::{BaseConfig, Transport};
     use proptest::prelude::*;
+    use std::vec::Vec;
 
     const SPEED_MAX: f64 = 0.78;
 
@@ -144,6 +166,36 @@ mod tests {
         };
         assert!(tell(0, false) && tell(420, true), "the base has begun to move");
         assert!(!tell(700, false) && tell(720, true));
+    }
+
+    /// Whether each message of a moving base, 20 ms apart, is believed: its number and path in metres.
+    fn believed(arrivals: &[(u8, f64)]) -> Vec<bool> {
+        let mut watch = watch();
+        let said = |(number, &(sequence, displacement_m)): (usize, &(u8, f64))| {
+            let displacement = Length::from_m(displacement_m);
+            let motion = Motion { displacement, sequence, moving: true, ..Motion::default() };
+            let at = Timestamp::ZERO + Span::from_millis(20 * number as i64);
+            watch.believes(at, &motion, None)
+        };
+        arrivals.iter().enumerate().map(said).collect()
+    }
+
+    #[test]
+    fn what_younger_messages_have_overtaken_is_not_used() {
+        let late = [(254, 0.1), (0, 0.12), (255, 0.11), (1, 0.13), (255, 0.11), (2, 0.14)];
+        assert_eq!(believed(&late), [true, true, false, true, false, true]);
+        let doubled = [(7, 0.1), (9, 0.12), (8, 0.11), (8, 0.11), (10, 0.13)];
+        assert_eq!(believed(&doubled), [true, true, false, false, true]);
+    }
+
+    #[test]
+    fn a_base_that_starts_again_is_believed_from_its_second_message() {
+        assert_eq!(believed(&[(90, 0.1), (0, 0.0), (1, 0.0), (2, 0.0)]), [true, false, true, true]);
+    }
+
+    #[test]
+    fn a_base_that_does_not_number_its_messages_is_never_late() {
+        assert_eq!(believed(&[(0, 0.1), (0, 0.11), (0, 0.12)]), [true; 3]);
     }
 
     proptest! {
