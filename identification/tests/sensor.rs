@@ -148,6 +148,30 @@ fn what_a_sensor_shows_wrongly_is_taken_off_down_to_its_noise() {
     assert!(before > 0.5 && after < 0.115, "{before} -> {after}");
 }
 
+/// A device that had a hysteresis, and whose readings have none.
+#[test]
+fn no_compensation_does_more_than_gain_and_offset_where_that_does_as_well() {
+    let play = |course: &[f64], row: usize| {
+        let mut at = course[0];
+        for value in &course[..=row] {
+            at = at.clamp(value - 0.4, value + 0.4);
+        }
+        0.7 * course[row] + 0.3 * at
+    };
+    let before = found(&dataset(Unit::Volt, wander, play, 0.03, 7));
+    assert_names(&before, "hysteresis");
+    let exact = |course: &[f64], row: usize| 1.03 * course[row] + 0.2;
+    let now = dataset(Unit::Volt, wander, exact, 0.05, 7);
+    let found = identify(&now, Some(&before.model), &Options::default(), &mut |_, _| ()).unwrap();
+    let compensation = found.finding.compensation.unwrap();
+    let text = format!("{:?}", compensation.steps);
+    assert!(!text.contains("clamp"), "{text}");
+    assert_eq!(compensation.left_out.len(), 1, "{:?}", compensation.left_out);
+    assert_eq!(compensation.left_out[0].term, "hysteresis");
+    assert!(compensation.left_out[0].why.starts_with("gain and offset alone"));
+    assert!(compensation.held_out.after < 0.051, "{:?}", compensation.held_out);
+}
+
 #[test]
 fn what_comes_late_is_led_as_far_as_its_noise_lets_it() {
     // A delay of 2 s on a signal with periods of minutes; the lead adds the noise of the slope.

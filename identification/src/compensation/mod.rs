@@ -15,7 +15,7 @@ use crate::judge::{Errors, Metric};
 use crate::model::{Acts, Form, Shape};
 use crate::noise::NoiseModel;
 use crate::problem::{Channels, wrap};
-use crate::select::{Data, Fold};
+use crate::select::{Data, Fold, fit_terms};
 use formula::{call, number};
 use program::{Input, Program, Running};
 pub use reading::{Reading, reading};
@@ -28,6 +28,15 @@ const SMOOTHINGS: [f64; 5] = [0.0, 2.0, 5.0, 12.0, 30.0];
 const PASSES_MAX: usize = 3;
 /// A simpler way is preferred if its error is larger by no more than this share.
 const AS_GOOD: f64 = 1e-3;
+
+/// Why a term is left out that brings held-out readings nothing.
+const AS_GOOD_WITHOUT: &str =
+    "gain and offset alone leave no larger error on readings that took no part";
+
+/// Whether it is the gain or the offset.
+fn is_line(shape: &Shape) -> bool {
+    matches!((shape.acts, shape.form), (Acts::Bias | Acts::Scale, Form::Constant))
+}
 
 /// A model of a sensor with what its inversion needs.
 struct Sensor<'a> {
@@ -71,41 +80,41 @@ pub(crate) fn compensation(
     if coefficients.len() != width || data.all_columns(&shapes).len() != width {
         return None;
     }
-    let of_fold = data.trained(&shapes, noise, left_out);
-    let sensor = Sensor {
+    let truth = dataset.column(Role::Reference)?;
+    let sensor = |shapes| Sensor {
         dataset,
         channels: data.channels,
         reading,
-        truth: dataset.column(Role::Reference)?,
+        truth,
         factor,
         shapes,
         wraps_at: wraps_at(reading, &data.channels.run),
     };
-    let [mut before, mut after] = [Errors::default(), Errors::default()];
-    for (number, (Fold { test, train }, coefficients)) in of_fold.iter().enumerate() {
-        let rows = |uses: &[bool]| -> Vec<bool> {
-            let mut rows = vec![false; dataset.rows()];
-            data.block.rows.iter().zip(uses).for_each(|(&row, uses)| rows[row] = *uses);
-            rows
-        };
-        let (test, train) = (rows(test), rows(train));
-        let (program, _) = sensor.best(coefficients, &train);
-        let plain = Program::default();
-        for (program, errors) in [(&plain, &mut before), (&program, &mut after)] {
-            errors.folds = of_fold.len();
-            for (row, error) in sensor.errors(program).into_iter().enumerate() {
-                let alone = dataset.run_labels.len() < 2;
-                let run = if alone { number } else { data.channels.run[row] };
-                if test[row] && error.is_finite() {
-                    errors.add(run, error.powi(2), number);
-                }
-            }
-        }
+    let folds = data.trained(&shapes, noise, left_out);
+    // Gain and offset alone, of readings that count alike.
+    let constants: Vec<Shape> = shapes.iter().filter(|shape| is_line(shape)).cloned().collect();
+    let white = NoiseModel::white(data.layout.runs());
+    let of_line = fit_terms(data, &constants, &white, left_out);
+    let of_line = of_line.iter().flat_map(|found| &found.coefficients).map(|one| one.0);
+    let of_line: Vec<f64> = of_line.collect();
+    let line_folds = data.trained(&constants, &white, left_out);
+    let (sensor, line) = (sensor(shapes), sensor(constants));
+    let before = sensor.held_out(data, &folds, |_, _| Program::default());
+    let mut after = sensor.held_out(data, &folds, |values, rows| sensor.best(values, rows).0);
+    let by_line = line.held_out(data, &line_folds, |values, rows| line.best(values, rows).0);
+    let all = vec![true; dataset.rows()];
+    let (mut program, mut left_out) = sensor.best(coefficients, &all);
+    if !(after.rmse() < by_line.rmse() * (1.0 - AS_GOOD)) {
+        after = by_line;
+        program = line.best(&of_line, &all).0;
+        let others = sensor.shapes.iter().filter(|shape| !is_line(shape));
+        let term =
+            |shape: &Shape| LeftOut { term: shape.name.clone(), why: AS_GOOD_WITHOUT.to_owned() };
+        left_out = others.map(term).collect();
     }
     if !(after.rmse() < before.rmse()) {
         return None;
     }
-    let (program, left_out) = sensor.best(coefficients, &vec![true; dataset.rows()]);
     let unit = data.block.unit.clone();
     let metric = |errors| Metric { name: reading.name.clone(), unit: unit.clone(), errors };
     let held_out = metric(after).held_out(&metric(before), false, seed);
@@ -127,6 +136,32 @@ fn wraps_at(reading: &Column, run: &[usize]) -> Option<f64> {
 }
 
 impl Sensor<'_> {
+    /// Errors of held-out readings after the program that `made` makes of the coefficients and rows of each fold.
+    fn held_out(
+        &self,
+        data: Data<'_>,
+        folds: &[(Fold, Vec<f64>)],
+        made: impl Fn(&[f64], &[bool]) -> Program,
+    ) -> Errors {
+        let mut found = Errors { folds: folds.len(), ..Errors::default() };
+        let alone = self.dataset.run_labels.len() < 2;
+        for (number, (Fold { test, train }, coefficients)) in folds.iter().enumerate() {
+            let rows = |uses: &[bool]| -> Vec<bool> {
+                let mut rows = vec![false; self.dataset.rows()];
+                data.block.rows.iter().zip(uses).for_each(|(&row, uses)| rows[row] = *uses);
+                rows
+            };
+            let (test, program) = (rows(test), made(coefficients, &rows(train)));
+            for (row, error) in self.errors(&program).into_iter().enumerate() {
+                let run = if alone { number } else { data.channels.run[row] };
+                if test[row] && error.is_finite() {
+                    found.add(run, error.powi(2), number);
+                }
+            }
+        }
+        found
+    }
+
     /// The simplest way that is as good as any on these rows, and the terms it leaves out.
     fn best(&self, coefficients: &[f64], rows: &[bool]) -> (Program, Vec<LeftOut>) {
         let made = |way| {

@@ -114,16 +114,24 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
 
 /// Probability of being zero from which a term is doubtful, whatever its gain on the existing runs.
 const DOUBTFUL: f64 = 0.01;
+/// The same for a constant, the simplest cause: more than one standard error of it, as in the choice on held-out runs.
+const CONSTANT_DOUBTFUL: f64 = 0.3;
 
-/// The least certain of the added terms that could be zero. Constants and lower orders only determine the zero of
-/// another term.
+/// The least certain of the added terms that could be zero. What only determines the zero of another term cannot.
 pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
     let terms = estimates(state).terms;
     let is_zero_of_another = |shape: &Shape| {
-        shape.drivers.is_empty() || terms.iter().any(|other| shape.is_lower_order_of(&other.shape))
+        terms.iter().map(|other| &other.shape).any(|other| {
+            let is_its_constant = shape.drivers.is_empty() && !other.drivers.is_empty();
+            shape.is_lower_order_of(other) || (is_its_constant && shape.acts == other.acts)
+        })
+    };
+    let least = |shape: &Shape| match shape.drivers.is_empty() {
+        true => CONSTANT_DOUBTFUL,
+        false => DOUBTFUL,
     };
     (state.base..terms.len())
-        .filter(|&index| terms[index].strength < -DOUBTFUL.ln())
+        .filter(|&index| terms[index].strength < -least(&terms[index].shape).ln())
         .filter(|&index| !is_zero_of_another(&terms[index].shape))
         .min_by(|a, b| terms[*a].strength.total_cmp(&terms[*b].strength))
 }

@@ -5,6 +5,7 @@ use super::choose::{Contender, plainest_first};
 use super::data::Data;
 use super::finish::finish;
 use super::record::Record;
+use super::roughly::doubtful;
 use super::scene::Score;
 use super::state::{BESIDE_COLOUR, State};
 use super::step::Asked;
@@ -47,10 +48,11 @@ fn slow(memory_s: f64, seed: u64) -> Vec<f64> {
 /// A gyro at rest that reads `error` (deg/s), beside these auxiliary channels.
 fn at_rest(error: &[f64], beside: &[(&str, &[f64])]) -> Problem {
     let rate = |name: &str, role, values| Column::new(name, role, Unit::DegreePerSecond, values);
-    let time = (0..RUNS * ROWS).map(|row| row as f64).collect();
+    let rows = error.len();
+    let time = (0..rows).map(|row| row as f64).collect();
     let mut columns = vec![
         Column::new("time", Role::Time, Unit::Second, time),
-        rate("reference", Role::ReferenceRate, vec![0.0; RUNS * ROWS]),
+        rate("reference", Role::ReferenceRate, vec![0.0; rows]),
         rate("gyro", Role::GyroRate, error.to_vec()),
     ];
     columns.extend(
@@ -58,7 +60,7 @@ fn at_rest(error: &[f64], beside: &[(&str, &[f64])]) -> Problem {
             .iter()
             .map(|(name, values)| Column::new(name, Role::Auxiliary, Unit::Volt, values.to_vec())),
     );
-    let run = (0..RUNS * ROWS).map(|row| row / ROWS).collect();
+    let run = (0..rows).map(|row| row * RUNS / rows).collect();
     let dataset = Dataset::new("rest", Kind::Series, columns, run);
     Problem::new(&dataset, Known::default()).expect("a whole set")
 }
@@ -80,7 +82,7 @@ fn with_state<T>(
         terms: vec![Shape::constant("bias", Acts::Bias)],
         families: Vec::new(),
         noise: noise.clone().unwrap_or_else(|| NoiseModel::white(RUNS)),
-        left_out: vec![false; RUNS * ROWS],
+        left_out: vec![false; block.rows.len()],
     };
     if noise.is_none() {
         state.fit_noise(true);
@@ -122,6 +124,62 @@ fn weights_for_slow_noise_that_predict_worse_are_equal_when_applied() {
         (0..load.len()).map(|i| read[i] + of_run(i) * load[i] + NOISE * white[i]).collect();
     let [applied, reported] = slopes(&of_reading, &read);
     assert!((applied / reported - 1.0).abs() < 0.01, "{applied} {reported}");
+}
+
+/// Slopes to apply over all of these channels, deg/s, of a model with an effect of each; the noise is white.
+fn applied(error: &[f64], beside: &[(&str, &[f64])]) -> Vec<f64> {
+    with_state(&at_rest(error, beside), Some(NoiseModel::white(RUNS)), |mut state, judge| {
+        beside.iter().for_each(|(name, _)| state.add(over(name)));
+        let mut fit = finish(&state, Vec::new());
+        values::of_noise(&mut fit, &state, judge);
+        fit.applied[1..].iter().map(|found| found.coefficients[0].0.to_degrees()).collect()
+    })
+}
+
+/// In a short record, noise follows anything a little, and many things by a good part of its size.
+#[test]
+fn what_explains_no_more_than_noise_would_is_not_applied() {
+    let (rows, names) = (72, ["a", "b", "c", "d", "e", "f", "g", "h"]);
+    let mut gone = 0;
+    for seed in 0..10 {
+        let noise: Vec<f64> = draws(50 + seed)[..rows].iter().map(|z| NOISE * z).collect();
+        let draws = draws(60);
+        let beside: Vec<(&str, &[f64])> = names.into_iter().zip(draws.chunks(rows)).collect();
+        gone += applied(&noise, &beside).iter().filter(|slope| **slope == 0.0).count();
+    }
+    // Two thirds of squares of normal noise are below 1.
+    assert!(gone > 40, "{gone} of 80");
+}
+
+#[test]
+fn effects_that_stand_for_one_another_are_applied_together() {
+    let (load, own) = (draws(71), draws(72));
+    let like: Vec<f64> = load.iter().zip(&own).map(|(load, own)| load + 1e-3 * own).collect();
+    let error: Vec<f64> =
+        load.iter().zip(draws(73)).map(|(load, white)| NOISE * (load + white)).collect();
+    let found = applied(&error, &[("load", &load), ("like", &like)]);
+    let sum = found.iter().sum::<f64>() / NOISE;
+    assert!((sum - 1.0).abs() < 0.1, "{found:?}");
+}
+
+/// What is known of a constant is its size alone: within its error it is none, unless a function has its zero from it.
+#[test]
+fn a_constant_within_its_error_is_doubtful() {
+    let (load, white) = (draws(81), draws(82));
+    let mean = white.iter().sum::<f64>() / white.len() as f64;
+    let is_doubtful = |offset: f64, slope: f64| {
+        let row = |(load, z): (&f64, &f64)| NOISE * (z - mean + offset + slope * load);
+        let error: Vec<f64> = load.iter().zip(&white).map(row).collect();
+        with_state(&at_rest(&error, &[("load", &load)]), None, |mut state, _| {
+            state.base = 0;
+            state.families.push(Family::Library);
+            if slope > 0.0 {
+                state.add(over("load"));
+            }
+            doubtful(&state).is_some()
+        })
+    };
+    assert!(is_doubtful(0.0, 0.0) && !is_doubtful(1.0, 0.0) && !is_doubtful(0.0, 1.0));
 }
 
 /// Whether a step adds an effect of the load, and its strength beyond the threshold.

@@ -12,7 +12,7 @@ const LEFT_MAX: f64 = 6.9;
 
 /// Narrow shapes that explain all that `wide` explains in `scene`, if there are any.
 pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<Vec<Candidate>> {
-    let driver = wide.drivers.first()?;
+    wide.drivers.first()?;
     let mut pool: Vec<Candidate> = named
         .iter()
         .filter(|candidate| {
@@ -29,7 +29,6 @@ pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<
         pool.extend(narrow_on(scene.data.channels, wide.acts, driver));
         pool.push(line(wide, driver));
     }
-    let _ = driver;
     let mut chosen = Vec::new();
     let mut columns: Vec<Vec<f64>> = Vec::new();
     for _ in 0..NARROW_MAX {

@@ -12,7 +12,6 @@ use super::scene::robust_fit;
 use super::state::State;
 use crate::judge::Judge;
 use crate::noise::{NoiseModel, Whitener};
-use crate::robust;
 
 /// Values to apply of `fit`, whose residual is noise.
 pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>) {
@@ -33,7 +32,9 @@ pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>)
         }
     }
     let effects = all.split_off(state.base);
-    fit.applied = apply((all, effects), state, noise, shares);
+    // Effects that do not stand for one another lose at most 1 for each number (the square of what is shrunk).
+    let most = 2.0 * effects.iter().map(numbers).sum::<f64>();
+    fit.applied = apply((all, effects), state, noise, shares, most);
 }
 
 /// Values to apply of `fit`, whose residual is not noise: squares come from the errors over runs.
@@ -44,8 +45,9 @@ pub(super) fn of_structure(fit: &mut BlockFit, state: &State<'_>) {
         .iter()
         .map(|found| share(found, found.coefficients.iter().map(square).sum()))
         .collect();
+    let most = GROWTH * state.data.block.rows.len() as f64;
     let values = (fit.base.clone(), fit.effects.clone());
-    fit.applied = apply(values, state, &state.noise, shares);
+    fit.applied = apply(values, state, &state.noise, shares, most);
 }
 
 /// Equal weights within a run, if the values that they give predict held-out readings better.
@@ -64,33 +66,40 @@ fn evener(state: &State<'_>, judge: &Judge<'_>) -> Option<NoiseModel> {
 
 /// Share of an amplitude to apply: noise alone adds 1 to its `square` for each number that was fitted.
 fn share(found: &Found, square: f64) -> f64 {
-    let numbers = found.shape.width() + found.shape.nonlinear().len();
-    if square.is_finite() { (1.0 - numbers as f64 / square).max(0.0) } else { 1.0 }
+    if square.is_finite() { (1.0 - numbers(found) / square).max(0.0) } else { 1.0 }
 }
 
-/// Growth of the error from which effects that are shrunk one by one were needed together: each is uncertain because
-/// another can stand in its place, and without all of them the cause is gone.
-const NEEDED: f64 = 1.05;
+fn numbers(found: &Found) -> f64 {
+    (found.shape.width() + found.shape.nonlinear().len()) as f64
+}
+
+/// Growth of the sum of squares, as a share of it, from which effects of a residual that is no noise were needed together.
+const GROWTH: f64 = 0.1;
 
 /// Shrinks the effects to these shares, and fits the given model anew beside them. Effects that stand for one another keep
-/// their values.
+/// their values: each is uncertain because another can take its place, and without all of them the cause is gone. This
+/// shows where what is lost is more than `most`, in squares of the noise.
 fn apply(
     (base, effects): (Vec<Found>, Vec<Found>),
     state: &State<'_>,
     noise: &NoiseModel,
     shares: Vec<f64>,
+    most: f64,
 ) -> Vec<Found> {
     let whole: Vec<Found> = base.iter().chain(&effects).cloned().collect();
     let shrunk = shrunk(base, effects, state, noise, shares);
-    let columns = state.data.all_columns(&state.terms);
-    let error = |of: &[Found]| {
+    let whitener = Whitener::new(state.data.layout, noise, &state.left_out);
+    let columns = whitener.apply_all(&state.data.all_columns(&state.terms));
+    let target = whitener.apply(&state.data.block.residual);
+    let square = |of: &[Found]| -> f64 {
         let values: Vec<f64> =
             of.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
         let fitted = combine(&columns, &values);
-        let left = state.data.block.residual.iter().zip(&fitted).map(|(value, of)| value - of);
-        robust::root_mean_square(&left.collect::<Vec<f64>>())
+        target.iter().zip(&fitted).map(|(value, of)| (value - of).powi(2)).sum()
     };
-    if error(&shrunk) > NEEDED * error(&whole) { whole } else { shrunk }
+    let before = square(&whole);
+    let lost = state.data.block.rows.len() as f64 * (square(&shrunk) - before) / before;
+    if lost > most { whole } else { shrunk }
 }
 
 fn shrunk(

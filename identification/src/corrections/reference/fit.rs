@@ -12,6 +12,20 @@ pub struct Stretch {
     pub readings: Vec<f64>,
 }
 
+impl Stretch {
+    /// Parts of about as many rows each.
+    fn pieces(&self) -> impl Iterator<Item = Self> + '_ {
+        let rows = self.times.len();
+        let size = rows.div_ceil(rows.div_ceil(PIECE).max(1)).max(1);
+        (0..rows).step_by(size).map(move |from| {
+            let part = |of: &[f64]| of[from..(from + size).min(rows)].to_vec();
+            let [times, reference, readings] =
+                [&self.times, &self.reference, &self.readings].map(|of| part(of));
+            Self { times, reference, readings }
+        })
+    }
+}
+
 /// Rows that take part: of a longer record, stretches of this many rows evenly spread over it.
 const ROWS: usize = 12_000;
 const PIECE: usize = 1_000;
@@ -59,23 +73,8 @@ struct Pieces {
 impl Pieces {
     fn of(stretches: &[Stretch]) -> Option<Self> {
         let rows: usize = stretches.iter().map(|one| one.times.len()).sum();
-        let mut all = Vec::new();
-        for one in stretches {
-            let chunks = one.times.len().div_ceil(PIECE).max(1);
-            let size = one.times.len().div_ceil(chunks);
-            for (index, from) in (0..one.times.len()).step_by(size.max(1)).enumerate() {
-                let to = (from + size).min(one.times.len());
-                let every = rows.div_ceil(ROWS).max(1);
-                if (index + all.len()) % every != 0 && rows > ROWS {
-                    continue;
-                }
-                all.push(Stretch {
-                    times: one.times[from..to].to_vec(),
-                    reference: one.reference[from..to].to_vec(),
-                    readings: one.readings[from..to].to_vec(),
-                });
-            }
-        }
+        let every = rows.div_ceil(ROWS).max(1);
+        let all: Vec<Stretch> = stretches.iter().flat_map(Stretch::pieces).step_by(every).collect();
         let steps = all.iter().flat_map(|one| one.times.windows(2).map(|two| two[1] - two[0]));
         let step = robust::median(steps.collect());
         let counts = all.iter().flat_map(|one| {
@@ -205,4 +204,30 @@ impl Pieces {
 
 fn better(one: (f64, Numbers), other: (f64, Numbers)) -> (f64, Numbers) {
     if other.0 > one.0 { other } else { one }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PIECE, Pieces, ROWS, Stretch};
+
+    /// The one-run records of a fleet are as good as one long record.
+    #[test]
+    fn pieces_are_spread_evenly_over_a_long_record_however_it_is_cut() {
+        let record = |rows: usize, from: usize| {
+            let times: Vec<f64> = (from..from + rows).map(|row| row as f64).collect();
+            // Noise enough that rows count as independent.
+            let readings = times.iter().map(|time| (time * time * 0.7).sin()).collect();
+            Stretch { reference: times.clone(), times, readings }
+        };
+        for (rows, count) in [(400, 100), (2_600, 20), (ROWS * 4, 1)] {
+            let all: Vec<Stretch> = (0..count).map(|one| record(rows, one * rows)).collect();
+            let pieces = Pieces::of(&all).expect("rows enough").all;
+            let used: usize = pieces.iter().map(|one| one.times.len()).sum();
+            assert!((ROWS / 2..=ROWS + PIECE).contains(&used), "{rows}: {used}");
+            let starts: Vec<f64> = pieces.iter().map(|one| one.times[0]).collect();
+            let widest = starts.windows(2).map(|two| two[1] - two[0]).fold(0.0, f64::max);
+            let even = (rows * count) as f64 / pieces.len() as f64;
+            assert!(widest < 1.5 * even, "{rows}: {widest} of {even}");
+        }
+    }
 }
