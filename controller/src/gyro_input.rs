@@ -37,7 +37,7 @@ pub(crate) struct GyroInput {
     /// Present on a base, whose turn rate is limited.
     gate: Option<JumpGate>,
     stuck: StuckWatch,
-    /// Neighbours of the bias test in progress.
+    /// Neighbours of the bias test or the rest in progress.
     neighbours: Neighbours,
     /// First ratio of the clocks.
     clock_ratio: Option<f64>,
@@ -93,17 +93,22 @@ impl GyroInput {
         };
     }
 
-    /// A bias test begins: its readings show the effect of the noise.
-    pub(crate) fn begin_test(&mut self) {
+    /// A rest or a bias test begins: its readings show the effect of the noise.
+    pub(crate) fn begin_rest(&mut self) {
         self.neighbours = Neighbours::default();
     }
 
     /// A bias test at rest ends. Returns true if its readings came from a working gyro, false if it was stuck.
     pub(crate) fn learn_noise(&mut self) -> bool {
         let blind = self.planted.is(Mutant::StuckReadingsBelieved);
-        let was_stuck = self.stuck.learn(self.neighbours) && !blind;
+        let was_stuck = self.stuck.learn(core::mem::take(&mut self.neighbours)) && !blind;
         self.trouble.invalid |= was_stuck;
         !was_stuck
+    }
+
+    /// True if the readings were stuck throughout the last bias test: it showed none of the noise of the present rest.
+    pub(crate) fn was_stuck_in_test(&self) -> bool {
+        self.stuck.was_stuck(self.neighbours) && !self.planted.is(Mutant::StuckReadingsBelieved)
     }
 
     /// True until the first sample.

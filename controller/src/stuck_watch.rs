@@ -3,7 +3,8 @@
 //! A sensor's own noise keeps its counts moving. Each bias test counts how often two consecutive readings are equal;
 //! from this share follows how many in a row can be equal by chance. The longest run of a test is compared with the
 //! rest of it, which reveals a gyro that stuck during the test. A gyro without noise, or with counts coarser than its
-//! noise, repeats itself when all is well: the watch is then off, and only the comparison with the odometry remains.
+//! noise, repeats itself when all is well: the watch is then off, and only the comparison with the odometry remains. If
+//! such a gyro shows noise at a later rest, it was stuck throughout the test.
 
 use wire::gyro::{GyroFormat, OutputMode};
 use wire::time::Span;
@@ -18,6 +19,8 @@ const ALIKE_SHARE_MAX: f64 = 0.25;
 const SPAN_MIN: Span = Span::from_millis(50);
 /// Minimum number of pairs in a test to compute the share.
 const PAIRS_MIN: u32 = 50;
+/// Minimum number of pairs at a later rest to tell noise from none: half of the 0.3 s in which a base settles, at 100 Hz.
+const PAIRS_AT_REST_MIN: u32 = 15;
 
 /// Counts equal neighbours, in a test and in a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,9 +32,11 @@ pub(crate) struct StuckWatch {
     in_a_row: u32,
     /// Run length that counts as stuck; `None` before a test has shown the noise.
     too_many: Option<u32>,
+    /// The last test showed no noise at all.
+    silent: bool,
 }
 
-/// Neighbours of one bias test.
+/// Neighbours of one bias test, or of one rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Neighbours {
     pairs: u32,
@@ -51,7 +56,7 @@ impl StuckWatch {
                 format.facts().angle_step.unwrap_or_default() * 1.5 / period
             }
         };
-        Self { period, alike, last: None, in_a_row: 0, too_many: None }
+        Self { period, alike, last: None, in_a_row: 0, too_many: None, silent: false }
     }
 
     /// Takes a valid sample; returns true if it equals the previous one.
@@ -70,8 +75,16 @@ impl StuckWatch {
     /// Takes the neighbours of a finished bias test. Returns true if the readings were stuck during it.
     pub(crate) fn learn(&mut self, neighbours: Neighbours) -> bool {
         self.too_many = neighbours.too_many(self.period);
+        self.silent = neighbours.vary_less_than(PAIRS_MIN) && neighbours.longest >= PAIRS_MIN;
         // A run of readings has one pair less.
         self.too_many.is_some_and(|too_many| neighbours.longest + 1 >= too_many)
+    }
+
+    /// True if the last test showed no noise and this rest does: the readings were stuck throughout the test.
+    pub(crate) fn was_stuck(&self, at_rest: Neighbours) -> bool {
+        let alike = f64::from(at_rest.alike);
+        let varies = alike <= f64::from(at_rest.pairs) * ALIKE_SHARE_MAX;
+        self.silent && at_rest.pairs >= PAIRS_AT_REST_MIN && varies
     }
 
     /// Starts a new run.
@@ -89,12 +102,17 @@ impl Neighbours {
         self.longest = self.longest.max(self.row);
     }
 
+    /// Fewer pairs than that lie outside the longest run.
+    const fn vary_less_than(self, pairs: u32) -> bool {
+        self.pairs.saturating_sub(self.longest) < pairs
+    }
+
     /// Uses the pairs outside the longest run, which may not be noise at all.
     fn too_many(self, period: Span) -> Option<u32> {
-        let pairs = self.pairs.saturating_sub(self.longest);
-        if pairs < PAIRS_MIN {
+        if self.vary_less_than(PAIRS_MIN) {
             return None;
         }
+        let pairs = self.pairs.saturating_sub(self.longest);
         let alike = f64::from(self.alike.saturating_sub(self.longest));
         // Two standard deviations above the count.
         let share = (alike + 2.0 * libm::sqrt(alike + 1.0)) / f64::from(pairs);
@@ -160,6 +178,16 @@ mod tests {
     fn without_noise_alike_readings_say_nothing() {
         assert_eq!(alike_until_stuck(&mut learnt(2_000, 2_000)), None);
         assert_eq!(alike_until_stuck(&mut learnt(10, 0)), None, "too short a test");
+    }
+
+    #[test]
+    fn a_test_without_noise_is_doubted_at_a_rest_that_has_some() {
+        let watch = learnt(2_000, 2_000);
+        assert!(watch.was_stuck(noise(15, 1)), "the Navigator's noise");
+        assert!(!watch.was_stuck(noise(14, 1)), "too few");
+        assert!(!watch.was_stuck(noise(15, 11)), "it settles, and is as even as before");
+        assert!(!learnt(2_000, 125).was_stuck(noise(15, 1)), "there was noise in the test as well");
+        assert!(!learnt(10, 0).was_stuck(noise(15, 1)), "too short a test");
     }
 
     #[test]

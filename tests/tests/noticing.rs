@@ -116,6 +116,24 @@ fn a_gyro_that_sticks_during_its_bias_test_fails_it() {
 }
 
 #[test]
+fn a_gyro_that_sticks_throughout_its_bias_test_shows_at_the_first_standstill_after_it() {
+    for devices in healthy() {
+        let mut rig = Rig::with_config(&devices, 1, |config| {
+            config.gyro.clock = IntegrationClock::HostTime;
+        });
+        rig.run_for(Span::from_secs(2));
+        rig.gyro().begin_fault(0, GyroFault::Stuck, chance());
+        rig.bias_test(20.0);
+        rig.set_pose();
+        assert_eq!(rig.health().level, Level::Ok, "it may be a gyro without noise");
+        rig.gyro().end_fault(0);
+        rig.straight(1.0, 0.4);
+        rig.straight(1.0, 0.4);
+        assert!(rig.health().causes.bias_moved, "{:?}", devices.gyro.0);
+    }
+}
+
+#[test]
 fn an_odometer_that_stands_for_a_moment_on_the_way_shows() {
     for seed in 1..=20 {
         let mut rig = ready(&shipped("paper"), seed);

@@ -61,6 +61,8 @@ impl Controller {
         } else if self.stands && !stands {
             let rest = self.standstill.ends(now);
             self.look_at_rest(now, rest);
+        } else if stands && !self.stands && !matches!(self.task, Task::BiasTest { .. }) {
+            self.gyro.begin_rest();
         }
         self.stands = stands;
     }
@@ -75,7 +77,8 @@ impl Controller {
 
     fn look_for_moved_bias(&mut self, rest: &Rest, bias: AngularRate) {
         let drift_max = self.config.gyro.rest_drift_max;
-        self.hear_of_moved_bias(rest.moved(bias, self.tested_spread, drift_max));
+        let moved = rest.moved(bias, self.tested_spread, drift_max);
+        self.hear_of_moved_bias(moved || self.gyro.was_stuck_in_test());
     }
 
     /// Remembers a bias that is no longer the tested one, and the heading that it may have turned since.

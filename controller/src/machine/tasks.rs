@@ -156,7 +156,7 @@ impl Controller {
             self.idle_at_rest(now)?;
         }
         let duration = Span::from_secs_f64(order.duration_s);
-        self.gyro.begin_test();
+        self.gyro.begin_rest();
         self.task = Task::BiasTest {
             id,
             half: now + duration / 2,
