@@ -41,7 +41,7 @@ pub fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
         return format!("did you mean `{name}`?");
     }
     if known.is_empty() {
-        return "nothing is known here".to_owned();
+        return "no name is known here".to_owned();
     }
     let listed = known.iter().take(LISTED_MAX).map(|name| format!("`{}`", name.as_ref()));
     let list = listed.collect::<Vec<_>>().join(", ");

@@ -94,7 +94,7 @@ pub(crate) fn proposal<S: AsRef<str>>(wrong: &str, known: &[S]) -> String {
     }
     match best.1 {
         Some(name) => format!("did you mean `{name}`?"),
-        None if known.is_empty() => "nothing is known here".to_owned(),
+        None if known.is_empty() => "no name is known here".to_owned(),
         None => format!("known here: {}", listed(known, ", ")),
     }
 }

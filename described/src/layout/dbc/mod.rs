@@ -142,9 +142,13 @@ impl Dbc {
             return Ok(self.of_senders(&|of| of == node));
         }
         let known: Vec<&str> = self.nodes.iter().map(|known| known.name.as_str()).collect();
+        let help = match known.is_empty() {
+            true => "the DBC names no node and has no message".to_owned(),
+            false => hint::proposal(node, &known),
+        };
         let message = format!("no node `{node}`");
         Err(FileError::new(&self.file, &self.text, self.nodes_at.clone(), message)
-            .with_help(Some(hint::proposal(node, &known))))
+            .with_help(Some(help)))
     }
 
     /// The layout for a device that sends what the nodes that `is_ours` accepts send.

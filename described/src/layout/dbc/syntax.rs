@@ -239,9 +239,10 @@ impl Syntax {
         end(cursor)
     }
 
-    /// `SG_ 100 Signal "what it is";`
+    /// `SG_ 100 Signal "what it is";` Real files have comments on things that they do not name; these are left out.
     fn comment(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Unexpected> {
-        let of = of(cursor)?;
+        let of = of(cursor).unwrap_or_default();
+        while !cursor.begins_a_line() && cursor.word("").is_ok() {}
         let comment = cursor.string("the comment in quotation marks")?;
         if let Some(of) = of {
             self.comments.insert(of, comment);

@@ -293,8 +293,20 @@ fn sections_come_in_any_order_and_what_is_of_no_use_is_passed_over() {
     let signal = &message.signals[0];
     assert_eq!(signal.name, "AVeryLongName");
     assert_eq!(signal.name_of(0.0), Some("off; or \"not\""));
+    let nothing = Layout::from_dbc("t.dbc", "BU_:", "A").unwrap_err();
+    assert_eq!(nothing.advice(), Some("the DBC names no node and has no message"));
     let nobody = Layout::from_dbc("t.dbc", "BO_ 1 M: 1\nBO_ 2 N: 1 Vector__XXX", super::NOBODY);
     assert!(nobody.unwrap().messages().iter().all(|message| message.sender == Sender::Device));
+}
+
+/// As in files of opendbc.
+#[test]
+fn a_comment_on_something_unnamed_is_left_out() {
+    let text = "BU_: A\nBO_ 1 M: 8 A\n SG_ S : 0|8@1+ (1,0) [0|100] \"\" A\nCM_ SG_ 1 \"lost; here\";\nCM_ 1 \"too\";\n\
+        CM_ BO_ 1 \"kept\";\n";
+    let layout = Layout::from_dbc("t.dbc", text, "A").unwrap();
+    assert_eq!(layout.messages()[0].doc, "kept");
+    assert_eq!(layout.messages()[0].signals.len(), 1);
 }
 
 #[test]
