@@ -17,7 +17,9 @@ pub(crate) use uds::{
     AccessTable, DidTable, DtcTable, NumberTable, RoutineTable, SecurityTable, UdsTable,
 };
 
+use crate::error::Mistake;
 use crate::lookup::Outside;
+use crate::place::Place;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
@@ -89,14 +91,17 @@ pub(crate) struct File<M> {
 #[serde(deny_unknown_fields)]
 pub(crate) struct SerialTable {
     /// Baud rate.
+    #[schemars(range(min = 1))]
     baud: u32,
     /// Data bits. Default: 8.
+    #[schemars(range(min = 5, max = 8))]
     data_bits: Option<u8>,
     /// Parity. Default: none.
     #[serde(default)]
     #[schemars(schema_with = "parity_schema")]
     parity: Option<Parity>,
     /// Stop bits. Default: 1.
+    #[schemars(range(min = 1, max = 2))]
     stop_bits: Option<u8>,
 }
 
@@ -115,14 +120,25 @@ impl<M> File<M> {
 
 impl SerialTable {
     /// Eight data bits, no parity and one stop bit, unless it says otherwise.
-    pub(crate) fn settings(self) -> SerialSettings {
+    pub(crate) fn settings(self) -> Result<SerialSettings, Mistake> {
         let plain = SerialSettings::new_8n1(self.baud);
-        SerialSettings {
-            data_bits: self.data_bits.unwrap_or(plain.data_bits),
-            parity: self.parity.unwrap_or(plain.parity),
-            stop_bits: self.stop_bits.unwrap_or(plain.stop_bits),
-            ..plain
+        let place = Place::file().key("serial");
+        if self.baud == 0 {
+            return Err(Mistake::new(place.key("baud"), "baud = 0, expected bits per second"));
         }
+        let bits = |name, set: Option<u8>, usual, (least, most)| match set.unwrap_or(usual) {
+            bits if (least..=most).contains(&bits) => Ok(bits),
+            bits => {
+                let text = format!("{name} = {bits}, expected {least} to {most}");
+                Err(Mistake::new(place.key(name), text))
+            }
+        };
+        Ok(SerialSettings {
+            data_bits: bits("data_bits", self.data_bits, plain.data_bits, (5, 8))?,
+            parity: self.parity.unwrap_or(plain.parity),
+            stop_bits: bits("stop_bits", self.stop_bits, plain.stop_bits, (1, 2))?,
+            ..plain
+        })
     }
 }
 

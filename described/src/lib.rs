@@ -95,7 +95,7 @@
 //! ```
 //!
 //! Both are signals of the message. [`Outbox`] fills them in, and a [`Decoder`] checks them ([`Verdict`]). A
-//! [`Device`] ignores a message with a wrong counter or checksum, and [`Device::refused`] counts it. A counter or a
+//! [`Device`] ignores a message with a wrong counter or checksum, and [`Device::refused_messages`] counts it. A counter or a
 //! checksum with a `[signal.NAME]` of its own is sent with that value, and the other one covers it.
 //!
 //! # On a change

@@ -12,7 +12,7 @@ use crate::expression::{Batch, Expression};
 use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
 use crate::hint;
-use crate::layout::{Layout, Message, Selection, SendKind, SendRule, Sender};
+use crate::layout::{Layout, Message, Selection, SendKind, SendRule, Sender, spaced};
 use crate::place::Place;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -136,7 +136,10 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
             .map_err(|(text, help)| Mistake::new(place.clone(), text).help(help))?;
         if !(signal.minimum..=signal.maximum).contains(&value) {
             let (least, greatest) = (signal.minimum, signal.maximum);
-            let text = format!("`{name}` cannot be {value}: it goes from {least} to {greatest}");
+            let unit = spaced(&signal.unit);
+            let text = format!(
+                "`{name}` cannot be {value}{unit}: its range is {least} to {greatest}{unit}"
+            );
             return Err(Mistake::new(place, text));
         }
         signal.start = value;

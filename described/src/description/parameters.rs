@@ -5,6 +5,7 @@ use crate::error::Mistake;
 use crate::expression::{is_function, is_reserved};
 use crate::file::{ParameterTable, StateTable};
 use crate::hint;
+use crate::layout::spaced;
 use crate::place::Place;
 
 /// A number that can be changed while the device runs.
@@ -26,14 +27,14 @@ impl Parameter {
         if value.is_finite() && (least..=greatest).contains(&value) {
             return Ok(());
         }
-        Err(match (least.is_finite(), greatest.is_finite()) {
-            (false, false) => format!("`{}` cannot be {value}: it is a finite number", self.name),
-            (true, false) => format!("`{}` cannot be {value}: it is at least {least}", self.name),
-            (false, true) => format!("`{}` cannot be {value}: it is at most {greatest}", self.name),
-            (true, true) => {
-                format!("`{}` cannot be {value}: it goes from {least} to {greatest}", self.name)
-            }
-        })
+        let unit = spaced(&self.unit);
+        let range = match (least.is_finite(), greatest.is_finite()) {
+            (false, false) => "it is a finite number".to_owned(),
+            (true, false) => format!("it is at least {least}{unit}"),
+            (false, true) => format!("it is at most {greatest}{unit}"),
+            (true, true) => format!("its range is {least} to {greatest}{unit}"),
+        };
+        Err(format!("`{}` cannot be {value}{unit}: {range}", self.name))
     }
 }
 

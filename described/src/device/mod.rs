@@ -313,11 +313,6 @@ impl Device {
         self.answers.refused
     }
 
-    /// Number of messages not used because of a wrong counter or checksum among the signals.
-    pub const fn refused(&self) -> u64 {
-        self.refused
-    }
-
     fn hear(&mut self, now: Timestamp, message: usize, values: &[Option<f64>]) {
         let description = Arc::clone(&self.description);
         let model = &description.model;

@@ -128,7 +128,10 @@ pub enum EncodeError {
         found: usize,
     },
     /// A value that the signal cannot have.
-    #[error("`{signal}` cannot be {value}{}: it goes from {minimum} to {maximum}", spaced(unit))]
+    #[error(
+        "`{signal}` cannot be {value}{0}: its range is {minimum} to {maximum}{0}",
+        spaced(unit)
+    )]
     OutOfRange {
         /// The signal, with its message.
         signal: String,
@@ -187,7 +190,8 @@ impl SignalName {
     }
 }
 
-fn spaced(unit: &str) -> String {
+/// A unit as it follows a number.
+pub(crate) fn spaced(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}") }
 }
 

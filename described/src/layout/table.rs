@@ -36,7 +36,10 @@ impl Layout {
             }
             messages.push(message);
         }
-        let medium = serial.map_or(Medium::Can, |serial| Medium::Serial(serial.settings()));
+        let medium = match serial {
+            None => Medium::Can,
+            Some(serial) => Medium::Serial(serial.settings()?),
+        };
         Ok(Self::new(medium, messages))
     }
 }

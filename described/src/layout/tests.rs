@@ -94,6 +94,21 @@ fn a_packet_has_its_bytes_where_the_file_says() {
     assert_eq!(command, [0xaa, 0x56, 7, 7]);
 }
 
+/// The time on the line of the question and the answer of a meter: 12 bytes of eleven bits.
+#[test]
+fn a_second_stop_bit_takes_its_time() {
+    let of = |settings: &str| {
+        let text = format!("name = \"m\"\n[serial]\nbaud = 1200\n{settings}\n");
+        let message = "[[message]]\nname = \"R\"\nsent_by = \"device\"\ntext = \"{x}\\n\"\n";
+        match described(&(text + message)).layout().medium() {
+            Medium::Serial(settings) => settings.time_for(12),
+            Medium::Can => panic!("on a serial line"),
+        }
+    };
+    assert_eq!(of("").as_secs_f64(), 0.1);
+    assert_eq!(of("stop_bits = 2").as_secs_f64(), 0.11);
+}
+
 #[test]
 fn a_damaged_packet_is_refused_and_the_next_one_found() {
     let layout = serial();
@@ -141,7 +156,7 @@ fn a_line_is_not_read_from_its_middle() {
 fn what_does_not_fit_is_said_by_name() {
     let layout = serial();
     let error = layout.encode(0, &[400.0, 0.0, 0.0]).unwrap_err();
-    insta::assert_snapshot!(error, @"`Status.Temperature` cannot be 400 degC: it goes from -327.68 to 327.67");
+    insta::assert_snapshot!(error, @"`Status.Temperature` cannot be 400 degC: its range is -327.68 to 327.67 degC");
     let error = layout.encode(0, &[1.0]).unwrap_err();
     insta::assert_snapshot!(error, @"failed to encode `Status`: it has 3 signals, and 1 values came");
     assert_eq!(layout.encode(9, &[]), Err(EncodeError::NoMessage(9)));

@@ -49,7 +49,10 @@ impl Rig {
             remarks.extend(clipped);
             let counted = [
                 (device.not_finite(), "had a value that is no number, and kept the one before"),
-                (device.refused(), "did not use a message with a wrong counter or checksum"),
+                (
+                    device.refused_messages(),
+                    "did not use a message with a wrong counter or checksum",
+                ),
                 (device.refused_busy(), "refused a question while it answered another"),
             ];
             for (count, what) in counted.into_iter().filter(|(count, _)| *count > 0) {

@@ -124,6 +124,6 @@ fn parameters_are_set_in_their_range() {
     assert_eq!(Device::new(Arc::new(warm), 1).value("temperature"), Some(30.0));
     let refused = |name: &str, value| oven().check_parameter(name, value).unwrap_err();
     insta::assert_snapshot!(refused("ambiant", 1.0), @"no parameter `ambiant`: did you mean `ambient`?");
-    insta::assert_snapshot!(refused("ambient", 100.0), @"`ambient` cannot be 100: it goes from -40 to 60");
-    insta::assert_snapshot!(refused("hysteresis", -1.0), @"`hysteresis` cannot be -1: it is at least 0");
+    insta::assert_snapshot!(refused("ambient", 100.0), @"`ambient` cannot be 100 degC: its range is -40 to 60 degC");
+    insta::assert_snapshot!(refused("hysteresis", -1.0), @"`hysteresis` cannot be -1 K: it is at least 0 K");
 }

@@ -74,10 +74,22 @@ fn a_device_does_not_use_what_is_not_right_and_counts_it() {
     };
     assert!((hear(&mut device, 10.0, None) - 10.0).abs() < 1e-9);
     // Sending the same frame again counted as a repetition.
-    assert_eq!(device.refused(), 1);
+    assert_eq!(device.refused_messages(), 1);
     // A checksum of 0 is wrong.
     assert!((hear(&mut device, 20.0, Some(2)) - 10.0).abs() < 1e-9);
-    assert_eq!(device.refused(), 3);
+    assert_eq!(device.refused_messages(), 3);
     assert!((hear(&mut device, 30.0, None) - 30.0).abs() < 1e-9);
-    assert_eq!(device.refused(), 4);
+    assert_eq!(device.refused_messages(), 4);
+}
+
+#[test]
+fn a_packet_with_a_wrong_checksum_is_counted_too() {
+    let description = super::parse(
+        "name = \"meter\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"Set\"\nsent_by = \"host\"\n\
+         start = [0xAA]\nchecksum = \"sum8\"\nfields = [{ name = \"Gain\", type = \"u8\" }]\n",
+    );
+    let mut device = Device::new(description, 1);
+    device.receive_bytes(at(0.1), &[0xaa, 7, 7]);
+    device.receive_bytes(at(0.2), &[0xaa, 9, 7]);
+    assert_eq!((device.value("Gain"), device.refused_messages()), (Some(7.0), 1));
 }

@@ -8,6 +8,7 @@ use emulators::table::TableParameters;
 use ports::PortSpec;
 use rig::line::EndId;
 use serde_json::Value;
+use std::sync::Arc;
 use wire::base::{Request as BaseRequest, can_link};
 use wire::device::Transmit;
 use wire::gyro::{GyroDecoder, GyroFormat, GyroOutput, GyroSample, GyroStream, OutputMode};
@@ -242,4 +243,22 @@ fn a_table_answers_on_its_line() {
     assert!(matches!(answers.as_slice(), [(line, Transmit::Bytes(_))] if line == "table"));
     let counters = ask(&mut table, at(1.0), r#"{"get":"counters"}"#).unwrap();
     assert_eq!(counters["table"]["device"]["lines_refused"], 0);
+}
+
+#[test]
+fn messages_that_a_device_refuses_are_counted() {
+    const METER: &str = "name = \"meter\"\n[serial]\nbaud = 9600\n[[message]]\nname = \"Set\"\nsent_by = \"host\"\n\
+        start = [0xAA]\nchecksum = \"sum8\"\nfields = [{ name = \"Gain\", type = \"u8\" }]\n";
+    let read = &mut |_: &str| Err("none".to_owned());
+    let described = described::Description::parse("meter.toml", METER, read).unwrap();
+    let what = What::Rig(Box::new(plan::Rig::of_device(Arc::new(described))));
+    let ports = vec![("device".to_owned(), PortSpec::Pty { link: None })];
+    let mut meter = Emulated::new(&Setup { what, ports, control: None, seed: 1 }).0;
+    for (seconds, checksum) in [(0.1, 7), (0.2, 8)] {
+        let packet = wire::packet::Packet::from_slice(&[0xaa, 7, checksum]).unwrap();
+        meter.receive(at(seconds), (0, HOST), Transmit::Bytes(packet));
+        sent(&mut meter, at(seconds + 0.05));
+    }
+    let counters = ask(&mut meter, at(0.3), r#"{"get":"counters"}"#).unwrap();
+    assert_eq!(counters["device"]["device"]["messages_refused"], 1, "{counters}");
 }
