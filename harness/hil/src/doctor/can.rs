@@ -1,6 +1,6 @@
 //! CAN in the kernel: the protocol family, the modules, the interfaces.
 
-use super::finding::{Finding, joined};
+use super::finding::{Finding, Status, joined};
 use super::interface::{self, CanInterface, CanState, is_vcan_name};
 use super::{Facts, Needs, PortNeed};
 use plan::bench_file::Medium;
@@ -69,7 +69,14 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
     for interface in &can.interfaces {
         let by = joined(needing(needs, &interface.name).map(|need| need.by.as_str()));
         let rates = needing(needs, &interface.name).find_map(|need| need.rates);
-        findings.push(judge_interface(interface, by, rates));
+        let found = judge_interface(interface, by, rates);
+        findings.push(match &needs.set_up_by {
+            Some(bench) if found.status == Status::Missing => {
+                let what = format!("{}; the `setup` of {bench} may change that", found.what);
+                Finding { what, status: Status::Optional, needed_by: None, ..found }
+            }
+            _ => found,
+        });
     }
     if can.interfaces.is_empty() {
         findings.push(Finding::gap("CAN interfaces", "none", make_vcan(facts, "vcan0"), None));
@@ -81,6 +88,10 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
     let needed: BTreeSet<&str> =
         needs.ports_on(&[Medium::Can]).map(|need| need.port.address()).collect();
     for name in needed.difference(&there) {
+        if let Some(bench) = &needs.set_up_by {
+            findings.push(Finding::set_up_later(name, bench));
+            continue;
+        }
         let mend = if is_vcan_name(name) {
             make_vcan(facts, name)
         } else {

@@ -60,6 +60,12 @@ impl Finding {
         let (subject, what, mend) = (subject.into(), what.into(), Some(mend.into()));
         Self { subject, status, what, mend, needed_by }
     }
+
+    /// A port that is not there, and that the `setup` of a bench may create.
+    pub(super) fn set_up_later(port: &str, bench: &str) -> Self {
+        let what = format!("not there yet: the `setup` of {bench} may create it");
+        Self::gap(port, what, "# its ports are opened after the commands of `setup`", None)
+    }
 }
 
 /// Returns `a, b`; `None` if there are no names.

@@ -188,6 +188,18 @@ mod tests {
         assert_eq!(found("/dev/none").status, Status::Optional);
         assert!(found("/dev/none").what.contains("may create it"), "{findings:?}");
         assert_eq!((found("on").status, found("off").status), (Status::Good, Status::Good));
+        for (port, subject, what) in [
+            ("can:can1", "can1", "may create it"),
+            ("can:vcan0", "interface vcan0", "the `setup` of"),
+        ] {
+            std::fs::write(&path, bench.replace("/dev/none", port)).unwrap();
+            let needs = Needs::read(path.to_str(), &[]);
+            facts.can.interfaces[0].up = false;
+            let findings = examine(&facts, &needs);
+            let found = findings.iter().find(|one| one.subject == subject).unwrap();
+            assert_eq!(found.status, Status::Optional, "{found:?}");
+            assert!(found.what.contains(what), "{found:?}");
+        }
         std::fs::write(&path, bench.replace("setup = [\"on\"]\n", "")).unwrap();
         let needs = Needs::read(path.to_str(), &[]);
         let missing = examine(&facts, &needs);

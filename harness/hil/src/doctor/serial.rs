@@ -91,12 +91,9 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
         let by = Some(need.by.clone());
         match found[..] {
             [_] => {}
-            [] if let Some(bench) = &needs.set_up_by => findings.push(Finding::gap(
-                need.port.as_str(),
-                format!("not there yet: the `setup` of {bench} may create it"),
-                "# its ports are opened after the commands of `setup`",
-                None,
-            )),
+            [] if let Some(bench) = &needs.set_up_by => {
+                findings.push(Finding::set_up_later(need.port.as_str(), bench));
+            }
             [] => findings.push(Finding::gap(
                 need.port.as_str(),
                 "there is no such serial port",
