@@ -1,13 +1,14 @@
 //! `hil run --verify-determinism`: runs the plan a second time and compares the records one by one.
 
 use super::failure::Failure;
+use controller::mission::Report;
 use harness::run::{Completed, Options, Prepared, run_to_folder, write_documents};
 use record::header::Header;
 use record::outcome::Outcome;
 use record::reader::RecordError;
 use record::run_folder::{RunFolder, RunFolderError};
 use record::text::Line;
-use record::{Progress, Record};
+use record::{Progress, Record, RecordKind};
 use std::path::Path;
 
 /// Runs the plan again. If the second run differs from the one in `out`, the summary there states the first difference:
@@ -26,9 +27,8 @@ pub(super) fn verify(
         return Ok(());
     }
     let folder = RunFolder::open(out)?;
-    if let Some(Parted { sides: [first, second], .. }) =
-        difference(&folder, &RunFolder::open(scratch.path())?)?
-    {
+    let compared = difference(&folder, &RunFolder::open(scratch.path())?)?;
+    if let Some(Parted { sides: [first, second], .. }) = compared.parted {
         let summary = &mut completed.summary;
         summary.outcome = Outcome::Error;
         summary.reason = Some(format!(
@@ -49,14 +49,40 @@ pub(super) struct Parted {
     pub(super) damaged: bool,
 }
 
-/// The first difference between two records.
-pub(super) fn difference(
-    one: &RunFolder,
-    other: &RunFolder,
-) -> Result<Option<Parted>, RunFolderError> {
+/// Two records beside each other.
+pub(super) struct Compared {
+    /// Where they part; `None` if they are the same.
+    pub(super) parted: Option<Parted>,
+    /// Only one of them is full: bytes, frames, truths and states were not compared.
+    pub(super) in_part: bool,
+}
+
+/// The first difference between two records. If only one of them is full, what the other leaves out is not compared.
+pub(super) fn difference(one: &RunFolder, other: &RunFolder) -> Result<Compared, RunFolderError> {
+    let in_part = is_full(one)? != is_full(other)?;
     let (one, other) = (one.records()?, other.records()?);
     let header = one.header().clone();
-    Ok(first(&header, one, other))
+    let parted = match in_part {
+        true => first(&header, one.filter(in_each_record), other.filter(in_each_record)),
+        false => first(&header, one, other),
+    };
+    Ok(Compared { parted, in_part })
+}
+
+fn is_full(run: &RunFolder) -> Result<bool, RunFolderError> {
+    let is_traffic =
+        |kind: &RecordKind| matches!(kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
+    Ok(run.records()?.flatten().any(|record| is_traffic(&record.kind)))
+}
+
+/// Whether a record has this, or the error, at any level.
+fn in_each_record(record: &Result<Record, RecordError>) -> bool {
+    use RecordKind::{Bytes, Frame, Truth};
+    let Ok(record) = record else { return true };
+    !matches!(
+        record.kind,
+        Bytes(_) | Frame(_) | Truth { .. } | RecordKind::Report(Report::State(_))
+    )
 }
 
 fn first(
@@ -89,8 +115,8 @@ fn first(
 
 #[cfg(test)]
 mod tests {
-    use super::{Header, Record, RecordError, first};
-    use record::{Device, RecordKind};
+    use super::{Header, Record, RecordError, RecordKind, first};
+    use record::Device;
     use wire::time::Timestamp;
 
     fn notes(texts: &[&str]) -> Vec<Result<Record, RecordError>> {

@@ -1,6 +1,6 @@
 //! `hil diff`: compares two runs.
 
-use super::determinism::{Parted, difference};
+use super::determinism::{Compared, Parted, difference};
 use super::failure::Failure;
 use super::say;
 use clap::Args;
@@ -12,7 +12,9 @@ use views::report::compared::{Run, render};
 
 /// Compares two runs: verdicts and figures side by side, and the first event that differs.
 ///
-/// Fails if a verdict differs or exists in only one of them. A damaged record is an error.
+/// Fails (exit status 1) if a verdict differs or exists in only one of them. A damaged record is an error (3).
+///
+/// Records may differ without that: noise, or a program in real time.
 #[derive(Debug, Args)]
 pub(super) struct DiffArguments {
     /// A run folder.
@@ -30,7 +32,7 @@ impl DiffArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
         let (one, other) = (RunFolder::open(&self.one)?, RunFolder::open(&self.other)?);
         let (table, differing) = comparison(&one.summary()?, &other.summary()?, Style::of_stdout());
-        let difference = difference(&one, &other)?;
+        let Compared { parted: difference, in_part } = difference(&one, &other)?;
         if let Some(page) = &self.html {
             let text =
                 self.page((&one, &other), difference.as_ref().map(|parted| &parted.sides))?;
@@ -48,8 +50,12 @@ impl DiffArguments {
             1 => "1 verdict differs".to_owned(),
             several => format!("{several} verdicts differ"),
         };
+        let part = match in_part {
+            true => "only one record is full: bytes, frames, truths and states were not compared\n",
+            false => "",
+        };
         let damage = if damaged { "a record is damaged\n" } else { "" };
-        say(&format!("{table}\n{records}\n{verdicts}\n{damage}"))?;
+        say(&format!("{table}\n{records}\n{part}{verdicts}\n{damage}"))?;
         Ok(match differing {
             _ if damaged => Outcome::Error,
             0 => Outcome::Passed,

@@ -70,6 +70,29 @@ fn two_runs_are_drawn_over_one_another() {
 }
 
 #[test]
+fn records_are_compared_by_what_both_have_and_damage_is_an_error() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml", "--out", "events"]).exits(0);
+    hil.run(&["run", "turn.toml", "--out", "full", "--record", "full"]).exits(0);
+    for pair in [["events", "full"], ["full", "events"]] {
+        let said = hil.run(&[&["diff"][..], &pair].concat()).exits(0).out;
+        assert!(said.contains("the records are the same\nonly one record is full"), "{said}");
+    }
+    let same = hil.run(&["diff", "full", "full"]).exits(0).out;
+    assert!(same.contains("the records are the same\nno verdict differs"), "{same}");
+
+    let record = hil.path("full/record.hilrec");
+    let mut flipped = fs::read(&record).unwrap();
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 4;
+    fs::write(&record, flipped).unwrap();
+    for pair in [["events", "full"], ["full", "full"]] {
+        let said = hil.run(&[&["diff"][..], &pair].concat()).exits(3).out;
+        assert!(said.contains("damaged at byte") && said.contains("a record is damaged"), "{said}");
+    }
+}
+
+#[test]
 fn what_stood_at_a_moment_is_shown() {
     let hil = Hil::new();
     let options = ["--record", "full", "--out", "side"];
