@@ -104,6 +104,11 @@ impl Envelope {
         first.filter(|level| level.interval.0 < self.share)
     }
 
+    /// Whether failed runs are announced or silent: there is a controller that takes missions.
+    pub fn tells(&self) -> bool {
+        self.levels.iter().any(|level| level.announced + level.silent > 0)
+    }
+
     /// The severity with the largest share of silent failures; `None` if there were none.
     pub fn most_silent(&self) -> Option<&Level> {
         let share = |level: &Level| level.silent as f64 / level.runs as f64;

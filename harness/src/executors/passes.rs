@@ -3,6 +3,7 @@
 use crate::campaign::{CaseResult, PASSES, Violated};
 use crate::outcome::{Measurement, Outcome};
 use crate::run::Simulated;
+use record::figures::with_unit;
 use std::collections::BTreeMap;
 
 /// Result of a run.
@@ -30,7 +31,7 @@ pub(super) fn result(run: &Simulated, measurements: &[Measurement], judged: Outc
 fn said(measurement: &Measurement) -> String {
     let Measurement { name, statistic, unit, .. } = measurement;
     match measurement.value {
-        Some(value) => format!("{name}: {statistic}: {value} {unit}"),
+        Some(value) => format!("{name}: {statistic}: {}", with_unit(value.to_string(), unit)),
         None => format!("{name}: {statistic}"),
     }
 }
@@ -54,8 +55,17 @@ fn least(measurements: &[Measurement]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::least;
+    use super::{least, said};
     use crate::outcome::samples::summary;
+
+    #[test]
+    fn a_share_has_no_unit() {
+        let mut one = summary().measurements[0].clone();
+        (one.value, one.unit) = (Some(0.98984), "1".to_owned());
+        assert!(said(&one).ends_with(": 0.98984"), "{}", said(&one));
+        (one.value, one.unit) = (Some(61.5), "degC".to_owned());
+        assert!(said(&one).ends_with(": 61.5 degC"), "{}", said(&one));
+    }
 
     #[test]
     fn the_margin_is_a_share_of_the_band() {

@@ -4,7 +4,7 @@ use super::Kind;
 use super::verdict::{NEVER, PropertyVerdict};
 use described::Decoded;
 use plan::{Reads, Speaker, Stated};
-use record::Violation;
+use record::{Violation, figures};
 use std::collections::BTreeMap;
 use temporal::Monitor;
 use wire::time::Timestamp;
@@ -110,9 +110,10 @@ fn told(violation: &temporal::Violation) -> Violation {
     let values: Vec<String> = violation.values.iter().map(value).collect();
     let after = (violation.known - violation.at).as_secs_f64();
     let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
-    // A comparison for equality and a yes or no are false by no distance.
+    // A comparison for equality and a yes or no have no margin.
     let by = Some(violation.distance.abs()).filter(|by| *by > 0.0);
-    let by = by.map_or(String::new(), |by| format!(" by {by:.6}"));
+    let by =
+        by.map_or(String::new(), |by| format!(", margin {} %", figures::value(-100.0 * by, 0.0)));
     let what = format!("{}: false{by}{known}", values.join(", "));
     Violation { at: violation.at, what }
 }

@@ -190,7 +190,7 @@ pub fn level_line(level: &Level, fault: &Fault, tells: bool) -> String {
 pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
     let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
     // Without a receiver of missions, no run announces a failure.
-    let tells = found.levels.iter().any(|level| level.announced + level.silent > 0);
+    let tells = found.tells();
     let columns = [severity.as_str(), "runs that pass", "95 % interval", "", "say so", "silent"];
     let columns = &columns[..if tells { 6 } else { 4 }];
     let mut table = style.table(columns);

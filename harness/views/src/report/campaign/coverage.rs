@@ -65,9 +65,7 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
                     "only the smallest case shows which of them broke it."
                 }
                 p {
-                    (kinds.len()) " kinds of faults, "
-                    @if untried == 0 { "each of them tried" } @else { (untried) " of them never tried" }
-                    ". " (data.link("faults-by-phase"))
+                    (counted(kinds.len(), untried)) ". " (data.link("faults-by-phase"))
                 }
             }
         }
@@ -81,6 +79,16 @@ fn whole(gathered: &Gathered, kind: &Struck) -> Tried {
         cases: sum.cases + tried.cases,
         broke: sum.broke + tried.broke,
     })
+}
+
+/// How many kinds of faults there are, and how many of them no case had.
+fn counted(kinds: usize, untried: usize) -> String {
+    match (kinds, untried) {
+        (1, 0) => "1 kind of fault".to_owned(),
+        (1, _) => "1 kind of fault, never tried".to_owned(),
+        (_, 0) => format!("{kinds} kinds of faults, each of them tried"),
+        _ => format!("{kinds} kinds of faults, {untried} of them never tried"),
+    }
 }
 
 fn percent(share: f64) -> String {
@@ -114,7 +122,14 @@ fn cell(tried: Tried) -> Markup {
 
 #[cfg(test)]
 mod tests {
-    use super::{SHADES, Tried, cell};
+    use super::{SHADES, Tried, cell, counted};
+
+    #[test]
+    fn one_kind_is_one() {
+        assert_eq!(counted(1, 0), "1 kind of fault");
+        assert_eq!(counted(1, 1), "1 kind of fault, never tried");
+        assert_eq!(counted(3, 1), "3 kinds of faults, 1 of them never tried");
+    }
 
     #[test]
     fn every_shade_is_in_the_sheet_and_says_its_numbers() {
