@@ -31,24 +31,34 @@ fn scripts(file: &str) -> Vec<String> {
     scripts
 }
 
-/// Runs in a repository with a plan in `plans`, and nothing of ours but the program.
+/// A repository with plans in `plans`.
+fn repository() -> Hil {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    fs::rename(hil.path("oven"), hil.path("plans")).unwrap();
+    hil
+}
+
+/// Runs a script in the repository, with nothing of ours but the program.
+fn execute(hil: &Hil, script: &str) -> Ran {
+    let programs = Path::new(env!("CARGO_BIN_EXE_hil")).parent().unwrap();
+    let known = std::env::var_os("PATH").unwrap_or_default();
+    let path = [programs.to_owned()].into_iter().chain(std::env::split_paths(&known));
+    let path = std::env::join_paths(path).unwrap();
+    let mut shell = std::process::Command::new("bash");
+    shell.args(["-e", "-c", script]).current_dir(hil.path(".")).env("PATH", &path);
+    Ran::of(shell.output().unwrap())
+}
+
 #[test]
 fn the_workflows_that_ship_do_what_they_say() {
     for file in ["github.yml", "gitlab.yml"] {
-        let (hil, scripts) = (Hil::new(), scripts(file));
-        hil.run(&["new", "oven"]).exits(0);
-        fs::rename(hil.path("oven"), hil.path("plans")).unwrap();
-        let programs = Path::new(env!("CARGO_BIN_EXE_hil")).parent().unwrap();
-        let known = std::env::var_os("PATH").unwrap_or_default();
-        let path = [programs.to_owned()].into_iter().chain(std::env::split_paths(&known));
-        let path = std::env::join_paths(path).unwrap();
+        let (hil, scripts) = (repository(), scripts(file));
         let (install, others): (Vec<_>, Vec<_>) =
             scripts.iter().partition(|script| script.starts_with("pip install"));
         assert!(install.len() == 1 && others.len() == 3, "{file}: {scripts:?}");
         for script in others {
-            let mut shell = std::process::Command::new("bash");
-            shell.args(["-e", "-c", script]).current_dir(hil.path(".")).env("PATH", &path);
-            let ran = Ran::of(shell.output().unwrap());
+            let ran = execute(&hil, script);
             // A campaign may find that the bus is too noisy for the plan.
             let found = ran.status == Some(1) && script.contains("campaign");
             assert!(ran.status == Some(0) || found, "{script}: {ran:?}");
@@ -56,6 +66,32 @@ fn the_workflows_that_ship_do_what_they_say() {
         let junit = fs::read_dir(hil.path("runs")).unwrap();
         let junit = junit.filter(|run| run.as_ref().unwrap().path().join("junit.xml").is_file());
         assert!(junit.count() >= 2, "{file}: build servers read runs/*/junit.xml");
+    }
+}
+
+/// The first plan fails without any fault, and the second has its campaign nevertheless; the job fails.
+#[test]
+fn a_plan_that_breaks_does_not_keep_the_others_from_their_campaigns() {
+    for file in ["github.yml", "gitlab.yml"] {
+        let hil = repository();
+        let plan = fs::read_to_string(hil.path("plans/settles.toml")).unwrap();
+        for other in ["settles", "noisy-bus", "safe-alone"] {
+            fs::remove_file(hil.path(format!("plans/{other}.toml"))).unwrap();
+        }
+        let short = plan.replace("duration_s = 300", "duration_s = 30").replace("2900", "290");
+        for (name, short) in [("broken", short.replace("[58, 61]", "[61, 62]")), ("good", short)] {
+            let named = short.replace("name = \"settles\"", &format!("name = \"{name}\""));
+            fs::write(hil.path(format!("plans/{name}.toml")), named).unwrap();
+        }
+        let scripts = scripts(file);
+        let campaigns = scripts.iter().find(|script| script.contains("campaign")).unwrap();
+        let few = campaigns.replace("--cases 50", "--cases 2");
+        assert_ne!(&few, campaigns, "{file}");
+        let ran = execute(&hil, &few);
+        assert_eq!(ran.status, Some(2), "{file}: {ran:?}");
+        assert!(ran.err.contains("broken breaks the property passes"), "{file}: {ran:?}");
+        let junit = hil.path("runs/campaign-good-seed1/junit.xml");
+        assert!(junit.is_file(), "{file}: {ran:?}");
     }
 }
 
