@@ -237,7 +237,16 @@ pub fn all(seeds: &Seeds) -> Vec<Scene> {
     add("old-record", "check run", "run/record.hilrec", ByItself, 4);
     add("old-record", "report run", "run/record.hilrec", ByItself, 4);
 
-    for (name, other) in [("bus.log", "x.asc"), ("bus.asc", "x.pcapng"), ("bus.pcapng", "x.log")] {
+    for (name, other) in [
+        ("bus.log", "x.asc"),
+        ("bus.asc", "x.pcapng"),
+        ("bus.pcapng", "x.log"),
+        ("bus.blf", "x.mf4"),
+        ("bus.trc", "x.blf"),
+        ("bus.mf4", "x.trc"),
+        ("plain.blf", "x.log"),
+        ("plain.mf4", "x.log"),
+    ] {
         add("logs", &format!("log convert {name} {other}"), name, ByItself, 8);
         add("logs", &format!("log replay {name} --count-only --json"), name, ByItself, 4);
         add("logs", &format!("import {name} --plan short.toml --out again"), name, ByItself, 5);
@@ -311,7 +320,7 @@ pub fn all(seeds: &Seeds) -> Vec<Scene> {
     let device = "devices/oven.toml devices/oven.toml devices/oven.dbc";
     add("oven", "export devices/oven.toml --fmu x.fmu", device, ByItself, 4);
 
-    for set in ["bag", "mcap", "db3"] {
+    for set in ["bag", "mcap", "db3", "mf4"] {
         let inputs = format!("{set}/data.{set} {set}/data.{set} {set}/datapackage.json");
         add("bags", &format!("identify {set} --out found"), &inputs, ByItself, 6);
     }

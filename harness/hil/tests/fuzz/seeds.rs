@@ -60,7 +60,7 @@ impl Seeds {
         let log: String = log.split_inclusive('\n').take(200).collect();
         shop.write("oven/bus.log", &log);
         shop.write("oven/rigs/bus.log", &log);
-        for format in ["asc", "pcapng"] {
+        for format in ["asc", "pcapng", "blf", "trc", "mf4"] {
             shop.hil("oven", &format!("log convert bus.log bus.{format}"));
         }
         shop.write("oven/rigs/replayed.toml", include_str!("seeds/replayed-rig.toml"));
@@ -72,6 +72,11 @@ impl Seeds {
         .unwrap();
         let mut logs = shop.files("oven");
         logs.retain(|path, _| !path.starts_with("run/"));
+        // By python-can, uncompressed: BLFWriter and MF4Writer with compression_level=0.
+        for name in ["plain.blf", "plain.mf4"] {
+            let path = format!("harness/hil/tests/fuzz/seeds/logs/{name}");
+            logs.insert(name.to_owned(), fs::read(root().join(path)).unwrap());
+        }
         seeds.insert("logs", logs);
 
         shop.hil(
@@ -114,13 +119,11 @@ impl Seeds {
         );
         seeds.insert("table", shipped("examples/rotary-table"));
         let bags = "harness/hil/tests/fuzz/seeds/bags";
-        // By tests/interop/write_rosbags.py, with 30 rows.
-        seeds.insert(
-            "bags",
-            ["data.bag", "data.mcap", "data.db3", "bag.json", "mcap.json", "db3.json"]
-                .map(|name| (in_package(name), read(&format!("{bags}/{name}"))))
-                .into(),
-        );
+        // By tests/interop/write_rosbags.py, and by write_measured.py (its `columns`), with 30 rows.
+        let files = ["data.bag", "data.mcap", "data.db3", "data.mf4"];
+        let packages = ["bag.json", "mcap.json", "db3.json", "mf4.json"];
+        let read = |name: &&str| (in_package(name), read(&format!("{bags}/{name}")));
+        seeds.insert("bags", files.iter().chain(&packages).map(read).collect());
         let described = include_str!("../../../../docs/fmu.md").split("```toml\n");
         let blocks: Vec<_> = described.filter_map(|text| text.split("```").next()).collect();
         shop.put("fmu", &of(&[("devices/oven.toml", blocks[1]), ("heats.toml", blocks[2])]));
@@ -188,9 +191,9 @@ fn shipped(folder: &str) -> Files {
 
 /// Collects the files that a command may read, without those only for people.
 fn gather(folder: &Path, prefix: &str, found: &mut Files) {
-    const READ: [&str; 16] = [
-        "toml", "dbc", "hilrec", "json", "jsonl", "log", "asc", "pcapng", "csv", "gz", "py", "xml",
-        "html", "svg", "eds", "fmu",
+    const READ: [&str; 19] = [
+        "toml", "dbc", "hilrec", "json", "jsonl", "log", "asc", "pcapng", "blf", "trc", "mf4",
+        "csv", "gz", "py", "xml", "html", "svg", "eds", "fmu",
     ];
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
