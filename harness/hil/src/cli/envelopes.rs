@@ -114,14 +114,18 @@ impl EnvelopeArguments {
             if let Some(failure) = kept.failure() {
                 return Err(failure.into());
             }
+            if means.interrupt.requested() {
+                // What is known so far is no envelope; the journal has the runs.
+                means
+                    .screen
+                    .note(&format!("interrupted; the same command goes on: {}", folder.display()));
+                return Ok(Outcome::Aborted);
+            }
             if !json {
                 say(&console::envelope_table(&envelope, asked.at_least, Style::of_stdout()))?;
             }
             let plan = means.prepared.plan.name.as_str().to_owned();
             all.push(Measured { plan, envelope, at_least: asked.at_least });
-            if means.interrupt.requested() {
-                break;
-            }
         }
         let plan = means.prepared.plan.name.as_str();
         let figures = console::envelopes_json(&all);
@@ -138,9 +142,8 @@ impl EnvelopeArguments {
         } else {
             means.screen.chat(&format!("{}", folder.join(REPORT).display()));
         }
-        Ok(match means.interrupt.requested() {
-            true => Outcome::Aborted,
-            false if all.iter().all(Measured::holds) => Outcome::Passed,
+        Ok(match all.iter().all(Measured::holds) {
+            true => Outcome::Passed,
             false => Outcome::Failed,
         })
     }

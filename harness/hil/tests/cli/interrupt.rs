@@ -63,6 +63,26 @@ fn the_first_ctrl_c_ends_the_run_in_good_order() {
     }
 }
 
+/// What was measured until then is no envelope.
+#[test]
+fn an_envelope_that_is_interrupted_has_no_result() {
+    let hil = Hil::with_plan(TURN);
+    let arguments = ["campaign", "turn.toml", "--envelope", "drop", "--out", "kept"];
+    let mut command = hil.command(&arguments);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let journal = hil.path("kept/runs.jsonl");
+    wait_for("runs", || {
+        std::fs::read_to_string(&journal).is_ok_and(|text| text.lines().count() > 2)
+    });
+    signal(&child, Signal::INT);
+    let ran = Ran::of(child.wait_with_output().unwrap()).exits(5);
+    assert!(!ran.out.contains("tolerated"), "{}", ran.out);
+    assert!(ran.err.contains("the same command goes on: kept"), "{}", ran.err);
+    for name in ["envelopes.json", "report.html", "junit.xml"] {
+        assert!(!hil.path("kept").join(name).exists(), "{name}");
+    }
+}
+
 #[test]
 fn seeds_stop_too() {
     let hil = Hil::new();
