@@ -240,9 +240,11 @@ impl Identifier for Parrot {
             quantity: "rate".into(),
             unit: "deg/s".into(),
             rmse: RmsePair { before: 1.0, after: self.rmse_after },
+            at: Vec::new(),
             predicted: Vec::new(),
             residual: Vec::new(),
             also: Vec::new(),
+            set_aside: Vec::new(),
         })
     }
 }

@@ -318,13 +318,19 @@ pub struct Prediction {
     pub unit: String,
     /// Error of the data against the plain model, and against the whole model.
     pub rmse: RmsePair,
-    /// The model's prediction of the quantity, one per row; `null` where it has none.
-    pub predicted: Vec<Option<f64>>,
+    /// Rows of the figures, from 0; absent where every row has one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at: Vec<usize>,
+    /// The model's prediction of the quantity at those rows; empty where it predicts errors alone.
+    pub predicted: Vec<f64>,
     /// Observed minus predicted.
-    pub residual: Vec<Option<f64>>,
+    pub residual: Vec<f64>,
     /// Other quantities of the same data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub also: Vec<PredictedQuantity>,
+    /// Rows that are wrong by themselves and took no part.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set_aside: Vec<SetAside>,
 }
 
 /// One predicted quantity.
@@ -336,10 +342,13 @@ pub struct PredictedQuantity {
     pub unit: String,
     /// As in [`Prediction`].
     pub rmse: RmsePair,
-    /// As in [`Prediction`]; for a level, what the model adds to it.
-    pub predicted: Vec<Option<f64>>,
     /// As in [`Prediction`].
-    pub residual: Vec<Option<f64>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at: Vec<usize>,
+    /// As in [`Prediction`]; for a level, what the model adds to it.
+    pub predicted: Vec<f64>,
+    /// As in [`Prediction`].
+    pub residual: Vec<f64>,
 }
 
 /// Root-mean-square errors before and after a model is applied.

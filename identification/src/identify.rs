@@ -4,10 +4,11 @@ use crate::assemble::{Done, assemble};
 use crate::clipping::{Clipped, clip};
 use crate::corrections;
 use crate::dataset::Dataset;
-use crate::finding::Verdict;
+use crate::finding::{Prediction, SetAside, Verdict};
 use crate::judge::{Holding, Judge};
 use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
+use crate::outcome;
 use crate::outliers::{self, Wild};
 use crate::problem::{Block, Known, Problem};
 use crate::select::{
@@ -18,7 +19,6 @@ use crate::set_right::{set_right, worthwhile};
 pub use crate::assemble::Identified;
 pub use crate::error::IdentifyError;
 pub use crate::options::Options;
-pub use crate::outcome::predict;
 
 /// Receives the progress: a share from 0 to 1 and the current activity.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str);
@@ -34,34 +34,48 @@ pub fn identify(
     options: &Options,
     progress: Progress<'_>,
 ) -> Result<Identified, IdentifyError> {
-    if let Some(model) = model
-        && model.kind != dataset.kind
-    {
-        return Err(IdentifyError::Model("the model is of another kind than the data".to_owned()));
-    }
+    model.map_or(Ok(()), |model| outcome::is_of_kind(model, dataset))?;
     progress(0.0, "reading");
-    let mut dataset = dataset.clone();
-    let mut told = Vec::new();
-    let mut leave_out = |dataset: &mut Dataset, wild: Vec<Wild>| {
-        outliers::set_aside(dataset, &wild);
-        outliers::join(&mut told, wild);
-    };
-    for _ in 0..OUTLIER_ROUNDS {
-        let wild = plain_outliers(&dataset, model)?;
-        if wild.is_empty() {
-            break;
-        }
-        leave_out(&mut dataset, wild);
-    }
+    let (mut dataset, mut told) = without_outliers(dataset, model)?;
     let (mut identified, wild) = once(&dataset, model, options, progress)?;
     // What an effect hid shows once the effect is known.
     if !wild.is_empty() {
-        leave_out(&mut dataset, wild);
+        outliers::set_aside(&mut dataset, &wild);
+        outliers::join(&mut told, wild);
         identified = once(&dataset, model, options, progress)?.0;
     }
     progress(1.0, "done");
     identified.finding.set_aside = told;
     Ok(identified)
+}
+
+/// Applies `model` to `dataset`, less its outliers, without changing it.
+///
+/// # Errors
+///
+/// When the data lack what the kind or the model needs.
+pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyError> {
+    outcome::is_of_kind(model, dataset)?;
+    let (dataset, set_aside) = without_outliers(dataset, Some(model))?;
+    Ok(Prediction { set_aside, ..outcome::predict(&dataset, model)? })
+}
+
+/// `dataset` without the rows that are wrong by themselves, beside the given model, and these.
+fn without_outliers(
+    dataset: &Dataset,
+    model: Option<&Model>,
+) -> Result<(Dataset, Vec<SetAside>), IdentifyError> {
+    let (mut dataset, mut told) = (dataset.clone(), Vec::new());
+    let mut wild = outliers::senseless(&dataset);
+    for _ in 0..=OUTLIER_ROUNDS {
+        outliers::set_aside(&mut dataset, &wild);
+        outliers::join(&mut told, wild);
+        wild = plain_outliers(&dataset, model)?;
+        if wild.is_empty() {
+            break;
+        }
+    }
+    Ok((dataset, told))
 }
 
 /// Rounds in which outliers that larger ones hid are found beside the plain model.

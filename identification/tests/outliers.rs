@@ -3,7 +3,7 @@
 use super::set_right::robot;
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};
-use identification::identify::{Options, identify};
+use identification::identify::{Options, identify, predict};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
@@ -91,6 +91,56 @@ fn an_effect_beside_outliers_is_that_without_them() {
     let ((names, slope), (clean_names, clean_slope)) = (of(&finding), of(&clean));
     assert_eq!(names, clean_names);
     assert!((slope / clean_slope - 1.0).abs() < 0.05, "{slope} {clean_slope}");
+}
+
+/// What a broken logger writes into one cell, in any field.
+#[test]
+fn one_cell_however_large_changes_nothing_and_is_told() {
+    let clean = found(&gauge(0.5, 8));
+    let slope = |finding: &Finding| finding.effects[0].parameters[0].value;
+    for name in ["gauge", "truth", "room"] {
+        for value in [1e9, 1e30, -1e300].into_iter().skip(usize::from(name == "room")) {
+            let mut dataset = gauge(0.5, 8);
+            values(&mut dataset, name)[1234] = value;
+            let finding = found(&dataset);
+            let [aside] = finding.set_aside.as_slice() else {
+                panic!("{name} {value}: {:?}", finding.set_aside)
+            };
+            assert_eq!((aside.rows, aside.times.as_slice()), (1, &[1234.0][..]), "{name} {value}");
+            assert_eq!(finding.verdict, clean.verdict, "{name} {value} {:?}", finding.left);
+            assert_eq!(finding.effects.len(), clean.effects.len(), "{name} {value}");
+            assert!((slope(&finding) / slope(&clean) - 1.0).abs() < 0.02, "{name} {value}");
+            assert!(finding.in_words()[0].len() < 200, "{}", finding.in_words()[0]);
+        }
+    }
+    let clean = found(&robot(0.0, 0.0));
+    let mut dataset = robot(0.0, 0.0);
+    values(&mut dataset, "left")[100] = 1e30;
+    let finding = found(&dataset);
+    assert_eq!(finding.set_aside.len(), 1, "{:?}", finding.set_aside);
+    let ratio = finding.held_out.after / clean.held_out.after;
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+}
+
+#[test]
+fn a_prediction_leaves_out_the_same_rows_and_holds_nothing_but_figures() {
+    let identified =
+        identify(&gauge(0.5, 6), None, &Options::default(), &mut |_, _| ()).unwrap().model;
+    let mut dataset = gauge(0.5, 9);
+    let count = spoil(&mut dataset, 9);
+    values(&mut dataset, "gauge")[7] = 1e300;
+    let told = predict(&dataset, &identified).unwrap();
+    assert!(told.rmse.after < 1.05 * NOISE, "{:?}", told.rmse);
+    assert_eq!(told.set_aside.iter().map(|one| one.rows).sum::<usize>(), count + 1);
+    assert_eq!(told.at.len(), told.residual.len());
+    assert!(told.at.len() < ROWS && !told.at.contains(&7));
+    assert!(told.predicted.iter().chain(&told.residual).all(|figure| figure.is_finite()));
+    // Where the ends of runs are compared, no other row has a figure.
+    let robot = robot(0.0, 0.0);
+    let model = identify(&robot, None, &Options::default(), &mut |_, _| ()).unwrap().model;
+    let ends = predict(&robot, &model).unwrap();
+    assert_eq!((ends.quantity.as_str(), ends.predicted.len()), ("final_position", 0));
+    assert_eq!((ends.at.len(), ends.residual.len()), (robot.run_labels.len(), ends.at.len()));
 }
 
 /// A gauge that sticks at its end for a few rows at a time: as rare and as large as outliers.

@@ -16,7 +16,7 @@ pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Seri
 pub(crate) use effects::{effect, lines_before_their_zero, term};
 pub(crate) use path::path;
 pub(crate) use polynomial::join_powers;
-pub use predict::predict;
+pub(crate) use predict::{is_of_kind, predict};
 pub(crate) use unmended::{rounding, slow_noise};
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};
 pub(crate) use whiteness::{of_innovations, stretches, whiteness};

@@ -62,19 +62,28 @@ fn left(data: Data<'_>, terms: &(Vec<Shape>, Vec<f64>)) -> Vec<f64> {
     left
 }
 
-/// Applies `model` to `dataset` without changing it.
+/// Whether a model and data are of one kind.
+///
+/// # Errors
+///
+/// When they are not.
+pub fn is_of_kind(model: &Model, dataset: &Dataset) -> Result<(), IdentifyError> {
+    if model.kind == dataset.kind {
+        return Ok(());
+    }
+    Err(IdentifyError::Model(format!(
+        "the model is of kind `{}`, the data of kind `{}`",
+        word(model.kind),
+        word(dataset.kind)
+    )))
+}
+
+/// Applies `model` to `dataset` as it is.
 ///
 /// # Errors
 ///
 /// When the data lack what the kind or the model needs.
 pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyError> {
-    if model.kind != dataset.kind {
-        return Err(IdentifyError::Model(format!(
-            "the model is of kind `{}`, the data of kind `{}`",
-            word(model.kind),
-            word(dataset.kind)
-        )));
-    }
     let stated = Problem::new(dataset, model.known())?.path;
     let right = applied(dataset, &model.corrections);
     let problem = Problem::new(&right, model.known())?;
@@ -97,26 +106,22 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
             quantities.extend(readings(closing, block, rows, &before, &after));
             continue;
         }
-        let mut residual = vec![None; rows];
-        let mut predicted = vec![None; rows];
-        for (i, &row) in block.rows.iter().enumerate() {
-            residual[row] = Some(after[i] / block.unit.si);
-            if block.aggregate == Aggregate::Row {
-                // In the unit of the residual; counts are converted to a rate.
-                predicted[row] = Some((block.measured(i) - after[i]) / block.unit.si);
-            } else {
-                predicted[row] = Some((block.residual[i] - after[i]) / block.unit.si);
-            }
-        }
+        let si = block.unit.si;
+        let predicted = after.iter().enumerate().map(|(i, after)| match block.aggregate {
+            // In the unit of the residual; counts are converted to a rate.
+            Aggregate::Row => (block.measured(i) - after) / si,
+            _ => (block.residual[i] - after) / si,
+        });
         quantities.push(PredictedQuantity {
             quantity: block.label.clone(),
             unit: block.unit.text.clone(),
             rmse: RmsePair {
-                before: root_mean_square(&before) / block.unit.si,
-                after: root_mean_square(&after) / block.unit.si,
+                before: root_mean_square(&before) / si,
+                after: root_mean_square(&after) / si,
             },
-            predicted,
-            residual,
+            at: places(block.rows.clone(), rows),
+            predicted: predicted.collect(),
+            residual: after.iter().map(|after| after / si).collect(),
         });
     }
     if let Some((stated, path)) = stated.as_ref().zip(problem.path.as_ref()) {
@@ -133,10 +138,17 @@ pub fn predict(dataset: &Dataset, model: &Model) -> Result<Prediction, IdentifyE
         quantity: first.quantity,
         unit: first.unit,
         rmse: first.rmse,
+        at: first.at,
         predicted: first.predicted,
         residual: first.residual,
         also: quantities,
+        set_aside: Vec::new(),
     })
+}
+
+/// Rows of figures; none if every one of `rows` has one.
+fn places(at: Vec<usize>, rows: usize) -> Vec<usize> {
+    if at.iter().copied().eq(0..rows) { Vec::new() } else { at }
 }
 
 /// Readings at the ends of laps, each in its own unit. The prediction is the error of the odometry.
@@ -152,22 +164,25 @@ fn readings(
         .into_iter()
         .enumerate()
         .map(|(which, (unit, si))| {
-            let (mut residual, mut predicted) = (vec![None; rows], vec![None; rows]);
-            let (mut lefts, mut mine) = (Vec::new(), Vec::new());
+            let (mut lefts, mut residual) = (Vec::new(), Vec::new());
+            let (mut at, mut predicted) = (Vec::new(), Vec::new());
             for (i, &row) in block.rows.iter().enumerate() {
                 if closing.component[i] != which {
                     continue;
                 }
                 let lever = closing.lever_of(i, row) / si;
                 lefts.push(before[i] * lever);
-                mine.push(after[i] * lever);
-                residual[row] = Some(after[i] * lever);
-                predicted[row] = Some((block.residual[i] - after[i]) * lever);
+                at.push(row);
+                residual.push(after[i] * lever);
+                predicted.push((block.residual[i] - after[i]) * lever);
             }
+            let rmse =
+                RmsePair { before: root_mean_square(&lefts), after: root_mean_square(&residual) };
             PredictedQuantity {
                 quantity: closing.labels[which].clone(),
                 unit: unit.to_owned(),
-                rmse: RmsePair { before: root_mean_square(&lefts), after: root_mean_square(&mine) },
+                rmse,
+                at: places(at, rows),
                 predicted,
                 residual,
             }
@@ -191,23 +206,23 @@ fn finals(
     (name, unit, si): (&str, &str, f64),
     of: impl Fn(&PathError) -> f64,
 ) -> PredictedQuantity {
-    let mut residual = vec![None; path.distance.len()];
-    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let (mut at, mut before, mut after) = (Vec::new(), Vec::new(), Vec::new());
     for (run, rows) in path.runs.iter().enumerate() {
         if let Some(error) = stated.error(run, plain) {
             before.push(of(&error) / si);
         }
         if let Some(error) = path.error(run, all) {
             after.push(of(&error) / si);
-            residual[rows.end - 1] = Some(of(&error) / si);
+            at.push(rows.end - 1);
         }
     }
     PredictedQuantity {
         quantity: name.to_owned(),
         unit: unit.to_owned(),
         rmse: RmsePair { before: root_mean_square(&before), after: root_mean_square(&after) },
-        predicted: vec![None; path.distance.len()],
-        residual,
+        at: places(at, path.distance.len()),
+        predicted: Vec::new(),
+        residual: after,
     }
 }
 

@@ -74,7 +74,7 @@ pub(super) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
-    if value.abs() < 1e-3 {
+    if !(1e-3..1e9).contains(&value.abs()) {
         return format!("{value:.2e}");
     }
     let places = (2.0 - value.abs().log10().floor()).max(0.0) as usize;

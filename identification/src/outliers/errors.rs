@@ -4,7 +4,7 @@ use super::apart::{REACH, from_neighbours};
 use crate::model::{Acts, Shape};
 use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Aggregate, Block, Channels, Component, Problem, wrap};
-use crate::robust::median;
+use crate::robust::{self, median};
 use crate::select::{Data, combine, fit_terms};
 use crate::signal::running_total;
 use std::ops::Range;
@@ -90,13 +90,14 @@ pub(super) fn residual(block: &Block, channels: &Channels, terms: &[Shape]) -> E
 fn step(readings: &[f64]) -> f64 {
     let mut sorted = readings.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let least = RESOLVED * sorted.last().zip(sorted.first()).map_or(0.0, |(l, f)| l - f);
+    // One reading that is far off does not say how finely the others are written.
+    let least = RESOLVED * robust::spread(readings);
     let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
     let step = steps.filter(|step| *step > least).fold(f64::INFINITY, f64::min);
     if step.is_finite() { step } else { 0.0 }
 }
 
-/// Share of the range of readings below which a difference is rounding of the numbers.
+/// Share of the typical size of readings below which a difference is rounding of the numbers.
 const RESOLVED: f64 = 1e-9;
 
 /// Errors of dead reckoning at each reference, in x, y and heading (as metres at a metre's distance).

@@ -3,6 +3,7 @@
 
 mod apart;
 mod errors;
+mod senseless;
 
 use crate::dataset::{Column, Dataset, Kind, Role};
 use crate::finding::{Left, SetAside};
@@ -10,6 +11,7 @@ use crate::model::Shape;
 use crate::problem::{Aggregate, Block, Channels, Problem};
 use apart::{Input, apart, gone_with};
 use errors::{Errors, poses, residual};
+pub(crate) use senseless::senseless;
 
 /// Cells to set aside, all of one quantity.
 #[derive(Debug, Clone)]
@@ -216,14 +218,21 @@ fn inputs(block: &Block, channels: &Channels, rows: &[usize], at: &[usize]) -> V
     found
 }
 
+/// Fields whose sum is what is measured.
+const MOTION: [Role; 5] = [
+    Role::WheelLeft,
+    Role::WheelRight,
+    Role::DriveDistance,
+    Role::SteerAngle,
+    Role::GyroAngleIncrement,
+];
+
 /// Columns that are set aside with an outlier: the reading and its reference, since either may be wrong; of a level or a
 /// pose the reference, or the motion.
 fn columns(dataset: &Dataset, block: &Block, motion: bool) -> Vec<String> {
     use Role as R;
     let roles: &[Role] = match (block.aggregate, dataset.kind) {
-        (Aggregate::Pose, _) if motion => {
-            &[R::WheelLeft, R::WheelRight, R::DriveDistance, R::SteerAngle]
-        }
+        (Aggregate::Pose, _) if motion => &MOTION[..4],
         (Aggregate::Pose, _) => &[R::ReferenceX, R::ReferenceY, R::ReferenceHeading],
         (Aggregate::Level, _) if !motion => &[R::ReferenceHeading],
         (Aggregate::Row, Kind::Series) => &[R::ReferenceRate],
