@@ -148,6 +148,29 @@ fn what_a_sensor_shows_wrongly_is_taken_off_down_to_its_noise() {
     assert!(before > 0.5 && after < 0.115, "{before} -> {after}");
 }
 
+/// A model of a sensor holds, whatever another recording has for a reference.
+#[test]
+fn a_hysteresis_is_predicted_beside_a_noisy_reference_too() {
+    let play = |course: &[f64], row: usize| {
+        let mut at = course[0];
+        for value in &course[..=row] {
+            at = at.clamp(value - 0.4, value + 0.4);
+        }
+        0.7 * course[row] + 0.3 * at
+    };
+    let found = found(&dataset(Unit::Volt, wander, play, 0.03, 7));
+    assert_names(&found, "hysteresis");
+    let mut other = dataset(Unit::Volt, wander, play, 0.03, 8);
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(9);
+    let normal = |value: &mut f64| {
+        let noise: f64 = StandardNormal.sample(&mut random);
+        *value += 0.1 * noise;
+    };
+    other.columns[2].values.iter_mut().for_each(normal);
+    let told = predict(&other, &found.model).unwrap();
+    assert!(told.rmse.after < 0.12, "{:?}", told.rmse);
+}
+
 /// A device that had a hysteresis, and whose readings have none.
 #[test]
 fn no_compensation_does_more_than_gain_and_offset_where_that_does_as_well() {

@@ -3,7 +3,7 @@
 use super::Family;
 use super::library::{Builder, PLAYS, mean};
 use crate::dataset::{Dimension, Role};
-use crate::model::{Acts, Driver, Form, Shape, Wrap};
+use crate::model::{Acts, Driver, Form, Shape, Wrap, narrowest_play};
 use crate::robust;
 
 /// Half widths of a hysteresis of the measured quantity, as multiples of the error.
@@ -33,7 +33,8 @@ impl Builder<'_> {
         let mut widths: Vec<f64> = ERRORS_WIDE.iter().map(|times| times * error).collect();
         widths.retain(|width| *width > 0.0 && *width < PLAYS[0] * (high - low));
         widths.extend(PLAYS.iter().map(|share| share * (high - low)));
-        for width in widths {
+        let least = narrowest_play(self.channels);
+        for width in widths.into_iter().filter(|width| *width >= least) {
             let play = shape("hysteresis", Wrap::BranchOf, Form::Linear);
             found.push(play.with("half_width", width));
         }

@@ -11,6 +11,8 @@ mod reference;
 mod steering;
 
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
+use crate::problem::wrap;
+use crate::robust;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -128,7 +130,16 @@ impl Correction {
                 dataset.named(&self.field).map(|one| reference::apply(dataset, one, self.si()));
             let column = dataset.columns.iter_mut().find(|one| one.name == self.field);
             if let (Some(column), Some(evened)) = (column, evened) {
+                let turns = reference::turns(dataset.kind, column);
+                let left = |(noisy, even): (&f64, &f64)| match turns {
+                    true => wrap((noisy - even) * column.unit.si()) / column.unit.si(),
+                    false => noisy - even,
+                };
+                let left = column.values.iter().zip(&evened).map(left);
+                let left: Vec<f64> = left.filter(|left| left.is_finite()).collect();
+                let noise = Constant { value: robust::spread(&left), unit: column.unit };
                 column.values = evened;
+                dataset.constants.insert(noise_of(&self.field), noise);
             }
             return;
         }
@@ -166,6 +177,12 @@ pub(crate) const DELAY: &str = "reference_delay";
 
 /// Constant of a package: how far to the left of the middle of the axle the reference sits.
 pub(crate) const LEFT: &str = "reference_left_of_axle";
+
+/// Constant of a data set that was set right: the noise of a reference before it was evened out. Some of it stays, and no
+/// longer looks like noise.
+pub(crate) fn noise_of(reference: &str) -> String {
+    format!("noise of {reference}")
+}
 
 const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 

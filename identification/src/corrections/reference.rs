@@ -40,8 +40,8 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
 }
 
 /// Whether what a sensor reads is an angle, which repeats after a turn.
-fn turns(dataset: &Dataset, column: &Column) -> bool {
-    dataset.kind == Kind::Sensor && column.unit.dimension() == Dimension::Angle
+pub(super) fn turns(kind: Kind, column: &Column) -> bool {
+    kind == Kind::Sensor && column.unit.dimension() == Dimension::Angle
 }
 
 /// Readings and their reference in each stretch of time.
@@ -49,7 +49,7 @@ fn stretches(dataset: &Dataset, column: &Column, reference: &Column) -> Option<V
     let time =
         dataset.column(Role::Time).filter(|time| time.unit.dimension() == Dimension::Time)?;
     let times: Vec<f64> = time.si().collect();
-    let turns = turns(dataset, reference);
+    let turns = turns(dataset.kind, reference);
     let (read, truth): (Vec<f64>, Vec<f64>) = (column.si().collect(), reference.si().collect());
     let mut found = Vec::new();
     for range in segments(&times, &dataset.run_of_row) {
@@ -80,7 +80,7 @@ pub(super) fn apply(dataset: &Dataset, column: &Column, width: f64) -> Vec<f64> 
     let mut values = column.values.clone();
     let Some(time) = dataset.column(Role::Time) else { return values };
     let times: Vec<f64> = time.si().collect();
-    let turns = turns(dataset, column);
+    let turns = turns(dataset.kind, column);
     let si = column.unit.si();
     for range in segments(&times, &dataset.run_of_row) {
         let rows: Vec<usize> =

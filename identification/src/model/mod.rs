@@ -23,7 +23,7 @@ pub use acts::Acts;
 pub use driver::{Driver, Wrap};
 pub use range::{is_physical, range};
 use schemars::JsonSchema;
-pub use see::{Field, field, see};
+pub use see::{Field, field, narrowest_play, see};
 use serde::{Deserialize, Serialize};
 pub use shape::{SEEN, Shape, exposure};
 pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots};

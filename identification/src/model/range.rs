@@ -1,6 +1,6 @@
 //! Physical ranges of terms, each with its source. A value outside is not a calibration but a different fault.
 
-use super::{Acts, Form, Shape, Wrap};
+use super::{Acts, Driver, Form, Shape, Wrap, narrowest_play};
 use crate::dataset::Dimension;
 use crate::problem::Channels;
 
@@ -58,6 +58,13 @@ pub fn is_physical(
     columns: &[Vec<f64>],
     coefficients: &[f64],
 ) -> bool {
+    let is_narrow =
+        |driver: &Driver| driver.wrap == Wrap::BranchOf && driver.field == channels.rotation_name;
+    if shape.drivers.iter().any(is_narrow)
+        && shape.number("half_width").is_some_and(|half| half < narrowest_play(channels))
+    {
+        return false;
+    }
     if shape.acts == Acts::Bias && !channels.of_sensor {
         return bears_acceleration(shape, channels, columns, coefficients);
     }

@@ -87,11 +87,6 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
         Wrap::BranchOf => {
             let level = level(&found, plain);
             let half = fixed(numbers, "half_width")?;
-            // What evens a noisy reference out predicts readings better, whatever the sensor does: the play must be wider
-            // than the noise on both sides.
-            if matches!(found, Field::Rotation) && is_noise(half / 2.0, channels) {
-                return None;
-            }
             // The branch beside the middle one; or the branch itself, if all of the driver goes through the play.
             let own = 1.0 - fixed_or(numbers, "through", 0.0);
             let branch = channels.by_segment(&level, |_, values| signal::play(values, half));
@@ -111,6 +106,12 @@ fn level<'a>(found: &Field<'a>, plain: impl Fn(&Field<'a>) -> Cow<'a, [f64]>) ->
 fn direction<'a>(channels: &Channels) -> Cow<'a, [f64]> {
     let of = |rate: &f64| if is_noise(*rate, channels) { 0.0 } else { sign(*rate) };
     channels.rotation.iter().map(of).collect()
+}
+
+/// Least half width of a play of the rotation. What evens a noisy reference out predicts readings better, whatever the
+/// sensor does: the play must be wider than the noise on both sides.
+pub fn narrowest_play(channels: &Channels) -> f64 {
+    2.0 * NOISES_WIDE * channels.rotation_noise
 }
 
 /// Times the standard deviation of its noise that a reference of zero stays within.

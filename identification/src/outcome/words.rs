@@ -7,7 +7,7 @@ use crate::finding::{Finding, HeldOut, SetAside, Verdict};
 impl Finding {
     /// The finding in a few sentences: the causes, their gain on held-out runs, and what else would help.
     pub fn in_words(&self) -> Vec<String> {
-        let mut said: Vec<String> = self.set_aside.iter().map(aside).collect();
+        let mut said: Vec<String> = self.set_aside.iter().map(SetAside::in_words).collect();
         said.extend(causes(&self.effects));
         let most = CAUSES_MAX + self.set_aside.len();
         if said.len() > most {
@@ -87,16 +87,19 @@ impl Finding {
     }
 }
 
-/// What took no part.
-fn aside(one: &SetAside) -> String {
-    let SetAside { quantity, rows, of, limit, largest, unit, .. } = one;
-    let (are, they) = if *rows == 1 { ("is an outlier", "it") } else { ("are outliers", "they") };
-    format!(
-        "{rows} of {of} rows of {} {are}, {} {unit} or more from the rows around (at most {}): {they} took no part.",
-        plain(quantity),
-        short(*limit),
-        short(*largest)
-    )
+impl SetAside {
+    /// What took no part, in a sentence.
+    pub fn in_words(&self) -> String {
+        let Self { quantity, rows, of, limit, largest, unit, .. } = self;
+        let (are, they) =
+            if *rows == 1 { ("is an outlier", "it") } else { ("are outliers", "they") };
+        format!(
+            "{rows} of {of} rows of {} {are}, {} {unit} or more from the rows around (at most {}): {they} took no part.",
+            plain(quantity),
+            short(*limit),
+            short(*largest)
+        )
+    }
 }
 
 /// Maximum number of causes listed one by one.

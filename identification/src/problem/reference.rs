@@ -1,14 +1,28 @@
 //! The noise of a dense reference, told from that of the readings.
 
 use super::Channels;
+use crate::corrections;
+use crate::dataset::{Column, Dataset};
 use crate::robust;
 
 /// Share of the rows, those where it bends least, that tell the noise of a reference.
 const STEADY: f64 = 0.8;
 
+/// Standard deviation of the white noise of the reference `column`, which is `truth`, or was before it was evened out.
+pub(super) fn noise_of(
+    dataset: &Dataset,
+    column: &Column,
+    channels: &Channels,
+    truth: &[f64],
+    values: &[f64],
+) -> f64 {
+    let before = dataset.constants.get(&corrections::noise_of(&column.name));
+    before.map_or(0.0, |noise| noise.value * noise.unit.si()).max(noise(channels, truth, values))
+}
+
 /// Standard deviation of the white noise of a reference. How far it stands off the line between its neighbours does not go
 /// with the noise of the readings, but with what it lacks itself in the error: minus one and a half times its variance.
-pub(super) fn noise(channels: &Channels, truth: &[f64], values: &[f64]) -> f64 {
+fn noise(channels: &Channels, truth: &[f64], values: &[f64]) -> f64 {
     let mut found: Vec<(f64, f64)> = Vec::new();
     for range in &channels.segments {
         for row in range.start + 1..range.end.max(1) - 1 {

@@ -2,7 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, missing};
-use super::reference::noise;
+use super::reference::noise_of;
 use super::series::bridged;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
@@ -41,7 +41,7 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
     if rows.len() < 8 {
         return Err(missing("reference in enough rows"));
     }
-    channels.rotation_noise = noise(&channels, &truth, &values);
+    channels.rotation_noise = noise_of(dataset, reference, &channels, &truth, &values);
     let moves = spread(&channels.rotation) > 0.0;
     let unit = unit_of(measured);
     let one = DisplayUnit::new("1", 1.0);

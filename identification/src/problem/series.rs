@@ -2,7 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
-use super::reference::noise;
+use super::reference::noise_of;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
@@ -67,7 +67,9 @@ pub(super) fn series(
         let reference_rate = dataset.columns_of(Role::ReferenceRate).find(mine);
         let reference_heading = dataset.columns_of(Role::ReferenceHeading).find(mine);
         let block = match (reference_rate, reference_heading) {
-            (Some(reference), _) => against_rate(rate, reference, &mut channels, &mut counts),
+            (Some(reference), _) => {
+                against_rate(dataset, rate, reference, &mut channels, &mut counts)
+            }
             (None, Some(reference)) => against_heading(rate, reference, &mut channels, &mut counts),
             (None, None) => {
                 notices.push(format!("`{}` has no reference and is left out", rate.column.name));
@@ -157,6 +159,7 @@ fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
 }
 
 fn against_rate(
+    dataset: &Dataset,
     rate: &Rate<'_>,
     reference: &Column,
     channels: &mut Channels,
@@ -173,7 +176,8 @@ fn against_rate(
     let rotation = bridged(channels, &measured_reference, &measured);
     if channels.rotation.is_empty() {
         channels.rotation.clone_from(&rotation);
-        channels.rotation_noise = noise(channels, &measured_reference, &measured);
+        channels.rotation_noise =
+            noise_of(dataset, reference, channels, &measured_reference, &measured);
         channels.rotation_name.clone_from(&reference.name);
         channels.rotation_unit = reference.unit;
     }

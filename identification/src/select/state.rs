@@ -160,7 +160,7 @@ impl<'a> State<'a> {
             if is_within_physics(&next) {
                 next.refit();
                 // Its rank is that under the noise of the model before. Under its own it may not lose as much.
-                if next.likelihood() - self.likelihood() > -gain {
+                if is_within_physics(&next) && next.likelihood() - self.likelihood() > -gain {
                     *self = next;
                 }
             }
@@ -308,6 +308,10 @@ impl<'a> State<'a> {
                 continue;
             }
             next.refit();
+            // With its numbers at their best it may be none after all.
+            if !is_within_physics(&next) {
+                continue;
+            }
             if !is_known {
                 next.fit_noise(true);
                 // Slow noise beside the term, or in its place, may well be the whole of it.

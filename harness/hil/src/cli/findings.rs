@@ -76,7 +76,12 @@ pub(super) fn summary(finding: &Finding) -> String {
 pub(super) fn prediction(prediction: &Prediction) -> String {
     let Prediction { dataset, kind, rows, unit, rmse, .. } = prediction;
     let (before, after) = (number(rmse.before), number(rmse.after));
-    format!("{dataset}: rmse {before} -> {after} {unit} ({} of {rows} rows)\n", kind.name())
+    let kind = kind.name();
+    let mut out = format!("{dataset}: rmse {before} -> {after} {unit} ({kind} of {rows} rows)\n");
+    for aside in &prediction.set_aside {
+        line(&mut out, &aside.in_words());
+    }
+    out
 }
 
 /// Appends one line, whatever it contains: names come from files.

@@ -1,4 +1,8 @@
 use super::fit::{Stretch, width};
+use crate::corrections::{Correction, Fault, applied};
+use crate::dataset::{Column, Dataset, Kind, Role, Unit};
+use crate::model::{Acts, Driver, Form, Shape, Wrap, is_physical};
+use crate::problem::{Known, Problem};
 use crate::signal::{first_order, interpolate};
 use chacha20::ChaCha8Rng;
 use rand::SeedableRng;
@@ -59,4 +63,35 @@ fn noise_of_the_reference_is_evened_out_and_nothing_else_is() {
         // Beside a lag the noise is seen all the same.
         assert!(width(&record(seed, 1.0, lag)).is_some());
     }
+}
+
+/// What stays of it no longer looks like noise, and a play as narrow would even it out further.
+#[test]
+fn the_noise_of_a_reference_is_known_after_it_is_evened_out() {
+    let noise = 0.3;
+    let Stretch { times, reference, readings } =
+        record(5, noise, |_, truth| truth.to_vec()).remove(0);
+    let rows = times.len();
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, times),
+        Column::new("reads", Role::Measured, Unit::Ampere, readings),
+        Column::new("truth", Role::Reference, Unit::Ampere, reference),
+    ];
+    let dataset = Dataset::new("any", Kind::Sensor, columns, vec![0; rows]);
+    let evened = Correction {
+        fault: Fault::ReferenceNoise,
+        field: "truth".to_owned(),
+        value: 0.05,
+        unit: Unit::Second,
+        standard_error: None,
+    };
+    let right = applied(&dataset, &[evened]);
+    let channels = Problem::new(&right, Known::default()).expect("a whole set").channels;
+    assert!((channels.rotation_noise / noise - 1.0).abs() < 0.15, "{}", channels.rotation_noise);
+    let play = |half: f64| {
+        Shape::new("hysteresis", Acts::Bias, Driver::new(Wrap::BranchOf, "truth"), Form::Linear)
+            .with("half_width", half)
+    };
+    assert!(!is_physical(&play(5.0 * noise), &channels, &[], &[]));
+    assert!(is_physical(&play(8.0 * noise), &channels, &[], &[]));
 }
