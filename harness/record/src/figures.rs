@@ -98,6 +98,11 @@ pub fn times(count: u64) -> String {
     }
 }
 
+/// A number of things: "1 case", or "3 cases".
+pub fn counted(count: u64, one: &str, many: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
+}
+
 /// Appends the unit, if any, to a formatted number.
 pub fn with_unit(text: String, unit: &str) -> String {
     // A bare "1" is the SI notation for no unit.
@@ -132,8 +137,14 @@ fn positive_zero(text: String) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{band, duration, quantity, value};
+    use super::{band, counted, duration, quantity, value};
     use proptest::prelude::*;
+
+    #[test]
+    fn one_thing_is_one() {
+        assert_eq!(counted(1, "case", "cases"), "1 case");
+        assert_eq!(counted(0, "case", "cases"), "0 cases");
+    }
 
     #[test]
     fn the_uncertainty_decides_the_digits() {

@@ -21,8 +21,8 @@ use super::say;
 use super::setup::{Setup, SetupArguments};
 use account::{Kept, Place};
 use campaign::{
-    self, Campaign, CaseResult, Executor, Guided, Journal, Random, Regression, Search, Settings,
-    Space,
+    self, Campaign, CaseResult, Executor, Guided, Journal, PASSES, Random, Regression, Search,
+    Settings, Space,
 };
 use clap::{Args, ValueEnum};
 use harness::executors::Simulated;
@@ -32,6 +32,7 @@ use plan::Property;
 use plan::faults::{FaultKind, Target};
 use plan::library::{Kind, Library};
 use plan::made::Made;
+use record::figures;
 use record::outcome::Outcome;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
@@ -245,11 +246,12 @@ impl CampaignArguments {
     ) -> Result<Space, Failure> {
         let (plan, lines) = (&task.prepared.plan, task.prepared.rig.struck());
         if let Some(violated) = clean.violated.first() {
+            let breaks = match violated.property.as_str() {
+                PASSES => "fails".to_owned(),
+                property => format!("breaks the property {property}"),
+            };
             return Err(Failure::arguments(
-                format!(
-                    "{} breaks the property {} without any fault",
-                    plan.name, violated.property
-                ),
+                format!("{} {breaks} without any fault", plan.name),
                 format!("at {:.3} s: {}", violated.at_s, violated.what),
             ));
         }
@@ -366,8 +368,8 @@ impl CampaignArguments {
         self.summary.append(&markdown)?;
         let outcome = ended::outcome(done);
         if outcome == Outcome::Error {
-            let cases = done.tally.cases;
-            screen.note(&format!("no verdict in any of {cases} cases: nothing was shown"));
+            let cases = figures::counted(done.tally.cases, "case", "cases");
+            screen.note(&format!("no verdict in any of {cases}: nothing was shown"));
         }
         Ok(outcome)
     }

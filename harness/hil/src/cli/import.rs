@@ -13,6 +13,7 @@ use clap::Args;
 use described::hint;
 use harness::run::Prepared;
 use plan::made::Made;
+use record::figures;
 use record::outcome::Outcome;
 use std::path::PathBuf;
 use views::console::{self, Style};
@@ -85,7 +86,9 @@ impl ImportArguments {
         let imported = import_to_folder(&prepared.plan, reader.by_ref(), channel, &folder)?;
         tell_notes(&self.log, &reader, screen);
         let (summary, channel) = (imported.summary, imported.channel);
-        screen.chat(&format!("{channel}: {} frames, {} moves", summary.events, imported.moves));
+        let frames = figures::counted(summary.events, "frame", "frames");
+        let moves = figures::counted(imported.moves, "move", "moves");
+        screen.chat(&format!("{channel}: {frames}, {moves}"));
         if imported.left_out != crate::import::LeftOut::default() {
             screen.note(&imported.left_out.to_string());
         }

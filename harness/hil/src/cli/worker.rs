@@ -13,6 +13,7 @@ use campaign_nats::{Holder, Maker, Package, Place, Stopping, WorkerSettings, wor
 use clap::Args;
 use harness::executors::Simulated;
 use plan::bench_file::BenchFile;
+use record::figures;
 use record::outcome::Outcome;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -102,7 +103,8 @@ impl WorkerArguments {
         let worked = work(&server, &settings, maker, teller(screen), stop(&interrupt));
         // The error that stopped the case says more than its interruption.
         bench.map_or(Ok(()), |bench| bench.came_up())?;
-        screen.chat(&format!("{} cases carried out", worked?.cases));
+        let cases = figures::counted(worked?.cases, "case", "cases");
+        screen.chat(&format!("{cases} carried out"));
         Ok(Outcome::Passed)
     }
 }

@@ -44,7 +44,7 @@ use plan::{
 use program::Program;
 use reactions::Reactions;
 use record::outcome::Outcome;
-use record::{Device, RecordKind};
+use record::{Device, RecordKind, figures};
 use robot::Robot;
 use sdo::Transfers;
 use signals::Signals;
@@ -339,8 +339,8 @@ impl Engine {
         let Waiting::Answer(Some(answer)) = &self.waiting else { return };
         let answer = answer.clone();
         if !answer.range.contains(value) {
-            let (name, range, unit) = (&answer.name, answer.range, &answer.unit);
-            let why = format!("the answer {name} = {value} {unit} is not in {range}");
+            let given = figures::with_unit(value.to_string(), &answer.unit);
+            let why = format!("the answer {} = {given} is not in {}", answer.name, answer.range);
             self.end(now, Outcome::Error, Some(why));
             return;
         }

@@ -2,8 +2,9 @@
 
 use super::attendance::{AnswersError, Attendance};
 use super::by_hand::{self, RealRoles};
-use super::number::in_unit;
+use super::number::{behind, in_unit};
 use plan::{Answer, Plan, Step};
+use record::figures::counted;
 use record::text::OneLine;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -67,13 +68,14 @@ pub(super) fn known(asked: &[Asking<'_>]) -> String {
 /// An error that lists the missing answers and a file that would provide them.
 pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersError {
     let numbers = missing.iter().filter(|asking| asking.answer.is_some()).count();
-    let what = match (numbers, missing.len() - numbers) {
-        (0, by_hand) => plural(by_hand, "thing has to be done", "things have to be done"),
-        (numbers, 0) => plural(numbers, "answer is missing", "answers are missing"),
+    let by_hand = missing.len() - numbers;
+    let what = match (numbers as u64, by_hand as u64) {
+        (0, by_hand) => counted(by_hand, "thing has to be done", "things have to be done"),
+        (numbers, 0) => counted(numbers, "answer is missing", "answers are missing"),
         (numbers, by_hand) => format!(
             "{} and {}",
-            plural(numbers, "answer is missing", "answers are missing"),
-            plural(by_hand, "thing has to be done", "things have to be done"),
+            counted(numbers, "answer is missing", "answers are missing"),
+            counted(by_hand, "thing has to be done", "things have to be done"),
         ),
     };
     let mut help = String::new();
@@ -85,7 +87,7 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
             None => format!("plan {} asks to be done: {text}\n", plan.name),
             Some(answer) => {
                 let Answer { name, unit, .. } = answer;
-                lines.insert(name.as_str(), format!("{name} = \"... {unit}\"\n"));
+                lines.insert(name.as_str(), format!("{name} = \"...{}\"\n", behind(unit)));
                 format!("plan {} asks for {}: {text}\n", plan.name, wanted(answer))
             }
         };
@@ -103,7 +105,7 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
         ),
     };
     help += &format!("{otherwise}add --answers FILE with:\nby = \"your name\"\n");
-    if missing.len() > numbers {
+    if by_hand > 0 {
         help += "done = true\n";
     }
     if !lines.is_empty() {
@@ -111,8 +113,4 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
         help.extend(lines.into_values());
     }
     AnswersError::Missing { what, why, help: help.trim_end().to_owned() }
-}
-
-fn plural(count: usize, one: &str, many: &str) -> String {
-    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
 }

@@ -132,7 +132,8 @@ pub(super) fn in_unit(unit: &str) -> String {
     if unit == ONE { String::new() } else { format!(" in {unit}") }
 }
 
-fn behind(unit: &str) -> String {
+/// The unit behind a number, or nothing for a plain number.
+pub(super) fn behind(unit: &str) -> String {
     if unit == ONE { String::new() } else { format!(" {unit}") }
 }
 
