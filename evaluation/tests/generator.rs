@@ -204,6 +204,7 @@ impl Identifier for Parrot {
             schema: SCHEMA,
             dataset: dataset.name.clone(),
             kind: dataset.kind,
+            drive: None,
             rows: dataset.rows(),
             runs: dataset.run_labels.len(),
             seed: 1,

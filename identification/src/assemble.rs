@@ -2,7 +2,7 @@
 
 use crate::clipping::Clipped;
 use crate::compensation::compensation;
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Drive};
 use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{
     Compensation, Effect, Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict,
@@ -262,6 +262,7 @@ pub(crate) fn assemble(
             schema: SCHEMA,
             dataset: dataset.name.clone(),
             kind: dataset.kind,
+            drive: dataset.drive.filter(|drive| *drive != Drive::Differential),
             rows: dataset.rows(),
             runs,
             seed,

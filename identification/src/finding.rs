@@ -1,6 +1,6 @@
 //! Results of an identification: the contract of `finding.json` and `prediction.json`.
 
-use crate::dataset::{Axis, Kind};
+use crate::dataset::{Axis, Drive, Kind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -17,6 +17,9 @@ pub struct Finding {
     pub dataset: String,
     /// Its kind.
     pub kind: Kind,
+    /// How the robot is driven, if that is not by the difference of two wheels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<Drive>,
     /// Rows that took part.
     pub rows: usize,
     /// Runs that took part.

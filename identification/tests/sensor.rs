@@ -245,6 +245,23 @@ fn an_angle_that_comes_late_is_late() {
 }
 
 #[test]
+fn what_is_on_or_off_is_a_cause_with_one_size() {
+    let exact = |course: &[f64], row: usize| course[row];
+    let mut data = dataset(Unit::Ampere, wander, exact, 0.05, 12);
+    let pump: Vec<f64> = (0..RUNS * ROWS).map(|row| f64::from(row / 90 % 3 == 1)).collect();
+    data.columns[1].values.iter_mut().zip(&pump).for_each(|(reads, pump)| *reads += 0.04 * pump);
+    data.columns.push(Column::new("pump", Role::Auxiliary, Unit::One, pump));
+    let found = found(&data);
+    let [effect] = found.finding.effects.as_slice() else { panic!("{:?}", found.finding.effects) };
+    assert_eq!(
+        (effect.term.as_str(), effect.drivers.as_slice()),
+        ("bias", &["pump".to_owned()][..])
+    );
+    let slope = effect.parameters.first().unwrap();
+    assert!((slope.value - 0.04).abs() < 0.01, "{slope:?}");
+}
+
+#[test]
 fn noise_of_a_sensor_is_noise() {
     for seed in 0..6 {
         let exact = |course: &[f64], row: usize| 1.01 * course[row] + 0.2;

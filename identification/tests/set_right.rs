@@ -126,6 +126,30 @@ fn a_reference_that_comes_late_or_looks_askew_is_told_with_its_size() {
 }
 
 #[test]
+fn a_reference_beside_the_middle_of_the_axle_is_told_with_its_side() {
+    let clean = found(&robot(0.0, 0.0)).finding;
+    for left in [0.12, -0.2] {
+        let mut beside = robot(0.0, 0.0);
+        let heading = beside.column(Role::ReferenceHeading).unwrap().values.clone();
+        let mut at = |role: Role, by: fn(f64) -> f64| {
+            let column = beside.columns.iter_mut().find(|column| column.role == role).unwrap();
+            column.values.iter_mut().zip(&heading).for_each(|(value, h)| *value += left * by(*h));
+        };
+        at(Role::ReferenceX, |heading| -heading.sin());
+        at(Role::ReferenceY, f64::cos);
+        let identified = found(&beside);
+        let told = &effect(&identified.finding, "reference_left_of_axle").parameters[0];
+        assert!((told.value - left).abs() < 0.01, "{told:?}");
+        let track = effect(&identified.finding, "effective_track").parameters[0].value;
+        assert!((track + 0.05 / 1.05).abs() < 0.003, "{track}");
+        let ratio = identified.finding.held_out.after / clean.held_out.after;
+        assert!(ratio < 1.3, "{ratio}");
+        let after = predict(&beside, &identified.model).unwrap().rmse.after;
+        assert!(after < 2.0 * clean.held_out.after, "{after}");
+    }
+}
+
+#[test]
 fn a_robot_that_only_slips_has_no_effect() {
     let finding = found(&robot(0.0, 0.03)).finding;
     assert_eq!(finding.effects, [], "{:?}", finding.effects);

@@ -1,12 +1,13 @@
 //! Causes in sentences, as one engineer would write them to another.
 
 use super::polynomial::is_polynomial;
+use crate::dataset::Drive;
 use crate::finding::{Effect, Parameter};
 use crate::model::{Driver, Wrap};
 use crate::units::si_factor;
 
-/// A sentence for each cause. Late axes share one delay.
-pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
+/// A sentence for each cause, of a robot driven so. Late axes share one delay.
+pub(super) fn causes(effects: &[Effect], drive: Option<Drive>) -> Vec<String> {
     let late: Vec<&Effect> = effects.iter().filter(|effect| is_delay(effect)).collect();
     let late_together = (late.len() > 1).then(|| delay(&late)).flatten();
     effects
@@ -25,7 +26,7 @@ pub(super) fn causes(effects: &[Effect]) -> Vec<String> {
                     if effect.form == "cubic" { 3 } else { 2 }
                 ));
             }
-            Some(cause(effect))
+            Some(cause(effect, drive))
         })
         .collect()
 }
@@ -161,7 +162,7 @@ fn set_right(effect: &Effect) -> Option<String> {
 }
 
 /// A cause as a sentence.
-fn cause(effect: &Effect) -> String {
+fn cause(effect: &Effect, drive: Option<Drive>) -> String {
     let first = effect.parameters.first();
     let value = first.map_or(f64::NAN, |one| one.value);
     let size = first.map_or_else(String::new, with_unit);
@@ -187,6 +188,10 @@ fn cause(effect: &Effect) -> String {
                 "The robot turns as if its wheelbase were {} times as long as the package says.",
                 short(1.0 / (1.0 + value))
             );
+        }
+        ("turn", _) if is_constant && drive == Some(Drive::Synchro) => {
+            let more = more_or_less("farther", "less far");
+            return format!("It turns {} % {more} than its steering says.", percent());
         }
         ("turn", _) if is_constant && value > -1.0 => {
             return format!(
@@ -299,7 +304,7 @@ fn cause(effect: &Effect) -> String {
 mod tests {
     use super::super::polynomial::join_powers;
     use super::{cause, causes, short};
-    use crate::dataset::Axis;
+    use crate::dataset::{Axis, Drive};
     use crate::finding::{Effect, Parameter};
 
     fn effect(name: &str, term: &str, form: &str, value: f64, unit: &str) -> Effect {
@@ -334,19 +339,24 @@ mod tests {
     #[test]
     fn causes_are_said_as_an_engineer_says_them() {
         assert_eq!(
-            cause(&effect("effective_track", "turn", "constant", -0.5, "1")),
+            cause(&effect("effective_track", "turn", "constant", -0.5, "1"), None),
             "The robot turns as if its wheels stood 2.00 times as far apart as the package says."
         );
+        // Wheels that are steered together have no distance that turns the robot.
         assert_eq!(
-            cause(&effect("delay", "delay", "delay", 0.00425, "s")),
+            cause(&effect("effective_track", "turn", "constant", -0.01, "1"), Some(Drive::Synchro)),
+            "It turns 1.00 % less far than its steering says."
+        );
+        assert_eq!(
+            cause(&effect("delay", "delay", "delay", 0.00425, "s"), None),
             "What is measured comes 4.25 ms later than the reference."
         );
         assert_eq!(
-            cause(&over("rate_of(coil)", "linear", 0.0123, "deg/s/(K/s)")),
+            cause(&over("rate_of(coil)", "linear", 0.0123, "deg/s/(K/s)"), None),
             "The bias of axis y changes with the rate of change of coil: 0.0123 deg/s/(K/s)."
         );
         assert_eq!(
-            cause(&over("harmonic_2(heading)", "harmonic", -3e-5, "rad/s")),
+            cause(&over("harmonic_2(heading)", "harmonic", -3e-5, "rad/s"), None),
             "The bias of axis y swings with heading, 2 times a turn: amplitude 3.00e-5 rad/s."
         );
         assert_eq!([short(104.87), short(0.00480), short(12.359)], ["105", "0.00480", "12.4"]);
@@ -360,14 +370,14 @@ mod tests {
         };
         let bias = over("coil", "linear", 0.1, "any");
         let all = [late(Axis::Z, 4.23e-3), bias, late(Axis::X, 4.24e-3), late(Axis::Y, 4.12e-3)];
-        let found = causes(&all);
+        let found = causes(&all, None);
         assert_eq!(found.len(), 2);
         assert_eq!(
             found[0],
             "What is measured of axes z, x and y comes 4.12 to 4.24 ms later than the reference."
         );
         // Different delays stay separate.
-        assert_eq!(causes(&[late(Axis::Z, 4e-3), late(Axis::X, -4e-3)]).len(), 2);
+        assert_eq!(causes(&[late(Axis::Z, 4e-3), late(Axis::X, -4e-3)], None).len(), 2);
     }
 
     #[test]
@@ -376,11 +386,11 @@ mod tests {
         let mut joined = powers.to_vec();
         join_powers(&mut joined);
         assert_eq!(
-            causes(&joined),
+            causes(&joined, None),
             ["The bias of axis y changes with coil as a polynomial of order 3."]
         );
-        assert_eq!(causes(&powers[..1]).len(), 1);
+        assert_eq!(causes(&powers[..1], None).len(), 1);
         let two = [over("coil", "linear", 0.1, "any"), over("room", "quadratic", 0.1, "any")];
-        assert_eq!(causes(&two).len(), 2);
+        assert_eq!(causes(&two, None).len(), 2);
     }
 }

@@ -8,7 +8,7 @@ impl Finding {
     /// The finding in a few sentences: the causes, their gain on held-out runs, and what else would help.
     pub fn in_words(&self) -> Vec<String> {
         let mut said: Vec<String> = self.set_aside.iter().map(SetAside::in_words).collect();
-        said.extend(causes(&self.effects));
+        said.extend(causes(&self.effects, self.drive));
         let most = CAUSES_MAX + self.set_aside.len();
         if said.len() > most {
             let more = said.len() - most;

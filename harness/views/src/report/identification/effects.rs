@@ -34,7 +34,7 @@ fn card(effect: &Effect, finding: &Finding, diagnostics: &Diagnostics) -> Markup
                 @if !effect.known { " " span.tag { "no standard effect" } }
             }
             p { (size(effect, curve(effect, diagnostics))) }
-            p { (meaning(effect)) }
+            p { (meaning(effect, finding.kind)) }
             p.small {
                 "Without it the error on data left out of the fit would be "
                 (figures::quantity(effect.held_out_before, 0.0, unit)) ", with it it is "

@@ -2,6 +2,7 @@
 //!
 //! Sources: IEEE Std 952 (fibre optic gyros), Borenstein and Feng 1996 (UMBmark: unequal wheels, effective track).
 
+use identification::dataset::Kind;
 use identification::finding::Effect;
 use identification::model::{Driver, Wrap};
 
@@ -15,17 +16,59 @@ pub(super) fn title(name: &str) -> String {
     rest.next().map_or_else(String::new, |first| first.to_uppercase().chain(rest).collect())
 }
 
-/// Physical meaning of the effect.
-pub(super) fn meaning(effect: &Effect) -> String {
+/// Physical meaning of the effect in data of this kind.
+pub(super) fn meaning(effect: &Effect, kind: Kind) -> String {
+    let of_kind = |name: &str| match kind {
+        Kind::Sensor => of_any_sensor(name).or_else(|| standard(name)),
+        _ => standard(name),
+    };
     for (suffix, bent) in [
         ("_quadratic", " It grows with the square of its cause."),
         ("_cubic", " It grows with the cube of its cause."),
     ] {
-        if let Some(text) = effect.name.strip_suffix(suffix).and_then(standard) {
+        if let Some(text) = effect.name.strip_suffix(suffix).and_then(of_kind) {
             return format!("{text}{bent}");
         }
     }
-    standard(&effect.name).map_or_else(|| generic(effect), str::to_owned)
+    of_kind(&effect.name).map_or_else(|| generic(effect, kind), str::to_owned)
+}
+
+/// Effects that a sensor of anything has as a gyro has them, without rotation.
+fn of_any_sensor(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "bias" => "The sensor reads something where there is nothing.",
+        "bias_over_temperature" => "The offset depends on the temperature.",
+        "thermal_hysteresis" => {
+            "At one and the same temperature the offset differs by whether the sensor was warmed or cooled to it."
+        }
+        "bias_temperature_lag" => {
+            "The offset follows a temperature that comes later than the one measured: the part that matters is not where \
+             the thermometer is."
+        }
+        "scale_factor" => "It reads too much or too little by a factor.",
+        "scale_over_temperature" => "The gain depends on the temperature.",
+        "coil_temperature_lag" => {
+            "The gain follows a temperature that comes later than the one measured: the part that matters is not where the \
+             thermometer is."
+        }
+        "scale_thermal_hysteresis" => {
+            "At one and the same temperature the gain differs by whether the sensor was warmed or cooled to it."
+        }
+        "supply_voltage" => "The offset follows the supply voltage. A steadier supply removes it.",
+        "warm_up" => "The offset settles after power-up.",
+        "scale_warm_up" => "The gain settles after power-up.",
+        "bias_ageing" => "The offset drifts steadily over the record.",
+        "scale_ageing" => "The gain drifts steadily over the record.",
+        "direction_asymmetry" => "Positive and negative values are read with a gain each.",
+        "bias_over_direction" => "The offset differs between positive and negative values.",
+        "scale_over_rate" => "The gain depends on the value: the response is not a straight line.",
+        "dead_zone" => "Small values are not seen at all.",
+        "delay" => {
+            "The sensor tells what was some time ago: its data and the reference are shifted."
+        }
+        "bandwidth" => "The sensor follows quick changes late and softened, as a low-pass does.",
+        _ => return None,
+    })
 }
 
 fn standard(name: &str) -> Option<&'static str> {
@@ -127,8 +170,8 @@ fn standard(name: &str) -> Option<&'static str> {
             "Wheels slip when the robot speeds up or brakes: they turn further than it moves."
         }
         "effective_track" => {
-            "The robot turns as if its wheels were further apart or closer than assumed: a wheel touches \
-             the ground over a width, not at a point."
+            "The robot turns less far or farther than its wheels say, as if they were further apart or closer than assumed: \
+             a wheel touches the ground over a width, not at a point."
         }
         "effective_wheelbase" => {
             "The robot turns as if the steered wheel were further from the axle or closer to it than assumed."
@@ -164,10 +207,14 @@ fn standard(name: &str) -> Option<&'static str> {
     })
 }
 
-fn generic(effect: &Effect) -> String {
+fn generic(effect: &Effect, kind: Kind) -> String {
     let whence = if effect.known { "" } else { "No standard effect has this shape. " };
     let causes: Vec<String> = effect.drivers.iter().map(|text| cause(text)).collect();
-    let on = acts(&effect.term);
+    let on = match (kind, effect.term.as_str()) {
+        (Kind::Sensor, "bias") => "adds to what is read, however large that is",
+        (Kind::Sensor, "scale") => "changes how much of what is measured is read",
+        (_, term) => acts(term),
+    };
     match causes.is_empty() {
         true => format!("{whence}It {on}, always alike."),
         false => format!("{whence}It {on}; by how much depends on {}.", causes.join(" and on ")),
@@ -230,12 +277,30 @@ pub(super) fn axis_name(text: &str) -> String {
 mod tests {
     use super::{axis_name, cause, meaning, title};
     use crate::report::identification::samples::effect;
+    use identification::dataset::Kind;
 
     #[test]
     fn standard_effects_have_a_meaning_of_their_own() {
-        assert!(meaning(&effect("shupe", &["rate_of(temperature)"])).contains("fibre coil"));
-        let bent = meaning(&effect("bias_over_temperature_quadratic", &["temperature"]));
+        assert!(
+            meaning(&effect("shupe", &["rate_of(temperature)"]), Kind::Series)
+                .contains("fibre coil")
+        );
+        let bent =
+            meaning(&effect("bias_over_temperature_quadratic", &["temperature"]), Kind::Turns);
         assert!(bent.contains("at rest") && bent.ends_with("the square of its cause."));
+    }
+
+    #[test]
+    fn a_sensor_of_anything_does_not_turn() {
+        let names = ["bias", "bias_over_temperature", "delay", "bandwidth", "dead_zone"];
+        let mut said: Vec<String> =
+            names.iter().map(|name| meaning(&effect(name, &[]), Kind::Sensor)).collect();
+        let mut odd = effect("bias_bump_over_sun", &["sun"]);
+        odd.known = false;
+        said.push(meaning(&odd, Kind::Sensor));
+        for text in said {
+            assert!(!["gyro", "rotation", "turn"].iter().any(|word| text.contains(word)), "{text}");
+        }
     }
 
     #[test]
@@ -243,7 +308,7 @@ mod tests {
         let mut odd = effect("bias_bump_over_sun", &["lag_of(sun)", "rate_of(rain)"]);
         odd.known = false;
         assert_eq!(
-            meaning(&odd),
+            meaning(&odd, Kind::Series),
             "No standard effect has this shape. It adds to the rotation that is read, whether the \
              device turns or not; by how much depends on sun as it was a while ago and on how fast \
              rain changes."

@@ -63,6 +63,7 @@ pub(super) fn finding() -> Finding {
         schema: SCHEMA,
         dataset: "bench".into(),
         kind: Kind::Turns,
+        drive: None,
         rows: 300,
         runs: 30,
         seed: 1,
