@@ -4,8 +4,8 @@
 use super::fit::{Fit, left, minimum};
 use super::legs::{Leg, Poses, clusters};
 use super::steering;
-use super::{Correction, DELAY, Fault, LEFT, applied};
-use crate::dataset::{Dataset, Dimension, Drive, Role, Unit};
+use super::{Correction, Fault, applied};
+use crate::dataset::{Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::linear::dot;
 use crate::problem::{Channels, motion};
 
@@ -219,9 +219,15 @@ fn beside(dataset: &Dataset) -> Option<Correction> {
     if legs.len() < LEGS_MIN {
         return None;
     }
-    let late = dataset.constants.get(DELAY).map_or(0.0, |one| one.value * one.unit.si());
+    let late = dataset
+        .constants
+        .get(Constant::REFERENCE_DELAY)
+        .map_or(0.0, |one| one.value * one.unit.si());
     let distance = poses.sums(&legs, &Wheels::new(dataset)?.distance, late);
-    let stated = dataset.constants.get(LEFT).map_or(0.0, |one| one.value * one.unit.si());
+    let stated = dataset
+        .constants
+        .get(Constant::REFERENCE_LEFT)
+        .map_or(0.0, |one| one.value * one.unit.si());
     let fit = |left_of: f64| {
         let moved = |leg: &Leg| leg.along + (stated + left_of) * leg.turned;
         let along: Vec<f64> = legs.iter().map(moved).collect();

@@ -104,13 +104,13 @@ impl Correction {
 
     fn apply(&self, dataset: &mut Dataset) {
         let constant = match self.fault {
-            Fault::ReferenceDelay => Some(DELAY),
-            Fault::ReferenceLeft => Some(LEFT),
+            Fault::ReferenceDelay => Some(Constant::REFERENCE_DELAY),
+            Fault::ReferenceLeft => Some(Constant::REFERENCE_LEFT),
             _ => None,
         };
         if let Some(name) = constant {
             let stated = dataset.constants.get(name).map_or(0.0, |one| one.value * one.unit.si());
-            let unit = if name == DELAY { Unit::Second } else { Unit::Metre };
+            let unit = if name == Constant::REFERENCE_DELAY { Unit::Second } else { Unit::Metre };
             let value = stated + self.si();
             dataset.constants.insert(name.to_owned(), Constant { value, unit });
             return;
@@ -139,7 +139,7 @@ impl Correction {
                 let left: Vec<f64> = left.filter(|left| left.is_finite()).collect();
                 let noise = Constant { value: robust::spread(&left), unit: column.unit };
                 column.values = evened;
-                dataset.constants.insert(noise_of(&self.field), noise);
+                dataset.constants.insert(Constant::noise_of(&self.field), noise);
             }
             return;
         }
@@ -170,18 +170,6 @@ impl Correction {
             | Fault::ReferenceNoise => {}
         }
     }
-}
-
-/// Constant of a package: how much later than the wheels the reference comes.
-pub(crate) const DELAY: &str = "reference_delay";
-
-/// Constant of a package: how far to the left of the middle of the axle the reference sits.
-pub(crate) const LEFT: &str = "reference_left_of_axle";
-
-/// Constant of a data set that was set right: the noise of a reference before it was evened out. Some of it stays, and no
-/// longer looks like noise.
-pub(crate) fn noise_of(reference: &str) -> String {
-    format!("noise of {reference}")
 }
 
 const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];

@@ -18,6 +18,19 @@ pub struct Constant {
     pub unit: Unit,
 }
 
+impl Constant {
+    /// Of a package: how much later than the wheels the reference comes.
+    pub(crate) const REFERENCE_DELAY: &str = "reference_delay";
+    /// Of a package: how far to the left of the middle of the axle the reference sits.
+    pub(crate) const REFERENCE_LEFT: &str = "reference_left_of_axle";
+
+    /// Of a data set that was set right: the noise of a reference before it was evened out. Some of it stays, and no longer
+    /// looks like noise.
+    pub(crate) fn noise_of(reference: &str) -> String {
+        format!("noise of {reference}")
+    }
+}
+
 /// A numeric field. A missing cell is NaN; no other value is non-finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {

@@ -6,8 +6,7 @@ use super::path::Path;
 use super::series;
 use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
-use crate::corrections::{DELAY, LEFT};
-use crate::dataset::{Dataset, Drive, Role, Unit};
+use crate::dataset::{Constant, Dataset, Drive, Role, Unit};
 use crate::error::IdentifyError;
 use crate::model::Acts;
 use std::ops::Range;
@@ -24,7 +23,7 @@ pub(super) fn odometry(
     mut channels: Channels,
 ) -> Result<Problem, IdentifyError> {
     let mut motion = wheels::motion(dataset, &channels)?;
-    if let Some(delay) = dataset.constants.get(DELAY) {
+    if let Some(delay) = dataset.constants.get(Constant::REFERENCE_DELAY) {
         motion.delay(delay.value * delay.unit.si(), &channels);
     }
     let reference = |role, what| {
@@ -39,7 +38,7 @@ pub(super) fn odometry(
         reference(Role::ReferenceHeading, "reference heading")?,
     ];
     let ahead = wheels::length(dataset, &["reference_ahead_of_axle"]).unwrap_or(0.0);
-    let left = wheels::length(dataset, &[LEFT]).unwrap_or(0.0);
+    let left = wheels::length(dataset, &[Constant::REFERENCE_LEFT]).unwrap_or(0.0);
     if (ahead, left) != (0.0, 0.0) {
         on_the_axle(&mut reference, ahead, left);
     }

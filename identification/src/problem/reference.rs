@@ -1,8 +1,7 @@
 //! The noise of a dense reference, told from that of the readings.
 
 use super::Channels;
-use crate::corrections;
-use crate::dataset::{Column, Dataset};
+use crate::dataset::{Column, Constant, Dataset};
 use crate::robust;
 
 /// Share of the rows, those where it bends least, that tell the noise of a reference.
@@ -16,7 +15,7 @@ pub(super) fn noise_of(
     truth: &[f64],
     values: &[f64],
 ) -> f64 {
-    let before = dataset.constants.get(&corrections::noise_of(&column.name));
+    let before = dataset.constants.get(&Constant::noise_of(&column.name));
     before.map_or(0.0, |noise| noise.value * noise.unit.si()).max(noise(channels, truth, values))
 }
 
