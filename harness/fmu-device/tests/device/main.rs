@@ -260,5 +260,5 @@ fn a_parameter_changes_in_a_run_and_has_its_range() {
     assert!(device.set_parameter(at(2.0), "room", 51.0));
     device.wake(at(3.0));
     let why = device.failure(at(3.0)).unwrap();
-    assert!(why.contains("Error: `ambient` cannot be 51: it is at most 50"), "{why}");
+    assert!(why.contains("Error: `ambient` cannot be 51 degC: it is at most 50 degC"), "{why}");
 }
