@@ -75,7 +75,7 @@ impl StuckWatch {
     /// Takes the neighbours of a finished bias test. Returns true if the readings were stuck during it.
     pub(crate) fn learn(&mut self, neighbours: Neighbours) -> bool {
         self.too_many = neighbours.too_many(self.period);
-        self.silent = neighbours.vary_less_than(PAIRS_MIN) && neighbours.longest >= PAIRS_MIN;
+        self.silent = neighbours.beside_longest() < PAIRS_MIN && neighbours.longest >= PAIRS_MIN;
         // A run of readings has one pair less.
         self.too_many.is_some_and(|too_many| neighbours.longest + 1 >= too_many)
     }
@@ -102,17 +102,17 @@ impl Neighbours {
         self.longest = self.longest.max(self.row);
     }
 
-    /// Fewer pairs than that lie outside the longest run.
-    const fn vary_less_than(self, pairs: u32) -> bool {
-        self.pairs.saturating_sub(self.longest) < pairs
+    /// Pairs outside the longest run.
+    const fn beside_longest(self) -> u32 {
+        self.pairs.saturating_sub(self.longest)
     }
 
     /// Uses the pairs outside the longest run, which may not be noise at all.
     fn too_many(self, period: Span) -> Option<u32> {
-        if self.vary_less_than(PAIRS_MIN) {
+        let pairs = self.beside_longest();
+        if pairs < PAIRS_MIN {
             return None;
         }
-        let pairs = self.pairs.saturating_sub(self.longest);
         let alike = f64::from(self.alike.saturating_sub(self.longest));
         // Two standard deviations above the count.
         let share = (alike + 2.0 * libm::sqrt(alike + 1.0)) / f64::from(pairs);

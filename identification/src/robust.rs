@@ -34,7 +34,7 @@ pub fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// A value this many standard deviations off is none of a normal distribution: one in 150,000.
+/// Standard deviations beyond which a value is gross: one in 150,000 of a normal distribution.
 pub const GROSS: f64 = 4.5;
 
 /// Number of standard deviations beyond which a residual counts no more than one at it (Huber's score). This costs

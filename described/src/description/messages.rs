@@ -12,7 +12,7 @@ use crate::expression::{Batch, Expression};
 use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
 use crate::hint;
-use crate::layout::{Layout, Message, Selection, SendKind, SendRule, Sender, spaced};
+use crate::layout::{EncodeError, Layout, Message, Selection, SendKind, SendRule, Sender, Signal};
 use crate::place::Place;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -135,12 +135,10 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
             .of(signal)
             .map_err(|(text, help)| Mistake::new(place.clone(), text).help(help))?;
         if !(signal.minimum..=signal.maximum).contains(&value) {
-            let (least, greatest) = (signal.minimum, signal.maximum);
-            let unit = spaced(&signal.unit);
-            let text = format!(
-                "`{name}` cannot be {value}{unit}: its range is {least} to {greatest}{unit}"
-            );
-            return Err(Mistake::new(place, text));
+            let Signal { minimum, maximum, ref unit, .. } = *signal;
+            let (signal, unit) = (name.clone(), unit.clone());
+            let error = EncodeError::OutOfRange { signal, value, minimum, maximum, unit };
+            return Err(Mistake::new(place, error.to_string()));
         }
         signal.start = value;
     }

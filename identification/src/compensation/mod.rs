@@ -94,23 +94,22 @@ pub(crate) fn compensation(
     // Gain and offset alone, of readings that count alike.
     let constants: Vec<Shape> = shapes.iter().filter(|shape| is_line(shape)).cloned().collect();
     let white = NoiseModel::white(data.layout.runs());
-    let of_line = fit_terms(data, &constants, &white, left_out);
-    let of_line = of_line.iter().flat_map(|found| &found.coefficients).map(|one| one.0);
-    let of_line: Vec<f64> = of_line.collect();
     let line_folds = data.trained(&constants, &white, left_out);
     let (sensor, line) = (sensor(shapes), sensor(constants));
     let before = sensor.held_out(data, &folds, |_, _| Program::default());
     let mut after = sensor.held_out(data, &folds, |values, rows| sensor.best(values, rows).0);
     let by_line = line.held_out(data, &line_folds, |values, rows| line.best(values, rows).0);
     let all = vec![true; dataset.rows()];
-    let (mut program, mut left_out) = sensor.best(coefficients, &all);
+    let (mut program, mut unused) = sensor.best(coefficients, &all);
     if !(after.rmse() < by_line.rmse() * (1.0 - AS_GOOD)) {
         after = by_line;
-        program = line.best(&of_line, &all).0;
+        let values = fit_terms(data, &line.shapes, &white, left_out);
+        let values = values.iter().flat_map(|found| &found.coefficients).map(|one| one.0);
+        program = line.best(&values.collect::<Vec<f64>>(), &all).0;
         let others = sensor.shapes.iter().filter(|shape| !is_line(shape));
         let term =
             |shape: &Shape| LeftOut { term: shape.name.clone(), why: AS_GOOD_WITHOUT.to_owned() };
-        left_out = others.map(term).collect();
+        unused = others.map(term).collect();
     }
     if !(after.rmse() < before.rmse()) {
         return None;
@@ -122,7 +121,7 @@ pub(crate) fn compensation(
         |name: &str| dataset.named(name).map_or_else(String::new, |one| one.unit.text().to_owned());
     let (inputs, steps) = program.written(&reading.name, unit_of);
     let unit = reading.unit.text().to_owned();
-    Some(Compensation { of: reading.name.clone(), unit, inputs, steps, held_out, left_out })
+    Some(Compensation { of: reading.name.clone(), unit, inputs, steps, held_out, left_out: unused })
 }
 
 /// Where the angle wraps: at zero or at minus half a turn. `None` if it does not wrap.

@@ -41,7 +41,7 @@ impl Wheels {
         let track = names.iter().find_map(|name| dataset.constants.get(*name));
         let is_pair = dataset.column(Role::WheelLeft).is_some();
         let metres_per_radian = match track {
-            Some(track) if is_pair => track.value * track.unit.si() / 2.0,
+            Some(track) if is_pair => track.si() / 2.0,
             _ => 1.0,
         };
         let side = found.turn.iter().map(|turn| turn * metres_per_radian).collect();
@@ -219,15 +219,10 @@ fn beside(dataset: &Dataset) -> Option<Correction> {
     if legs.len() < LEGS_MIN {
         return None;
     }
-    let late = dataset
-        .constants
-        .get(Constant::REFERENCE_DELAY)
-        .map_or(0.0, |one| one.value * one.unit.si());
+    let stated = |name| dataset.constants.get(name).map_or(0.0, Constant::si);
+    let late = stated(Constant::REFERENCE_DELAY);
     let distance = poses.sums(&legs, &Wheels::new(dataset)?.distance, late);
-    let stated = dataset
-        .constants
-        .get(Constant::REFERENCE_LEFT)
-        .map_or(0.0, |one| one.value * one.unit.si());
+    let stated = stated(Constant::REFERENCE_LEFT);
     let fit = |left_of: f64| {
         let moved = |leg: &Leg| leg.along + (stated + left_of) * leg.turned;
         let along: Vec<f64> = legs.iter().map(moved).collect();

@@ -82,7 +82,7 @@ impl Correction {
         }
     }
 
-    /// Whether it is an error of what is measured, or of how it is stated: an effect. The noise of a reference is none.
+    /// Whether it is an error of what is measured, or of how it is stated: an effect. The noise of a reference is not one.
     pub fn is_effect(&self) -> bool {
         self.fault != Fault::ReferenceNoise
     }
@@ -109,7 +109,7 @@ impl Correction {
             _ => None,
         };
         if let Some(name) = constant {
-            let stated = dataset.constants.get(name).map_or(0.0, |one| one.value * one.unit.si());
+            let stated = dataset.constants.get(name).map_or(0.0, Constant::si);
             let unit = if name == Constant::REFERENCE_DELAY { Unit::Second } else { Unit::Metre };
             let value = stated + self.si();
             dataset.constants.insert(name.to_owned(), Constant { value, unit });

@@ -28,8 +28,7 @@ fn find_in(dataset: &Dataset) -> Option<Vec<Correction>> {
     }
     let motion = motion(dataset, &Channels::new(dataset)).ok()?;
     let (_, angles) = motion.steer.as_ref()?;
-    let base = dataset.constants.get("wheelbase")?;
-    let base = base.value * base.unit.si();
+    let base = dataset.constants.get("wheelbase")?.si();
     // The way of the wheel itself.
     let ways: Vec<f64> = (0..angles.len())
         .map(|row| {

@@ -24,6 +24,11 @@ impl Constant {
     /// Of a package: how far to the left of the middle of the axle the reference sits.
     pub(crate) const REFERENCE_LEFT: &str = "reference_left_of_axle";
 
+    /// In SI units.
+    pub(crate) fn si(&self) -> f64 {
+        self.value * self.unit.si()
+    }
+
     /// Of a data set that was set right: the noise of a reference before it was evened out. Some of it stays, and no longer
     /// looks like noise.
     pub(crate) fn noise_of(reference: &str) -> String {

@@ -206,7 +206,7 @@ fn fill(
         .constants
         .iter()
         .find(|(name, _)| ["wheelbase", "track", "track_width"].contains(&name.as_str()));
-    let half = track.map_or(0.0, |(_, constant)| constant.value * constant.unit.si() / 2.0);
+    let half = track.map_or(0.0, |(_, constant)| constant.si() / 2.0);
     // The wheels report speeds, whatever they reported before: the constants for counts are not needed.
     let unit = match column.role {
         Role::WheelLeft | Role::WheelRight | Role::DriveDistance => Unit::MetrePerSecond,

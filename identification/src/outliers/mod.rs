@@ -218,21 +218,16 @@ fn inputs(block: &Block, channels: &Channels, rows: &[usize], at: &[usize]) -> V
     found
 }
 
-/// Fields whose sum is what is measured.
-const MOTION: [Role; 5] = [
-    Role::WheelLeft,
-    Role::WheelRight,
-    Role::DriveDistance,
-    Role::SteerAngle,
-    Role::GyroAngleIncrement,
-];
+/// What the wheels report: its sum is the way of the robot.
+const MOTION: [Role; 4] =
+    [Role::WheelLeft, Role::WheelRight, Role::DriveDistance, Role::SteerAngle];
 
 /// Columns that are set aside with an outlier: the reading and its reference, since either may be wrong; of a level or a
 /// pose the reference, or the motion.
 fn columns(dataset: &Dataset, block: &Block, motion: bool) -> Vec<String> {
     use Role as R;
     let roles: &[Role] = match (block.aggregate, dataset.kind) {
-        (Aggregate::Pose, _) if motion => &MOTION[..4],
+        (Aggregate::Pose, _) if motion => &MOTION,
         (Aggregate::Pose, _) => &[R::ReferenceX, R::ReferenceY, R::ReferenceHeading],
         (Aggregate::Level, _) if !motion => &[R::ReferenceHeading],
         (Aggregate::Row, Kind::Series) => &[R::ReferenceRate],

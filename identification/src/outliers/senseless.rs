@@ -1,6 +1,6 @@
 //! Cells that no instrument reads: their squares would drown every fit that is to tell them from the rest.
 
-use super::{TOLD, Wild};
+use super::{MOTION, TOLD, Wild};
 use crate::dataset::{Column, Dataset, Role};
 use crate::finding::SetAside;
 
@@ -37,6 +37,6 @@ fn of_column(column: &Column, time: Option<&Column>) -> Option<Wild> {
             times: rows.iter().take(TOLD).map(at).collect(),
         },
         rows,
-        bridged: super::MOTION.contains(&column.role),
+        bridged: MOTION.contains(&column.role) || column.role == Role::GyroAngleIncrement,
     })
 }

@@ -24,7 +24,7 @@ pub(super) fn odometry(
 ) -> Result<Problem, IdentifyError> {
     let mut motion = wheels::motion(dataset, &channels)?;
     if let Some(delay) = dataset.constants.get(Constant::REFERENCE_DELAY) {
-        motion.delay(delay.value * delay.unit.si(), &channels);
+        motion.delay(delay.si(), &channels);
     }
     let reference = |role, what| {
         dataset

@@ -16,7 +16,7 @@ pub(super) fn noise_of(
     values: &[f64],
 ) -> f64 {
     let before = dataset.constants.get(&Constant::noise_of(&column.name));
-    before.map_or(0.0, |noise| noise.value * noise.unit.si()).max(noise(channels, truth, values))
+    before.map_or(0.0, Constant::si).max(noise(channels, truth, values))
 }
 
 /// Standard deviation of the white noise of a reference. How far it stands off the line between its neighbours does not go

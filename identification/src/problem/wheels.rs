@@ -129,7 +129,7 @@ fn constant(dataset: &Dataset, names: &[&str]) -> Option<Constant> {
 }
 
 pub(super) fn length(dataset: &Dataset, names: &[&str]) -> Option<f64> {
-    constant(dataset, names).map(|constant| constant.value * constant.unit.si())
+    constant(dataset, names).map(|constant| constant.si())
 }
 
 fn number(dataset: &Dataset, names: &[&str]) -> Option<f64> {

@@ -162,7 +162,7 @@ fn effects_that_stand_for_one_another_are_applied_together() {
     assert!((sum - 1.0).abs() < 0.1, "{found:?}");
 }
 
-/// What is known of a constant is its size alone: within its error it is none, unless a function has its zero from it.
+/// A constant within its error is no effect, unless a function has its zero from it.
 #[test]
 fn a_constant_within_its_error_is_doubtful() {
     let (load, white) = (draws(81), draws(82));

@@ -12,7 +12,9 @@ const LEFT_MAX: f64 = 6.9;
 
 /// Narrow shapes that explain all that `wide` explains in `scene`, if there are any.
 pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<Vec<Candidate>> {
-    wide.drivers.first()?;
+    if wide.drivers.is_empty() {
+        return None;
+    }
     let mut pool: Vec<Candidate> = named
         .iter()
         .filter(|candidate| {

@@ -308,7 +308,7 @@ impl<'a> State<'a> {
                 continue;
             }
             next.refit();
-            // With its numbers at their best it may be none after all.
+            // The refit may have moved its numbers out of their physical range.
             if !is_within_physics(&next) {
                 continue;
             }

@@ -27,8 +27,9 @@ pub(super) fn verify(
         return Ok(());
     }
     let folder = RunFolder::open(out)?;
-    let compared = difference(&folder, &RunFolder::open(scratch.path())?)?;
-    if let Some(Parted { sides: [first, second], .. }) = compared.parted {
+    let (one, other) = (folder.records()?, RunFolder::open(scratch.path())?.records()?);
+    let header = one.header().clone();
+    if let Some(Parted { sides: [first, second], .. }) = first(&header, one, other) {
         let summary = &mut completed.summary;
         summary.outcome = Outcome::Error;
         summary.reason = Some(format!(

@@ -2,9 +2,9 @@
 
 use super::attendance::{AnswersError, Attendance};
 use super::by_hand::{self, RealRoles};
-use super::number::{behind, in_unit};
+use super::number::in_unit;
 use plan::{Answer, Plan, Step};
-use record::figures::counted;
+use record::figures::{counted, with_unit};
 use record::text::OneLine;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -87,7 +87,8 @@ pub(super) fn tell(missing: &[&Asking<'_>], attendance: Attendance) -> AnswersEr
             None => format!("plan {} asks to be done: {text}\n", plan.name),
             Some(answer) => {
                 let Answer { name, unit, .. } = answer;
-                lines.insert(name.as_str(), format!("{name} = \"...{}\"\n", behind(unit)));
+                let example = with_unit("...".to_owned(), unit);
+                lines.insert(name.as_str(), format!("{name} = \"{example}\"\n"));
                 format!("plan {} asks for {}: {text}\n", plan.name, wanted(answer))
             }
         };

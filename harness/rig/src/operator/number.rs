@@ -78,7 +78,7 @@ pub enum Refusal {
         unit: String,
     },
     /// The value is out of range.
-    #[error("{value} is out of range, expected {range}{}", behind(unit))]
+    #[error("{value} is out of range, expected {}", figures::with_unit(range.to_string(), unit))]
     OutOfRange {
         /// The value and its unit.
         value: String,
@@ -130,11 +130,6 @@ pub fn read_unit_implied(text: &str, answer: &Answer) -> Result<f64, Refusal> {
 /// ` in deg`, or nothing for a plain number.
 pub(super) fn in_unit(unit: &str) -> String {
     if unit == ONE { String::new() } else { format!(" in {unit}") }
-}
-
-/// The unit behind a number, or nothing for a plain number.
-pub(super) fn behind(unit: &str) -> String {
-    if unit == ONE { String::new() } else { format!(" {unit}") }
 }
 
 fn in_range(value: f64, answer: &Answer) -> Result<(), Refusal> {
