@@ -5,7 +5,8 @@
 //! [`identification`], or one error that names file, row and field; [`write()`] is the reverse.
 //!
 //! [`Dataset::notices`] lists what was corrected instead of rejected: missing cells, rows that lack required values,
-//! runs of one sample, rows of a run that were not adjacent, constant channels, and text converted to numbers.
+//! runs of one sample, rows of a run that were not adjacent, repeated and late rows, constant channels, and text converted
+//! to numbers.
 //!
 //! [`export`](mod@export) turns runs into such data.
 
@@ -15,6 +16,7 @@ mod descriptor;
 mod error;
 pub mod export;
 mod gzip;
+mod in_time;
 #[cfg(feature = "mdf")]
 mod mdf;
 mod package;

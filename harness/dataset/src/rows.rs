@@ -1,6 +1,7 @@
 //! Turns the rows of files into those of a data set: grouped by run, in time order, complete.
 
 use super::error::{DatasetError, Defect};
+use super::in_time::in_time;
 use super::package::{Field, Package};
 use super::table::{Origin, Rows};
 use identification::dataset::{Column, Dataset, Dimension, Kind, Role};
@@ -9,7 +10,11 @@ use identification::dataset::{Column, Dataset, Dimension, Kind, Role};
 pub(super) fn assemble(package: Package, rows: Rows) -> Result<Dataset, DatasetError> {
     let mut notices = package.notices.clone();
     notices.extend(ignored(&package.fields));
-    let order = together(&rows, &mut notices);
+    let mut order = together(&rows, &mut notices);
+    let time = package.fields.iter().position(|field| field.role == Role::Time);
+    if let Some(time) = time.filter(|_| package.kind.is_sampled()) {
+        in_time(&rows, time, &mut order, &mut notices);
+    }
     let mut set = Working { package: &package, rows, order };
     set.leave_out_incomplete(&mut notices)?;
     set.check_time()?;

@@ -187,3 +187,35 @@ fn tables_with_the_same_fields_are_one_set() {
     assert_eq!(set.rows(), 5);
     says(&set, "readme is no table and was passed over");
 }
+
+/// Thirty rows; `lines` changes them.
+fn long(change: impl Fn(&mut Vec<String>)) -> Package {
+    let mut lines: Vec<String> = (0..30).map(|row| format!("{row},{}.5,0", row % 7)).collect();
+    change(&mut lines);
+    Package::new("series", SERIES, &format!("t,w,ref\n{}\n", lines.join("\n")))
+}
+
+#[test]
+fn a_row_that_is_repeated_counts_once() {
+    let right = long(|_| ()).read().unwrap();
+    let twice =
+        long(|lines| *lines = lines.iter().flat_map(|line| [line.clone(), line.clone()]).collect());
+    let set = twice.read().unwrap();
+    assert_eq!(set.columns, right.columns);
+    says(&set, "30 rows are left out: they repeat the row before");
+    // Two readings at one time are none of the two.
+    let other = long(|lines| lines.insert(9, "8,4.5,0".to_owned()));
+    assert!(other.read().unwrap_err().to_string().contains("time stands still"));
+}
+
+#[test]
+fn a_late_row_is_put_in_its_place_and_a_clock_that_was_set_is_a_mistake() {
+    let right = long(|_| ()).read().unwrap();
+    let set = long(|lines| lines.swap(11, 12)).read().unwrap();
+    assert_eq!(set.columns, right.columns);
+    says(&set, "1 rows stood after later ones and were put in their place");
+    let set_back = long(|lines| lines.push("3.5,1,0".to_owned()));
+    assert!(set_back.read().unwrap_err().to_string().contains("time runs backwards"));
+    let many = long(|lines| [2, 9, 17].iter().for_each(|&row| lines.swap(row, row + 1)));
+    assert!(many.read().unwrap_err().to_string().contains("time runs backwards"));
+}
