@@ -224,14 +224,16 @@ pub(crate) fn assemble(
     let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
     outcome::lines_before_their_zero(&mut effects);
     let (held_out, held_out_also) = errors(done, seed);
+    let both = || std::iter::once(&held_out).chain(&held_out_also);
     let verdict = if !left.is_empty() {
         Verdict::StructureLeft
     } else if effects.is_empty() {
         Verdict::NothingMissing
-    } else if held_out.after < held_out.before
-        || held_out_also.iter().any(|also| also.after < also.before)
-    {
+    } else if both().any(|one| one.after < one.before * (1.0 - ALIKE)) {
         Verdict::Explained
+    } else if both().all(|one| one.after <= one.before * (1.0 + ALIKE)) {
+        // A unit that is stated wrongly is no more than a scale.
+        Verdict::NothingMissing
     } else {
         Verdict::StructureLeft
     };
@@ -306,6 +308,9 @@ pub(crate) fn assemble(
 
 /// Largest ratio of error to innovation noise that still counts as noise.
 const ABOVE_FLOOR_MAX: f64 = 5.0;
+
+/// Errors within this share are one and the same.
+const ALIKE: f64 = 1e-9;
 
 /// A residual far above the innovation noise: it holds something slow that no cause explains.
 fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {

@@ -15,6 +15,7 @@ use crate::select::{
     Asked, Data, Memory, agreed, fewer, fit_terms, identify_block, is_against, without_rounding,
 };
 use crate::set_right::{set_right, worthwhile};
+use crate::still;
 
 pub use crate::assemble::Identified;
 pub use crate::error::IdentifyError;
@@ -67,10 +68,14 @@ fn without_outliers(
 ) -> Result<(Dataset, Vec<SetAside>), IdentifyError> {
     let (mut dataset, mut told) = (dataset.clone(), Vec::new());
     let mut wild = outliers::senseless(&dataset);
+    outliers::set_aside(&mut dataset, &wild);
+    still::without(&mut dataset)?;
+    // Beside fields that are read wrongly all would be wild, or nothing.
+    let exact = model.map_or_else(|| corrections::exact(&dataset), |one| one.corrections.clone());
     for _ in 0..=OUTLIER_ROUNDS {
         outliers::set_aside(&mut dataset, &wild);
         outliers::join(&mut told, wild);
-        wild = plain_outliers(&dataset, model)?;
+        wild = plain_outliers(&corrections::applied(&dataset, &exact), model)?;
         if wild.is_empty() {
             break;
         }
@@ -81,10 +86,8 @@ fn without_outliers(
 /// Rounds in which outliers that larger ones hid are found beside the plain model.
 const OUTLIER_ROUNDS: usize = 3;
 
-/// Outliers beside the given model.
+/// Outliers of `dataset`, which is set right, beside the given model.
 fn plain_outliers(dataset: &Dataset, model: Option<&Model>) -> Result<Vec<Wild>, IdentifyError> {
-    let right = model.map(|model| corrections::applied(dataset, &model.corrections));
-    let dataset = right.as_ref().unwrap_or(dataset);
     let problem = Problem::new(dataset, model.map(Model::known).unwrap_or_default())?;
     let terms = |block: &Block| base_terms(model, block, &problem);
     let terms: Vec<Vec<Shape>> = problem.blocks.iter().map(terms).collect::<Result<_, _>>()?;
@@ -166,7 +169,7 @@ fn once(
             judge,
             plain,
             fit,
-            factor: corrections::factor(&corrections),
+            factor: corrections::factor(&corrections, |field| field == block.label),
             clipped: None,
             step: steps[index],
         });

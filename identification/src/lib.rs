@@ -32,4 +32,5 @@ mod select;
 mod set_right;
 mod signal;
 mod significance;
+mod still;
 pub mod units;

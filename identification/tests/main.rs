@@ -21,4 +21,5 @@ mod recorded;
 mod rounding;
 mod sensor;
 mod set_right;
+mod stated;
 mod turns;

@@ -9,11 +9,11 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
 
-fn found(dataset: &Dataset) -> Identified {
+pub fn found(dataset: &Dataset) -> Identified {
     identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap()
 }
 
-fn effect<'a>(finding: &'a Finding, name: &str) -> &'a Effect {
+pub fn effect<'a>(finding: &'a Finding, name: &str) -> &'a Effect {
     finding.effects.iter().find(|effect| effect.name == name).unwrap_or_else(|| {
         panic!("no {name} in {:?}", finding.effects);
     })
@@ -80,7 +80,7 @@ pub fn robot(late: f64, slips: f64) -> Dataset {
     }
 }
 
-fn change(dataset: &mut Dataset, name: &str, by: impl Fn(f64) -> f64) {
+pub fn change(dataset: &mut Dataset, name: &str, by: impl Fn(f64) -> f64) {
     let column = dataset.columns.iter_mut().find(|column| column.name == name).unwrap();
     column.values.iter_mut().for_each(|value| *value = by(*value));
 }
@@ -156,7 +156,7 @@ fn a_robot_that_only_slips_has_no_effect() {
 }
 
 /// Three axes of a gyro against three of a reference that comes `late`, s.
-fn shaken(late: f64, reads: impl Fn([f64; 3]) -> [f64; 3]) -> Dataset {
+pub fn shaken(late: f64, reads: impl Fn([f64; 3]) -> [f64; 3]) -> Dataset {
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(9);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let rate = |axis: usize, at: f64| {

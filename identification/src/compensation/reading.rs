@@ -82,7 +82,8 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
     if !refused.is_empty() {
         return Err(refused);
     }
-    program.step("reading", sum / number(si / factor(&model.corrections)));
+    program
+        .step("reading", sum / number(si / factor(&model.corrections, |field| field != reference)));
     let (inputs, steps) = program.written("truth", |_| String::new());
     Ok(Reading { inputs, steps, delay_s })
 }

@@ -19,7 +19,7 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     let mut found = Vec::new();
     let mut taken: Vec<&str> = Vec::new();
     for gyro in &gyros {
-        let follows = |reference: &&&Column| squared_correlation(gyro, reference);
+        let follows = |reference: &&&Column| squared_correlation(&gyro.values, &reference.values);
         let own = references.iter().find(|reference| reference.axis == gyro.axis);
         let best = references.iter().max_by(|a, b| follows(a).total_cmp(&follows(b)));
         let Some((own, best)) = own.zip(best) else { return Vec::new() };
@@ -46,8 +46,9 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     if is_permutation { found } else { Vec::new() }
 }
 
-fn squared_correlation(a: &Column, b: &Column) -> f64 {
-    let pairs = || a.values.iter().zip(&b.values).filter(|(a, b)| (*a + *b).is_finite());
+/// Squared correlation of the rows in which both are known.
+pub(super) fn squared_correlation(a: &[f64], b: &[f64]) -> f64 {
+    let pairs = || a.iter().zip(b).filter(|(a, b)| (*a + *b).is_finite());
     let n = pairs().count() as f64;
     let (ma, mb) = pairs().fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));
     let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);

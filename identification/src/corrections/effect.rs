@@ -3,6 +3,7 @@
 use super::{Correction, Fault};
 use crate::dataset::{Axis, Dataset, Role, Unit};
 use crate::finding::{Effect, Parameter};
+use crate::problem::TRACK;
 use crate::significance::surprise_chi2;
 
 impl Correction {
@@ -20,6 +21,10 @@ impl Correction {
             Fault::SteerOffset => "steer_offset",
             Fault::WrongAxis => "wrong_axis",
             Fault::ReferenceNoise => "reference_noise",
+            Fault::WrongUnit if [0.25, 4.0].contains(&self.value) => "encoder_decoding",
+            Fault::WrongUnit => "wrong_unit",
+            Fault::AddedUp => "added_up",
+            Fault::ExchangedAxes => "exchanged_axes",
         }
     }
 
@@ -41,8 +46,9 @@ impl Correction {
             Fault::ReferenceDelay => "delay",
             Fault::SteerScale | Fault::SteerOffset => "curvature",
             Fault::WrongAxis => "axis",
-            Fault::HeadingOffset | Fault::ReferenceLeft => "reference",
-            _ if role == Some(Role::ReferenceHeading) => "reference",
+            _ if TRACK.contains(&self.field.as_str()) => "turn",
+            _ if role.is_some_and(|role| role.is_reference()) => "reference",
+            _ if role.is_some_and(|role| role.is_gyro()) => "scale",
             _ if role == Some(Role::SteerAngle) => "turn",
             _ => "drive",
         };
@@ -72,7 +78,7 @@ impl Correction {
             known: true,
             term: term.to_owned(),
             axis: match self.fault {
-                Fault::WrongAxis => column.and_then(|column| column.axis),
+                Fault::WrongAxis | Fault::AddedUp => column.and_then(|column| column.axis),
                 _ => None,
             },
             drivers: vec![self.field.clone()],

@@ -5,8 +5,11 @@ use crate::problem::wrap;
 use crate::signal::{interpolate, running_total};
 use std::ops::Range;
 
+/// Fewer legs tell nothing for certain.
+pub(super) const LEGS_MIN: usize = 24;
+
 /// Poses that are known as a whole.
-pub(super) struct Poses {
+pub(crate) struct Poses {
     /// Time of each row, s.
     pub time: Vec<f64>,
     /// Rows of each run.
@@ -18,9 +21,27 @@ pub(super) struct Poses {
     known: Vec<Vec<usize>>,
 }
 
+/// How poses are read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Frame {
+    /// Times the heading that is stated.
+    pub heading: f64,
+    /// Whether x is y.
+    pub is_exchanged: bool,
+    /// Times the positions, then.
+    pub x: f64,
+    pub y: f64,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self { heading: 1.0, is_exchanged: false, x: 1.0, y: 1.0 }
+    }
+}
+
 /// Motion between two references, as they say.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Leg {
+pub(crate) struct Leg {
     /// Its run.
     pub run: usize,
     /// Row of the reference at its start and its end.
@@ -54,8 +75,13 @@ impl Poses {
         Some(Self { time, runs, x, y, heading, known })
     }
 
-    /// About `count` legs; each heading is `factor` times the one that is stated.
-    pub fn legs(&self, count: usize, factor: f64) -> Vec<Leg> {
+    /// About `count` legs.
+    pub fn legs(&self, count: usize) -> Vec<Leg> {
+        self.legs_in(count, &Frame::default())
+    }
+
+    /// About `count` legs of the poses as `frame` reads them.
+    pub fn legs_in(&self, count: usize, frame: &Frame) -> Vec<Leg> {
         let steps: usize = self.known.iter().map(|known| known.len().saturating_sub(1)).sum();
         let size = (steps / count).max(1);
         let mut legs = Vec::new();
@@ -63,21 +89,23 @@ impl Poses {
             let mut from = 0;
             while from + 1 < known.len() {
                 let to = (from + size).min(known.len() - 1);
-                legs.push(self.leg(run, &known[from..=to], factor));
+                legs.push(self.leg(run, &known[from..=to], frame));
                 from = to;
             }
         }
         legs
     }
 
-    fn leg(&self, run: usize, rows: &[usize], factor: f64) -> Leg {
+    fn leg(&self, run: usize, rows: &[usize], frame: &Frame) -> Leg {
         let mut leg =
             Leg { run, rows: (rows[0], rows[rows.len() - 1]), turned: 0.0, along: 0.0, aside: 0.0 };
         for pair in rows.windows(2) {
-            let heading = |row: usize| factor * self.heading[row];
+            let heading = |row: usize| frame.heading * self.heading[row];
             let turned = wrap(heading(pair[1]) - heading(pair[0]));
             let middle = heading(pair[0]) + turned / 2.0;
             let (dx, dy) = (self.x[pair[1]] - self.x[pair[0]], self.y[pair[1]] - self.y[pair[0]]);
+            let (dx, dy) = if frame.is_exchanged { (dy, dx) } else { (dx, dy) };
+            let (dx, dy) = (frame.x * dx, frame.y * dy);
             leg.turned += turned;
             leg.along += dx * middle.cos() + dy * middle.sin();
             leg.aside += dy * middle.cos() - dx * middle.sin();

@@ -1,6 +1,7 @@
 //! What a data package states wrongly about its fields: a sign, a unit, an axis, how a reference is mounted. It is set
 //! right in the data before any model is fitted, and the model carries it over to other data.
 
+mod added;
 mod axes;
 mod drive;
 mod effect;
@@ -8,7 +9,11 @@ mod fit;
 mod legs;
 mod readings;
 mod reference;
+mod signs;
 mod steering;
+mod wheels;
+
+pub(crate) use legs::Poses;
 
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
 use crate::problem::wrap;
@@ -42,6 +47,12 @@ pub enum Fault {
     WrongAxis,
     /// It is noisy itself, and is evened out over `value` both ways.
     ReferenceNoise,
+    /// Its numbers, or those of the constant with this name, are `value` times what they must be.
+    WrongUnit,
+    /// It adds up from the beginning, and the package says since the row before, or a rate; `value` is 1.
+    AddedUp,
+    /// It is y, and the other x; `value` is 1.
+    ExchangedAxes,
 }
 
 /// A fault of a field and its size.
@@ -50,7 +61,7 @@ pub enum Fault {
 pub struct Correction {
     /// What is wrong.
     pub fault: Fault,
-    /// Name of the field.
+    /// Name of the field, or of the constant.
     pub field: String,
     /// In `unit`.
     pub value: f64,
@@ -77,7 +88,10 @@ impl Correction {
     /// Times what is right that the field reads.
     fn factor(&self) -> f64 {
         match self.fault {
-            Fault::ReversedSign | Fault::DegreesForRadians | Fault::RadiansForDegrees => self.value,
+            Fault::ReversedSign
+            | Fault::DegreesForRadians
+            | Fault::RadiansForDegrees
+            | Fault::WrongUnit => self.value,
             _ => 1.0,
         }
     }
@@ -115,15 +129,29 @@ impl Correction {
             dataset.constants.insert(name.to_owned(), Constant { value, unit });
             return;
         }
-        if self.fault == Fault::ExchangedWheels {
+        let exchanged = match self.fault {
+            Fault::ExchangedWheels => Some([Role::WheelLeft, Role::WheelRight]),
+            Fault::ExchangedAxes => Some([Role::ReferenceX, Role::ReferenceY]),
+            _ => None,
+        };
+        if let Some([one, other]) = exchanged {
             for column in &mut dataset.columns {
                 column.role = match column.role {
-                    Role::WheelLeft => Role::WheelRight,
-                    Role::WheelRight => Role::WheelLeft,
-                    other => other,
+                    role if role == one => other,
+                    role if role == other => one,
+                    role => role,
                 };
             }
             return;
+        }
+        if self.fault == Fault::WrongUnit
+            && let Some(constant) = dataset.constants.get_mut(&self.field)
+        {
+            constant.value /= self.value;
+            return;
+        }
+        if self.fault == Fault::AddedUp {
+            return added::apply(dataset, &self.field);
         }
         if self.fault == Fault::ReferenceNoise {
             let evened =
@@ -158,13 +186,16 @@ impl Correction {
         };
         match self.fault {
             Fault::SteerScale => by(column, self.value, 0.0),
-            Fault::ReversedSign | Fault::DegreesForRadians | Fault::RadiansForDegrees => {
-                by(column, 1.0 / self.value, 0.0);
-            }
+            Fault::ReversedSign
+            | Fault::DegreesForRadians
+            | Fault::RadiansForDegrees
+            | Fault::WrongUnit => by(column, 1.0 / self.value, 0.0),
             Fault::HeadingOffset => by(column, 1.0, -si),
             Fault::SteerOffset => by(column, 1.0, si / stated),
             Fault::WrongAxis => column.axis = Some(AXES[(self.value as usize).min(2)]),
             Fault::ExchangedWheels
+            | Fault::ExchangedAxes
+            | Fault::AddedUp
             | Fault::ReferenceDelay
             | Fault::ReferenceLeft
             | Fault::ReferenceNoise => {}
@@ -174,13 +205,13 @@ impl Correction {
 
 const AXES: [Axis; 3] = [Axis::X, Axis::Y, Axis::Z];
 
-/// Times what is right that the readings of a sensor are.
-pub(crate) fn factor(corrections: &[Correction]) -> f64 {
-    corrections.iter().map(Correction::factor).product()
+/// Times what is right that the readings of a sensor are, the fields for which `is_read` says so.
+pub(crate) fn factor(corrections: &[Correction], is_read: impl Fn(&str) -> bool) -> f64 {
+    corrections.iter().filter(|one| is_read(&one.field)).map(Correction::factor).product()
 }
 
 /// What the readings of `column` are compared with, row by row.
-fn reference_of<'a>(dataset: &'a Dataset, column: &Column) -> Option<&'a Column> {
+pub(crate) fn reference_of<'a>(dataset: &'a Dataset, column: &Column) -> Option<&'a Column> {
     match (dataset.kind, column.role) {
         (Kind::Sensor, Role::Measured) => dataset.column(Role::Reference),
         (Kind::Series, Role::GyroRate | Role::GyroCounts) => dataset
@@ -199,12 +230,24 @@ pub(crate) fn applied(dataset: &Dataset, corrections: &[Correction]) -> Dataset 
 
 /// What `dataset` states wrongly, in the order in which it is set right.
 pub(crate) fn find(dataset: &Dataset) -> Vec<Correction> {
+    let mut found = exact(dataset);
+    let right = applied(dataset, &found);
+    found.extend(match dataset.kind {
+        Kind::Odometry => drive::find(&right),
+        Kind::Series | Kind::Sensor => reference::find(&right),
+        _ => Vec::new(),
+    });
+    found
+}
+
+/// Those that can only be what they are: how fields are to be read.
+pub(crate) fn exact(dataset: &Dataset) -> Vec<Correction> {
     match dataset.kind {
-        Kind::Odometry => drive::find(dataset),
+        Kind::Odometry => signs::find(dataset).unwrap_or_default(),
         Kind::Series | Kind::Sensor => {
-            let mut found = axes::find(dataset);
+            let mut found = added::find(dataset);
+            found.extend(axes::find(&applied(dataset, &found)));
             found.extend(readings::find(&applied(dataset, &found)));
-            found.extend(reference::find(&applied(dataset, &found)));
             found
         }
         _ => Vec::new(),

@@ -5,16 +5,18 @@ use crate::dataset::{Column, Dataset, Dimension, Kind, Unit};
 
 /// Minimum squared correlation of readings and reference for a correction.
 const FOLLOWS: f64 = 0.8;
-/// Maximum relative deviation of the slope from a factor; a scale error may come on top.
+/// Maximum relative deviation of the slope from a factor; a scale error may come on top. Less where a factor is small.
 const WITHIN: f64 = 0.2;
+const WITHIN_SMALL: f64 = 0.05;
+const SMALL: f64 = 10.0;
 /// Mean resultant of the error of an angle that keeps turning, from which it follows its reference, and up to which it
 /// does not.
 const ALIKE: f64 = 0.9;
 const UNLIKE: f64 = 0.5;
 
 /// A reading this many times the truth.
-const DEGREES: f64 = 1.0 / DEGREE;
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+const DEGREE: f64 = 1.0 / DEGREES;
 
 /// What is wrong with the readings of `dataset`.
 pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
@@ -29,10 +31,17 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
             if turns { factor_of_angle(column, reference) } else { factor(column, reference) };
         let Some(factor) = factor else { continue };
         let name = &column.name;
-        if factor.abs() > 1.0 {
-            found.push(Correction::exact(Fault::DegreesForRadians, name, DEGREES));
-        } else if factor.abs() < 1.0 {
-            found.push(Correction::exact(Fault::RadiansForDegrees, name, DEGREE));
+        let size = factor.abs();
+        let exact = |fault, field: &str, size| Correction::exact(fault, field, size);
+        if size == DEGREES {
+            found.push(exact(Fault::DegreesForRadians, name, DEGREES));
+        } else if size == DEGREE {
+            found.push(exact(Fault::RadiansForDegrees, name, DEGREE));
+        } else if size > 1.0 {
+            found.push(exact(Fault::WrongUnit, name, size));
+        } else if size < 1.0 && !found.iter().any(|one| one.field == reference.name) {
+            // The larger numbers are the wrong ones: readings stay in the unit that they are in.
+            found.push(exact(Fault::WrongUnit, &reference.name, 1.0 / size));
         }
         if factor < 0.0 {
             found.push(Correction::exact(Fault::ReversedSign, name, -1.0));
@@ -41,11 +50,24 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     found
 }
 
+/// Thousandths for ones, and centimetres, kilometres an hour, thousandths of a degree and times the gravity of the Earth;
+/// the edges of an encoder. Each can be either way.
+const MILLI: f64 = 1e3;
+
 /// Factors by which readings of that unit can be off.
 fn factors(unit: Unit) -> Vec<f64> {
-    let has_degrees = matches!(unit.dimension(), Dimension::Angle | Dimension::AngularRate);
-    let sizes = if has_degrees { &[1.0, DEGREES, DEGREE][..] } else { &[1.0][..] };
-    sizes.iter().flat_map(|size| [*size, -size]).collect()
+    let sizes: &[f64] = match unit.dimension() {
+        Dimension::Angle => &[DEGREES, MILLI],
+        Dimension::AngularRate => &[DEGREES, MILLI, 3600.0],
+        Dimension::Length => &[100.0, MILLI],
+        Dimension::Speed => &[3.6, 100.0, MILLI],
+        Dimension::Acceleration => &[9.806_65, MILLI],
+        Dimension::Count => &[4.0],
+        Dimension::Temperature | Dimension::Time => &[],
+        _ => &[MILLI],
+    };
+    let both = sizes.iter().flat_map(|size| [*size, 1.0 / size]);
+    std::iter::once(1.0).chain(both).flat_map(|size| [size, -size]).collect()
 }
 
 fn pairs<'a>(column: &'a Column, reference: &'a Column) -> impl Iterator<Item = (f64, f64)> + 'a {
@@ -67,7 +89,10 @@ fn factor(column: &Column, reference: &Column) -> Option<f64> {
     if !(xy * xy > FOLLOWS * xx * yy && xx > 0.0) {
         return None;
     }
-    let near = |factor: &f64| (xy / xx / factor - 1.0).abs() < WITHIN;
+    let near = |factor: &f64| {
+        let is_small = *factor != factor.signum() && (factor.abs().ln()).abs() < SMALL.ln();
+        (xy / xx / factor - 1.0).abs() < if is_small { WITHIN_SMALL } else { WITHIN }
+    };
     factors(column.unit).into_iter().find(near).filter(|factor| *factor != 1.0)
 }
 
@@ -115,6 +140,12 @@ mod tests {
         // No volt is a degree.
         assert_eq!(of(|truth| DEGREES * truth, Unit::Volt), None);
         assert_eq!(of(|truth| 0.5 - truth, Unit::Volt), Some(-1.0));
+        assert_eq!(of(|truth| -950.0 * truth, Unit::Volt), Some(-1e3));
+        assert_eq!(of(|truth| 1.02e-3 * truth + 0.1, Unit::Metre), Some(1e-3));
+        assert_eq!(of(|truth| 0.251 * truth, Unit::Count), Some(0.25));
+        // A scale error of a sensor as it may be.
+        assert_eq!(of(|truth| 3.6 * truth, Unit::Count), None);
+        assert_eq!(of(|truth| 1e3 * truth, Unit::Celsius), None);
     }
 
     #[test]

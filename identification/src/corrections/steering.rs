@@ -2,14 +2,13 @@
 //! both, which no straight line over it can.
 
 use super::fit::{Fit, left, minimum};
-use super::legs::{Leg, Poses, clusters};
+use super::legs::{LEGS_MIN, Leg, Poses, clusters};
 use super::{Correction, Fault};
 use crate::dataset::{Dataset, Role, Unit};
 use crate::problem::{Channels, motion};
 
 /// Number of legs.
 const LEGS: usize = 400;
-const LEGS_MIN: usize = 24;
 /// Standard errors from which a size is not what the package says.
 const SURE: f64 = 5.0;
 /// A steered wheel turns by no more than this, rad, but in a parking garage.
@@ -22,7 +21,7 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
 
 fn find_in(dataset: &Dataset) -> Option<Vec<Correction>> {
     let poses = Poses::new(dataset)?;
-    let legs = poses.legs(LEGS, 1.0);
+    let legs = poses.legs(LEGS);
     if legs.len() < LEGS_MIN {
         return None;
     }

@@ -84,6 +84,11 @@ impl Role {
         )
     }
 
+    /// Whether the role is what a gyro reads, sample by sample.
+    pub const fn is_gyro(self) -> bool {
+        matches!(self, Self::GyroRate | Self::GyroCounts | Self::GyroAngleIncrement)
+    }
+
     /// Whether any number of fields can have this role, with an axis or without.
     pub const fn repeats(self) -> bool {
         matches!(self, Self::Auxiliary | Self::Ignore)

@@ -141,6 +141,17 @@ fn set_right(effect: &Effect) -> Option<String> {
     Some(match effect.name.as_str() {
         "reversed_sign" => format!("{field} has the wrong sign."),
         "exchanged_wheels" => format!("The wheels are exchanged: {field} is the other one."),
+        "exchanged_axes" => format!("The axes of the reference are exchanged: {field} is y."),
+        "added_up" => {
+            format!("{field} adds up from the beginning of a run; its file says otherwise.")
+        }
+        "encoder_decoding" => {
+            format!(
+                "The edges of the encoder count otherwise: {field} is {} times what it must be.",
+                short(value)
+            )
+        }
+        "wrong_unit" => format!("{field} is {} times what it must be in its unit.", short(value)),
         name if name.ends_with("for_radians") || name.ends_with("for_degrees") => {
             format!("{field} is in another unit than its file says: {}.", plain(name))
         }
@@ -177,6 +188,12 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
     }
     match (effect.term.as_str(), effect.name.as_str()) {
         ("scale", "reversed_sign") => return format!("What is measured{of} has the wrong sign."),
+        ("scale", "wrong_unit" | "encoder_decoding") => {
+            return format!(
+                "What is measured{of} is {} times what it must be.",
+                short(1.0 + value)
+            );
+        }
         ("scale", name) if name.ends_with("for_radians") || name.ends_with("for_degrees") => {
             return format!(
                 "What is measured{of} is in another unit than its file says: {}.",

@@ -25,7 +25,7 @@ pub use pose::{Component, Moves, Pose};
 pub use segments::segments;
 use std::rc::Rc;
 pub use turning::{Over, Turning};
-pub(crate) use wheels::motion;
+pub(crate) use wheels::{TRACK, motion};
 
 /// How rows accumulate to observations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

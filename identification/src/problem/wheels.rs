@@ -46,6 +46,10 @@ impl Motion {
     }
 }
 
+/// Names of the constant that says how far apart the wheels stand.
+pub(crate) const TRACK: &[&str] =
+    &["wheelbase", "track", "track_width", "wheel_base", "wheel_track"];
+
 /// Ratio of range to largest step from which a reading counts as cumulative.
 const CUMULATIVE: f64 = 20.0;
 
@@ -53,8 +57,7 @@ pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
     let wheels = (dataset.column(Role::WheelLeft), dataset.column(Role::WheelRight));
     if let (Some(left), Some(right)) = wheels {
         let track =
-            length(dataset, &["wheelbase", "track", "track_width", "wheel_base", "wheel_track"])
-                .ok_or_else(|| missing("constant `wheelbase` in the package"))?;
+            length(dataset, TRACK).ok_or_else(|| missing("constant `wheelbase` in the package"))?;
         let left = travelled(dataset, left, "left", channels)?;
         let right = travelled(dataset, right, "right", channels)?;
         let distance = left.iter().zip(&right).map(|(l, r)| (l + r) / 2.0).collect();

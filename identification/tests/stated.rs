@@ -1,0 +1,199 @@
+//! What a package states wrongly and only one thing can be: thousandths for ones, edges of an encoder, exchanged axes,
+//! what adds up, a reference that has ended, a field that stands still.
+
+use crate::set_right::{change, effect, found, robot, shaken};
+use identification::dataset::{Column, Constant, Dataset, Kind, Role, Unit};
+use identification::finding::{Finding, Verdict};
+use identification::identify::{Options, identify, predict};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// The robot of other tests with encoders.
+fn counting() -> Dataset {
+    let mut robot = robot(0.0, 0.0);
+    let metres = std::f64::consts::PI * 0.15 / 2048.0;
+    for column in &mut robot.columns {
+        if matches!(column.role, Role::WheelLeft | Role::WheelRight) {
+            column.unit = Unit::Count;
+            column.values.iter_mut().for_each(|value| *value = (*value / metres).round());
+        }
+    }
+    let diameter = Constant { value: 0.15, unit: Unit::Metre };
+    robot.constants.insert("wheel_diameter".to_owned(), diameter);
+    let ticks = Constant { value: 2048.0, unit: Unit::One };
+    robot.constants.insert("encoder_ticks_per_revolution".to_owned(), ticks);
+    robot
+}
+
+/// Asserts that the track is found as if nothing else were wrong, as many effects are named so, and the model applies.
+fn assert_set_right(wrong: &Dataset, name: &str, count: usize) -> Finding {
+    let identified = found(wrong);
+    let finding = &identified.finding;
+    let named = finding.effects.iter().filter(|effect| effect.name == name).count();
+    assert_eq!((named, finding.effects.len()), (count, count + 1), "{name}: {:?}", finding.effects);
+    let track = effect(finding, "effective_track").parameters[0].value;
+    assert!((track + 0.05 / 1.05).abs() < 0.005, "{name}: {track}");
+    let told = predict(wrong, &identified.model).unwrap().rmse.after;
+    assert!(told < 0.05, "{name}: {told}");
+    identified.finding
+}
+
+#[test]
+fn millimetres_and_edges_of_encoders_are_told_by_name() {
+    let thousand = |value: f64| 1e3 * value;
+    let mut wrong = robot(0.0, 0.0);
+    change(&mut wrong, "x", thousand);
+    change(&mut wrong, "y", thousand);
+    let finding = assert_set_right(&wrong, "wrong_unit", 2);
+    assert!(
+        finding.in_words().contains(&"x is 1000 times what it must be in its unit.".to_owned())
+    );
+    let mut wrong = counting();
+    wrong.constants.get_mut("wheelbase").unwrap().value *= 1e3;
+    wrong.constants.get_mut("wheel_diameter").unwrap().value *= 1e3;
+    assert_set_right(&wrong, "wrong_unit", 2);
+    for (times, stated) in [(4.0, 0.25), (0.25, 4.0)] {
+        let mut wrong = counting();
+        change(&mut wrong, "left", |count| count * times);
+        change(&mut wrong, "right", |count| count * times);
+        let finding = assert_set_right(&wrong, "encoder_decoding", 1);
+        let told = effect(&finding, "encoder_decoding");
+        assert_eq!(told.drivers, ["encoder_ticks_per_revolution"]);
+        assert_eq!(told.parameters[0].value, stated);
+    }
+}
+
+#[test]
+fn counts_that_add_up_and_exchanged_axes_are_told_by_name() {
+    let mut wrong = counting();
+    for column in wrong.columns.iter_mut().filter(|column| column.unit == Unit::Count) {
+        let mut sum = 0.0;
+        for (row, value) in column.values.iter_mut().enumerate() {
+            sum = if row > 0 && wrong.run_of_row[row] != wrong.run_of_row[row - 1] {
+                0.0
+            } else {
+                sum
+            };
+            sum += *value;
+            *value = sum;
+        }
+    }
+    assert_set_right(&wrong, "added_up", 2);
+    let mut wrong = counting();
+    for column in &mut wrong.columns {
+        column.role = match column.role {
+            Role::ReferenceX => Role::ReferenceY,
+            Role::ReferenceY => Role::ReferenceX,
+            other => other,
+        };
+    }
+    assert_set_right(&wrong, "exchanged_axes", 1);
+    let mut wrong = counting();
+    change(&mut wrong, "y", |value| -value);
+    assert_set_right(&wrong, "reversed_sign", 1);
+}
+
+#[test]
+fn a_rate_that_is_an_angle_is_read_as_one() {
+    let mut wrong = shaken(0.0, |rates| rates);
+    for column in wrong.columns.iter_mut().filter(|column| column.role == Role::GyroRate) {
+        let mut sum = 0.0;
+        column.values.iter_mut().for_each(|value| {
+            sum += 0.01 * *value;
+            *value = sum;
+        });
+    }
+    let finding = found(&wrong).finding;
+    assert!(
+        finding.effects.iter().all(|effect| effect.name == "added_up"),
+        "{:?}",
+        finding.effects
+    );
+    assert_eq!(finding.effects.len(), 3);
+    assert!(finding.held_out.after < 0.012, "{:?}", finding.held_out);
+}
+
+#[test]
+fn what_never_changes_though_the_device_moves_is_refused_by_name() {
+    let refused = |dataset: &Dataset| {
+        identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap_err().to_string()
+    };
+    for name in ["y", "heading", "left"] {
+        let mut still = counting();
+        change(&mut still, name, |_| 0.0);
+        assert!(refused(&still).starts_with(&format!("`{name}` never changes")), "{name}");
+    }
+    let mut dead = shaken(0.0, |rates| rates);
+    change(&mut dead, "gz", |_| 0.013);
+    let finding = found(&dead).finding;
+    assert_eq!((finding.verdict, finding.held_out_also.len()), (Verdict::NothingMissing, 1));
+    let told = "`gz` never changes, though its reference `rz` does: it is left out";
+    assert!(finding.notices.contains(&told.to_owned()), "{:?}", finding.notices);
+    dead.columns.retain(|column| !["gx", "gy"].contains(&column.name.as_str()));
+    assert_eq!(refused(&dead), "`gz` never changes, though its reference `rz` does");
+}
+
+#[test]
+fn a_reference_that_ends_early_is_told_and_what_follows_it_takes_no_part() {
+    let whole = found(&counting()).finding.held_out.after;
+    for held in [true, false] {
+        let mut ended = counting();
+        for column in ended.columns.iter_mut().filter(|column| column.role.is_reference()) {
+            let last = if held { column.values[900 + 180] } else { 0.0 };
+            column.values[900 + 180..1200].fill(last);
+        }
+        let finding = found(&ended).finding;
+        assert_eq!(finding.effects.len(), 1, "{:?}", finding.effects);
+        effect(&finding, "effective_track");
+        assert!(finding.held_out.after < 1.2 * whole, "{:?}", finding.held_out);
+        let told = |notice: &String| notice.contains("of run 3 repeats one value from 9.000 on");
+        assert!(finding.notices.iter().any(told), "{:?}", finding.notices);
+    }
+}
+
+/// A sensor that reads `factor` times its reference, beside a temperature with codes for no value.
+fn sensor(unit: Unit, read: f64, truth: f64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(5);
+    let noise: Vec<f64> = (0..2000).map(|_| StandardNormal.sample(&mut random)).collect();
+    let truths = |row: usize| 0.3 + 0.25 * (row as f64 / 62.0).sin();
+    let values = |of: &dyn Fn(usize) -> f64| (0..2000).map(of).collect::<Vec<f64>>();
+    let warm = |row: usize| 20.0 + 5.0 * (row as f64 / 300.0).sin();
+    let reads = |row: usize| 1.02 * truths(row) + 5e-4 * (warm(row) - 20.0) + 1e-3 * noise[row];
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, values(&|row| row as f64 * 0.05)),
+        Column::new("reads", Role::Measured, unit, values(&|row| read * reads(row))),
+        Column::new("truth", Role::Reference, unit, values(&|row| truth * truths(row))),
+        Column::new(
+            "warmth",
+            Role::Temperature,
+            Unit::Celsius,
+            values(&|row| if row % 97 == 5 { 9999.0 } else { warm(row) }),
+        ),
+    ];
+    Dataset::new("sensor", Kind::Sensor, columns, vec![0; 2000])
+}
+
+#[test]
+fn a_sensor_in_another_unit_and_codes_for_no_value_are_told() {
+    let plain = found(&sensor(Unit::Metre, 1.0, 1.0)).finding;
+    let names = |finding: &Finding| -> Vec<String> {
+        finding.effects.iter().map(|effect| effect.name.clone()).collect()
+    };
+    assert_eq!(names(&plain), ["bias_over_temperature"]);
+    assert_eq!((plain.set_aside.len(), plain.set_aside[0].rows), (1, 21));
+    assert_eq!(plain.set_aside[0].quantity, "warmth");
+    for (unit, read, truth, name) in [
+        (Unit::Metre, 1e3, 1.0, "wrong_unit"),
+        (Unit::Volt, 1.0, 1e3, "wrong_unit"),
+        (Unit::Count, 4e6, 1e6, "encoder_decoding"),
+    ] {
+        let identified = found(&sensor(unit, read, truth));
+        let mut told = names(&identified.finding);
+        told.sort();
+        let mut expected = vec!["bias_over_temperature".to_owned(), name.to_owned()];
+        expected.sort();
+        assert_eq!(told, expected, "{unit}");
+        let (size, after) = (read.min(truth), identified.finding.held_out.after);
+        assert!((after / size / plain.held_out.after - 1.0).abs() < 0.05, "{unit}: {after}");
+    }
+}
