@@ -250,3 +250,16 @@ fn a_tricycle_whose_steering_is_scaled_and_offset_is_set_right() {
     assert!(finding.held_out.after < 0.02, "{:?}", finding.held_out);
     assert_sound(&finding);
 }
+
+/// Five times too little is neither degrees nor millimetres, though both together would nearly make it up.
+#[test]
+fn a_steering_angle_that_is_far_too_small_is_no_unit() {
+    let mut small = tricycle(1.0, 0.0, 8, 400);
+    let steer = small.columns.iter_mut().find(|column| column.name == "steer").unwrap();
+    steer.values.iter_mut().for_each(|value| *value /= 5.6);
+    let finding = found(&small);
+    let names: Vec<&str> = finding.effects.iter().map(|effect| effect.name.as_str()).collect();
+    let unit = |name: &&str| name.ends_with("_unit") || name.ends_with("for_radians");
+    assert!(names[0] == "steer_scale" && !names.iter().any(unit), "{:?}", finding.effects);
+    assert!((finding.effects[0].parameters[0].value - 5.6).abs() < 0.06);
+}

@@ -14,7 +14,8 @@ const TURN: [f64; 2] = [0.2, 1.5];
 const DISTANCE: [f64; 2] = [0.5, 2.0];
 /// The same of the distance where a factor is set right: what is nearly halfway is no factor.
 const NEAR: [f64; 2] = [0.8, 1.25];
-/// Share of the motion, and of what the package leaves of it, that signs set right must leave at most.
+/// Share of the motion, and of what the package leaves of it, that signs set right must leave at most; half as much where
+/// a factor is.
 const LEAVES_MAX: f64 = 0.5;
 /// Share of the motion that a further correction must explain.
 const GAIN: f64 = 0.01;
@@ -56,7 +57,11 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
             }
             let seen = Seen::new(&legs, &said, poses);
             for wheel in &wheels {
-                for size in &sizes {
+                // Two factors of a turn make up for any that it has.
+                let factors = usize::from(!given.corrections.is_empty())
+                    + usize::from(frame.does.heading.abs() != 1.0);
+                let alone = |size: &&Reading<Size>| factors + usize::from(size.does.1 != 1.0) < 2;
+                for size in sizes.iter().filter(alone) {
                     let parts = [&given.corrections, &frame.corrections, &wheel.corrections];
                     let corrections = [&parts[..], &[&size.corrections]].concat();
                     let corrections = corrections.into_iter().flatten().cloned().collect();
@@ -78,7 +83,9 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
         if gains { one } else { best }
     };
     let (leaves, corrections) = leaves.into_iter().reduce(better)?;
-    (leaves < LEAVES_MAX * stated.min(1.0)).then_some(corrections)
+    let is_factor = |one: &Correction| matches!(one.fault, Fault::WrongUnit | Fault::AddedUp);
+    let limit = if corrections.iter().any(is_factor) { LEAVES_MAX / 2.0 } else { LEAVES_MAX };
+    (leaves < limit * stated.min(1.0)).then_some(corrections)
 }
 
 /// Motion over legs by the wheels and by the reference.
