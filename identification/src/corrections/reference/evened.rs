@@ -28,9 +28,11 @@ pub fn evened(times: &[f64], values: &[f64], width_s: f64) -> Vec<f64> {
         all_times.push(-time);
         all.push(value);
     }
+    let keep: Vec<f64> =
+        all_times.windows(2).map(|two| (-(two[1] - two[0]).max(0.0) / width_s).exp()).collect();
     let mut left = all;
     for _ in 0..TIMES {
-        let mean = mean(&all_times, &left, width_s);
+        let mean = mean(&left, &keep);
         left.iter_mut().zip(mean).for_each(|(left, mean)| *left -= mean);
     }
     values[..count].iter().zip(&left[before..]).map(|(value, left)| value - left).collect()
@@ -48,22 +50,22 @@ fn mirrored(times: &[f64], values: &[f64], width_s: f64) -> Vec<(f64, f64)> {
     (1..near).map(turned).collect()
 }
 
-/// The mean of `values` around each, with weights that fall by e in `width_s` both ways: for a random walk in white noise
-/// the estimate of least variance (Wiener). Each side has the same say, so that a slope cancels.
-fn mean(times: &[f64], values: &[f64], width_s: f64) -> Vec<f64> {
+/// The mean of `values` around each, with weights of which `keep` stays from each to the next: they fall by e in a width
+/// both ways, for a random walk in white noise the estimate of least variance (Wiener). Each side has the same say, so that
+/// a slope cancels.
+fn mean(values: &[f64], keep: &[f64]) -> Vec<f64> {
     let count = values.len();
-    let keep = |i: usize| (-(times[i] - times[i - 1]).max(0.0) / width_s).exp();
     // Of the values before, the one itself left out: the sum of weights, and of weighted values.
     let mut before = vec![(0.0, 0.0); count];
     for i in 1..count {
         let (weight, sum) = before[i - 1];
-        before[i] = (keep(i) * (weight + 1.0), keep(i) * (sum + values[i - 1]));
+        before[i] = (keep[i - 1] * (weight + 1.0), keep[i - 1] * (sum + values[i - 1]));
     }
     let mut found = values.to_vec();
     let (mut weight, mut sum) = (0.0, 0.0);
     for i in (0..count).rev() {
         if i + 1 < count {
-            (weight, sum) = (keep(i + 1) * (weight + 1.0), keep(i + 1) * (sum + values[i + 1]));
+            (weight, sum) = (keep[i] * (weight + 1.0), keep[i] * (sum + values[i + 1]));
         }
         let (other, of_other) = before[i];
         if weight > 0.0 && other > 0.0 {

@@ -3,6 +3,8 @@
 use super::evened;
 use crate::robust;
 use crate::signal::{first_order, interpolate_along};
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// Readings and their reference in one stretch of time.
 #[derive(Debug, Clone, Default)]
@@ -68,7 +70,13 @@ struct Pieces {
     step: f64,
     /// Independent rows.
     free: f64,
+    /// What was evened out and lagged last, with the width and the lag: the numbers change one by one.
+    evened: RefCell<Option<(f64, Rows)>>,
+    lagged: RefCell<Option<([f64; 2], Rows)>>,
 }
+
+/// Values of the rows of each piece.
+type Rows = Rc<Vec<Vec<f64>>>;
 
 impl Pieces {
     fn of(stretches: &[Stretch]) -> Option<Self> {
@@ -81,7 +89,8 @@ impl Pieces {
             let last = one.times.len().saturating_sub(ENDS);
             (0..one.times.len()).map(move |row| row >= ENDS && row < last)
         });
-        let mut found = Self { counts: counts.collect(), all, step, free: 0.0 };
+        let (counts, evened, lagged) = (counts.collect(), RefCell::default(), RefCell::default());
+        let mut found = Self { counts, all, step, free: 0.0, evened, lagged };
         let plain = found.left([0.0; 3]);
         let used: Vec<f64> = found.counted(&plain).collect();
         let limit = robust::GROSS * robust::spread(&used);
@@ -103,19 +112,32 @@ impl Pieces {
         values.iter().zip(&self.counts).filter(|(_, counts)| **counts).map(|(value, _)| *value)
     }
 
+    /// The reference evened out over `width`.
+    fn evened(&self, width: f64) -> Rows {
+        let of = |one: &Stretch| evened(&one.times, &one.reference, width);
+        last(&self.evened, width, || self.all.iter().map(of).collect())
+    }
+
+    /// And behind by `lag`.
+    fn lagged(&self, width: f64, lag: f64) -> Rows {
+        let even = self.evened(width);
+        if lag <= 0.0 {
+            return even;
+        }
+        let of = |(one, even): (&Stretch, &Vec<f64>)| first_order(&one.times, even, lag);
+        last(&self.lagged, [width, lag], || self.all.iter().zip(&*even).map(of).collect())
+    }
+
     /// What the sensor sees of the reference.
     fn seen(&self, [width, lag, delay]: Numbers) -> Vec<f64> {
         let mut found = Vec::with_capacity(self.counts.len());
-        for one in &self.all {
-            let mut now = evened(&one.times, &one.reference, width);
-            if lag > 0.0 {
-                now = first_order(&one.times, &now, lag);
-            }
-            if delay != 0.0 {
+        for (one, now) in self.all.iter().zip(&*self.lagged(width, lag)) {
+            if delay == 0.0 {
+                found.extend(now);
+            } else {
                 let at = one.times.iter().map(|time| time - delay);
-                now = interpolate_along(&one.times, &now, at).collect();
+                found.extend(interpolate_along(&one.times, now, at));
             }
-            found.extend(now);
         }
         found
     }
@@ -200,6 +222,22 @@ impl Pieces {
             })
         })
     }
+}
+
+/// The values of `key`: those of last time, if it is the same.
+fn last<K: PartialEq + Copy>(
+    kept: &RefCell<Option<(K, Rows)>>,
+    key: K,
+    find: impl FnOnce() -> Vec<Vec<f64>>,
+) -> Rows {
+    if let Some((of, values)) = &*kept.borrow()
+        && *of == key
+    {
+        return Rc::clone(values);
+    }
+    let found = Rc::new(find());
+    *kept.borrow_mut() = Some((key, Rc::clone(&found)));
+    found
 }
 
 fn better(one: (f64, Numbers), other: (f64, Numbers)) -> (f64, Numbers) {
