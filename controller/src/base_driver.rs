@@ -72,7 +72,7 @@ impl BaseDriver {
         let line = match config.transport {
             Transport::Can => Line::Can,
             Transport::Serial => Line::Serial(SerialLine {
-                host: Host::new(),
+                host: Host::default(),
                 under_way: None,
                 asked: Timestamp::ZERO,
                 abandon_at: Timestamp::MAX,
@@ -329,7 +329,7 @@ mod tests {
     #[test]
     fn an_answer_that_was_asked_for_before_the_stop_does_not_show_that_the_base_stands() {
         let mut base = BaseDriver::new(BaseConfig::new(Transport::Serial), Planted::default());
-        let mut device = Device::new();
+        let mut device = Device::default();
         let at = |ms| Timestamp::ZERO + Span::from_millis(ms);
         // What the base answers to the packet that is sent at this time: it stands.
         let mut exchange = |base: &mut BaseDriver, ms| {

@@ -66,10 +66,18 @@ impl FileError {
 
 /// A mistake whose place is given as a path in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Mistake {
+pub struct Mistake {
     pub(crate) place: Place,
-    pub(crate) message: String,
+    /// The problem, as a lower-case fragment.
+    pub message: String,
     pub(crate) help: Option<String>,
+}
+
+impl Place {
+    /// A mistake at this place.
+    pub fn mistake(&self, message: impl Into<String>) -> Mistake {
+        Mistake::new(self.clone(), message)
+    }
 }
 
 impl Mistake {
@@ -77,11 +85,20 @@ impl Mistake {
         Self { place, message: message.into(), help: None }
     }
 
-    pub(crate) fn help(self, help: impl Into<String>) -> Self {
+    /// Adds the remedy.
+    #[must_use]
+    pub fn help(self, help: impl Into<String>) -> Self {
         Self { help: Some(help.into()), ..self }
     }
 
-    pub(crate) fn located(self, file: &str, text: &str) -> FileError {
+    /// Adds the remedy, if known.
+    #[must_use]
+    pub fn with_help(self, help: Option<String>) -> Self {
+        Self { help, ..self }
+    }
+
+    /// The mistake in the file with this name and text.
+    pub fn located(self, file: &str, text: &str) -> FileError {
         let at = self.place.locate(text);
         FileError::new(file, text, at, self.message).with_help(self.help)
     }

@@ -29,12 +29,10 @@ use std::fmt;
 use toml::Spanned;
 use wire::serial::{Parity, SerialSettings};
 
-/// A description. `M` is the form of its messages: complete definitions ([`MessageTable`]), or additions to the messages of
-/// a DBC ([`MessageRules`]).
+/// A description.
 #[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, bound(deserialize = "M: Deserialize<'de> + Default"))]
-#[schemars(bound = "M: JsonSchema + Default")]
-pub(crate) struct File<M> {
+#[serde(deny_unknown_fields)]
+pub(crate) struct File {
     /// Name of the device, and of this file. Its random numbers depend on the name.
     pub(crate) name: String,
     /// Title in one line.
@@ -84,7 +82,7 @@ pub(crate) struct File<M> {
     pub(crate) emergency: BTreeMap<String, EmergencyTable>,
     /// Messages: additions to those of the DBC, or complete definitions.
     #[serde(default)]
-    pub(crate) message: M,
+    pub(crate) message: Messages,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -105,7 +103,7 @@ pub(crate) struct SerialTable {
     stop_bits: Option<u8>,
 }
 
-impl<M> File<M> {
+impl File {
     /// The section that has a variable of this name.
     pub(crate) fn section_of(&self, name: &str) -> Option<&'static str> {
         let sections = [
@@ -225,12 +223,10 @@ pub(crate) struct SourceTable {
     pub(crate) noise: Option<f64>,
 }
 
-/// [`Parity`] in its serialised form.
 fn parity_schema(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "enum": ["none", "even", "odd"], "default": "none" })
 }
 
-/// A number, or an expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Formula {
     Number(f64),

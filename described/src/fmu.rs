@@ -76,7 +76,6 @@ pub enum FmuRole {
     Local,
 }
 
-/// A unit and its file.
 #[derive(Debug, Clone)]
 pub(crate) struct Loaded {
     pub(crate) file: String,

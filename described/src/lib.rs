@@ -181,7 +181,7 @@ pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
 pub use canopen::{Abort, Dictionary, Entry, Progress, SDO_REQUEST, SDO_RESPONSE, SdoClient};
 pub use description::Description;
 pub use device::{Clipped, Device};
-pub use error::FileError;
+pub use error::{FileError, Mistake};
 pub use files::Files;
 pub use fmu::{Fmu, FmuInstance, FmuRole, FmuVariable};
 pub use isotp::{IsoTp, IsoTpTable};
@@ -190,11 +190,12 @@ pub use layout::{
     Note, Selection, SendKind, SendRule, Sender, Signal, SignalName, SignalValue, dbc_text,
 };
 pub use outbox::Outbox;
+pub use place::Place;
 pub use protection::{ProtectionTable, Verdict};
 pub use steps::{Input, Step, Steps};
 pub use uds::{KeyFunction, Number, NumberType, Reply, Request, UdsClient, negative_response};
 
 /// The JSON Schema of a description, in both of its forms, for editors.
 pub fn schema(generator: schemars::SchemaGenerator) -> schemars::Schema {
-    generator.into_root_schema_for::<file::File<file::Messages>>()
+    generator.into_root_schema_for::<file::File>()
 }

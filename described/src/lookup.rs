@@ -29,7 +29,6 @@ impl Lookup {
         Self { x: x.into(), y: y.into(), values: values.into(), outside }
     }
 
-    /// Number of its arguments.
     pub(crate) const fn dimensions(&self) -> usize {
         if self.y.is_empty() { 1 } else { 2 }
     }

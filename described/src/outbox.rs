@@ -25,7 +25,6 @@ pub struct Outbox {
     dropped: u64,
 }
 
-/// An item waiting for the line.
 #[derive(Debug, Clone)]
 enum Waiting {
     /// A frame given by its first eight bytes: assembled when the line takes it, so that it is copied only once.

@@ -1,4 +1,4 @@
-//! Converts a path in a description to a position in the file.
+//! Converts a path in a TOML file to a position in its text.
 
 use std::ops::Range;
 use toml::de::{DeTable, DeValue};
@@ -12,7 +12,7 @@ enum Segment {
 
 /// A place in a TOML file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(crate) struct Place {
+pub struct Place {
     path: Vec<Segment>,
     mark: Mark,
 }
@@ -22,34 +22,46 @@ pub(crate) struct Place {
 enum Mark {
     #[default]
     Whole,
-    /// Its name.
     Name,
+    /// Its name and its value.
+    Entry,
     /// Some bytes of a string.
     Within(Range<usize>),
 }
 
 impl Place {
-    /// The file as a whole.
-    pub(crate) fn file() -> Self {
+    /// The whole file.
+    pub fn file() -> Self {
         Self::default()
     }
 
-    pub(crate) fn key(&self, key: &str) -> Self {
+    /// The value of this key.
+    #[must_use]
+    pub fn key(&self, key: &str) -> Self {
         self.and(Segment::Key(key.to_owned()))
     }
 
-    pub(crate) fn index(&self, index: usize) -> Self {
+    /// The element with this index.
+    #[must_use]
+    pub fn index(&self, index: usize) -> Self {
         self.and(Segment::Index(index))
     }
 
     /// These bytes of the string at this place.
-    pub(crate) fn within(&self, bytes: Range<usize>) -> Self {
+    #[must_use]
+    pub fn within(&self, bytes: Range<usize>) -> Self {
         Self { path: self.path.clone(), mark: Mark::Within(bytes) }
     }
 
     /// The name of the item instead of its value.
     pub(crate) fn name(&self) -> Self {
         Self { path: self.path.clone(), mark: Mark::Name }
+    }
+
+    /// The value of this key, with the key.
+    #[must_use]
+    pub fn entry(&self, key: &str) -> Self {
+        Self { mark: Mark::Entry, ..self.key(key) }
     }
 
     fn and(&self, segment: Segment) -> Self {
@@ -59,7 +71,7 @@ impl Place {
     }
 
     /// The bytes of the value, or of its nearest existing parent.
-    pub(crate) fn locate(&self, text: &str) -> Range<usize> {
+    pub fn locate(&self, text: &str) -> Range<usize> {
         let first_line = 0..text.find('\n').unwrap_or(text.len());
         let Ok(document) = DeTable::parse(text) else { return first_line };
         let mut found = first_line;
@@ -83,29 +95,34 @@ impl Place {
             value = Some(next.get_ref());
             table = next.get_ref().as_table();
         }
-        match (&self.mark, value.and_then(DeValue::as_str)) {
-            (Mark::Within(within), Some(string)) => {
-                inside(&found, string, within, text).unwrap_or(found)
-            }
-            (Mark::Name, _) => named.unwrap_or(found),
-            (Mark::Whole | Mark::Within(_), _) => found,
+        match (&self.mark, named) {
+            (Mark::Within(within), _) => inside(&found, within, text).unwrap_or(found),
+            (Mark::Name, Some(name)) => name,
+            (Mark::Entry, Some(name)) => name.start..found.end,
+            (Mark::Whole | Mark::Name | Mark::Entry, _) => found,
         }
     }
 }
 
-/// The bytes of a part of a string, if the string is in the file literally, between two quotes.
-fn inside(
-    span: &Range<usize>,
-    string: &str,
-    within: &Range<usize>,
-    text: &str,
-) -> Option<Range<usize>> {
-    let written = text.get(span.start + 1..span.end.checked_sub(1)?)?;
-    (written == string).then(|| {
-        span.start + 1 + within.start.min(string.len())
-            ..span.start + 1 + within.end.min(string.len())
-    })
+/// The bytes of a part of the string at `span`, which includes its quotes; `None` if it has escapes or line breaks.
+fn inside(span: &Range<usize>, within: &Range<usize>, text: &str) -> Option<Range<usize>> {
+    let written = text.get(span.clone())?;
+    let quotes = ["\"\"\"", "'''", "\"", "'"].into_iter().find(|one| written.starts_with(one))?;
+    let has_escapes = quotes.starts_with('"') && written.contains('\\');
+    let start = span.start + quotes.len();
+    (!has_escapes && !written.contains('\n'))
+        .then(|| start + within.start..(start + within.end).min(span.end))
 }
+
+/// The first of these keys that a table has.
+macro_rules! given {
+    ($table:expr; $($key:ident),+) => {
+        [$((stringify!($key), $table.$key.is_some())),+]
+            .into_iter()
+            .find_map(|(key, is_given)| is_given.then_some(key))
+    };
+}
+pub(crate) use given;
 
 #[cfg(test)]
 mod tests {

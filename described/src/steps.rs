@@ -60,7 +60,6 @@ enum Source<I> {
     From(I),
 }
 
-/// State of a procedure.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Memory {
     /// The values of names, followed by those at the preceding value.
@@ -74,7 +73,6 @@ pub(crate) struct Memory {
 /// Maximum number of values within the delay: a second at 10 kHz.
 const COMING_MAX: usize = 10_000;
 
-/// The names known to steps.
 struct Names<'a>(&'a [String]);
 
 impl Scope for Names<'_> {
@@ -98,10 +96,6 @@ impl Scope for Names<'_> {
 
     fn named(&self, variable: &str, _value: &str) -> Result<f64, Unknown> {
         Err((format!("values of `{variable}` have no names"), "write the number".to_owned()))
-    }
-
-    fn time(&self) -> usize {
-        0
     }
 }
 

@@ -8,19 +8,16 @@ pub struct Switches<F> {
     on: Vec<Switch<F>>,
 }
 
-/// One active fault.
 #[derive(Debug, Clone)]
 pub(crate) struct Switch<F> {
     number: usize,
     pub(crate) fault: F,
-    /// Its own random numbers.
     pub(crate) chance: RandomStream,
     /// How often it has changed the device's behaviour.
     pub(crate) acted: u64,
 }
 
 impl<F> Switches<F> {
-    /// No fault is active.
     pub(crate) const fn new() -> Self {
         Self { on: Vec::new() }
     }

@@ -65,7 +65,7 @@ fn quantisation_deg(stream: GyroStream, deg: i32) -> f64 {
     let span_s = f64::from(deg.abs()) / RATE_DEG + RATE_DEG / RAMP_DEG;
     // The integrated angle and the increment have steps of angle, 1e-6 deg or 6e-6 deg per sample.
     let steps = 6e-6 * span_s / stream.format.period().as_secs_f64();
-    stream.format.rate_step().deg_per_s() * span_s / 2.0 + steps
+    stream.format.facts().rate_step.deg_per_s() * span_s / 2.0 + steps
 }
 
 fn rig_with(

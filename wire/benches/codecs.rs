@@ -127,7 +127,7 @@ fn can(criterion: &mut Criterion) {
 /// One exchange, both ends.
 fn serial(criterion: &mut Criterion) {
     let reply = motion();
-    let (mut host, mut device) = (Host::new(), Device::new());
+    let (mut host, mut device) = (Host::default(), Device::default());
 
     let mut group = criterion.benchmark_group("base/serial");
     group.throughput(Throughput::Elements(1));
@@ -161,7 +161,7 @@ fn lines(criterion: &mut Criterion) {
     group.bench_function("encode command", |bencher| {
         bencher.iter(|| black_box(command).encode());
     });
-    let mut commands = table::CommandDecoder::new();
+    let mut commands = table::CommandDecoder::default();
     group.bench_function("decode command", |bencher| {
         bencher.iter(|| {
             commands.feed(black_box(command_line.as_slice()), |command| _ = black_box(command));
@@ -170,7 +170,7 @@ fn lines(criterion: &mut Criterion) {
     group.bench_function("encode answer", |bencher| {
         bencher.iter(|| black_box(answer).encode());
     });
-    let mut answers = table::AnswerDecoder::new();
+    let mut answers = table::AnswerDecoder::default();
     group.bench_function("decode answer", |bencher| {
         bencher.iter(|| {
             answers.feed(black_box(answer_line.as_slice()), |answer| _ = black_box(answer));
@@ -223,7 +223,7 @@ fn adapter(criterion: &mut Criterion) {
             }
         });
     });
-    let mut decoder = slcan::AnswerDecoder::new();
+    let mut decoder = slcan::AnswerDecoder::default();
     group.bench_function("decode", |bencher| {
         bencher.iter(|| decoder.feed(black_box(&from_adapter), |answer| _ = black_box(answer)));
     });

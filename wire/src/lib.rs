@@ -30,3 +30,4 @@ pub mod slcan;
 pub mod table;
 pub mod time;
 pub mod units;
+mod words;

@@ -46,41 +46,29 @@ const _: () = assert!(LINE_BYTES_MAX < BYTES_MAX, "a line and its CR fit a packe
 
 const CR: u8 = b'\r';
 
-/// The commands, without their numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verb {
-    /// `V`
-    TopRate,
-    /// `A`
-    Ramp,
-    /// `D`
-    Distance,
-    /// `G`
-    Go,
-    /// `S`
-    Stop,
-    /// `?`
-    State,
+crate::tabled! {
+    /// The commands, without their numbers.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Verb {
+        /// `V`
+        TopRate = b'V',
+        /// `A`
+        Ramp = b'A',
+        /// `D`
+        Distance = b'D',
+        /// `G`
+        Go = b'G',
+        /// `S`
+        Stop = b'S',
+        /// `?`
+        State = b'?',
+    }
+    /// The character of the verb.
+    pub fn letter() -> u8
 }
 
 impl Verb {
-    /// All verbs.
-    pub const ALL: [Self; 6] =
-        [Self::TopRate, Self::Ramp, Self::Distance, Self::Go, Self::Stop, Self::State];
-
-    /// The character of the verb.
-    pub const fn letter(self) -> u8 {
-        match self {
-            Self::TopRate => b'V',
-            Self::Ramp => b'A',
-            Self::Distance => b'D',
-            Self::Go => b'G',
-            Self::Stop => b'S',
-            Self::State => b'?',
-        }
-    }
-
     /// The verb of this character.
     pub fn from_letter(letter: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|verb| verb.letter() == letter)

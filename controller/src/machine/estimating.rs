@@ -66,7 +66,7 @@ impl Controller {
             Some(_) => self.tested_spread,
             None => self.config.gyro.rest_spread_max,
         };
-        spread.max(self.config.gyro.stream.format.rate_step() * 0.5)
+        spread.max(self.config.gyro.stream.format.facts().rate_step * 0.5)
     }
 
     /// Restarts the estimate when a pose is set, or before any pose.

@@ -7,27 +7,21 @@ use crate::file::{File, Formula, StateTable};
 use crate::files::Files;
 use crate::hint;
 use crate::layout::{Layout, Scale};
-use crate::place::Place;
+use crate::place::{Place, given};
 use std::sync::Arc;
 
 /// Reads the layout of a description with an `eds`.
-pub(crate) fn layout<M>(
+pub(crate) fn layout(
     (file, text): (&str, &str),
-    said: &File<M>,
-    has_messages: bool,
+    said: &File,
     name: &str,
     files: &mut dyn Files,
 ) -> Result<Layout, FileError> {
     let located = |mistake: Mistake| mistake.located(file, text);
     let place = Place::file();
-    let others = [
-        ("dbc", said.dbc.is_some()),
-        ("node", said.node.is_some()),
-        ("serial", said.serial.is_some()),
-        ("message", has_messages),
-    ];
+    let listed = said.message.tables().map(|_| "message");
     let help = "the messages of a CANopen device are those of its `eds`";
-    if let Some((key, _)) = others.iter().find(|(_, given)| *given) {
+    if let Some(key) = given!(said; dbc, node, serial).or(listed) {
         let message = format!("`{key}` beside `eds`");
         return Err(located(Mistake::new(place.key(key).name(), message).help(help)));
     }
@@ -75,7 +69,7 @@ pub(crate) fn layout<M>(
 }
 
 /// Refuses the keys of a CANopen device in a file without an EDS.
-pub(crate) fn unused<M>(said: &File<M>) -> Result<(), Mistake> {
+pub(crate) fn unused(said: &File) -> Result<(), Mistake> {
     let keys = [
         ("node_id", said.node_id.is_some()),
         ("object", !said.object.is_empty()),
@@ -101,7 +95,7 @@ fn find<'a>(
 
 /// Adds a state for each object of the application that no expression computes: masters write it, and machines may.
 /// Returns the names of the added ones.
-pub(crate) fn held<M>(said: &mut File<M>, dictionary: &Dictionary) -> Result<Vec<String>, Mistake> {
+pub(crate) fn held(said: &mut File, dictionary: &Dictionary) -> Result<Vec<String>, Mistake> {
     let mut names = Vec::new();
     for (_, entry) in dictionary.application() {
         let name = entry.name();

@@ -21,7 +21,6 @@ const fn bit(code: u16) -> u8 {
     }
 }
 
-/// The errors that the device has.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Errors {
     present: Vec<u16>,

@@ -84,7 +84,6 @@ fn plain((name, first, bits): Field, names: &[(i64, &str)]) -> Signal {
     signal
 }
 
-/// The signals of a PDO.
 fn mapped(dictionary: &Dictionary, pdo: &Pdo) -> Vec<Signal> {
     let mut signals: Vec<Signal> = Vec::new();
     for (place, first, bits) in pdo.objects() {

@@ -3,7 +3,6 @@
 use super::objects::Objects;
 use wire::time::{Span, Timestamp};
 
-/// The state of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum State {
     /// Its boot-up message has not been sent.
@@ -13,7 +12,6 @@ pub(super) enum State {
     PreOperational = 127,
 }
 
-/// A command of the NMT master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Command {
     Go(State),

@@ -5,7 +5,6 @@ use super::dictionary::{Dictionary, Kind, unsigned};
 use wire::can::{ExtendedId, Id, StandardId};
 use wire::time::Span;
 
-/// Most bits of a PDO.
 const BITS_MAX: u32 = 64;
 /// Most PDOs of a direction (CiA 301, 7.5.1).
 const NUMBER_MAX: u16 = 512;
@@ -35,13 +34,11 @@ impl Direction {
     }
 }
 
-/// A PDO.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Pdo {
     /// From 1.
     pub(super) number: u16,
     cob: u32,
-    /// Transmission type.
     pub(super) kind: u8,
     pub(super) inhibit: Span,
     /// Zero without an event timer.
@@ -200,7 +197,6 @@ impl Pdo {
         self.cob & NO_RTR == 0
     }
 
-    /// Number of bytes.
     pub(super) fn length(&self) -> usize {
         let bits: u32 = self.mapped.iter().map(|mapped| mapped.bits).sum();
         bits.div_ceil(8) as usize

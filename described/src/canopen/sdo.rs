@@ -5,12 +5,9 @@ use super::objects::{Application, Objects};
 
 /// Most bytes of a transfer. Assumption: names and parameter sets are shorter; firmware comes in blocks.
 const BYTES_MAX: usize = 4096;
-/// Bytes of a segment.
 pub(super) const SEGMENT: usize = 7;
-/// Command of an aborted transfer.
 pub(super) const ABORT: u8 = 0x80;
 
-/// A frame of a transfer.
 pub(super) type Words = [u8; 8];
 
 /// The server, with at most one transfer.
@@ -33,6 +30,18 @@ enum Way {
     Up(usize),
     /// From the master, with the number of bytes that it announced.
     Down(Option<usize>),
+}
+
+/// The objects, and the application behind them.
+pub(super) struct Store<'a> {
+    pub(super) objects: &'a mut Objects,
+    pub(super) application: &'a mut dyn Application,
+}
+
+impl Store<'_> {
+    fn write(&mut self, object: (u16, u8), bytes: &[u8]) -> Result<(), Abort> {
+        self.objects.write(object, bytes, self.application)
+    }
 }
 
 /// A frame with this command for an object.
@@ -62,20 +71,15 @@ pub(super) fn segment(command: u8, part: &[u8], is_last: bool) -> Words {
 
 impl Server {
     /// The answer to a request.
-    pub(super) fn request(
-        &mut self,
-        frame: &Words,
-        objects: &mut Objects,
-        application: &mut dyn Application,
-    ) -> Option<Words> {
+    pub(super) fn request(&mut self, frame: &Words, store: &mut Store<'_>) -> Option<Words> {
         let object = match frame[0] >> 5 {
             0 | 3 => self.transfer.as_ref().map_or((0, 0), |transfer| transfer.object),
             _ => object(frame),
         };
         let answer = match frame[0] >> 5 {
-            0 => self.down_segment(frame, objects, application),
-            1 => self.down(frame, objects, application),
-            2 => self.up(object, objects, application),
+            0 => self.down_segment(frame, store),
+            1 => self.down(frame, store),
+            2 => self.up(object, store),
             3 => self.up_segment(frame),
             4 => {
                 self.transfer = None;
@@ -89,12 +93,7 @@ impl Server {
         }))
     }
 
-    fn down(
-        &mut self,
-        frame: &Words,
-        objects: &mut Objects,
-        application: &mut dyn Application,
-    ) -> Result<Words, Abort> {
+    fn down(&mut self, frame: &Words, store: &mut Store<'_>) -> Result<Words, Abort> {
         self.transfer = None;
         let (object, data) = (object(frame), data(frame));
         let done = words(0x60, object, [0; 4]);
@@ -102,12 +101,12 @@ impl Server {
         if is_expedited {
             let length = match is_sized {
                 true => 4 - usize::from(frame[0] >> 2 & 3),
-                false => objects.length(object)?.min(4),
+                false => store.objects.length(object)?.min(4),
             };
-            objects.write(object, &data[..length], application)?;
+            store.write(object, &data[..length])?;
             return Ok(done);
         }
-        objects.length(object)?;
+        store.objects.length(object)?;
         let size = is_sized.then(|| u32::from_le_bytes(data) as usize);
         if size.is_some_and(|size| size > BYTES_MAX) {
             return Err(Abort::MEMORY);
@@ -117,12 +116,7 @@ impl Server {
         Ok(done)
     }
 
-    fn down_segment(
-        &mut self,
-        frame: &Words,
-        objects: &mut Objects,
-        application: &mut dyn Application,
-    ) -> Result<Words, Abort> {
+    fn down_segment(&mut self, frame: &Words, store: &mut Store<'_>) -> Result<Words, Abort> {
         let transfer = self.transfer.as_mut().ok_or(Abort::COMMAND)?;
         let Way::Down(size) = transfer.way else { return Err(Abort::COMMAND) };
         let toggle = frame[0] & 0x10;
@@ -140,19 +134,14 @@ impl Server {
             if size.is_some_and(|size| whole.data.len() < size) {
                 return Err(Abort::TOO_SHORT);
             }
-            objects.write(whole.object, &whole.data, application)?;
+            store.write(whole.object, &whole.data)?;
         }
         Ok([0x20 | toggle, 0, 0, 0, 0, 0, 0, 0])
     }
 
-    fn up(
-        &mut self,
-        object: (u16, u8),
-        objects: &mut Objects,
-        application: &mut dyn Application,
-    ) -> Result<Words, Abort> {
+    fn up(&mut self, object: (u16, u8), store: &mut Store<'_>) -> Result<Words, Abort> {
         self.transfer = None;
-        let data = objects.read(object, application)?;
+        let data = store.objects.read(object, store.application)?;
         if let (1..=4, Ok(free)) = (data.len(), u8::try_from(4usize.saturating_sub(data.len()))) {
             let mut four = [0; 4];
             four[..data.len()].copy_from_slice(&data);

@@ -8,7 +8,7 @@ use super::variables::Variables;
 use crate::error::Mistake;
 use crate::expression::Expression;
 use crate::file::{self, MessageRules};
-use crate::place::Place;
+use crate::place::{Place, given};
 use wire::time::Span;
 
 /// Default number of messages waiting to be answered.
@@ -20,7 +20,6 @@ const QUEUE_MAX: usize = 1000;
 /// Maximum number of messages in one answer.
 pub(crate) const TIMES_MAX: f64 = 10_000.0;
 
-/// How a message answers another.
 #[derive(Debug, Clone)]
 pub(crate) struct Answer {
     /// The index of the message that it answers.
@@ -30,7 +29,6 @@ pub(crate) struct Answer {
     pub(crate) when: Option<Expression>,
     /// Number of messages, and the time between them.
     pub(crate) times: Option<(Expression, Span)>,
-    /// Answers refused questions.
     pub(crate) busy: bool,
 }
 
@@ -49,15 +47,9 @@ pub(super) fn answer(
     place: &Place,
 ) -> Result<Option<Answer>, Mistake> {
     let Some(name) = &rules.answers else {
-        let given = [
-            ("delay_s", rules.delay_s.is_some()),
-            ("when", rules.when.is_some()),
-            ("times", rules.times.is_some()),
-            ("every_s", rules.every_s.is_some()),
-            ("busy", rules.busy.is_some()),
-        ];
-        let Some((key, _)) = given.iter().find(|(_, given)| *given) else { return Ok(None) };
-        let text = match *key {
+        let given = given!(rules; delay_s, when, times, every_s, busy);
+        let Some(key) = given else { return Ok(None) };
+        let text = match key {
             "delay_s" => "a delay without a question".to_owned(),
             key => format!("`{key}` without a question"),
         };

@@ -69,7 +69,6 @@ impl Arrays {
     }
 }
 
-/// The array of this name.
 pub(super) fn find(arrays: &[(String, Array)], name: &str) -> Option<Meaning> {
     let found = arrays.iter().find(|(known, _)| known == name);
     found.map(|(_, array)| Meaning::Array(*array))

@@ -23,7 +23,6 @@ pub(crate) struct Canopen {
     pub(crate) errors: Vec<(u16, Expression)>,
 }
 
-/// Where the value of an object is.
 #[derive(Debug, Clone)]
 pub(crate) enum Object {
     /// In a variable, which masters and machines set.
@@ -33,8 +32,8 @@ pub(crate) enum Object {
 }
 
 /// The objects and the errors of the file.
-pub(super) fn canopen<M>(
-    said: &File<M>,
+pub(super) fn canopen(
+    said: &File,
     dictionary: &Arc<Dictionary>,
     variables: &Variables,
     files: &mut dyn Files,

@@ -37,10 +37,7 @@ fn place() -> Place {
 }
 
 /// Loads the unit of the file, and adds a state for each of its outputs.
-pub(super) fn load<M>(
-    said: &mut File<M>,
-    files: &mut dyn Files,
-) -> Result<Option<Loaded>, Mistake> {
+pub(super) fn load(said: &mut File, files: &mut dyn Files) -> Result<Option<Loaded>, Mistake> {
     let Some(table) = &said.fmu else { return Ok(None) };
     let file = table.file.clone();
     let unit = files.fmu(&file).map_err(|error| Mistake::new(place().key("file"), error))?;
@@ -75,11 +72,12 @@ pub(super) fn load<M>(
 /// The place of the variable with this name, which has one of these roles and is a number.
 fn find(unit: &dyn Fmu, name: &str, roles: &[FmuRole], at: &Place) -> Result<usize, Mistake> {
     let word = |role| match role {
-        FmuRole::Input => "input",
-        FmuRole::Output => "output",
-        FmuRole::Parameter => "parameter",
-        FmuRole::Local => "local variable",
+        FmuRole::Input => "an input",
+        FmuRole::Output => "an output",
+        FmuRole::Parameter => "a parameter",
+        FmuRole::Local => "a local variable",
     };
+    let (_, wanted) = word(roles[0]).split_once(' ').unwrap_or_default();
     let all = unit.variables();
     let found = all.iter().position(|one| one.name == name);
     let Some(place) = found.filter(|place| roles.contains(&all[*place].role)) else {
@@ -87,15 +85,10 @@ fn find(unit: &dyn Fmu, name: &str, roles: &[FmuRole], at: &Place) -> Result<usi
         let known: Vec<&str> = known.map(|one| one.name.as_str()).collect();
         let what = match found {
             Some(place) => {
-                format!("`{name}` of the FMU is no {}: ", word(roles[0]))
-                    + match all[place].role {
-                        FmuRole::Input => "it is an input",
-                        FmuRole::Output => "it is an output",
-                        FmuRole::Parameter => "it is a parameter",
-                        FmuRole::Local => "it is a local variable",
-                    }
+                let is = word(all[place].role);
+                format!("`{name}` of the FMU is no {wanted}: it is {is}")
             }
-            None => format!("the FMU has no {} `{name}`", word(roles[0])),
+            None => format!("the FMU has no {wanted} `{name}`"),
         };
         return Err(Mistake::new(at.name(), what).help(hint::proposal(name, &known)));
     };

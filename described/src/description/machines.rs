@@ -14,7 +14,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use toml::Spanned;
 use wire::time::Span;
 
-/// A machine.
 #[derive(Debug, Clone)]
 pub(crate) struct Machine {
     /// The index of its initial state.
@@ -141,7 +140,6 @@ impl Reader<'_> {
         Ok(Machine { start, transitions, enter })
     }
 
-    /// The index of a state by name.
     fn state(&self, name: &str, place: &Place) -> Result<usize, Mistake> {
         self.table.states.iter().position(|known| known == name).ok_or_else(|| {
             let text = format!("`{}` has no state `{name}`", self.name);

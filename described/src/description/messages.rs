@@ -13,7 +13,7 @@ use crate::file::{MessageRules, SourceTable};
 use crate::files::Files;
 use crate::hint;
 use crate::layout::{EncodeError, Layout, Message, Selection, SendKind, SendRule, Sender, Signal};
-use crate::place::Place;
+use crate::place::{Place, given};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use wire::time::Span;
@@ -145,7 +145,6 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
     Ok(())
 }
 
-/// Messages sent and received.
 pub(super) fn messages(
     rules: &BTreeMap<String, MessageRules>,
     sources: &BTreeMap<String, SourceTable>,
@@ -280,9 +279,7 @@ fn send(
         return Err(Mistake::new(place.key("timeout_s").name(), text)
             .help("a `timeout_s` is of a message that it hears"));
     }
-    let of_questions =
-        [("while_answering", rules.while_answering.is_some()), ("queue", rules.queue.is_some())];
-    if let Some((key, _)) = of_questions.iter().find(|(_, given)| *given) {
+    if let Some(key) = given!(rules; while_answering, queue) {
         let text = format!("`{}` is sent by the device", message.name);
         return Err(Mistake::new(place.key(key).name(), text)
             .help(format!("`{key}` is of a message that it hears")));
@@ -310,15 +307,7 @@ fn hear(
     rules: &MessageRules,
     place: &Place,
 ) -> Result<Heard, Mistake> {
-    let of_senders = [
-        ("answers", rules.answers.is_some()),
-        ("delay_s", rules.delay_s.is_some()),
-        ("when", rules.when.is_some()),
-        ("times", rules.times.is_some()),
-        ("every_s", rules.every_s.is_some()),
-        ("busy", rules.busy.is_some()),
-    ];
-    if let Some((key, _)) = of_senders.iter().find(|(_, given)| *given) {
+    if let Some(key) = given!(rules; answers, delay_s, when, times, every_s, busy) {
         let text = format!("`{}` is sent by the host", message.name);
         return Err(Mistake::new(place.key(key).name(), text)
             .help(format!("`{key}` is of a message that the device sends")));

@@ -28,11 +28,11 @@ pub(crate) use machines::{Machine, Setting};
 pub(crate) use messages::{Heard, Sent};
 pub(crate) use source::{SignalSource, Source};
 pub(crate) use states::{Law, State};
-pub(crate) use variables::{PART, TIME, Variables};
+pub(crate) use variables::{PART, Variables};
 
 use crate::error::{FileError, Mistake};
 use crate::expression::Batch;
-use crate::file::{File, MachineTable, MessageRules, ParameterTable, StateTable};
+use crate::file::{File, MachineTable, ParameterTable, StateTable};
 use crate::files::{Files, Texts};
 use crate::isotp::IsoTp;
 use crate::layout::Layout;
@@ -44,7 +44,6 @@ use std::collections::BTreeMap;
 use variables::Named;
 use wire::time::Span;
 
-/// Default step of the integration.
 const STEP_S: f64 = 0.01;
 
 /// Minimum step. Assumption: no line here resolves less.
@@ -73,7 +72,6 @@ struct Note {
     doc: String,
 }
 
-/// The computations of a device.
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
     pub(crate) step: Span,
@@ -86,9 +84,7 @@ pub(crate) struct Model {
     /// The sent signals that are expressions.
     pub(crate) expressions: Batch,
     pub(crate) heard: Vec<Heard>,
-    /// Its diagnostics.
     pub(crate) uds: Option<Box<Diagnosis>>,
-    /// Present for a CANopen device.
     pub(crate) canopen: Option<Canopen>,
     /// A functional mock-up unit.
     pub(crate) physics: Option<Box<Physics>>,
@@ -113,25 +109,20 @@ impl Description {
     /// # Errors
     /// With the place of the first mistake, in the description or in a file that it names.
     pub fn parse_with(file: &str, text: &str, files: &mut dyn Files) -> Result<Self, FileError> {
-        let (said, tables) = read::split(file, text)?;
-        let layout = read::layout(file, text, &said, tables.as_deref(), files)?;
-        Self::build(said, layout, tables.is_some(), files)
-            .map_err(|mistake| mistake.located(file, text))
+        let said = read::said(file, text)?;
+        let layout = read::layout(file, text, &said, files)?;
+        Self::build(said, layout, files).map_err(|mistake| mistake.located(file, text))
     }
 
-    fn build(
-        mut said: File<BTreeMap<String, MessageRules>>,
-        layout: Layout,
-        listed: bool,
-        files: &mut dyn Files,
-    ) -> Result<Self, Mistake> {
+    fn build(mut said: File, layout: Layout, files: &mut dyn Files) -> Result<Self, Mistake> {
+        let (rules, listed) = (said.message.rules(), said.message.tables().is_some());
         let step_s = said.step_s.unwrap_or(STEP_S);
         let step = parts::seconds(step_s, STEP_S_MIN, &Place::file().key("step_s"))?;
         let dictionary = layout.dictionary().cloned();
         let held = dictionary.iter().map(|dictionary| crate::canopen::held(&mut said, dictionary));
         let held = held.collect::<Result<Vec<_>, _>>()?.concat();
         let loaded = fmu::load(&mut said, files)?;
-        let layout = messages::ruled(layout, &said.message, listed)?;
+        let layout = messages::ruled(layout, &rules, listed)?;
         let of_uds = Place::file().key("uds").key("isotp");
         let isotp = said.uds.as_ref().map(|uds| IsoTp::at(&uds.isotp, &of_uds)).transpose()?;
         let layout = match &isotp {
@@ -171,7 +162,7 @@ impl Description {
         let (states, order) = states::states(&of_states, &set, &variables)?;
         let machines = machines::machines(&machine_tables, &states, &variables)?;
         let (mut sent, heard) =
-            messages::messages(&said.message, &said.signal, &layout, &variables, listed, files)?;
+            messages::messages(&rules, &said.signal, &layout, &variables, listed, files)?;
         let expressions = messages::expressions(&mut sent);
         let uds = said.uds.as_ref().zip(isotp);
         let uds = uds.map(|(uds, isotp)| uds::diagnosis(uds, isotp, &variables, &parameters));

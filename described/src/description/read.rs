@@ -1,68 +1,32 @@
-//! The two forms of a description, and the layout that it names or contains.
+//! The content of a description, and the layout that it names or contains.
 
 use crate::canopen;
 use crate::error::{FileError, Mistake};
-use crate::file::{File, MessageRules, MessageTable};
+use crate::file::File;
 use crate::files::Files;
 use crate::layout::Layout;
 use crate::place::Place;
-use serde::Deserialize;
-use std::collections::BTreeMap;
-use toml::de::{DeTable, Deserializer};
-
-/// The file with rules for its messages, and the tables that define them completely, if any.
-pub(super) type Split = (File<BTreeMap<String, MessageRules>>, Option<Vec<MessageTable>>);
 
 /// Reads the file in whichever of the two forms it has.
-pub(super) fn split(file: &str, text: &str) -> Result<Split, FileError> {
-    let wrong = |error: &toml::de::Error| FileError::from_toml(file, text, error);
-    let document = DeTable::parse(text).map_err(|error| wrong(&error))?;
-    let tables = document.get_ref().get("message").is_some_and(|value| value.get_ref().is_array());
-    let read = Deserializer::from(document);
-    if !tables {
-        return Ok((File::deserialize(read).map_err(|error| wrong(&error))?, None));
-    }
-    let whole: File<Vec<MessageTable>> = File::deserialize(read).map_err(|error| wrong(&error))?;
-    let rules = whole.message.iter().map(|table| (table.name.clone(), table.rules())).collect();
-    let said = File {
-        name: whole.name,
-        title: whole.title,
-        source: whole.source,
-        dbc: whole.dbc,
-        eds: whole.eds,
-        node_id: whole.node_id,
-        object: whole.object,
-        emergency: whole.emergency,
-        node: whole.node,
-        step_s: whole.step_s,
-        serial: whole.serial,
-        parameter: whole.parameter,
-        state: whole.state,
-        table: whole.table,
-        machine: whole.machine,
-        signal: whole.signal,
-        uds: whole.uds,
-        fmu: whole.fmu,
-        message: rules,
-    };
-    Ok((said, Some(whole.message)))
+pub(super) fn said(file: &str, text: &str) -> Result<File, FileError> {
+    toml::from_str(text).map_err(|error| FileError::from_toml(file, text, &error))
 }
 
 /// The layout from the file or its DBC.
-pub(super) fn layout<M>(
+pub(super) fn layout(
     file: &str,
     text: &str,
-    said: &File<M>,
-    tables: Option<&[MessageTable]>,
+    said: &File,
     files: &mut dyn Files,
 ) -> Result<Layout, FileError> {
     if let Some(eds) = &said.eds {
-        return canopen::layout((file, text), said, tables.is_some(), eds, files);
+        return canopen::layout((file, text), said, eds, files);
     }
     canopen::unused(said).map_err(|mistake| mistake.located(file, text))?;
     let mistake = |key: &str, message: &str, help: &str| {
         Err(Mistake::new(Place::file().key(key), message).help(help).located(file, text))
     };
+    let tables = said.message.tables();
     let Some(dbc) = &said.dbc else {
         let Some(tables) = tables else {
             return mistake(

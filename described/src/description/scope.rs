@@ -1,8 +1,8 @@
 //! Meaning of names in the expressions of a file.
 
 use super::arrays::{INDEX, find};
-use super::variables::{PART, TIME, Variables};
-use crate::expression::{Meaning, Scope, States, Unknown};
+use super::variables::{PART, Variables};
+use crate::expression::{Meaning, Scope, States, TIME, Unknown};
 use crate::hint;
 use crate::layout::{Sender, SignalName};
 
@@ -73,10 +73,6 @@ impl Scope for Variables {
         let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
         found.map(|(_, number)| *number).ok_or_else(|| unknown(&names))
     }
-
-    fn time(&self) -> usize {
-        TIME
-    }
 }
 
 /// Scope with parameters and tables only, for the start of a state.
@@ -95,20 +91,12 @@ impl Scope for ParametersOnly<'_> {
             })
     }
 
-    fn last(&self, name: &str) -> Result<Meaning, Unknown> {
-        self.variable(name)
-    }
-
     fn states(&self, machine: &str) -> Result<States<'_>, Unknown> {
         self.variable(machine).and_then(|_| Scope::states(self.0, machine))
     }
 
     fn named(&self, variable: &str, value: &str) -> Result<f64, Unknown> {
         self.variable(variable).and_then(|_| self.0.named(variable, value))
-    }
-
-    fn time(&self) -> usize {
-        TIME
     }
 }
 
@@ -142,9 +130,5 @@ impl Scope for Local<'_> {
 
     fn named(&self, variable: &str, value: &str) -> Result<f64, Unknown> {
         self.scope.named(variable, value)
-    }
-
-    fn time(&self) -> usize {
-        self.scope.time()
     }
 }

@@ -4,7 +4,7 @@ use super::parts::{PERIOD_S_MIN, seconds};
 use crate::error::Mistake;
 use crate::file::MessageRules;
 use crate::layout::{Message, SendKind};
-use crate::place::Place;
+use crate::place::{Place, given};
 
 /// Applies the file's period and other send conditions to the message.
 pub(super) fn ruled(
@@ -44,14 +44,8 @@ pub(super) fn ruled(
 
 /// Applies the rules for sending after a change.
 fn occasions(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(), Mistake> {
-    let after_change = [
-        ("fast_period_s", rules.fast_period_s.is_some()),
-        ("fast_times", rules.fast_times.is_some()),
-        ("min_delay_s", rules.min_delay_s.is_some()),
-    ];
-    if let (SendKind::Cyclic, Some((key, _))) =
-        (message.send.kind, after_change.iter().find(|(_, given)| *given))
-    {
+    let after_change = given!(rules; fast_period_s, fast_times, min_delay_s);
+    if let (SendKind::Cyclic, Some(key)) = (message.send.kind, after_change) {
         let text = format!("`{}` is not sent on a change", message.name);
         return Err(Mistake::new(place.key(key).name(), text)
             .help("add `send`: \"on_change\", \"on_event\" or \"cyclic_and_on_change\""));

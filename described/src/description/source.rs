@@ -13,7 +13,6 @@ use crate::steps::Procedure;
 /// Maximum length of a series. Assumption: sixteen hours at 17 Hz are enough for a trace.
 const SERIES_MAX: usize = 1_000_000;
 
-/// The source of a sent signal.
 #[derive(Debug, Clone)]
 pub(crate) struct SignalSource {
     pub(crate) source: Source,
@@ -21,7 +20,6 @@ pub(crate) struct SignalSource {
     pub(crate) noise: f64,
 }
 
-/// The source of a value.
 #[derive(Debug, Clone)]
 pub(crate) enum Source {
     /// Undriven: the signal's start value; a multiplexer cycles through its pages.
@@ -224,12 +222,10 @@ fn points(
     Ok(points)
 }
 
-/// A sensor with errors.
 #[derive(Debug, Clone)]
 pub(crate) struct Sensor {
     /// The true value, in the signal's unit.
     pub(crate) truth: Source,
-    /// The error model of the sensor.
     pub(crate) errs: Procedure<Expression>,
 }
 

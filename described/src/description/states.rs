@@ -10,7 +10,6 @@ use crate::file::StateTable;
 use crate::place::Place;
 use std::collections::BTreeSet;
 
-/// A state.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     /// The value at power-on, an expression of parameters.
@@ -18,7 +17,6 @@ pub(crate) struct State {
     pub(crate) law: Law,
 }
 
-/// How a state evolves.
 #[derive(Debug, Clone)]
 pub(crate) enum Law {
     /// Its derivative, in its unit per second.

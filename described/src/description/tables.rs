@@ -11,7 +11,6 @@ use std::sync::Arc;
 /// Both axes, the second empty in one dimension, and the values.
 type Points = (Vec<f64>, Vec<f64>, Vec<f64>);
 
-/// Parses the tables.
 pub(super) fn tables(
     tables: &BTreeMap<String, LookupTable>,
     files: &mut dyn Files,

@@ -8,16 +8,12 @@ use crate::lookup::Lookup;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The slot of the time since power-on, in seconds.
-pub(crate) const TIME: usize = 0;
-
 /// The slot of the part of an answer being sent, from 1.
 pub(crate) const PART: usize = 1;
 
 /// Number of slots before those of the parameters.
 const FIXED: usize = 2;
 
-/// The name of a machine and of its states.
 #[derive(Debug, Clone)]
 pub(super) struct MachineNames {
     pub(super) name: String,
@@ -72,7 +68,6 @@ impl Variables {
         Self { parameters, states, machines, tables, arrays, layout, heard, count }
     }
 
-    /// The names of states and machines.
     pub(crate) fn states(&self) -> impl Iterator<Item = &str> {
         let machines = self.machines.iter().map(|machine| machine.name.as_str());
         self.states.iter().map(String::as_str).chain(machines)
@@ -83,7 +78,6 @@ impl Variables {
         self.arrays.of_states().chain(self.states.iter().cloned()).collect()
     }
 
-    /// Number of slots.
     pub(crate) const fn count(&self) -> usize {
         self.count
     }
@@ -111,7 +105,6 @@ impl Variables {
         self.machine(index) + self.machines.len()
     }
 
-    /// The slot of a received signal.
     pub(crate) fn signal(&self, message: usize, signal: usize) -> Option<usize> {
         self.heard.get(message).copied().flatten().map(|first| first + signal)
     }

@@ -8,7 +8,6 @@ use wire::time::Timestamp;
 /// Maximum number of delayed answers; any more are dropped and counted.
 pub(super) const ANSWERS_MAX: usize = 64;
 
-/// An answer, or the rest of one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Waiting {
     /// Time of its next message.

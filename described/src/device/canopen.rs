@@ -63,7 +63,6 @@ impl Device {
         acted
     }
 
-    /// Takes a frame from the bus.
     pub(super) fn receive_canopen(&mut self, now: Timestamp, frame: &CanFrame) {
         let description = Arc::clone(&self.description);
         let model = &description.model;

@@ -2,27 +2,30 @@
 
 use super::Device;
 use super::dynamics::{Dynamics, finite};
-use super::server::Server;
+use super::server::{Case, Server};
 use crate::description::Model;
 use crate::expression::Expression;
-use crate::uds::{Diagnosis, Monitor};
+use crate::uds::Monitor;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
 impl Device {
-    /// Lets the server act on the device.
-    pub(super) fn diagnose(&mut self, act: impl FnOnce(&mut Server, &Diagnosis, &mut Self)) {
+    pub(super) fn diagnose(
+        &mut self,
+        now: Timestamp,
+        act: impl FnOnce(&mut Server, &mut Case<'_>),
+    ) {
         let description = Arc::clone(&self.description);
         // Taken out of the device, so that it can change the rest of it.
         if let (Some(mut server), Some(diagnosis)) = (self.uds.take(), &description.model.uds) {
-            act(&mut server, diagnosis, self);
+            act(&mut server, &mut Case { now, diagnosis, device: self });
             self.uds = Some(server);
         }
     }
 
     /// Does the work of the server that is due, and the reset that it asked for.
     pub(super) fn wake_diagnosis(&mut self, now: Timestamp) {
-        self.diagnose(|server, diagnosis, device| server.wake(now, diagnosis, device));
+        self.diagnose(now, Server::wake);
         let Some(written) = self.uds.as_mut().and_then(|server| server.resets(now)) else { return };
         let description = Arc::clone(&self.description);
         for place in written.iter().flat_map(|name| description.parameters_named(name)) {
@@ -37,7 +40,6 @@ impl Device {
         }
     }
 
-    /// Brings its states to `now`.
     pub(crate) fn reach(&mut self, now: Timestamp) {
         let description = Arc::clone(&self.description);
         self.pass(&description.model, now);

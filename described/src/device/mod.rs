@@ -111,7 +111,7 @@ impl Device {
             return;
         }
         if self.uds.is_some() {
-            self.diagnose(|uds, diagnosis, device| uds.receive(now, frame, diagnosis, device));
+            self.diagnose(now, |uds, case| uds.receive(frame, case));
             if self.uds.as_ref().is_some_and(|uds| uds.is_deaf()) {
                 return;
             }
@@ -323,7 +323,6 @@ impl Device {
         self.do_what_is_due(model, now);
     }
 
-    /// Uses a received message.
     fn take(&mut self, model: &Model, now: Timestamp, message: usize, values: &[Option<f64>]) {
         self.dynamics.reach(model, now);
         for (signal, value) in values.iter().enumerate() {

@@ -4,13 +4,13 @@ use super::clipped::Counts;
 use super::dynamics::finite;
 use super::occasion::Occasion;
 use super::{Device, NEVER};
-use crate::description::{Description, Model, PART, Sent, SignalSource, Source, TIME};
+use crate::description::{Description, Model, PART, Sent, SignalSource, Source};
+use crate::expression::TIME;
 use crate::layout::{SendKind, Signal};
 use crate::steps::{Memory, Procedure};
 use emulators::random::RandomStream;
 use wire::time::Timestamp;
 
-/// One of the sent messages.
 #[derive(Debug, Clone)]
 pub(super) struct Sending {
     /// Next due time of a periodic message.
@@ -45,10 +45,12 @@ pub(super) struct Correction {
 /// The source of a correction's input.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Seen {
-    /// The variable in this slot.
     Slot(usize),
     /// A signal of this or another message, as last sent.
-    Sent { sending: usize, place: usize },
+    Sent {
+        sending: usize,
+        place: usize,
+    },
 }
 
 impl Sending {
@@ -355,7 +357,6 @@ impl Device {
         }
     }
 
-    /// Applies the corrections to the values.
     fn take_errors_off(&mut self, index: usize, values: &mut [f64]) {
         // Taken out of the device, so that they can read what else was sent.
         let mut corrections = std::mem::take(&mut self.senders[index].corrections);

@@ -1,6 +1,5 @@
 //! Consecutive slots as an array: `cell[3]`, `max(cell)`.
 
-/// An array of variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Array {
     /// The slot of the first element.

@@ -28,7 +28,6 @@ enum Block {
     Alone(usize, Expression),
 }
 
-/// Expressions of one shape.
 #[derive(Debug, Clone, PartialEq)]
 struct Alike<const LANES: usize> {
     /// Missing lanes repeat the last one.
@@ -77,7 +76,6 @@ impl Batch {
         Self { blocks: blocks.collect() }
     }
 
-    /// Number of blocks.
     pub(crate) const fn count(&self) -> usize {
         self.blocks.len()
     }

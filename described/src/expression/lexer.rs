@@ -3,7 +3,6 @@
 use super::ExpressionError;
 use std::ops::Range;
 
-/// A token.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Token<'a> {
     Number(f64),

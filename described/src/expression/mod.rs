@@ -28,11 +28,9 @@ pub(crate) const STACK_MAX: usize = 32;
 /// Maximum length of an expression. Assumption: a longer one is a model of its own.
 pub(crate) const EXPRESSION_BYTES_MAX: usize = 2_000;
 
-/// A parsed expression.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Expression {
     program: Program,
-    /// The slots that it reads.
     variables: Box<[usize]>,
 }
 
@@ -64,12 +62,9 @@ pub(crate) struct ExpressionError {
     pub(crate) help: Option<String>,
 }
 
-/// Meaning of a name.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Meaning {
-    /// The value in this slot.
     Slot(usize),
-    /// This number.
     Number(f64),
     Array(Array),
     Table(Arc<Lookup>),
@@ -83,25 +78,25 @@ pub(crate) struct States<'a> {
     pub(crate) names: &'a [String],
 }
 
+/// The slot of the time since power-on, in seconds.
+pub(crate) const TIME: usize = 0;
+
 /// Message and help for an unknown name.
 pub(crate) type Unknown = (String, String);
 
-/// Resolves names.
 pub(crate) trait Scope {
     /// The meaning of the name of a variable or a table.
     fn variable(&self, name: &str) -> Result<Meaning, Unknown>;
     /// The slot of a state, or the slots of an array of states, at the end of the previous step.
-    fn last(&self, name: &str) -> Result<Meaning, Unknown>;
-    /// The states of a machine.
+    fn last(&self, name: &str) -> Result<Meaning, Unknown> {
+        self.variable(name)
+    }
     fn states(&self, machine: &str) -> Result<States<'_>, Unknown>;
     /// The number of a variable for its named value `value`.
     fn named(&self, variable: &str, value: &str) -> Result<f64, Unknown>;
-    /// The slot of the time since power-on.
-    fn time(&self) -> usize;
 }
 
 impl Expression {
-    /// A constant.
     pub(crate) fn constant(value: f64) -> Self {
         Self::of(&[Operation::Constant(value)])
     }
@@ -115,7 +110,6 @@ impl Expression {
         Self { program: Program::of(operations), variables: variables.collect() }
     }
 
-    /// Parses an expression with variables of `scope`.
     pub(crate) fn parse(text: &str, scope: &dyn Scope) -> Result<Self, ExpressionError> {
         if text.len() > EXPRESSION_BYTES_MAX {
             let message = format!("an expression has at most {EXPRESSION_BYTES_MAX} characters");

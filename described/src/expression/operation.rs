@@ -2,7 +2,6 @@
 
 use super::array::Array;
 
-/// Functions of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Unary {
     Negate,
@@ -25,7 +24,6 @@ pub(super) enum Unary {
     Tanh,
 }
 
-/// Functions of two values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Binary {
     Or,
@@ -50,7 +48,6 @@ pub(super) enum Binary {
     BitXor,
 }
 
-/// A named function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Function {
     Of1(Unary),

@@ -29,7 +29,6 @@ struct Parser<'a> {
     nesting: usize,
 }
 
-/// The operations of the expression.
 pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Vec<Operation>, ExpressionError> {
     let (next, at) = token(text, 0)?;
     let operations = Vec::new();

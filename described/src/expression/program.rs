@@ -12,18 +12,15 @@ use std::sync::Arc;
 /// Stack size that is enough for most expressions.
 const STACK_SMALL: usize = 2;
 
-/// Location of an operand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum From {
     Number(f64),
     Slot(u32),
-    /// On top of the stack.
     Stack,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Instruction {
-    /// Loads the accumulator.
     Load(From),
     /// Pushes the accumulator on the stack.
     Push,
@@ -32,9 +29,7 @@ pub(super) enum Instruction {
     Right(Binary, From),
     /// Operator with the accumulator on the right.
     Left(Binary, From),
-    /// Adds a product to the accumulator.
     AddProduct(From, From),
-    /// Subtracts a product from the accumulator.
     SubtractProduct(From, From),
     /// Condition, then and else.
     Choose(From, From, From),
@@ -54,7 +49,6 @@ pub(super) enum Instruction {
 pub(super) struct Program {
     instructions: Box<[Instruction]>,
     tables: Box<[Arc<Lookup>]>,
-    /// Maximum height of the stack.
     height: usize,
 }
 
@@ -262,7 +256,6 @@ impl Compiler {
         self.pending.push(Pending::Computed { waits: false });
     }
 
-    /// Brings the operand into the accumulator.
     fn bring(&mut self, operand: Pending) {
         match operand {
             Pending::Simple(from) => {

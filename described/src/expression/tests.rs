@@ -61,10 +61,6 @@ impl Scope for Names {
         let unknown = || (format!("no value `{value}`"), hint::proposal(value, &known));
         known.iter().position(|known| *known == value).map(|place| place as f64).ok_or_else(unknown)
     }
-
-    fn time(&self) -> usize {
-        0
-    }
 }
 
 const VARIABLES: [f64; 10] = [10.0, 3.0, -2.0, 40.0, 7.0, 4.1, 3.9, 4.3, 1.0, 2.5];

@@ -6,15 +6,14 @@ use crate::layout::{SendKind, Sender, SignalValue};
 use crate::protection::{ChecksumTable, CounterTable, E2eTable, ProtectionTable};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{self, Deserializer, MapAccess, Visitor};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Messages in either form, for editors. When a file is read, the form is already known.
-#[derive(JsonSchema)]
+/// Messages in either form.
+#[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
-#[expect(dead_code, reason = "it is only described")]
 pub(crate) enum Messages {
     /// `[message.NAME]`: additions to a message of the DBC.
     Rules(BTreeMap<String, MessageRules>),
@@ -24,100 +23,109 @@ pub(crate) enum Messages {
 
 impl Default for Messages {
     fn default() -> Self {
-        Self::Tables(Vec::new())
+        Self::Rules(BTreeMap::new())
     }
 }
 
-/// Additions to a message of a DBC.
-#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MessageRules {
-    /// Period, s.
-    pub(crate) period_s: Option<f64>,
-    /// When it is sent: periodically, when its values change, or both.
-    pub(crate) send: Option<SendKind>,
-    /// Period of the repetitions after a change, s.
-    pub(crate) fast_period_s: Option<f64>,
-    /// Number of repetitions after a change.
-    pub(crate) fast_times: Option<u32>,
-    /// Minimum time between the preceding message and one that a change triggers, s.
-    pub(crate) min_delay_s: Option<f64>,
-    /// Sent in reply to this message.
-    pub(crate) answers: Option<String>,
-    /// Delay of the reply, s.
-    pub(crate) delay_s: Option<f64>,
-    /// Condition for a reply, evaluated when the message arrives.
-    pub(crate) when: Option<Formula>,
-    /// Number of messages in the reply. In its expressions, `part` counts them from 1.
-    pub(crate) times: Option<Formula>,
-    /// Time between the messages of a reply, s.
-    pub(crate) every_s: Option<f64>,
-    /// The reply to requests that are refused because another one is being answered.
-    pub(crate) busy: Option<bool>,
-    /// For a received message: what happens if it arrives while an earlier one is still being answered.
-    pub(crate) while_answering: Option<WhileAnswering>,
-    /// Maximum number of waiting requests. Default: 8.
-    pub(crate) queue: Option<usize>,
-    /// For a received message: values of its signals before the first message.
-    #[serde(default)]
-    pub(crate) initial: BTreeMap<String, SignalValue>,
-    /// For a received message: after this time without one, s, its signals return to their initial values.
-    pub(crate) timeout_s: Option<f64>,
-    /// A counter that advances with each message.
-    counter: Option<CounterTable>,
-    /// A checksum among the signals.
-    checksum: Option<ChecksumTable>,
-    /// Counter and checksum of an AUTOSAR E2E profile.
-    e2e: Option<E2eTable>,
-}
+impl Messages {
+    /// The complete definitions, if it is these.
+    pub(crate) fn tables(&self) -> Option<&[MessageTable]> {
+        match self {
+            Self::Rules(_) => None,
+            Self::Tables(tables) => Some(tables),
+        }
+    }
 
-impl MessageRules {
-    /// Its counter and checksum.
-    pub(crate) fn protection(&self) -> ProtectionTable {
-        ProtectionTable {
-            counter: self.counter.clone(),
-            checksum: self.checksum.clone(),
-            e2e: self.e2e.clone(),
+    /// The keys that both forms have, by the name of the message.
+    pub(crate) fn rules(&self) -> BTreeMap<String, MessageRules> {
+        match self {
+            Self::Rules(rules) => rules.clone(),
+            Self::Tables(tables) => {
+                tables.iter().map(|table| (table.name.clone(), table.rules())).collect()
+            }
         }
     }
 }
 
-/// Complete definition of a message, without a DBC.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct MessageTable {
-    /// Its name.
-    pub(crate) name: String,
-    /// Who sends it.
-    pub(crate) sent_by: Sender,
-    /// What it is.
-    #[serde(default)]
-    pub(crate) doc: String,
-    /// Identifier on CAN.
-    pub(crate) can_id: Option<u32>,
-    /// Extended identifier (29 bits).
-    pub(crate) extended: Option<bool>,
-    /// CAN FD frame, up to 64 bytes, with the data phase at the faster bit rate.
-    #[serde(default)]
-    pub(crate) fd: bool,
-    /// Start bytes of a packet on a serial line.
-    pub(crate) start: Option<Vec<u8>>,
-    /// Checksum at the end of a packet: `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`. As a table: a
-    /// checksum among the fields.
-    pub(crate) checksum: Option<ChecksumKind>,
-    /// A counter that advances with each message.
-    counter: Option<CounterTable>,
-    /// Counter and checksum of an AUTOSAR E2E profile.
-    e2e: Option<E2eTable>,
-    /// What the checksum covers.
-    pub(crate) checksum_over: Option<ChecksumOver>,
-    /// Byte order of the checksum.
-    pub(crate) checksum_order: Option<ByteOrder>,
-    /// Line of text on a serial line, with `{Signal:.2}` in place of a number.
-    pub(crate) text: Option<String>,
-    /// Fields, one after another.
-    #[serde(default)]
-    pub(crate) fields: Vec<FieldTable>,
+impl<'de> Deserialize<'de> for Messages {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Messages;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a map")
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Messages, A::Error> {
+                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(Messages::Rules)
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Messages, A::Error> {
+                Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map(Messages::Tables)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// Declares the two forms of a message, which have these keys in common.
+macro_rules! messages {
+    ($($(#[$about:meta])* $key:ident: $type:ty,)+) => {
+        /// Additions to a message of a DBC.
+        #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct MessageRules {
+            $($(#[$about])* pub(crate) $key: $type,)+
+            /// A checksum among the signals.
+            checksum: Option<ChecksumTable>,
+        }
+
+        /// Complete definition of a message, without a DBC.
+        #[derive(Debug, Clone, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub(crate) struct MessageTable {
+            /// Its name.
+            pub(crate) name: String,
+            /// Who sends it.
+            pub(crate) sent_by: Sender,
+            /// What it is.
+            #[serde(default)]
+            pub(crate) doc: String,
+            /// Identifier on CAN.
+            pub(crate) can_id: Option<u32>,
+            /// Extended identifier (29 bits).
+            pub(crate) extended: Option<bool>,
+            /// CAN FD frame, up to 64 bytes, with the data phase at the faster bit rate.
+            #[serde(default)]
+            pub(crate) fd: bool,
+            /// Start bytes of a packet on a serial line.
+            pub(crate) start: Option<Vec<u8>>,
+            /// Checksum at the end of a packet: `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`. As a table: a
+            /// checksum among the fields.
+            pub(crate) checksum: Option<ChecksumKind>,
+            /// What the checksum covers.
+            pub(crate) checksum_over: Option<ChecksumOver>,
+            /// Byte order of the checksum.
+            pub(crate) checksum_order: Option<ByteOrder>,
+            /// Line of text on a serial line, with `{Signal:.2}` in place of a number.
+            pub(crate) text: Option<String>,
+            /// Fields, one after another.
+            #[serde(default)]
+            pub(crate) fields: Vec<FieldTable>,
+            $($(#[$about])* $key: $type,)+
+        }
+
+        impl MessageTable {
+            fn rules(&self) -> MessageRules {
+                let checksum = match &self.checksum {
+                    Some(ChecksumKind::Field(table)) => Some(table.clone()),
+                    Some(ChecksumKind::Trailer(_)) | None => None,
+                };
+                MessageRules { checksum, $($key: self.$key.clone(),)+ }
+            }
+        }
+    };
+}
+
+messages! {
     /// Period, s.
     period_s: Option<f64>,
     /// When it is sent: periodically, when its values change, or both.
@@ -149,35 +157,23 @@ pub(crate) struct MessageTable {
     initial: BTreeMap<String, SignalValue>,
     /// For a received message: after this time without one, s, its signals return to their initial values.
     timeout_s: Option<f64>,
+    /// A counter that advances with each message.
+    counter: Option<CounterTable>,
+    /// Counter and checksum of an AUTOSAR E2E profile.
+    e2e: Option<E2eTable>,
 }
 
-impl MessageTable {
-    pub(crate) fn rules(&self) -> MessageRules {
-        MessageRules {
-            period_s: self.period_s,
-            send: self.send,
-            fast_period_s: self.fast_period_s,
-            fast_times: self.fast_times,
-            min_delay_s: self.min_delay_s,
-            answers: self.answers.clone(),
-            delay_s: self.delay_s,
-            when: self.when.clone(),
-            times: self.times.clone(),
-            every_s: self.every_s,
-            busy: self.busy,
-            while_answering: self.while_answering,
-            queue: self.queue,
-            initial: self.initial.clone(),
-            timeout_s: self.timeout_s,
+impl MessageRules {
+    pub(crate) fn protection(&self) -> ProtectionTable {
+        ProtectionTable {
             counter: self.counter.clone(),
-            checksum: match &self.checksum {
-                Some(ChecksumKind::Field(table)) => Some(table.clone()),
-                Some(ChecksumKind::Trailer(_)) | None => None,
-            },
+            checksum: self.checksum.clone(),
             e2e: self.e2e.clone(),
         }
     }
+}
 
+impl MessageTable {
     /// The name of the checksum at its end.
     pub(crate) fn trailer(&self) -> Option<&str> {
         match &self.checksum {
@@ -237,7 +233,7 @@ pub(crate) enum ChecksumOver {
     All,
 }
 
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct FieldTable {
     /// Name of the signal.

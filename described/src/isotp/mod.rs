@@ -33,14 +33,12 @@ const CONTINUE: u8 = 0;
 const WAIT: u8 = 1;
 const OVERFLOW: u8 = 2;
 
-/// Which end of the channel a node is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     Server,
     Client,
 }
 
-/// A complete message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Received {
     pub(crate) data: Vec<u8>,
@@ -57,7 +55,6 @@ pub(crate) struct Slowness {
     pub(crate) separation: Span,
 }
 
-/// One end of a channel.
 #[derive(Debug, Clone)]
 pub(crate) struct Channel {
     settings: IsoTp,
@@ -182,7 +179,6 @@ impl Channel {
         going.min(coming.map_or(Timestamp::MAX, |coming| coming.due.min(coming.answer_at)))
     }
 
-    /// The next frame for the bus.
     pub(crate) fn transmit(&mut self) -> Option<CanFrame> {
         self.ready.pop_front()
     }

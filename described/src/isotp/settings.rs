@@ -1,7 +1,7 @@
 //! Identifiers and parameters of a channel, as files state them.
 
 use crate::error::Mistake;
-use crate::place::Place;
+use crate::place::{Place, given};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, Id, StandardId};
@@ -83,11 +83,7 @@ impl IsoTp {
         };
         let (request, response, functional) = match table.normal_fixed {
             Some(NormalFixed { server, tester }) => {
-                let given = [
-                    ("request_id", table.request_id.is_some()),
-                    ("response_id", table.response_id.is_some()),
-                ];
-                if let Some((key, _)) = given.iter().find(|(_, given)| *given) {
+                if let Some(key) = given!(table; request_id, response_id) {
                     return Err((key, "`normal_fixed` gives the identifiers already".to_owned()));
                 }
                 let (server, tester) = (u32::from(server), u32::from(tester));

@@ -14,7 +14,6 @@ const STANDARD_IDS: usize = 1 << 11;
 /// Stands for no message. No layout has as many: its file would have gigabytes.
 const NONE: u32 = u32::MAX;
 
-/// Maps identifiers to messages.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Identifiers {
     /// One entry per identifier, [`NONE`] without a message. Empty if no message has an 11-bit identifier.
@@ -48,7 +47,6 @@ impl Identifiers {
         Self { standard: standard.into(), extended: extended.into(), groups: groups.into() }
     }
 
-    /// The index of the message.
     pub(super) fn find(&self, id: Id) -> Option<usize> {
         let place = match id {
             Id::Standard(id) => *self.standard.get(usize::from(id.as_raw()))?,

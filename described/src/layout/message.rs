@@ -60,16 +60,25 @@ pub(crate) struct Protected {
     pub(crate) checksum: Option<usize>,
 }
 
-/// The carrier of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Carrier {
     /// A CAN frame of this length; CAN FD if it has flags.
-    Frame { id: Id, length: usize, fd: Option<FdFlags> },
+    Frame {
+        id: Id,
+        length: usize,
+        fd: Option<FdFlags>,
+    },
     /// This many bytes in the packets of J1939's transport protocol: more than a frame holds.
-    Parts { id: ExtendedId, length: usize },
+    Parts {
+        id: ExtendedId,
+        length: usize,
+    },
     /// Bytes with a fixed start, and a checksum at the end.
-    Packet { start: Vec<u8>, length: usize, trailer: Option<Trailer> },
-    /// A line of text.
+    Packet {
+        start: Vec<u8>,
+        length: usize,
+        trailer: Option<Trailer>,
+    },
     Line(Pattern),
 }
 

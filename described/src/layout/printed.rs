@@ -12,7 +12,6 @@ const DECIMALS_UNSAID: usize = 9;
 /// Above this a double has no decimals.
 const WHOLE_FROM: f64 = 1e15;
 
-/// Match of bytes with a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Match {
     /// The first bytes, this many, are the line.
@@ -23,7 +22,6 @@ pub(crate) enum Match {
     No,
 }
 
-/// Format of a printed number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Format {
     plus: bool,

@@ -33,7 +33,6 @@ pub struct Signal {
     pub(super) storage: Storage,
 }
 
-/// Storage of a signal's number in its message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Storage {
     Bits { field: BitField, coding: Coding },

@@ -205,7 +205,10 @@ fn line(
             Some((index, said)) => {
                 signal(said, storage, limits, &place.key("fields").index(index))?
             }
-            None => signal(&FieldTable::unsaid(&field.name), storage, limits, place)?,
+            None => {
+                let unsaid = FieldTable { name: field.name.clone(), ..FieldTable::default() };
+                signal(&unsaid, storage, limits, place)?
+            }
         });
     }
     let ends = |index: usize| {
@@ -309,22 +312,6 @@ impl FieldType {
             Self::I64 => (Coding::Signed, 64),
             Self::F32 => (Coding::Float32, 32),
             Self::F64 => (Coding::Float64, 64),
-        }
-    }
-}
-
-impl FieldTable {
-    fn unsaid(name: &str) -> Self {
-        Self {
-            name: name.to_owned(),
-            kind: None,
-            order: None,
-            scale: None,
-            offset: None,
-            unit: String::new(),
-            minimum: None,
-            maximum: None,
-            doc: String::new(),
         }
     }
 }

@@ -8,7 +8,6 @@ use super::printed::{Format, Match, number_length};
 use thiserror::Error;
 use wire::packet::Packet;
 
-/// A part of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Part {
     Literal(Vec<u8>),
@@ -16,14 +15,12 @@ enum Part {
     Number(usize),
 }
 
-/// A field of a pattern.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Field {
     pub(crate) name: String,
     pub(crate) format: Format,
 }
 
-/// A line with numbers in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Pattern {
     parts: Vec<Part>,

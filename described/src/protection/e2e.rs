@@ -82,45 +82,31 @@ impl E2e {
     pub(super) fn crc(&self, data: &[u8], counter: u64) -> u64 {
         match self {
             Self::Profile1 { data_id, crc_at } => {
+                let id = match data_id {
+                    DataId::Both(id) => &id.to_le_bytes()[..],
+                    DataId::Alternating(id) => &[id.to_le_bytes()[usize::from(counter % 2 == 1)]],
+                    DataId::Nibble(id, _) => &[id.to_le_bytes()[0], 0],
+                };
+                let (before, behind) = around(data, *crc_at, 1);
                 // The polynomial of SAE J1850. AUTOSAR's routine starts at 0xff and inverts at the end, and the
                 // profile's calls cancel both: the catalogue lists this variant under GSM.
                 let crc = Crc::<u8, NoTable>::new(&crc::CRC_8_GSM_A);
-                let mut digest = crc.digest();
-                match data_id {
-                    DataId::Both(id) => digest.update(&id.to_le_bytes()),
-                    DataId::Alternating(id) => {
-                        digest.update(&[id.to_le_bytes()[usize::from(counter % 2 == 1)]]);
-                    }
-                    DataId::Nibble(id, _) => digest.update(&[id.to_le_bytes()[0], 0]),
-                }
-                let (before, behind) = around(data, *crc_at, 1);
-                digest.update(before);
-                digest.update(behind);
-                u64::from(digest.finalize())
+                crc.checksum(&[id, before, behind].concat()).into()
             }
             Self::Profile2 { data_ids } => {
+                let (_, behind) = around(data, 0, 1);
                 let crc = Crc::<u8, NoTable>::new(&crc::CRC_8_AUTOSAR);
-                let mut digest = crc.digest();
-                digest.update(around(data, 0, 1).1);
-                digest.update(&[data_ids[(counter % 16) as usize]]);
-                u64::from(digest.finalize())
+                crc.checksum(&[behind, &[data_ids[(counter % 16) as usize]]].concat()).into()
             }
             Self::Profile4 { at, .. } => {
-                let crc = Crc::<u32, NoTable>::new(&crc::CRC_32_AUTOSAR);
-                let mut digest = crc.digest();
                 let (before, behind) = around(data, at + 8, 4);
-                digest.update(before);
-                digest.update(behind);
-                u64::from(digest.finalize())
+                let crc = Crc::<u32, NoTable>::new(&crc::CRC_32_AUTOSAR);
+                crc.checksum(&[before, behind].concat()).into()
             }
             Self::Profile5 { data_id, at } => {
-                let crc = Crc::<u16, NoTable>::new(&crc::CRC_16_IBM_3740);
-                let mut digest = crc.digest();
                 let (before, behind) = around(data, *at, 2);
-                digest.update(before);
-                digest.update(behind);
-                digest.update(&data_id.to_le_bytes());
-                u64::from(digest.finalize())
+                let crc = Crc::<u16, NoTable>::new(&crc::CRC_16_IBM_3740);
+                crc.checksum(&[before, behind, &data_id.to_le_bytes()].concat()).into()
             }
         }
     }

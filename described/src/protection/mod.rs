@@ -19,7 +19,6 @@ pub(crate) use table::{ChecksumTable, CounterTable, E2eTable, Profile};
 
 use crate::bits::BitField;
 
-/// The protection of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Protection {
     pub(crate) counter: Option<Counter>,
@@ -31,7 +30,6 @@ pub(crate) struct Protection {
 pub(crate) enum Seal {
     /// In a signal.
     Sum(FrameSum),
-    /// AUTOSAR's protection.
     E2e(E2e),
 }
 
@@ -124,7 +122,6 @@ impl Protection {
         }
     }
 
-    /// Checks the bytes of a message.
     pub(crate) fn check(&self, data: &[u8], received: &mut Received) -> Verdict {
         let is_whole = match &self.seal {
             Some(Seal::E2e(e2e)) => e2e.is_prepared(data),

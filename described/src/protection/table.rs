@@ -65,7 +65,6 @@ pub(crate) struct ChecksumTable {
     expecting = "a table: `{ profile = ..., data_id = ..., counter = ..., checksum = ... }`"
 )]
 pub(crate) struct E2eTable {
-    /// Profile.
     pub(crate) profile: Profile,
     /// Data id, for all profiles but 2.
     pub(crate) data_id: Option<u32>,
@@ -79,41 +78,32 @@ pub(crate) struct E2eTable {
     pub(crate) max_delta: Option<u64>,
 }
 
-/// An AUTOSAR E2E profile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-pub(crate) enum Profile {
-    /// CRC-8, counter of 4 bits, both bytes of the data id.
-    #[serde(rename = "1A")]
-    P1A,
-    /// As 1A, with the two bytes of the data id in turn.
-    #[serde(rename = "1B")]
-    P1B,
-    /// As 1A, with a nibble of the data id in the message.
-    #[serde(rename = "1C")]
-    P1C,
-    /// CRC-8, counter of 4 bits, one data id for each of its values.
-    #[serde(rename = "2")]
-    P2,
-    /// CRC-32, counter of 16 bits, length and data id in the message.
-    #[serde(rename = "4")]
-    P4,
-    /// CRC-16, counter of 8 bits.
-    #[serde(rename = "5")]
-    P5,
+wire::words! {
+    /// An AUTOSAR E2E profile.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+    pub(crate) enum Profile {
+        /// CRC-8, counter of 4 bits, both bytes of the data id.
+        #[serde(rename = "1A")]
+        P1A = "1A",
+        /// As 1A, with the two bytes of the data id in turn.
+        #[serde(rename = "1B")]
+        P1B = "1B",
+        /// As 1A, with a nibble of the data id in the message.
+        #[serde(rename = "1C")]
+        P1C = "1C",
+        /// CRC-8, counter of 4 bits, one data id for each of its values.
+        #[serde(rename = "2")]
+        P2 = "2",
+        /// CRC-32, counter of 16 bits, length and data id in the message.
+        #[serde(rename = "4")]
+        P4 = "4",
+        /// CRC-16, counter of 8 bits.
+        #[serde(rename = "5")]
+        P5 = "5",
+    }
 }
 
 impl Profile {
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::P1A => "1A",
-            Self::P1B => "1B",
-            Self::P1C => "1C",
-            Self::P2 => "2",
-            Self::P4 => "4",
-            Self::P5 => "5",
-        }
-    }
-
     /// The largest data id.
     pub(crate) const fn data_id_max(self) -> u32 {
         match self {

@@ -73,7 +73,6 @@ impl Going {
         }
     }
 
-    /// Takes a frame of the receiver.
     pub(super) fn hear(&mut self, now: Timestamp, said: Transport, ready: &mut VecDeque<CanFrame>) {
         match said {
             Transport::ClearToSend { packets: 0, group, .. } if group == self.extent.group => {

@@ -6,7 +6,6 @@ use crate::isotp::IsoTp;
 use std::collections::BTreeMap;
 use wire::time::Span;
 
-/// The diagnostics of a device.
 #[derive(Debug, Clone)]
 pub(crate) struct Diagnosis {
     pub(crate) isotp: IsoTp,
@@ -43,7 +42,6 @@ pub(crate) struct Service {
     pub(crate) delay: Expression,
 }
 
-/// A data identifier.
 #[derive(Debug, Clone)]
 pub(crate) struct Did {
     pub(crate) content: Content,
@@ -62,7 +60,6 @@ pub(crate) enum Content {
 pub(crate) struct Field {
     pub(crate) number: Number,
     pub(crate) value: Expression,
-    /// Parameter that a write sets.
     pub(crate) set: Option<String>,
 }
 

@@ -25,20 +25,12 @@ impl Scope for SeedOnly {
         }
     }
 
-    fn last(&self, name: &str) -> Result<Meaning, Unknown> {
-        self.variable(name)
-    }
-
     fn states(&self, machine: &str) -> Result<States<'_>, Unknown> {
         Err((format!("no machine `{machine}`"), "a key is made of `seed` alone".to_owned()))
     }
 
     fn named(&self, variable: &str, _: &str) -> Result<f64, Unknown> {
         self.variable(variable).map(|_| f64::NAN)
-    }
-
-    fn time(&self) -> usize {
-        SEED
     }
 }
 

@@ -32,7 +32,6 @@ pub(crate) const SERVICES: [(&str, u8); 11] = [
     ("control_dtc_setting", sid::CONTROL_DTC_SETTING),
 ];
 
-/// Service identifiers.
 pub(crate) mod sid {
     pub(crate) const SESSION_CONTROL: u8 = 0x10;
     pub(crate) const ECU_RESET: u8 = 0x11;
@@ -93,5 +92,4 @@ pub const fn negative_response(code: u8) -> &'static str {
     }
 }
 
-/// The session at power-on.
 pub(crate) const DEFAULT_SESSION: u8 = 1;

@@ -57,9 +57,7 @@ pub(super) struct Kinematics {
     phase_model: TrackModel,
     phase_start: Timestamp,
     phase_end: Timestamp,
-    /// Commands of drive and steering.
     commanded: [Ramp; 2],
-    /// The resulting rates.
     drive: Ramp,
     steer: Ramp,
     at_start: State,

@@ -122,7 +122,7 @@ impl BaseEmulator {
             drive_noise: Spread::new(seed, name, "base drive noise"),
             steering_noise: Spread::new(seed, name, "base steering noise"),
             noise_due: Timestamp::MAX,
-            device: Device::new(),
+            device: Device::default(),
             frames_ignored: 0,
             reports: Reports::new(transport),
             faults: Switches::new(),

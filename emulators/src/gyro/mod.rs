@@ -111,7 +111,7 @@ impl GyroEmulator {
             format: stream.format,
             mode: if stream.format.carries(stream.mode) { stream.mode } else { OutputMode::Rate },
             encoder: GyroEncoder::new(stream),
-            commands: CommandDecoder::new(),
+            commands: CommandDecoder::default(),
             clock,
             carrier: None,
             lag: RateLag::new(parameters.bandwidth_hz, steps.output_s),

@@ -39,7 +39,6 @@ struct Term {
     state: f64,
 }
 
-/// Step sizes of the noise.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steps {
     /// From output to output.

@@ -14,7 +14,6 @@ pub(super) struct SlowSteps {
     outputs_per_second: u32,
     /// Outputs of this step: a second, or the rest of one.
     outputs: u32,
-    /// Remaining outputs of the step.
     left: u32,
     /// Remaining outputs of a second that was cut.
     rest: u32,

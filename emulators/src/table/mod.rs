@@ -55,7 +55,7 @@ impl TableEmulator {
     pub fn new(parameters: TableParameters) -> Self {
         Self {
             parameters,
-            commands: CommandDecoder::new(),
+            commands: CommandDecoder::default(),
             top_rate: TOP_RATE_AT_POWER_UP,
             ramp: RAMP_AT_POWER_UP,
             distance: 0,

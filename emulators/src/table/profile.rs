@@ -21,7 +21,6 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// Standing still at `position`.
     pub(super) const fn at_rest(position: f64) -> Self {
         Self {
             start: Timestamp::ZERO,

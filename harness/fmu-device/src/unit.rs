@@ -23,7 +23,6 @@ pub struct Unit {
     running: Option<Box<Running>>,
 }
 
-/// A device that is on.
 #[derive(Debug, Clone)]
 struct Running {
     device: Device,
@@ -83,7 +82,6 @@ impl Unit {
         Ok(self.values[place])
     }
 
-    /// A device with the parameters as set.
     fn device(&self) -> Result<Device, String> {
         let mut description = self.description.clone();
         let mut seed = 1;

@@ -30,7 +30,6 @@ pub struct Unit {
     loaded: Option<Arc<Loaded>>,
 }
 
-/// What instances share.
 #[derive(Debug)]
 struct Loaded {
     library: Library,

@@ -180,7 +180,6 @@ impl Kind {
     }
 }
 
-/// The units of declared types.
 type Types<'a> = BTreeMap<&'a str, &'a str>;
 
 fn types<'a>(root: Node<'a, '_>) -> Types<'a> {

@@ -13,7 +13,6 @@ use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// An instance in a library.
 type Component = *mut c_void;
 
 /// Longest message of a library that is shown.
@@ -40,7 +39,6 @@ impl fmt::Display for Status {
     }
 }
 
-/// Result of a step.
 struct Stepped {
     status: Status,
     /// Where it ended if that is not the end of the step.
@@ -242,7 +240,6 @@ impl Instance {
     }
 }
 
-/// The message of a library behind a sentence.
 fn behind(message: &str) -> String {
     if message.is_empty() { String::new() } else { format!(": {message}") }
 }

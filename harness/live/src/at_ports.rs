@@ -135,7 +135,6 @@ fn two_sides(
     plans.ports.push(PortPlan { side: PortSide::Plan, far_of, ..plan });
 }
 
-/// Traffic on the line of a device.
 fn traffic(line: &RigLine) -> Traffic {
     match line.medium {
         Medium::Can => Traffic::Frames(line.rates()),

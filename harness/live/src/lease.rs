@@ -32,16 +32,12 @@ const HOLDER_BYTES_MAX: u64 = 4_096;
 /// Maximum number of characters kept of each of the holder's texts.
 const TEXT_CHARS_MAX: usize = 200;
 
-/// Who holds a lease.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Holder {
-    /// The user.
     pub who: String,
-    /// The process.
     pub pid: u32,
     /// Seconds since 1970-01-01 00:00 UTC.
     pub since_unix_s: i64,
-    /// Its command line.
     pub command: String,
 }
 
@@ -50,12 +46,10 @@ pub struct Holder {
 pub struct Taken {
     /// A port or a bench file.
     pub what: String,
-    /// The holder, if the file is readable.
     pub by: Option<Holder>,
 }
 
 impl Taken {
-    /// Describes the holder, as of `now_unix_s`.
     pub fn told(&self, now_unix_s: i64) -> String {
         let Some(holder) = &self.by else { return format!("{} is in use", self.what) };
         let plain = |text: &str| -> String {

@@ -17,7 +17,6 @@ use wire::serial::SerialSettings;
 /// Number of files kept by this process.
 static KEPT: AtomicU32 = AtomicU32::new(0);
 
-/// The environment variable.
 pub const VARIABLE: &str = "HIL_LINES";
 
 /// Port and speed of a line. Rates are in bits per second, if known.
@@ -42,7 +41,6 @@ impl Place {
         Self { port: port.to_string(), bit_rate: None, data_bit_rate: None, baud: None }
     }
 
-    /// Adds these rates.
     pub(crate) fn with_rates(self, rates: BitRates) -> Self {
         Self { bit_rate: Some(rates.nominal), data_bit_rate: rates.data, ..self }
     }
@@ -53,10 +51,8 @@ impl Place {
     }
 }
 
-/// Lines by name.
 pub type Places = BTreeMap<String, Place>;
 
-/// The document of these lines.
 pub fn document(places: &Places) -> String {
     // A map of text and numbers always serializes.
     serde_json::to_string(places).unwrap_or_default()

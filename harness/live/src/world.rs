@@ -169,7 +169,6 @@ impl LiveWorld {
         &self.director.engine
     }
 
-    /// The engine, which has all observations and results.
     pub fn engine_mut(&mut self) -> &mut Engine {
         &mut self.director.engine
     }

@@ -20,7 +20,6 @@ use wire::time::{Span, Timestamp};
 const OUTBOX_MAX: usize = 65_536;
 const SIGTERM: u32 = 15;
 
-/// The kind of a port.
 #[derive(Debug)]
 pub(crate) enum Port {
     Serial(SerialLine),

@@ -37,7 +37,6 @@ pub(crate) struct Rules {
 
 /// Handles what the processes do to the outside while they run.
 pub(crate) trait Outside {
-    /// A process sent a frame.
     fn frame(&mut self, sent: &SentFrame);
     /// A process did something with a serial port, given by its index.
     fn serial(&mut self, number: usize, change: Change);

@@ -3,10 +3,8 @@
 use wire::can::{CanFrame, FD_BYTES_MAX, FD_FLAG, FdFlags, fd_length};
 use wire::can_error::ERROR_FLAG;
 
-/// Bytes of a frame.
 pub(crate) const FRAME_BYTES: usize = 8 + FD_BYTES_MAX;
 
-/// Encodes a frame for the shim.
 pub(crate) fn encode(frame: &CanFrame) -> [u8; FRAME_BYTES] {
     let mut bytes = [0; FRAME_BYTES];
     bytes[..4].copy_from_slice(&frame.word().to_ne_bytes());

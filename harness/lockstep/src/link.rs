@@ -29,22 +29,29 @@ pub(crate) struct SentFrame {
     pub frame: [u8; FRAME_BYTES],
 }
 
-/// A message from a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Message {
     /// It has joined the lockstep, with this process id.
-    Hello { pid: i32 },
+    Hello {
+        pid: i32,
+    },
     /// All of its threads wait.
-    Idle { deadline: i64, progressed: bool },
+    Idle {
+        deadline: i64,
+        progressed: bool,
+    },
     /// It is about to start a process, and already has this many without their own link.
-    Fork { others: usize },
+    Fork {
+        others: usize,
+    },
     /// It has started one with this process id, negative on failure.
-    Forked { pid: i32 },
+    Forked {
+        pid: i32,
+    },
     /// It is about to replace itself with another program.
     Exec,
     /// The replacement failed.
     ExecFailed,
-    /// It sent a frame.
     Frame(SentFrame),
     /// It did something with one of its serial ports.
     Serial(usize, Change),
@@ -63,7 +70,6 @@ pub(crate) enum Change {
     Wrote(usize),
 }
 
-/// Result of a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reading {
     Message(Message),
@@ -86,7 +92,6 @@ pub(crate) struct Turn {
     pub frames: Vec<SentFrame>,
 }
 
-/// The harness's end of the link.
 #[derive(Debug)]
 pub(crate) struct Link {
     stream: UnixStream,
@@ -141,7 +146,6 @@ impl Link {
         self.stream.write_all(&self.out)
     }
 
-    /// Lets the process run.
     pub(crate) fn run(&mut self, turn: &Turn) -> io::Result<()> {
         self.out.clear();
         let bytes_came = u32::from(turn.bytes_came);
@@ -157,7 +161,6 @@ impl Link {
         self.stream.write_all(&self.out)
     }
 
-    /// Answers a request for permission.
     pub(crate) fn answer(&mut self, may: bool) -> io::Result<()> {
         self.out.clear();
         self.out.extend((if may { 2u32 } else { 3 }).to_ne_bytes());

@@ -12,10 +12,8 @@ use wire::serial::SerialSettings;
 
 /// First byte of a mark.
 const MARK: u8 = 0xFF;
-/// Bytes per read.
 const READ_BYTES: usize = 4_096;
 
-/// The harness's side of a serial line.
 #[derive(Debug)]
 pub(crate) struct SerialLine {
     master: OwnedFd,

@@ -72,7 +72,6 @@ impl Spawned {
         self.status
     }
 
-    /// Kills its process group.
     pub(crate) fn kill(&self) {
         if let Some(group) = Pid::from_raw(self.pid) {
             // It may be gone already, which is fine.

@@ -53,12 +53,10 @@ impl Talk {
         true
     }
 
-    /// Returns the next line.
     pub(crate) fn said(&mut self) -> Option<Said> {
         self.said.pop_front()
     }
 
-    /// Reads everything available.
     pub(crate) fn read(&mut self) {
         let mut buffer = [0; READ_BYTES];
         loop {

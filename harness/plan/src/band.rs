@@ -1,5 +1,6 @@
 //! The band that a figure must lie in, ends inclusive and optionally open.
 
+use crate::number;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
@@ -81,14 +82,14 @@ impl fmt::Display for Band {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Ends {
-    #[serde(default, deserialize_with = "super::number::finite_option")]
+    #[serde(default, with = "number::Finite")]
     at_least: Option<f64>,
-    #[serde(default, deserialize_with = "super::number::finite_option")]
+    #[serde(default, with = "number::Finite")]
     at_most: Option<f64>,
 }
 
 #[derive(Deserialize)]
-struct End(#[serde(deserialize_with = "super::number::finite")] f64);
+struct End(#[serde(with = "number::Finite")] f64);
 
 struct BandVisitor;
 

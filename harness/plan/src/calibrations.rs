@@ -1,7 +1,7 @@
 //! Calibrations by name: made by a plan, stored beside it, or shipped.
 
 use crate::library::{Kind, Library, LibraryError};
-use crate::{Action, Plan, Step};
+use crate::{Action, Name, Plan, by_name};
 use controller::calibration::Calibration;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,40 +30,20 @@ pub fn load(
     library: &Library,
     made: &BTreeMap<String, Calibration>,
 ) -> Result<BTreeMap<String, Calibration>, CalibrationError> {
-    let mut used = BTreeSet::new();
-    let mut saved = BTreeSet::new();
-    collect(&plan.steps, &mut used, &mut saved);
-    let mut loaded = BTreeMap::new();
-    for name in used {
-        if let Some(calibration) = made.get(&name) {
-            loaded.insert(name, calibration.clone());
-        } else if !saved.contains(&name) {
-            let calibration = read(library, &name)?;
-            loaded.insert(name, calibration);
-        }
-    }
-    Ok(loaded)
+    by_name::load(plan, (used, saved), made, |name| read(library, name))
 }
 
 /// Names of the calibrations that `plan` makes.
 pub fn made_by(plan: &Plan) -> BTreeSet<String> {
-    let mut saved = BTreeSet::new();
-    collect(&plan.steps, &mut BTreeSet::new(), &mut saved);
-    saved
+    by_name::names(plan, saved)
 }
 
-fn collect(steps: &[Step], used: &mut BTreeSet<String>, saved: &mut BTreeSet<String>) {
-    for step in Step::walk(steps) {
-        match &step.action {
-            Action::UseCalibration(wanted) => {
-                used.extend(wanted.name().map(|name| name.as_str().to_owned()));
-            }
-            Action::SaveCalibration(save) => {
-                saved.insert(save.name.as_str().to_owned());
-            }
-            _ => {}
-        }
-    }
+fn used(action: &Action) -> Option<&Name> {
+    if let Action::UseCalibration(used) = action { used.name() } else { None }
+}
+
+fn saved(action: &Action) -> Option<&Name> {
+    if let Action::SaveCalibration(saved) = action { Some(&saved.name) } else { None }
 }
 
 fn read(library: &Library, name: &str) -> Result<Calibration, CalibrationError> {

@@ -1,24 +1,23 @@
 //! Finds properties that cannot hold, because of one another or of the plan's own commands.
 
-use super::mistake::{Fault, Segment};
 use super::property::{Always, Property, Sometimes};
 use super::step::{Action, Step};
 use super::time_limits::{RAMP, TURN_RAMP};
 use crate::faults::{LineKind, Lines, Ride};
 use controller::config::MotionConfig;
+use described::{Mistake, Place};
 use std::collections::BTreeMap;
 use wire::gyro::GyroStream;
 use wire::units::{AngularRate, Speed};
 
-/// The first contradiction.
-pub(super) fn contradictions(properties: &[Property], steps: &[Step]) -> Result<(), Fault> {
+pub(super) fn contradictions(properties: &[Property], steps: &[Step]) -> Result<(), Mistake> {
     let mut names: BTreeMap<&str, (usize, &Property)> = BTreeMap::new();
     for (index, property) in properties.iter().enumerate() {
         if let Some((first, before)) = names.insert(property.name(), (index, property)) {
             let other = if before == property { "" } else { " with other limits" };
             let message = format!("property `{}` is declared twice{other}", property.name());
             let help = format!("the first is number {} in the file: keep one", first + 1);
-            return Err(fault(index, &[], message, help));
+            return Err(place(index).mistake(message).help(help));
         }
         if let Property::Always(always) = property {
             let mut fastest = Fastest::default();
@@ -58,7 +57,7 @@ pub(super) fn of_bench(
     properties: &[Property],
     lines: &Lines,
     gyro: GyroStream,
-) -> Result<(), Fault> {
+) -> Result<(), Mistake> {
     for (index, property) in properties.iter().enumerate() {
         match property {
             Property::Always(Always::FreshHeading { age_max: Some(age_max) }) => {
@@ -66,20 +65,19 @@ pub(super) fn of_bench(
                 if *age_max < period {
                     let (stated, there) = (age_max.as_secs_f64(), period.as_secs_f64());
                     let message = format!("{stated}, which cannot hold: expected at least {there}");
-                    let path = ["always", "fresh_heading", "age_s_max"].map(Segment::Key);
                     let help = format!("the gyro of this bench sends a sample each {there} s");
-                    return Err(fault(index, &path, message, help));
+                    return Err(place(index)
+                        .key("always")
+                        .key("fresh_heading")
+                        .key("age_s_max")
+                        .mistake(message)
+                        .help(help));
                 }
             }
             Property::Sometimes(state) => {
                 if let Some((what, help)) = absent(*state, lines) {
                     let message = format!("`{}` can never come about: no {what}", state.name());
-                    return Err(fault(
-                        index,
-                        &[Segment::Key("sometimes")],
-                        message,
-                        help.to_owned(),
-                    ));
+                    return Err(place(index).key("sometimes").mistake(message).help(help));
                 }
             }
             Property::Always(_) | Property::Stated(_) => {}
@@ -106,7 +104,7 @@ fn absent(state: Sometimes, lines: &Lines) -> Option<(&'static str, &'static str
     }
 }
 
-fn always_contradictions(index: usize, always: &Always, fastest: &Fastest) -> Result<(), Fault> {
+fn always_contradictions(index: usize, always: &Always, fastest: &Fastest) -> Result<(), Mistake> {
     // The stated limit, the actual value, and which of the two is the bound.
     let motion = MotionConfig::default();
     let ramps = motion.base_acceleration_margin;
@@ -189,8 +187,8 @@ fn always_contradictions(index: usize, always: &Always, fastest: &Fastest) -> Re
         if contradicts {
             let (stated, there) = (tidy(stated), tidy(there));
             let message = format!("{stated}, which cannot hold: expected {expected} {there}");
-            let path = [Segment::Key("always"), Segment::Key(always.name()), Segment::Key(key)];
-            return Err(fault(index, &path, message, format!("{why} {there}")));
+            let at = place(index).key("always").key(always.name()).key(key);
+            return Err(at.mistake(message).help(format!("{why} {there}")));
         }
     }
     Ok(())
@@ -207,7 +205,6 @@ fn tidy(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-fn fault(index: usize, rest: &[Segment], message: String, help: String) -> Fault {
-    let path = [&[Segment::Key("property"), Segment::Index(index)], rest].concat();
-    Fault { path, message, help: Some(help) }
+fn place(index: usize) -> Place {
+    Place::file().key("property").index(index)
 }

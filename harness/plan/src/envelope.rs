@@ -11,9 +11,9 @@
 //!
 //! A run does not judge envelopes. A campaign measures them with many runs (`campaign::envelope`).
 
-use super::mistake::{Fault as Mistake, Segment};
 use crate::confidence::{Z_95, trials_min};
 use crate::faults::{Fault, FaultKind, Lines, Schedule, Target, kind_name_schema};
+use described::{Mistake, Place};
 use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -73,9 +73,8 @@ pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Optio
 impl DeclaredEnvelope {
     /// Checks it by itself.
     pub(super) fn check(&self, index: usize) -> Result<(), Mistake> {
-        let mistake = |key, message, help| {
-            let path = vec![Segment::Key("envelope"), Segment::Index(index), Segment::Key(key)];
-            Mistake { path, message, help: Some(help) }
+        let mistake = |key, message: String, help: String| {
+            Place::file().key("envelope").index(index).key(key).mistake(message).help(help)
         };
         if let Some(target) = self.target
             && !matches!(target, Target::Node(_))
@@ -110,10 +109,9 @@ impl DeclaredEnvelope {
         if struck_by(self.kind, self.target, lines).is_some() {
             return Ok(());
         }
-        let path = vec![Segment::Key("envelope"), Segment::Index(index), Segment::Key("fault")];
+        let at = Place::file().key("envelope").index(index).key("fault");
         let message = format!("`{}` can strike nothing on this bench", self.kind.name());
-        let help = Some("`hil list faults` says what each strikes".to_owned());
-        Err(Mistake { path, message, help })
+        Err(at.mistake(message).help("`hil list faults` says what each strikes"))
     }
 }
 

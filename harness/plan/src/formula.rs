@@ -31,7 +31,6 @@ impl Origin {
         (place.speaker, place.message)
     }
 
-    /// The value in a message.
     fn value(self, decoded: &Decoded<'_>) -> Option<f64> {
         match self {
             Self::Signal(place) => decoded.values.get(place.signal?).copied().flatten(),

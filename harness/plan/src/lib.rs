@@ -37,6 +37,7 @@
 
 mod band;
 pub mod bench_file;
+mod by_name;
 pub mod calibrations;
 pub mod check;
 pub mod command;
@@ -46,10 +47,8 @@ mod envelope;
 pub mod faults;
 mod formula;
 pub mod library;
-mod locate;
 pub mod made;
 mod measurement;
-mod mistake;
 pub mod models;
 mod name;
 pub(crate) mod number;
@@ -88,7 +87,7 @@ pub use speakers::{
 pub use step::*;
 
 use crate::faults::{Lines, Schedule};
-use described::FileError;
+use described::{FileError, Mistake};
 use emulators::random::seed_of_run;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -130,8 +129,7 @@ pub struct Plan {
     #[serde(default)]
     pub rig: Option<Name>,
     /// As it is written; see [`Plan::time_limit`] for what holds where it is not.
-    #[serde(rename = "time_limit_s", default, deserialize_with = "number::duration_option")]
-    #[schemars(schema_with = "number::schema::duration_option")]
+    #[serde(rename = "time_limit_s", default, with = "number::Duration")]
     #[schemars(
         description = "It must not take longer, s; where it is absent, as long as its steps may."
     )]
@@ -189,7 +187,7 @@ impl Plan {
     ///
     /// The first mistake, with its place.
     pub fn check(&self, file: &str, text: &str) -> Result<(), FileError> {
-        validate::validate(self, None).map_err(located(file, text))
+        validate::validate(self, None).map_err(|mistake| mistake.located(file, text))
     }
 
     /// The limit in the plan, or the sum of its steps' limits.
@@ -223,7 +221,7 @@ impl Plan {
     ///
     /// The first that is missing, with its place.
     pub fn check_rig(&self, file: &str, text: &str, rig: &Rig) -> Result<(), FileError> {
-        validate::validate(self, Some(rig)).map_err(located(file, text))?;
+        validate::validate(self, Some(rig)).map_err(|mistake| mistake.located(file, text))?;
         let gyro = rig.robot.as_ref().map(|devices| devices.gyro.0);
         self.check_lines(file, text, &rig.struck(), gyro)
     }
@@ -237,24 +235,22 @@ impl Plan {
         lines: &Lines,
         gyro: Option<GyroStream>,
     ) -> Result<(), FileError> {
-        let faults = self.faults.check_bench(lines).map_err(mistake::Fault::from);
+        let faults = self.faults.check_bench(lines).map_err(Mistake::from);
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
         let properties = |()| match gyro {
             Some(gyro) => contradiction::of_bench(&self.properties, lines, gyro),
             None => Ok(()),
         };
-        faults.and_then(envelopes).and_then(properties).map_err(located(file, text))
+        faults
+            .and_then(envelopes)
+            .and_then(properties)
+            .map_err(|mistake| mistake.located(file, text))
     }
 }
 
-/// Adds the place in the file to a mistake.
-fn located(file: &str, text: &str) -> impl Fn(mistake::Fault) -> FileError {
-    move |fault| {
-        let at = locate::locate(text, &fault.path);
-        FileError::new(file, text, at, fault.message).with_help(fault.help)
-    }
-}
+/// The result of a check: the first mistake.
+type Checked = Result<(), Mistake>;
 
 #[cfg(test)]
 mod tests;

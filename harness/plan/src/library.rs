@@ -77,32 +77,34 @@ pub enum LibraryError {
     Mistake(#[from] FileError),
 }
 
-/// Kinds of files in the library.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// A plan.
-    Plan,
-    /// A device file: properties of the emulated devices.
-    Devices,
-    /// A gyro model for device files.
-    GyroModel,
-    /// A base model for device files.
-    BaseModel,
-    /// A table model for device files.
-    TableModel,
-    /// A calibration of a gyro.
-    Calibration,
-    /// An identified model.
-    Model,
-    /// A bench file: the ports of the roles.
-    Bench,
-    /// A rig: nodes on lines.
-    Rig,
-    /// The description of a custom device.
-    Description,
-    /// A file that such a description names.
-    DeviceData,
+wire::words! {
+    /// Kinds of files in the library.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Kind {
+        /// A plan.
+        Plan = "plan",
+        /// A device file: properties of the emulated devices.
+        Devices = "device file",
+        /// A gyro model for device files.
+        GyroModel = "gyro model",
+        /// A base model for device files.
+        BaseModel = "base model",
+        /// A table model for device files.
+        TableModel = "table model",
+        /// A calibration of a gyro.
+        Calibration = "calibration",
+        /// An identified model.
+        Model = "identified model",
+        /// A bench file: the ports of the roles.
+        Bench = "bench",
+        /// A rig: nodes on lines.
+        Rig = "rig",
+        /// The description of a custom device.
+        Description = "description of a device",
+        /// A file that such a description names.
+        DeviceData = "file of a device",
+    }
 }
 
 impl Kind {
@@ -124,19 +126,7 @@ impl Kind {
 
 impl std::fmt::Display for Kind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Plan => "plan",
-            Self::Devices => "device file",
-            Self::GyroModel => "gyro model",
-            Self::BaseModel => "base model",
-            Self::TableModel => "table model",
-            Self::Calibration => "calibration",
-            Self::Model => "identified model",
-            Self::Bench => "bench",
-            Self::Rig => "rig",
-            Self::Description => "description of a device",
-            Self::DeviceData => "file of a device",
-        })
+        f.write_str(self.name())
     }
 }
 
@@ -144,9 +134,7 @@ impl std::fmt::Display for Kind {
 #[derive(Debug, Clone, Default)]
 pub struct Library {
     folder: Option<PathBuf>,
-    /// The files of a pack; if present, no others are used.
     packed: Option<Arc<Pack>>,
-    /// Records the opened files.
     opened: Option<Arc<Mutex<Pack>>>,
 }
 

@@ -19,7 +19,7 @@ pub use learned::learned;
 pub use sensor::{correction, reading, unit_of};
 
 use crate::library::{Kind, Library, LibraryError};
-use crate::{Action, Plan, Step};
+use crate::{Action, Name, Plan, by_name};
 use controller::calibration::Calibration;
 use controller::correction::{Acts, Corrections, Driver, Form, TERMS_MAX, Term};
 use identification::finding::{Finding, SCHEMA};
@@ -78,42 +78,26 @@ pub fn load(
     library: &Library,
     made: &BTreeMap<String, Model>,
 ) -> Result<BTreeMap<String, Model>, ModelError> {
-    let (mut used, mut identified) = (BTreeSet::new(), BTreeSet::new());
-    collect(&plan.steps, &mut used, &mut identified);
-    let mut loaded = BTreeMap::new();
-    for name in used {
-        if let Some(model) = made.get(&name) {
-            loaded.insert(name, model.clone());
-        } else if !identified.contains(&name) {
-            let (origin, model) = read(library, &name)?;
-            if model.kind != identification::dataset::Kind::Sensor {
-                corrections(&model).map_err(|refused| ModelError::Refused { origin, refused })?;
-            }
-            loaded.insert(name, model);
+    by_name::load(plan, (used, identified), made, |name| {
+        let (origin, model) = read(library, name)?;
+        if model.kind != identification::dataset::Kind::Sensor {
+            corrections(&model).map_err(|refused| ModelError::Refused { origin, refused })?;
         }
-    }
-    Ok(loaded)
+        Ok(model)
+    })
 }
 
 /// Names of the models that `plan` identifies.
 pub fn made_by(plan: &Plan) -> BTreeSet<String> {
-    let mut identified = BTreeSet::new();
-    collect(&plan.steps, &mut BTreeSet::new(), &mut identified);
-    identified
+    by_name::names(plan, identified)
 }
 
-fn collect(steps: &[Step], used: &mut BTreeSet<String>, identified: &mut BTreeSet<String>) {
-    for step in Step::walk(steps) {
-        match &step.action {
-            Action::UseModel(wanted) => {
-                used.extend(wanted.name().map(|name| name.as_str().to_owned()));
-            }
-            Action::Identify(identify) => {
-                identified.insert(identify.name.as_str().to_owned());
-            }
-            _ => {}
-        }
-    }
+fn used(action: &Action) -> Option<&Name> {
+    if let Action::UseModel(used) = action { used.name() } else { None }
+}
+
+fn identified(action: &Action) -> Option<&Name> {
+    if let Action::Identify(identify) = action { Some(&identify.name) } else { None }
 }
 
 /// A model without terms.

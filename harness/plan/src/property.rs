@@ -61,62 +61,42 @@ pub enum Always {
     /// Nothing is told to move on a heading older than this.
     FreshHeading {
         /// Age of the last good gyro sample, s.
-        #[serde(rename = "age_s_max", default, deserialize_with = "number::duration_option")]
-        #[schemars(schema_with = "number::schema::duration_option")]
+        #[serde(rename = "age_s_max", default, with = "number::Duration")]
         age_max: Option<Span>,
     },
     /// Who loses the gyro or the base stops: after the reaction time with at least these brakes.
     StopsOnLoss {
         /// From the last thing heard until the brakes bite, s.
-        #[serde(rename = "reaction_s_max", default, deserialize_with = "number::duration_option")]
-        #[schemars(schema_with = "number::schema::duration_option")]
+        #[serde(rename = "reaction_s_max", default, with = "number::Duration")]
         reaction_max: Option<Span>,
         /// Deceleration on the way, m/s^2.
-        #[serde(
-            rename = "braking_m_per_s2_min",
-            default,
-            deserialize_with = "number::acceleration_option"
-        )]
-        #[schemars(schema_with = "number::schema::acceleration_option")]
+        #[serde(rename = "braking_m_per_s2_min", default, with = "number::Ramp")]
         braking_min: Option<Acceleration>,
         /// Deceleration of the steering, deg/s^2.
         #[serde(
             rename = "steer_braking_deg_per_s2_min",
             default,
-            deserialize_with = "number::angular_acceleration_option"
+            with = "number::AngularAcceleration"
         )]
-        #[schemars(schema_with = "number::schema::angular_acceleration_option")]
         steer_braking_min: Option<AngularAcceleration>,
     },
     /// Neither what is commanded nor what is true goes beyond these.
     WithinLimits {
         /// Along the path, m/s.
-        #[serde(rename = "speed_m_per_s_max", default, deserialize_with = "number::speed_option")]
-        #[schemars(schema_with = "number::schema::speed_option")]
+        #[serde(rename = "speed_m_per_s_max", default, with = "number::Steady")]
         speed_max: Option<Speed>,
         /// Of the steering, deg/s.
-        #[serde(
-            rename = "steer_rate_deg_per_s_max",
-            default,
-            deserialize_with = "number::rate_option"
-        )]
-        #[schemars(schema_with = "number::schema::rate_option")]
+        #[serde(rename = "steer_rate_deg_per_s_max", default, with = "number::Rate")]
         steer_rate_max: Option<AngularRate>,
         /// Speeding up, m/s^2.
-        #[serde(
-            rename = "acceleration_m_per_s2_max",
-            default,
-            deserialize_with = "number::acceleration_option"
-        )]
-        #[schemars(schema_with = "number::schema::acceleration_option")]
+        #[serde(rename = "acceleration_m_per_s2_max", default, with = "number::Ramp")]
         acceleration_max: Option<Acceleration>,
         /// Of the steering, speeding up, deg/s^2.
         #[serde(
             rename = "steer_acceleration_deg_per_s2_max",
             default,
-            deserialize_with = "number::angular_acceleration_option"
+            with = "number::AngularAcceleration"
         )]
-        #[schemars(schema_with = "number::schema::angular_acceleration_option")]
         steer_acceleration_max: Option<AngularAcceleration>,
     },
     /// A pose is written to a base that stands.
@@ -126,71 +106,68 @@ pub enum Always {
     /// Some time after the last fault is over, the controller works again or says that it does not.
     Recovers {
         /// From the end of the fault, s.
-        #[serde(rename = "within_s_max", default, deserialize_with = "number::duration_option")]
-        #[schemars(schema_with = "number::schema::duration_option")]
+        #[serde(rename = "within_s_max", default, with = "number::Duration")]
         within_max: Option<Span>,
     },
     /// A mission that is called done, by a controller that calls itself well, was done; and a base that it says stands
     /// after a turn, a straight or a stop stands.
     DoneIsDone {
         /// True angle of a turn less the ordered one, deg.
-        #[serde(rename = "turn_deg_max", default, deserialize_with = "number::angle_option")]
-        #[schemars(schema_with = "number::schema::angle_option")]
+        #[serde(rename = "turn_deg_max", default, with = "number::Angle")]
         turn_max: Option<Angle>,
         /// True length of a straight less the ordered one, m.
-        #[serde(rename = "distance_m_max", default, deserialize_with = "number::length_option")]
-        #[schemars(schema_with = "number::schema::length_option")]
+        #[serde(rename = "distance_m_max", default, with = "number::PathLength")]
         distance_max: Option<Length>,
     },
     /// Where the pose errs by more than this, health has said so before the lap's end.
     NoSilentWrong {
         /// Heading gained on the lap, deg.
-        #[serde(rename = "heading_deg_max", default, deserialize_with = "number::angle_option")]
-        #[schemars(schema_with = "number::schema::angle_option")]
+        #[serde(rename = "heading_deg_max", default, with = "number::Angle")]
         heading_max: Option<Angle>,
         /// Path gained on the lap, m.
-        #[serde(rename = "position_m_max", default, deserialize_with = "number::length_option")]
-        #[schemars(schema_with = "number::schema::length_option")]
+        #[serde(rename = "position_m_max", default, with = "number::PathLength")]
         position_max: Option<Length>,
     },
 }
 
-/// What a campaign must have reached at least once: states in which mistakes live.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Sometimes {
-    /// A node left the bus (ISO 11898-1: transmit errors beyond 255).
-    BusOff,
-    /// A bias test was refused, or failed because the gyro was not at rest.
-    BiasTestRefused,
-    /// Health has said that the gyro is silent.
-    GyroSilent,
-    /// Health has said that the gyro's data are not to be used.
-    GyroFault,
-    /// The gyro's decoder lost its place in the stream and found it again.
-    Resynchronised,
-    /// Health has said that samples were lost.
-    SamplesLost,
-    /// Health has said that a rate was beyond the gyro's range.
-    OverRange,
-    /// Health has said that the clocks differ.
-    ClockMismatch,
-    /// Health has said that the base is silent.
-    BaseSilent,
-    /// Health has said that the base's emergency stop is pressed, or a drive at fault.
-    BaseNotReady,
-    /// A mission ended because the base had stopped by itself.
-    BaseStoppedItself,
-    /// A mission was refused.
-    MissionRefused,
-    /// A mission was broken off.
-    MissionAborted,
-    /// Health has said that the base did not take a pose.
-    PoseNotWritten,
-    /// Health has said that something overflowed.
-    Overflow,
-    /// Health was worse than degraded, and became better.
-    Recovered,
+wire::words! {
+    /// What a campaign must have reached at least once: states in which mistakes live.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Sometimes {
+        /// A node left the bus (ISO 11898-1: transmit errors beyond 255).
+        BusOff = "bus_off",
+        /// A bias test was refused, or failed because the gyro was not at rest.
+        BiasTestRefused = "bias_test_refused",
+        /// Health has said that the gyro is silent.
+        GyroSilent = "gyro_silent",
+        /// Health has said that the gyro's data are not to be used.
+        GyroFault = "gyro_fault",
+        /// The gyro's decoder lost its place in the stream and found it again.
+        Resynchronised = "resynchronised",
+        /// Health has said that samples were lost.
+        SamplesLost = "samples_lost",
+        /// Health has said that a rate was beyond the gyro's range.
+        OverRange = "over_range",
+        /// Health has said that the clocks differ.
+        ClockMismatch = "clock_mismatch",
+        /// Health has said that the base is silent.
+        BaseSilent = "base_silent",
+        /// Health has said that the base's emergency stop is pressed, or a drive at fault.
+        BaseNotReady = "base_not_ready",
+        /// A mission ended because the base had stopped by itself.
+        BaseStoppedItself = "base_stopped_itself",
+        /// A mission was refused.
+        MissionRefused = "mission_refused",
+        /// A mission was broken off.
+        MissionAborted = "mission_aborted",
+        /// Health has said that the base did not take a pose.
+        PoseNotWritten = "pose_not_written",
+        /// Health has said that something overflowed.
+        Overflow = "overflow",
+        /// Health was worse than degraded, and became better.
+        Recovered = "recovered",
+    }
 }
 
 impl Property {
@@ -254,60 +231,6 @@ impl Always {
             Self::Recovers { .. } => "recovers",
             Self::DoneIsDone { .. } => "done_is_done",
             Self::NoSilentWrong { .. } => "no_silent_wrong",
-        }
-    }
-}
-
-impl Sometimes {
-    pub(super) const NAMES: [&'static str; Self::ALL.len()] = {
-        let mut names = [""; Self::ALL.len()];
-        let mut index = 0;
-        while index < names.len() {
-            names[index] = Self::ALL[index].name();
-            index += 1;
-        }
-        names
-    };
-
-    /// Every one.
-    pub const ALL: &[Self] = &[
-        Self::BusOff,
-        Self::BiasTestRefused,
-        Self::GyroSilent,
-        Self::GyroFault,
-        Self::Resynchronised,
-        Self::SamplesLost,
-        Self::OverRange,
-        Self::ClockMismatch,
-        Self::BaseSilent,
-        Self::BaseNotReady,
-        Self::BaseStoppedItself,
-        Self::MissionRefused,
-        Self::MissionAborted,
-        Self::PoseNotWritten,
-        Self::Overflow,
-        Self::Recovered,
-    ];
-
-    /// As it is written.
-    pub const fn name(&self) -> &'static str {
-        match self {
-            Self::BusOff => "bus_off",
-            Self::BiasTestRefused => "bias_test_refused",
-            Self::GyroSilent => "gyro_silent",
-            Self::GyroFault => "gyro_fault",
-            Self::Resynchronised => "resynchronised",
-            Self::SamplesLost => "samples_lost",
-            Self::OverRange => "over_range",
-            Self::ClockMismatch => "clock_mismatch",
-            Self::BaseSilent => "base_silent",
-            Self::BaseNotReady => "base_not_ready",
-            Self::BaseStoppedItself => "base_stopped_itself",
-            Self::MissionRefused => "mission_refused",
-            Self::MissionAborted => "mission_aborted",
-            Self::PoseNotWritten => "pose_not_written",
-            Self::Overflow => "overflow",
-            Self::Recovered => "recovered",
         }
     }
 }

@@ -15,10 +15,10 @@
 //! has held since then.
 
 use super::formula::formula;
-use super::mistake::{Fault, Place, Segment};
 use super::name::Name;
 use super::rig::Rig;
 use described::hint::proposal;
+use described::{Mistake, Place};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeSet;
@@ -36,20 +36,19 @@ pub struct Reaction {
 }
 
 /// The first mistake in `reactions`; formulas are only parsed if the rig is known.
-pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Fault> {
+pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Mistake> {
     let mut names = BTreeSet::new();
     for (index, reaction) in reactions.iter().enumerate() {
-        let root = [Segment::Key("reaction"), Segment::Index(index)];
-        let at = Place { root: &root };
+        let at = Place::file().key("reaction").index(index);
         if !names.insert(reaction.name.as_str()) {
             let message = format!("reaction name `{}` is used twice", reaction.name);
-            return Err(at.fault(&[Segment::Key("name")], message, None));
+            return Err(at.key("name").mistake(message));
         }
         let Some(rig) = rig else { continue };
         for (key, text) in [("from", &reaction.from), ("to", &reaction.to)] {
             if let Err(mistake) = formula(text, &rig.speakers) {
-                let within = [Segment::Key(key), Segment::Text(mistake.at)];
-                return Err(at.fault(&within, mistake.message, mistake.help));
+                let within = at.key(key).within(mistake.at);
+                return Err(within.mistake(mistake.message).with_help(mistake.help));
             }
         }
     }
@@ -57,16 +56,11 @@ pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Fau
 }
 
 /// Checks that a reaction with this name exists.
-pub(super) fn find(
-    reactions: &[Reaction],
-    name: &str,
-    at: &Place<'_>,
-    here: &[Segment],
-) -> Result<(), Fault> {
+pub(super) fn find(reactions: &[Reaction], name: &str, at: &Place) -> Result<(), Mistake> {
     let known: Vec<&str> = reactions.iter().map(|reaction| reaction.name.as_str()).collect();
     if known.contains(&name) {
         return Ok(());
     }
     let message = format!("no [[reaction]] `{name}` in this plan");
-    Err(at.fault(here, message, Some(proposal(name, &known))))
+    Err(at.mistake(message).help(proposal(name, &known)))
 }

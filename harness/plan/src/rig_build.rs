@@ -1,7 +1,6 @@
 //! Builds a rig from its file. Errors carry their place.
 
 mod check;
-mod place;
 mod replayed;
 mod words;
 
@@ -13,7 +12,7 @@ use crate::rig::{
 };
 use crate::speakers::Speaker;
 use described::hint;
-use described::{Dbc, Description, FileError, Layout, Medium, Sender};
+use described::{Dbc, Description, FileError, Layout, Medium, Place, Sender};
 use emulators::device_file::Devices;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -93,8 +92,9 @@ impl Builder<'_> {
         message: String,
         help: Option<String>,
     ) -> LibraryError {
-        let place = place::place(&self.source.text, at);
-        self.source.mistake(place, message, help)
+        let (table, number, key) = at;
+        let place = Place::file().key(table).index(number).entry(key);
+        self.source.mistake(place.locate(&self.source.text), message, help)
     }
 
     fn lines<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {

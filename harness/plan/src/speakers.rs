@@ -142,7 +142,6 @@ impl Speaker {
     }
 }
 
-/// Whether a speaker is a CANopen device.
 pub(crate) fn is_canopen(speaker: &Speaker) -> bool {
     speaker.sender == Sender::Device && speaker.layout.dictionary().is_some()
 }

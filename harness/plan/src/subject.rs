@@ -1,8 +1,8 @@
 //! Checks what a plan may refer to on its rig: the paper's robot or table, or nodes and their messages.
 
+use super::Checked;
 use super::Plan;
 use super::formula::formula;
-use super::mistake::{Checked, Fault, Place, Segment};
 use super::name::ParameterName;
 use super::property::{Kind, Property, Stated};
 use super::quantity::QuantityName;
@@ -10,6 +10,7 @@ use super::rig::Rig;
 use super::speakers::{DEVICE, OfMessage, resolve, unit, whose};
 use described::hint::proposal;
 use described::{Message, Sender, SignalValue};
+use described::{Mistake, Place};
 use std::collections::BTreeMap;
 
 /// Quantities of every plan, whatever its rig.
@@ -33,10 +34,8 @@ pub(super) struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    pub(super) fn of(plan: &Plan, rig: Option<&'a Rig>) -> Result<Self, Fault> {
-        let fault = |message: &str, help: &str, path: Vec<Segment>| {
-            Err(Fault { path, message: message.to_owned(), help: Some(help.to_owned()) })
-        };
+    pub(super) fn of(plan: &Plan, rig: Option<&'a Rig>) -> Result<Self, Mistake> {
+        let fault = |message: &str, help: &str, at: Place| Err(at.mistake(message).help(help));
         let said = [plan.devices.is_some(), plan.device.is_some(), plan.rig.is_some()];
         match (said.iter().filter(|said| **said).count(), &plan.rig) {
             (1, Some(_)) => {
@@ -49,18 +48,18 @@ impl<'a> Subject<'a> {
                 "missing field `devices`",
                 "`devices = \"paper\"` names a device file with a gyro and what turns it, `device = \"mine\"` the \
                  description of one device of your own, `rig = \"mine\"` a rig of several",
-                Vec::new(),
+                Place::file(),
             ),
             (_, Some(_)) => fault(
                 "`rig` beside `devices` or `device`",
                 "`rig` names a file with nodes and lines, which may name `devices` itself: keep one",
-                vec![Segment::Key("rig")],
+                Place::file().key("rig"),
             ),
             (_, None) => fault(
                 "`device` beside `devices`",
                 "`devices` names a device file with a gyro and what turns it, `device` the description of one device \
                  of your own: keep one",
-                vec![Segment::Key("device")],
+                Place::file().key("device"),
             ),
         }
     }
@@ -75,37 +74,37 @@ impl<'a> Subject<'a> {
         &self,
         sent: &str,
         set: &BTreeMap<String, SignalValue>,
-        at: &Place<'_>,
+        at: &Place,
     ) -> Checked {
         if self.is_robot() {
             let message = "`finally` is for a device of your own".to_owned();
-            return Err(at.fault(&[], message, None));
+            return Err(at.mistake(message));
         }
-        self.message(sent, at, &[Segment::Key("message")])?;
+        self.message(sent, &at.key("message"))?;
         let known = self.sent().into_iter().find(|message| message.name == sent);
         let Some(message) = known else { return Ok(()) };
         let signals = &message.signals;
         for (name, value) in set {
-            let here = [Segment::Key("set"), Segment::Entry(name.clone())];
+            let here = at.key("set").entry(name);
             let Some(signal) = signals.iter().find(|signal| signal.name == *name) else {
                 let known: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
                 let message = format!("`{sent}` has no signal `{name}`");
                 let note = self.left_out(&format!("{sent}.{name}"));
                 let help = note.unwrap_or_else(|| proposal(name, &known));
-                return Err(at.fault(&here, message, Some(help)));
+                return Err(here.mistake(message).help(help));
             };
             let value = match value.of(signal) {
                 Ok(value) => value,
-                Err((message, help)) => return Err(at.fault(&here, message, Some(help))),
+                Err((message, help)) => return Err(here.mistake(message).help(help)),
             };
             if !(signal.minimum..=signal.maximum).contains(&value) {
                 let (least, greatest, unit) = (signal.minimum, signal.maximum, &signal.unit);
                 let message = format!("{name} = {value}, expected {least} to {greatest} {unit}");
-                return Err(at.fault(&here, message.trim_end().to_owned(), None));
+                return Err(here.mistake(message.trim_end()));
             }
         }
         match not_carried(message, set) {
-            Some((text, help)) => Err(at.fault(&[Segment::Key("set")], text, Some(help))),
+            Some((text, help)) => Err(at.key("set").mistake(text).help(help)),
             None => Ok(()),
         }
     }
@@ -120,24 +119,19 @@ impl<'a> Subject<'a> {
     }
 
     /// Checks that the plan can judge this quantity.
-    pub(super) fn quantity(
-        &self,
-        quantity: &QuantityName,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Checked {
+    pub(super) fn quantity(&self, quantity: &QuantityName, at: &Place) -> Checked {
         let of_message = quantity.of_message();
         let is_common = quantity.is_chosen() || COMMON_QUANTITIES.contains(&quantity.as_str());
         if self.is_robot() && of_message.is_some_and(|of| of.node() != DEVICE) {
             let known = super::quantities::NAMES;
             let message = format!("unknown quantity `{quantity}`");
-            return Err(at.fault(here, message, Some(proposal(quantity.as_str(), known))));
+            return Err(at.mistake(message).help(proposal(quantity.as_str(), known)));
         }
         if self.is_robot() && of_message.is_some() {
             let help =
                 "`device = \"...\"` instead of `devices` makes a plan of a device of your own";
             let message = format!("`{quantity}` is of a device of your own");
-            return Err(at.fault(here, message, Some(help.to_owned())));
+            return Err(at.mistake(message).help(help));
         }
         if !self.has_robot && of_message.is_none() && !is_common {
             let help = match self.is_short {
@@ -147,7 +141,7 @@ impl<'a> Subject<'a> {
                 false => "a node has `<node>.<signal>` and `period.<node>.<message>`",
             };
             let message = format!("`{quantity}` is of a gyro on a robot or a table");
-            return Err(at.fault(here, message, Some(help.to_owned())));
+            return Err(at.mistake(message).help(help));
         }
         Ok(())
     }
@@ -156,9 +150,8 @@ impl<'a> Subject<'a> {
     pub(super) fn unit(
         &self,
         quantity: OfMessage<'_>,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Result<Option<String>, Fault> {
+        at: &Place,
+    ) -> Result<Option<String>, Mistake> {
         let Some(rig) = self.rig else { return Ok(None) };
         match resolve(&rig.speakers, quantity) {
             Ok(place) => Ok(Some(unit(&rig.speakers, place))),
@@ -167,7 +160,7 @@ impl<'a> Subject<'a> {
                 let help = self.left_out(quantity.name());
                 let help = help.or_else(|| which(quantity, &known));
                 let help = help.unwrap_or_else(|| proposal(quantity.name(), &known));
-                Err(at.fault(here, message, Some(help)))
+                Err(at.mistake(message).help(help))
             }
         }
     }
@@ -175,8 +168,7 @@ impl<'a> Subject<'a> {
     /// Checks that built-in properties are used only with the paper's robot, and formulas only over known messages.
     pub(super) fn properties(&self, properties: &[Property]) -> Checked {
         for (index, property) in properties.iter().enumerate() {
-            let root = [Segment::Key("property"), Segment::Index(index)];
-            let at = Place { root: &root };
+            let at = Place::file().key("property").index(index);
             match property {
                 Property::Stated(stated) => self.formula(stated, &at)?,
                 Property::Always(_) | Property::Sometimes(_) if self.has_robot => {}
@@ -185,49 +177,44 @@ impl<'a> Subject<'a> {
                         format!("`{}` is judged of our controller alone", property.name());
                     let help =
                         "state it as a formula: always = \"manager.Voltage < 60 V\"".to_owned();
-                    return Err(at.fault(&[], message, Some(help)));
+                    return Err(at.mistake(message).help(help));
                 }
             }
         }
         Ok(())
     }
 
-    fn formula(&self, stated: &Stated, at: &Place<'_>) -> Checked {
+    fn formula(&self, stated: &Stated, at: &Place) -> Checked {
         let key = match stated.kind {
             Kind::Always => "always",
             Kind::Sometimes => "sometimes",
         };
-        let here = [Segment::Key(key)];
+        let here = at.key(key);
         if self.is_robot() {
             let message =
                 "a formula is over signals of nodes, and this plan has the paper's robot alone";
             let help = "name a rig: `rig = \"...\"` instead of `devices`".to_owned();
-            return Err(at.fault(&here, message.to_owned(), Some(help)));
+            return Err(here.mistake(message).help(help));
         }
         let Some(rig) = self.rig else { return Ok(()) };
         let mistake = match formula(&stated.formula, &rig.speakers) {
             Ok(_) => return Ok(()),
             Err(mistake) => mistake,
         };
-        let within = [&here[..], &[Segment::Text(mistake.at)]].concat();
-        Err(at.fault(&within, mistake.message, mistake.help))
+        let within = here.within(mistake.at);
+        Err(within.mistake(mistake.message).with_help(mistake.help))
     }
 
     /// Checks that the quantity is reported during the run, as waiting requires.
-    pub(super) fn awaited(
-        &self,
-        quantity: &QuantityName,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Checked {
-        self.quantity(quantity, at, here)?;
+    pub(super) fn awaited(&self, quantity: &QuantityName, at: &Place) -> Checked {
+        self.quantity(quantity, at)?;
         match quantity.of_message() {
-            Some(of_message) => self.unit(of_message, at, here).map(|_| ()),
+            Some(of_message) => self.unit(of_message, at).map(|_| ()),
             None if self.has_robot => Ok(()),
             None => {
                 let expected = if self.is_short { "signal.<signal>" } else { "<node>.<signal>" };
                 let message = format!("`{quantity}` cannot be waited for, expected `{expected}`");
-                Err(at.fault(here, message, None))
+                Err(at.mistake(message))
             }
         }
     }
@@ -241,7 +228,7 @@ impl<'a> Subject<'a> {
         testers.flat_map(sent).collect()
     }
 
-    pub(super) fn message(&self, name: &str, at: &Place<'_>, here: &[Segment]) -> Checked {
+    pub(super) fn message(&self, name: &str, at: &Place) -> Checked {
         let Some(rig) = self.rig else { return Ok(()) };
         let known: Vec<&str> = self.sent().iter().map(|message| message.name.as_str()).collect();
         if known.contains(&name) {
@@ -258,17 +245,17 @@ impl<'a> Subject<'a> {
             None => format!("no tester of this rig sends `{name}`"),
         };
         let help = self.left_out(name).unwrap_or_else(|| proposal(name, &known));
-        Err(at.fault(here, what, Some(help)))
+        Err(at.mistake(what).help(help))
     }
 
     /// Checks that a tester can ask this node.
-    pub(super) fn asked(&self, node: &str, at: &Place<'_>) -> Checked {
+    pub(super) fn asked(&self, node: &str, at: &Place) -> Checked {
         let Some(rig) = self.rig else { return Ok(()) };
         let known: Vec<&str> = rig.asked().collect();
         if known.contains(&node) {
             return Ok(());
         }
-        let here = [Segment::Key("node")];
+        let here = at.key("node");
         let is_there = rig.nodes.iter().any(|known| known.name == node);
         let (message, help) = match is_there {
             true => (
@@ -278,15 +265,10 @@ impl<'a> Subject<'a> {
             ),
             false => (format!("no node `{node}` in this rig"), proposal(node, &known)),
         };
-        Err(at.fault(&here, message, Some(help)))
+        Err(here.mistake(message).help(help))
     }
 
-    pub(super) fn parameter(
-        &self,
-        name: &ParameterName,
-        values: &[f64],
-        at: &Place<'_>,
-    ) -> Checked {
+    pub(super) fn parameter(&self, name: &ParameterName, values: &[f64], at: &Place) -> Checked {
         self.role(name.device.as_str(), at, "parameter")?;
         let Some(rig) = self.rig else { return Ok(()) };
         let (device, parameter) = (name.device.as_str(), name.parameter.as_str());
@@ -299,11 +281,11 @@ impl<'a> Subject<'a> {
             },
             (None, None) => Ok(()),
         };
-        let here = [Segment::Key("parameter")];
-        values.iter().try_for_each(check).map_err(|message| at.fault(&here, message, None))
+        let here = at.key("parameter");
+        values.iter().try_for_each(check).map_err(|message| here.mistake(message))
     }
 
-    pub(super) fn role(&self, role: &str, at: &Place<'_>, key: &'static str) -> Checked {
+    pub(super) fn role(&self, role: &str, at: &Place, key: &'static str) -> Checked {
         // The emulators of the robot know its parameters.
         if self.has_robot {
             return Ok(());
@@ -317,7 +299,7 @@ impl<'a> Subject<'a> {
             return Ok(());
         }
         let message = format!("no `{role}` on this bench");
-        Err(at.fault(&[Segment::Key(key)], message, Some(proposal(role, &known))))
+        Err(at.key(key).mistake(message).help(proposal(role, &known)))
     }
 }
 

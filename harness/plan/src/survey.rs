@@ -1,12 +1,13 @@
 //! Contents of the steps of a plan, for what refers to them.
 
-use super::mistake::{Checked, Fault, Place, Segment};
+use super::Checked;
 use super::name::Name;
 use super::quantities::{COMMON_TAGS, DURING_PREFIX};
 use super::quantity::{Filter, QuantityName};
 use super::reaction::{self, Reaction};
 use super::subject::Subject;
 use described::hint::proposal;
+use described::{Mistake, Place};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Contents of the steps so far, for references to them.
@@ -14,7 +15,6 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct Survey<'a> {
     pub(super) subject: Subject<'a>,
     pub(super) reactions: &'a [Reaction],
-    /// Number of steps.
     pub(super) steps: usize,
     /// Fits: what each is of, and whether a calibration has a place for it.
     pub(super) fits: BTreeMap<&'a str, (String, bool)>,
@@ -42,18 +42,17 @@ impl<'a> Survey<'a> {
     pub(super) fn unit(
         &self,
         quantity: &QuantityName,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Result<Option<String>, Fault> {
-        self.subject.quantity(quantity, at, here)?;
+        at: &Place,
+    ) -> Result<Option<String>, Mistake> {
+        self.subject.quantity(quantity, at)?;
         if let Some(of_message) = quantity.of_message() {
-            return self.subject.unit(of_message, at, here);
+            return self.subject.unit(of_message, at);
         }
         if let Some(entry) = quantity.entry() {
             return Ok(Some(entry.unit.to_owned()));
         }
         if let Some(name) = quantity.reaction() {
-            reaction::find(self.reactions, name, at, here)?;
+            reaction::find(self.reactions, name, at)?;
             return Ok(Some("s".to_owned()));
         }
         if let Some((step, name)) = quantity.read() {
@@ -61,13 +60,13 @@ impl<'a> Survey<'a> {
                 let message = format!("no step `{step}` in this plan reads `{name}`");
                 let known = self.reads.keys().filter(|(other, _)| *other == step);
                 let known: Vec<&str> = known.map(|(_, name)| *name).collect();
-                at.fault(here, message, Some(proposal(name, &known)))
+                at.mistake(message).help(proposal(name, &known))
             });
         }
         let answer = quantity.operator_answer().unwrap_or_default();
         self.answers.get(answer).map(|unit| Some((*unit).to_owned())).ok_or_else(|| {
             let message = format!("no operator_prompt in this plan asks for `{answer}`");
-            at.fault(here, message, None)
+            at.mistake(message)
         })
     }
 
@@ -77,34 +76,23 @@ impl<'a> Survey<'a> {
         step: &'static str,
         name: &'a Name,
         unit: Option<String>,
-        at: &Place<'_>,
+        at: &Place,
     ) -> Checked {
         let known = self.reads.entry((step, name.as_str())).or_insert_with(|| unit.clone());
         match (known, unit) {
             (Some(known), Some(unit)) if *known != unit => {
                 let message = format!("`{name}` is in {known} in another step");
-                Err(at.fault(&[Segment::Key("read")], message, None))
+                Err(at.key("read").mistake(message))
             }
             _ => Ok(()),
         }
     }
 
-    pub(super) fn filter(
-        &self,
-        quantity: &QuantityName,
-        filter: &Filter,
-        at: &Place<'_>,
-    ) -> Checked {
-        filter.tags().try_for_each(|tag| self.tag(quantity, tag, at, &[Segment::Key("where")]))
+    pub(super) fn filter(&self, quantity: &QuantityName, filter: &Filter, at: &Place) -> Checked {
+        filter.tags().try_for_each(|tag| self.tag(quantity, tag, &at.key("where")))
     }
 
-    pub(super) fn tag(
-        &self,
-        quantity: &QuantityName,
-        tag: &str,
-        at: &Place<'_>,
-        here: &[Segment],
-    ) -> Checked {
+    pub(super) fn tag(&self, quantity: &QuantityName, tag: &str, at: &Place) -> Checked {
         let own = quantity.entry().map_or(&[][..], |entry| entry.tags);
         let known: Vec<&str> = own
             .iter()
@@ -118,9 +106,9 @@ impl<'a> Survey<'a> {
         }
         if let Some(phase) = phase {
             let message = format!("no step or label `{phase}` in this plan");
-            return Err(at.fault(here, message, Some(proposal(phase, &self.phases()))));
+            return Err(at.mistake(message).help(proposal(phase, &self.phases())));
         }
         let message = format!("`{quantity}` carries no tag `{tag}`");
-        Err(at.fault(here, message, Some(proposal(tag, &known))))
+        Err(at.mistake(message).help(proposal(tag, &known)))
     }
 }

@@ -18,7 +18,6 @@ pub(crate) struct Bounds {
     pub(crate) latest: Span,
 }
 
-/// One phase in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Stretch {
     /// Indices of its start and its end among all starts and ends of the plan.

@@ -79,7 +79,6 @@ pub(super) fn encode<K: Recordable>(
     postcard::serialize_with_flavor(&encoded, Appending(buffer))
 }
 
-/// Decodes a complete payload.
 pub(super) fn decode(payload: &[u8], last: Timestamp) -> postcard::Result<Record> {
     let (encoded, rest) = postcard::take_from_bytes::<Encoded<RecordKind>>(payload)?;
     if !rest.is_empty() {

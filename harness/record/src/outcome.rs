@@ -12,20 +12,22 @@ pub use plan::check::Verdict;
 use crate::FaultSummary;
 use serde::{Deserialize, Serialize};
 
-/// Outcome of a run. Each has its own exit status.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Outcome {
-    /// All measurements are acceptable.
-    Passed,
-    /// A measurement failed or was never made.
-    Failed,
-    /// The bench failed: a port, a device, a disk.
-    Error,
-    /// A step or the plan took longer than its limit.
-    Timeout,
-    /// The user stopped the run.
-    Aborted,
+wire::words! {
+    /// Outcome of a run. Each has its own exit status.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    pub enum Outcome {
+        /// All measurements are acceptable.
+        Passed = "passed",
+        /// A measurement failed or was never made.
+        Failed = "failed",
+        /// The bench failed: a port, a device, a disk.
+        Error = "error",
+        /// A step or the plan took longer than its limit.
+        Timeout = "timeout",
+        /// The user stopped the run.
+        Aborted = "aborted",
+    }
 }
 
 /// Exit status for bad input: an unusable plan, bench file or device file.
@@ -152,19 +154,6 @@ impl PropertySummary {
     /// Whether it was violated, or is a sometimes-property that did not occur.
     pub fn is_broken(&self) -> bool {
         self.held == Some(false)
-    }
-}
-
-impl Outcome {
-    /// Its name, as in `summary.json`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Passed => "passed",
-            Self::Failed => "failed",
-            Self::Error => "error",
-            Self::Timeout => "timeout",
-            Self::Aborted => "aborted",
-        }
     }
 }
 

@@ -101,9 +101,7 @@ pub struct RecordReader<R: Read> {
 
 /// What was found at the end of the block being read.
 enum Gathered {
-    /// A record.
     Record,
-    /// A mark.
     Mark,
     /// End of the file, within or after a record.
     Nothing,

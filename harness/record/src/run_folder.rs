@@ -36,7 +36,6 @@ pub const REPORT: &str = "report.html";
 
 const OURS: [&str; 4] = [SUMMARY, RECORD, JUNIT, REPORT];
 
-/// The longest summary that can be read.
 const SUMMARY_BYTES_MAX: u64 = 64 * 1024 * 1024;
 
 /// A folder that this crate made.

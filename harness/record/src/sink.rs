@@ -106,7 +106,6 @@ impl<W: Write> FileSink<W> {
         Ok(Self { gate: Gate::new(level), writer: Some(writer), failed: None })
     }
 
-    /// Writes everything to the file.
     pub(super) fn flush(&mut self) {
         self.attempt(RecordWriter::flush);
     }

@@ -24,7 +24,6 @@ use wire::units::{Angle, AngularRate, Pose};
 pub enum Carrier {
     /// The turret of the robot.
     Base(Box<BaseEmulator>),
-    /// The rotary table.
     Table(Box<TableEmulator>),
     /// Nothing but a rate that the caller sets.
     Turning(Turning),
@@ -60,7 +59,6 @@ pub struct Bench {
     mutant: Option<controller::Mutant>,
 }
 
-/// Facts about the bench that the engine needs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BenchFacts {
     /// Standard uncertainty of a position by the absolute measurement, m.
@@ -94,7 +92,6 @@ pub enum DevicesError {
     Unfit {
         /// Path of the file.
         origin: String,
-        /// The mismatch.
         message: String,
     },
 }
@@ -186,7 +183,6 @@ impl Bench {
         base_transport(&self.devices)
     }
 
-    /// Configuration of the controller for this bench.
     pub fn controller_config(&self) -> Config {
         let gyro = GyroConfig::new(self.gyro_stream());
         let base = self.base_transport().map(BaseConfig::new);
@@ -196,7 +192,6 @@ impl Bench {
         config
     }
 
-    /// Facts about the bench that the engine needs.
     pub fn facts(&self) -> BenchFacts {
         let table = self.devices.table.clone().unwrap_or_default();
         BenchFacts {
@@ -271,7 +266,6 @@ impl Bench {
         result.map_err(|error| format!("failed to set {device}.{parameter}: {error}"))
     }
 
-    /// Truth at `now`, as a record.
     pub fn truth(&mut self, now: Timestamp) -> RecordKind {
         let gyro = self.gyro.truth();
         let pose = match &mut self.carrier {

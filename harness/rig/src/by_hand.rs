@@ -40,7 +40,6 @@ devices = "none"
 steps = [{ wait = { duration_s = 2_678_400 } }]
 "#;
 
-/// Direction of traffic on a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Direction {
     /// The gyro's stream.
@@ -91,7 +90,6 @@ impl ByHand {
         Ok(by_hand)
     }
 
-    /// Bench time.
     pub const fn now(&self) -> Timestamp {
         self.simulation.now
     }
@@ -115,7 +113,6 @@ impl ByHand {
         }
     }
 
-    /// Gives the controller a mission.
     pub fn command(&mut self, mission: Mission) {
         self.simulation.command(mission);
         self.settle();
@@ -149,7 +146,6 @@ impl ByHand {
         self.simulation.show(&Seen::LapBegan);
     }
 
-    /// Verdicts of all properties.
     pub fn verdicts(self) -> Vec<PropertyVerdict> {
         let now = self.now();
         let watch = self.simulation.watch;
@@ -171,7 +167,6 @@ impl ByHand {
         Some(&mut self.robot()?.bench.gyro)
     }
 
-    /// The carrier of the gyro.
     pub fn carrier(&mut self) -> Option<&mut Carrier> {
         Some(&mut self.robot()?.bench.carrier)
     }

@@ -126,7 +126,6 @@ impl<C: Crossing> Simulation<C> {
         self.touched = Touched::ALL;
     }
 
-    /// Sends a mission to the controller.
     fn order(&mut self, mission: Mission) {
         let machine = self.rig.nodes.iter_mut().find_map(|node| match &mut node.part {
             Part::Controller(machine) => Some(machine),

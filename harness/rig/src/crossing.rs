@@ -16,21 +16,17 @@ use std::sync::Arc;
 use wire::device::Transmit;
 use wire::time::Timestamp;
 
-/// A line that goes through a crossing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CrossedLine {
     /// Name in messages: that of the device at one end, or of the line itself.
     pub name: Arc<str>,
-    /// Whether the line is a CAN bus.
     pub is_can: bool,
     /// The device's end; what it sends goes toward the host.
     pub device_end: usize,
 }
 
-/// Direction of traffic on a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Toward {
-    /// To the device.
     Device,
     /// To the controller or the plan.
     Host,

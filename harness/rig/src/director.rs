@@ -22,7 +22,6 @@ const STATE_PERIOD_MOVING: Span = Span::from_millis(200);
 /// Without the full record, states at rest are kept this far apart.
 const STATE_PERIOD_AT_REST: Span = Span::from_secs(30);
 
-/// A plan in progress.
 #[derive(Debug)]
 pub struct Director {
     pub engine: Engine,
@@ -49,7 +48,7 @@ impl Director {
             commands: Vec::new(),
             slips: Slips::default(),
             survey: None,
-            table_answers: AnswerDecoder::new(),
+            table_answers: AnswerDecoder::default(),
             state_kept: None,
         }
     }
@@ -68,7 +67,6 @@ impl Director {
         })
     }
 
-    /// Takes bytes from the table.
     pub fn hear_table(&mut self, now: Timestamp, bytes: &[u8]) {
         let engine = &mut self.engine;
         self.table_answers.feed(bytes, |answer| engine.table(now, answer));

@@ -23,7 +23,6 @@ use wire::units::Angle;
 /// not part of the rig.
 type Struck<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
 
-/// The faults of one run.
 #[derive(Debug, Clone)]
 pub struct Faults {
     ledger: Ledger,
@@ -246,7 +245,6 @@ impl Rig {
     }
 }
 
-/// The fault of the gyro that a kind is.
 fn gyro_fault(kind: &FaultKind) -> Option<GyroFault> {
     Some(match *kind {
         FaultKind::Stuck { .. } => GyroFault::Stuck,
@@ -266,7 +264,6 @@ fn gyro_fault(kind: &FaultKind) -> Option<GyroFault> {
     })
 }
 
-/// The fault of the base that a kind is.
 fn base_fault(kind: &FaultKind) -> Option<BaseFault> {
     Some(match *kind {
         FaultKind::RefuseCommands { .. } => BaseFault::RefuseCommands,

@@ -15,7 +15,6 @@ pub trait Guest {
     /// Receives bytes or a frame.
     fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit);
 
-    /// Receives a mission.
     fn order(&mut self, now: Timestamp, mission: Mission);
 }
 
@@ -26,10 +25,8 @@ enum Held {
     Mission(Box<Mission>),
 }
 
-/// A machine with faults.
 #[derive(Debug, Clone, Default)]
 struct Host {
-    /// Number of active stalls.
     stalls: usize,
     held: VecDeque<Held>,
     taken: u64,
@@ -55,7 +52,6 @@ impl<G: Guest> OnHost<G> {
         self.host = Some(Host::default());
     }
 
-    /// Begins a fault of the machine.
     pub fn begin_fault(&mut self, kind: &FaultKind) {
         if let Some(host) = &mut self.host {
             host.begin(kind);
@@ -83,7 +79,6 @@ impl<G: Guest> OnHost<G> {
         }
     }
 
-    /// Whether the machine is stalled.
     pub fn is_stalled(&self) -> bool {
         self.host.as_ref().is_some_and(Host::is_stalled)
     }
@@ -118,7 +113,6 @@ impl<G> fmt::Debug for OnHost<G> {
 }
 
 impl Host {
-    /// Whether the machine is stalled.
     const fn is_stalled(&self) -> bool {
         self.stalls > 0
     }
@@ -193,7 +187,6 @@ impl Host {
         }
     }
 
-    /// Passes a mission to the guest.
     fn mission(&mut self, now: Timestamp, mission: Mission, guest: &mut impl Guest) {
         if self.is_stalled() {
             self.hold(Held::Mission(Box::new(mission)));

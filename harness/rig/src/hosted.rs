@@ -34,7 +34,6 @@ pub trait HostedController: fmt::Debug + Send {
     /// past means at once, and ends the run with an error if it is returned endlessly.
     fn next_wakeup(&self) -> Timestamp;
 
-    /// Returns the next output.
     fn transmit(&mut self, now: Timestamp) -> Option<Output>;
 
     /// Returns the next report, oldest first.
@@ -97,7 +96,6 @@ enum How {
     Program(ControllerProgram),
 }
 
-/// A controller program in virtual time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ControllerProgram {
     /// `k2a-controller`.
@@ -124,7 +122,6 @@ impl Hosting {
         Self(How::Program(program))
     }
 
-    /// Name for a summary.
     pub fn name(&self) -> String {
         match &self.0 {
             How::Ours | How::Own(_) => "in-process".to_owned(),

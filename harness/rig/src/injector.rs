@@ -98,12 +98,10 @@ impl Injector {
         change
     }
 
-    /// Number of active faults.
     pub fn active(&self) -> usize {
         self.on().count()
     }
 
-    /// Active faults.
     pub fn on(&self) -> impl Iterator<Item = usize> {
         let entries = self.entries.iter().enumerate();
         entries.filter(|(_, entry)| matches!(entry.state, State::On(_))).map(|(index, _)| index)

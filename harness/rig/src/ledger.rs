@@ -36,7 +36,6 @@ impl Ledger {
         self.injector.phase(now, event);
     }
 
-    /// Number of active faults.
     pub fn active(&self) -> usize {
         self.injector.active()
     }

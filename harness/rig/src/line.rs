@@ -12,7 +12,6 @@ use wire::device::{PortId, Transmit};
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
 
-/// An end of a line, by its index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EndId(pub u8);
 
@@ -52,7 +51,6 @@ enum Wire {
 /// Most items on a direct line unless [more are expected](Line::expect_messages); those beyond are dropped and counted.
 const DIRECT_MAX: usize = 1_024;
 
-/// One line of a rig.
 #[derive(Debug, Clone)]
 pub struct Line {
     wire: Wire,
@@ -142,7 +140,6 @@ impl Line {
         self.ends.get(of.place()).map_or("stranger", |end| &end.name)
     }
 
-    /// Time of the next arrival.
     #[inline]
     pub const fn next_arrival(&self) -> Timestamp {
         self.next_arrival

@@ -30,12 +30,10 @@ pub(super) struct Route {
     pub(super) end: super::line::EndId,
 }
 
-/// Kind of a node.
 #[derive(Debug)]
 pub enum Part {
     /// Emulated, built in: the gyro and its carrier.
     Robot(Box<Robot>),
-    /// Emulated, described by a file.
     Described(Box<Described>),
     /// Under test in this process; takes missions.
     Controller(Box<Machine>),
@@ -43,7 +41,6 @@ pub enum Part {
     Own(Own),
     /// Sends messages that the plan orders.
     Tester(Box<Tester>),
-    /// Replays a log.
     Replayed(Replaying),
     /// The plan's own port to the table.
     Plan,
@@ -208,7 +205,6 @@ pub const GYRO: PortId = PortId(0);
 /// The controller's port to its base.
 pub const BASE: PortId = PortId(1);
 
-/// A controller and its machine.
 #[derive(Debug)]
 pub struct Machine {
     pub host: OnHost<Hosted>,

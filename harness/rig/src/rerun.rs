@@ -52,10 +52,7 @@ pub enum RerunError {
     /// A node sends on several lines.
     #[error("{who} speaks on several lines, and the record does not say on which")]
     #[diagnostic(help("a run of a rig without a gateway can be carried out again"))]
-    SeveralLines {
-        /// The node.
-        who: String,
-    },
+    SeveralLines { who: String },
     /// A device never rests.
     #[error("time stands still at {at_s} s: what is under test wants to be woken again and again")]
     #[diagnostic(help("a wake-up that was called is to lie in the future"))]
@@ -70,16 +67,12 @@ pub enum RerunError {
 pub struct Said {
     /// Packets of bytes and frames.
     pub outputs: u64,
-    /// Reports.
     pub reports: u64,
 }
 
-/// Result of a rerun.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Rerun {
-    /// Counts of the record.
     pub recorded: Said,
-    /// Counts of the rerun.
     pub now: Said,
     /// `None` if all outputs are the same.
     pub difference: Option<Difference>,
@@ -87,7 +80,6 @@ pub struct Rerun {
     pub ended: Option<String>,
 }
 
-/// A rerun in progress.
 struct Again {
     rig: Rig,
     clock: Clock,

@@ -36,7 +36,6 @@ pub(crate) struct Ear {
 }
 
 impl Rig {
-    /// Adds a node; returns its index.
     pub fn node(&mut self, node: Node) -> usize {
         self.nodes.push(node);
         self.nodes.len() - 1
@@ -58,7 +57,6 @@ impl Rig {
         index
     }
 
-    /// Adds an end to a line of the rig.
     pub fn join(&mut self, line: usize, end: End) {
         let (node, port) = (end.node, usize::from(end.port.0));
         let place = EndId::of(self.lines[line].add(end));
@@ -87,7 +85,6 @@ impl Rig {
         self.ears.iter().any(|ear| ear.line == line)
     }
 
-    /// Time of the next arrival on any line.
     #[inline]
     pub fn next_arrival(&self) -> Timestamp {
         self.lines.iter().map(Line::next_arrival).min().unwrap_or(Timestamp::MAX)
@@ -214,7 +211,7 @@ impl Rig {
         for node in &mut self.nodes {
             let route = node.route(robot::GYRO);
             if let (Part::Robot(robot), Some(Route { line, .. })) = (&mut node.part, route) {
-                let bytes = robot.bench.gyro_stream().format.frame_bytes();
+                let bytes = robot.bench.gyro_stream().format.facts().frame_bytes;
                 robot.gyro_late = self.lines[line].time_for(bytes);
             }
         }
@@ -323,12 +320,10 @@ impl Rig {
         }
     }
 
-    /// The gyro and its carrier.
     pub fn robot(&self) -> Option<&Robot> {
         self.robots().next()
     }
 
-    /// See [`Self::robot`].
     pub fn robot_mut(&mut self) -> Option<&mut Robot> {
         self.robots_mut().next()
     }
@@ -341,7 +336,6 @@ impl Rig {
         })
     }
 
-    /// See [`Self::robots`].
     pub fn robots_mut(&mut self) -> impl Iterator<Item = &mut Robot> {
         self.nodes.iter_mut().filter_map(|node| match &mut node.part {
             Part::Robot(robot) => Some(&mut **robot),
@@ -363,7 +357,6 @@ impl Rig {
         self.lines.iter().zip(&self.line_names).map(of).collect()
     }
 
-    /// Index of the node of this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.nodes.iter().position(|node| &*node.name == name)
     }

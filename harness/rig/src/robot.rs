@@ -10,7 +10,6 @@ pub const GYRO: PortId = PortId(0);
 /// The port of the carrier: the base or the table.
 pub const CARRIER: PortId = PortId(1);
 
-/// Gyro and carrier.
 #[derive(Debug, Clone)]
 pub struct Robot {
     pub bench: Bench,

@@ -4,7 +4,6 @@ use plan::faults::Chance;
 use plan::faults::FaultKind;
 use record::Reply;
 
-/// Active slips.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Slips {
     on: Vec<Slip>,

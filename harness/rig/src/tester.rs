@@ -20,7 +20,6 @@ pub struct Tester {
     clients: Vec<(String, UdsClient)>,
 }
 
-/// A message that is repeated.
 #[derive(Debug, Clone)]
 struct Repeat {
     message: usize,
@@ -110,7 +109,6 @@ impl Tester {
         self.encode(now, message)
     }
 
-    /// Stops repeating this message.
     pub(super) fn stop(&mut self, message: &str) {
         let message = self.outbox.layout().find(message);
         self.repeats.retain(|repeat| Some(repeat.message) != message);

@@ -20,7 +20,6 @@ impl Touched {
         taken
     }
 
-    /// Indices of the nodes.
     pub(super) fn places(self) -> impl Iterator<Item = usize> {
         let mut left = self.0;
         std::iter::from_fn(move || {

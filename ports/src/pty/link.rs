@@ -67,7 +67,6 @@ impl PtyLink {
         std::os::unix::fs::symlink(&self.target, &self.link)
     }
 
-    /// What has this path and must not be touched.
     fn rival(&self) -> Option<String> {
         let Ok(target) = std::fs::read_link(&self.link) else {
             return Some("something that is no link".to_owned());

@@ -44,7 +44,7 @@ impl SlcanHost {
             serial: SerialPort::open(spec, USUAL)?,
             name: spec.device.to_string(),
             bitrate,
-            decoder: AnswerDecoder::new(),
+            decoder: AnswerDecoder::default(),
             lines: Lines::default(),
             events: VecDeque::with_capacity(EVENTS_MAX),
             counters: Counters::default(),
@@ -66,7 +66,7 @@ impl SlcanHost {
         }
         // A partial line from before does not belong to the new stream; the counts stay.
         self.counters = self.counters + self.of_lines();
-        self.decoder = AnswerDecoder::new();
+        self.decoder = AnswerDecoder::default();
         for (command, words) in
             [(Command::BitRate(self.bitrate), "take the bitrate"), (Command::Open, "open the bus")]
         {

@@ -17,7 +17,6 @@ use wire::slcan::BitRate;
 pub struct SpecError {
     #[source_code]
     spec: String,
-    /// The mistake.
     wrong: String,
     #[label("here")]
     at: SourceSpan,
@@ -31,7 +30,6 @@ const KINDS: &str = "pty, pty:LINK, serial:/dev/..., serial:usb:VENDOR:PRODUCT[:
 const OPTIONS: &[&str] = &["baud", "data", "parity", "stop", "flow", "exclusive"];
 const SLCAN_OPTIONS: &[&str] = &["baud", "data", "parity", "stop", "flow", "exclusive", "bitrate"];
 
-/// A part of the string, and its start.
 #[derive(Debug, Clone, Copy)]
 struct Part<'a> {
     text: &'a str,

@@ -2,21 +2,25 @@
 
 use crate::can::{Id, StandardId};
 
-/// A message of the command set, without its content.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Message {
-    /// [`Request::SetVelocity`](super::Request::SetVelocity).
-    SetVelocity,
-    /// [`Request::SetAcceleration`](super::Request::SetAcceleration).
-    SetAcceleration,
-    /// [`Request::WritePose`](super::Request::WritePose).
-    WritePose,
-    /// [`Request::Stop`](super::Request::Stop).
-    Stop,
-    /// [`Reply::Motion`](super::Reply::Motion).
-    Motion,
-    /// [`Reply::Pose`](super::Reply::Pose).
-    Pose,
+crate::tabled! {
+    /// A message of the command set, without its content.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Message {
+        /// [`Request::SetVelocity`](super::Request::SetVelocity).
+        SetVelocity = row(0x101, 0x1F00, 4),
+        /// [`Request::SetAcceleration`](super::Request::SetAcceleration).
+        SetAcceleration = row(0x102, 0x1F08, 4),
+        /// [`Request::WritePose`](super::Request::WritePose).
+        WritePose = row(0x103, 0x1F10, 8),
+        /// [`Request::Stop`](super::Request::Stop).
+        Stop = row(0x104, 0x1F18, 1),
+        /// [`Reply::Motion`](super::Reply::Motion).
+        Motion = row(0x181, 0xE000, 8),
+        /// [`Reply::Pose`](super::Reply::Pose).
+        Pose = row(0x182, 0xE008, 8),
+    }
+    /// In the table, in the order of the CAN identifiers.
+    fn row() -> Row
 }
 
 /// One row of the table: CAN identifier, serial register, payload bytes.
@@ -34,35 +38,7 @@ const fn row(can_id: u16, register: u16, payload_bytes: u8) -> Row {
     }
 }
 
-const SET_VELOCITY: Row = row(0x101, 0x1F00, 4);
-const SET_ACCELERATION: Row = row(0x102, 0x1F08, 4);
-const WRITE_POSE: Row = row(0x103, 0x1F10, 8);
-const STOP: Row = row(0x104, 0x1F18, 1);
-const MOTION: Row = row(0x181, 0xE000, 8);
-const POSE: Row = row(0x182, 0xE008, 8);
-
 impl Message {
-    /// All messages, in the order of their CAN identifiers.
-    pub const ALL: [Self; 6] = [
-        Self::SetVelocity,
-        Self::SetAcceleration,
-        Self::WritePose,
-        Self::Stop,
-        Self::Motion,
-        Self::Pose,
-    ];
-
-    const fn row(self) -> &'static Row {
-        match self {
-            Self::SetVelocity => &SET_VELOCITY,
-            Self::SetAcceleration => &SET_ACCELERATION,
-            Self::WritePose => &WRITE_POSE,
-            Self::Stop => &STOP,
-            Self::Motion => &MOTION,
-            Self::Pose => &POSE,
-        }
-    }
-
     /// CAN identifier of the message.
     pub const fn can_id(self) -> StandardId {
         self.row().can_id

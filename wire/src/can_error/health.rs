@@ -4,21 +4,23 @@ use super::{CanErrorEvent, ErrorCounters, ErrorKind};
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
-/// The error state of a controller (ISO 11898-1, fault confinement), the worst last.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum BusState {
-    /// Both error counters are below 96.
-    #[default]
-    Active,
-    /// One counter is at least 96.
-    Warning,
-    /// One counter is at least 128: the controller sends no more active error flags.
-    Passive,
-    /// The transmit counter is at least 256: the controller left the bus.
-    BusOff,
+crate::words! {
+    /// The error state of a controller (ISO 11898-1, fault confinement), the worst last.
+    #[derive(
+        Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+    )]
+    #[serde(rename_all = "kebab-case")]
+    pub enum BusState {
+        /// Both error counters are below 96.
+        #[default]
+        Active = "error-active",
+        /// One counter is at least 96.
+        Warning = "error-warning",
+        /// One counter is at least 128: the controller sends no more active error flags.
+        Passive = "error-passive",
+        /// The transmit counter is at least 256: the controller left the bus.
+        BusOff = "bus-off",
+    }
 }
 
 impl BusState {
@@ -35,12 +37,7 @@ impl BusState {
 
 impl fmt::Display for BusState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Active => "error-active",
-            Self::Warning => "error-warning",
-            Self::Passive => "error-passive",
-            Self::BusOff => "bus-off",
-        })
+        f.pad(self.name())
     }
 }
 
@@ -55,11 +52,6 @@ pub struct BusHealth {
 }
 
 impl BusHealth {
-    /// No event so far; the controller is assumed error-active.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes an event.
     pub fn observe(&mut self, event: &CanErrorEvent) {
         self.events = self.events.saturating_add(1);

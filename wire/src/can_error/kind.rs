@@ -4,81 +4,41 @@ use super::{CanErrorEvent, ControllerProblems};
 use core::fmt;
 use serde::{Deserialize, Serialize};
 
-/// Kinds of problems that an error frame reports. Warnings in both directions in one frame count once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ErrorKind {
-    /// [`CanErrorEvent::bus_off`]
-    BusOff,
-    /// [`CanErrorEvent::restarted`]
-    Restarted,
-    /// The controller became error-passive.
-    Passive,
-    /// The controller reached the warning level.
-    Warning,
-    /// The controller became error-active again.
-    Active,
-    /// [`ControllerProblems::RX_OVERFLOW`]
-    RxOverflow,
-    /// [`ControllerProblems::TX_OVERFLOW`]
-    TxOverflow,
-    /// An unspecified problem of the controller.
-    Controller,
-    /// [`CanErrorEvent::no_acknowledgement`]
-    NoAcknowledgement,
-    /// [`CanErrorEvent::protocol`]
-    ProtocolViolation,
-    /// [`CanErrorEvent::lost_arbitration`]
-    LostArbitration,
-    /// [`CanErrorEvent::bus_error`]
-    BusError,
-    /// [`CanErrorEvent::transceiver`]
-    Transceiver,
-    /// [`CanErrorEvent::tx_timeout`]
-    TxTimeout,
-    /// [`CanErrorEvent::unknown_classes`]
-    Unknown,
-}
-
-impl ErrorKind {
-    /// All kinds.
-    pub const ALL: [Self; 15] = [
-        Self::BusOff,
-        Self::Restarted,
-        Self::Passive,
-        Self::Warning,
-        Self::Active,
-        Self::RxOverflow,
-        Self::TxOverflow,
-        Self::Controller,
-        Self::NoAcknowledgement,
-        Self::ProtocolViolation,
-        Self::LostArbitration,
-        Self::BusError,
-        Self::Transceiver,
-        Self::TxTimeout,
-        Self::Unknown,
-    ];
-
-    /// Name in plain words.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::BusOff => "bus-off",
-            Self::Restarted => "restarted",
-            Self::Passive => "error-passive",
-            Self::Warning => "error-warning",
-            Self::Active => "error-active",
-            Self::RxOverflow => "receive buffer overflow",
-            Self::TxOverflow => "transmit buffer overflow",
-            Self::Controller => "controller problem",
-            Self::NoAcknowledgement => "no acknowledgement",
-            Self::ProtocolViolation => "protocol violation",
-            Self::LostArbitration => "lost arbitration",
-            Self::BusError => "bus error",
-            Self::Transceiver => "transceiver fault",
-            Self::TxTimeout => "transmit timeout",
-            Self::Unknown => "unknown class",
-        }
+crate::words! {
+    /// Kinds of problems that an error frame reports. Warnings in both directions in one frame count once.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum ErrorKind {
+        /// [`CanErrorEvent::bus_off`]
+        BusOff = "bus-off",
+        /// [`CanErrorEvent::restarted`]
+        Restarted = "restarted",
+        /// The controller became error-passive.
+        Passive = "error-passive",
+        /// The controller reached the warning level.
+        Warning = "error-warning",
+        /// The controller became error-active again.
+        Active = "error-active",
+        /// [`ControllerProblems::RX_OVERFLOW`]
+        RxOverflow = "receive buffer overflow",
+        /// [`ControllerProblems::TX_OVERFLOW`]
+        TxOverflow = "transmit buffer overflow",
+        /// An unspecified problem of the controller.
+        Controller = "controller problem",
+        /// [`CanErrorEvent::no_acknowledgement`]
+        NoAcknowledgement = "no acknowledgement",
+        /// [`CanErrorEvent::protocol`]
+        ProtocolViolation = "protocol violation",
+        /// [`CanErrorEvent::lost_arbitration`]
+        LostArbitration = "lost arbitration",
+        /// [`CanErrorEvent::bus_error`]
+        BusError = "bus error",
+        /// [`CanErrorEvent::transceiver`]
+        Transceiver = "transceiver fault",
+        /// [`CanErrorEvent::tx_timeout`]
+        TxTimeout = "transmit timeout",
+        /// [`CanErrorEvent::unknown_classes`]
+        Unknown = "unknown class",
     }
 }
 

@@ -72,7 +72,7 @@ fn error_frames_in_words() {
 
 #[test]
 fn health_keeps_the_state_the_worst_and_the_counts() {
-    let mut health = BusHealth::new();
+    let mut health = BusHealth::default();
     assert_snapshot!(health, @"error-active");
     let mut seen = String::new();
     for (id, data) in [
@@ -143,7 +143,7 @@ proptest! {
     fn health_counts_every_kind_of_every_event(
         frames in prop::collection::vec(any::<(u32, [u8; 8])>(), 0..20),
     ) {
-        let mut health = BusHealth::new();
+        let mut health = BusHealth::default();
         let mut kinds = 0;
         for (id, data) in &frames {
             let event = CanErrorEvent::decode(*id, data);

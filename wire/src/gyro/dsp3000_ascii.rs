@@ -124,7 +124,6 @@ pub struct Decoder {
 /// Columns of a line: its length, and the end of its number.
 type Form = (usize, usize);
 
-/// The spacing of a sender that has its own.
 #[derive(Debug, Clone, Default)]
 struct Spacing {
     accepted: Option<Form>,
@@ -261,7 +260,6 @@ impl Decoder {
     }
 }
 
-/// Content of a line.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
     steps: i32,
@@ -307,7 +305,6 @@ fn read_spaced(line: &[u8]) -> Option<(Form, Reading)> {
     Some(((line.len(), number.len()), reading))
 }
 
-/// Parses a line in fixed columns.
 fn read_columns(line: &[u8; LINE_BYTES]) -> Option<Reading> {
     let (number, rest) = line.split_at(NUMBER_COLUMNS);
     let (&flag, end) = rest.strip_prefix(GAP)?.split_first()?;

@@ -285,11 +285,5 @@ impl Decoder {
     }
 }
 
-impl Default for Decoder {
-    fn default() -> Self {
-        Self::new(OutputMode::Rate)
-    }
-}
-
 #[cfg(test)]
 mod tests;

@@ -49,11 +49,6 @@ pub struct CommandDecoder {
 }
 
 impl CommandDecoder {
-    /// A decoder without input.
-    pub const fn new() -> Self {
-        Self { bytes_discarded: 0 }
-    }
-
     /// Takes bytes in pieces of any length and passes each command to `deliver`.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Command)) {
         for &byte in bytes {
@@ -78,7 +73,7 @@ mod tests {
     use std::vec::Vec;
 
     fn commands(bytes: &[u8]) -> (Vec<Command>, u64) {
-        let mut decoder = CommandDecoder::new();
+        let mut decoder = CommandDecoder::default();
         let mut found = Vec::new();
         decoder.feed(bytes, |command| found.push(command));
         (found, decoder.bytes_discarded())

@@ -96,12 +96,6 @@ impl Decoder {
     }
 }
 
-impl Default for Decoder {
-    fn default() -> Self {
-        Self::new(OutputMode::Rate)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::kvh_frame::{self, Payload};

@@ -14,7 +14,6 @@
 
 use super::tally::Tally;
 
-/// Bytes of a frame.
 pub(super) const FRAME_BYTES: usize = 8;
 
 /// The first byte of a good frame always starts a new one, whatever precedes it, so that garbage never costs a good

@@ -214,24 +214,9 @@ impl GyroFormat {
         self.facts().period
     }
 
-    /// Length of one output on the wire, bytes.
-    pub const fn frame_bytes(self) -> usize {
-        self.facts().frame_bytes
-    }
-
-    /// The step between two neighbouring values on the wire, as a rate.
-    pub const fn rate_step(self) -> AngularRate {
-        self.facts().rate_step
-    }
-
     /// True if the format can carry this output.
     pub const fn carries(self, mode: OutputMode) -> bool {
         matches!(mode, OutputMode::Rate) || self.facts().angle_step.is_some()
-    }
-
-    /// After any bytes at all, a decoder delivers one of the good frames within this many bytes.
-    pub const fn resync_bytes_max(self) -> usize {
-        self.facts().resync_bytes_max
     }
 }
 

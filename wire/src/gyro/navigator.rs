@@ -146,12 +146,6 @@ impl Decoder {
     }
 }
 
-impl Default for Decoder {
-    fn default() -> Self {
-        Self::new(OutputMode::Rate)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::test_support::{decoded, hex_table, rate_sample};

@@ -31,7 +31,7 @@ fn frame_bytes(format: GyroFormat) -> u64 {
 /// Half a step on the wire, plus a margin for rounding of doubles.
 fn half_step(stream: GyroStream) -> f64 {
     let step = match (stream.format, stream.mode) {
-        (format, OutputMode::Rate) => format.rate_step().rad_per_s(),
+        (format, OutputMode::Rate) => format.facts().rate_step.rad_per_s(),
         (GyroFormat::Dsp3000Ascii, _) => dsp3000_ascii::ANGLE_STEP.rad(),
         (_, _) => dsp3000_binary::ANGLE_STEP.rad(),
     };
@@ -206,7 +206,7 @@ proptest! {
         }),
     ) {
         let bytes = encoded(stream, &sent);
-        let in_time = &bytes[..stream.format.resync_bytes_max()];
+        let in_time = &bytes[..stream.format.facts().resync_bytes_max];
         let mut decoder = fed(stream, &garbage, &[]).1;
         let mut received = Vec::new();
         decoder.feed(in_time, |sample| received.push(sample));

@@ -118,7 +118,10 @@ struct Core {
 impl Adapter {
     /// A closed adapter without a bit rate.
     pub fn new(identity: Identity, dialect: Dialect) -> Self {
-        Self { decoder: CommandDecoder::new(), core: Core { identity, dialect, ..Core::default() } }
+        Self {
+            decoder: CommandDecoder::default(),
+            core: Core { identity, dialect, ..Core::default() },
+        }
     }
 
     /// Takes bytes from the host. Calls `send` for each frame to send, which returns whether the bus has room.

@@ -2,46 +2,37 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The bit rates that have a command of their own, `S0` to `S8`.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
-)]
-pub enum BitRate {
-    /// `S0`, 10 kbit/s
-    Kbit10,
-    /// `S1`, 20 kbit/s
-    Kbit20,
-    /// `S2`, 50 kbit/s
-    Kbit50,
-    /// `S3`, 100 kbit/s
-    Kbit100,
-    /// `S4`, 125 kbit/s
-    Kbit125,
-    /// `S5`, 250 kbit/s
-    Kbit250,
-    /// `S6`, 500 kbit/s
-    #[default]
-    Kbit500,
-    /// `S7`, 800 kbit/s
-    Kbit800,
-    /// `S8`, 1 Mbit/s
-    Mbit1,
+crate::tabled! {
+    /// The bit rates that have a command of their own, `S0` to `S8`.
+    #[derive(
+        Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
+    )]
+    pub enum BitRate {
+        /// `S0`, 10 kbit/s
+        Kbit10 = 10_000,
+        /// `S1`, 20 kbit/s
+        Kbit20 = 20_000,
+        /// `S2`, 50 kbit/s
+        Kbit50 = 50_000,
+        /// `S3`, 100 kbit/s
+        Kbit100 = 100_000,
+        /// `S4`, 125 kbit/s
+        Kbit125 = 125_000,
+        /// `S5`, 250 kbit/s
+        Kbit250 = 250_000,
+        /// `S6`, 500 kbit/s
+        #[default]
+        Kbit500 = 500_000,
+        /// `S7`, 800 kbit/s
+        Kbit800 = 800_000,
+        /// `S8`, 1 Mbit/s
+        Mbit1 = 1_000_000,
+    }
+    /// In bits per second.
+    pub fn bits_per_second() -> u32
 }
 
 impl BitRate {
-    /// All of them, in the order of their digits.
-    pub const ALL: [Self; 9] = [
-        Self::Kbit10,
-        Self::Kbit20,
-        Self::Kbit50,
-        Self::Kbit100,
-        Self::Kbit125,
-        Self::Kbit250,
-        Self::Kbit500,
-        Self::Kbit800,
-        Self::Mbit1,
-    ];
-
     /// The digit after the `S`.
     pub const fn digit(self) -> u8 {
         b'0' + self as u8
@@ -50,21 +41,6 @@ impl BitRate {
     /// The bit rate of this digit.
     pub fn from_digit(digit: u8) -> Option<Self> {
         Self::ALL.get(usize::from(digit.checked_sub(b'0')?)).copied()
-    }
-
-    /// In bits per second.
-    pub const fn bits_per_second(self) -> u32 {
-        match self {
-            Self::Kbit10 => 10_000,
-            Self::Kbit20 => 20_000,
-            Self::Kbit50 => 50_000,
-            Self::Kbit100 => 100_000,
-            Self::Kbit125 => 125_000,
-            Self::Kbit250 => 250_000,
-            Self::Kbit500 => 500_000,
-            Self::Kbit800 => 800_000,
-            Self::Mbit1 => 1_000_000,
-        }
     }
 
     /// The bit rate of `bits_per_second`, if there is a command for it.

@@ -36,11 +36,6 @@ pub struct CommandDecoder {
 }
 
 impl CommandDecoder {
-    /// A decoder without a started line.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes bytes from the line, in runs of any length, and delivers each command or the reason why a line is
     /// invalid. An empty line is malformed. A BEL ends a line; a lone BEL, which no host sends, is ignored.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Result<Command, LineError>)) {
@@ -68,11 +63,6 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder without a started line.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes bytes from the line, in runs of any length, and delivers each answer. An invalid line is counted. A BEL
     /// is an answer by itself and ends any partial line before it, as in the Linux driver.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Answer)) {

@@ -11,7 +11,6 @@ pub(super) enum Terminator {
     Bell,
 }
 
-/// A partial line.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LineBuffer {
     bytes: [u8; LINE_BYTES_MAX],

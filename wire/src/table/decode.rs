@@ -52,11 +52,6 @@ pub struct CommandDecoder {
 }
 
 impl CommandDecoder {
-    /// A decoder without a started line.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes bytes from the line, in runs of any length, and delivers each command or, for an invalid line, the
     /// refusal to send.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Result<Command, Answer>)) {
@@ -89,11 +84,6 @@ pub struct AnswerDecoder {
 }
 
 impl AnswerDecoder {
-    /// A decoder without a started line.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes bytes from the line, in runs of any length, and delivers each answer. An invalid line is counted.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(Answer)) {
         for byte in bytes {

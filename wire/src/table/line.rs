@@ -13,7 +13,6 @@ pub(super) enum Ended<'a> {
     Overlong(u8),
 }
 
-/// A partial line.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LineBuffer {
     characters: [u8; LINE_BYTES_MAX],

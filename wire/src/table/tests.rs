@@ -95,7 +95,7 @@ fn anything_else_is_refused_by_its_first_letter() {
         (b"V00000000000002400\r", &[refused(Some(b'V'))]),
         (b"G\r\nS\r\n\r\r", &[Ok(Command::Go), Ok(Command::Stop)]),
     ] {
-        let mut decoder = CommandDecoder::new();
+        let mut decoder = CommandDecoder::default();
         assert_eq!(commands(&mut decoder, bytes), expected, "{:?}", bytes.escape_ascii());
         let count = expected.iter().filter(|command| command.is_err()).count();
         assert_eq!(decoder.refused(), count as u64);
@@ -107,7 +107,7 @@ fn a_line_that_is_no_answer_is_counted() {
     for line in [&b"=?"[..], b"=X", b"=P M0", b"=P1 M2", b"=P1  M0", b"!GG", b"! ", b"V1", b"=P1"] {
         assert_eq!(parse_answer(line), None, "{:?}", line.escape_ascii());
     }
-    let mut decoder = AnswerDecoder::new();
+    let mut decoder = AnswerDecoder::default();
     assert_eq!(answers(&mut decoder, b"=P12345678901234567 M0\r=?\r=S\r").len(), 1);
     assert_eq!(decoder.malformed(), 2);
 }
@@ -117,10 +117,10 @@ proptest! {
     fn commands_and_answers_come_back(command in any_command(), answer in any_answer()) {
         let packet = command.encode();
         prop_assert!(packet.len() <= LINE_BYTES_MAX + 1);
-        prop_assert_eq!(commands(&mut CommandDecoder::new(), packet.as_slice()), [Ok(command)]);
+        prop_assert_eq!(commands(&mut CommandDecoder::default(), packet.as_slice()), [Ok(command)]);
         let packet = answer.encode();
         prop_assert!(packet.len() <= LINE_BYTES_MAX + 1);
-        prop_assert_eq!(answers(&mut AnswerDecoder::new(), packet.as_slice()), [answer]);
+        prop_assert_eq!(answers(&mut AnswerDecoder::default(), packet.as_slice()), [answer]);
     }
 
     #[test]
@@ -131,9 +131,9 @@ proptest! {
             assert!(line.len() <= RESYNC_BYTES_MAX);
             [&garbage[..], b"\r", line].concat()
         };
-        let found = commands(&mut CommandDecoder::new(), &stream(command.encode().as_slice()));
+        let found = commands(&mut CommandDecoder::default(), &stream(command.encode().as_slice()));
         prop_assert_eq!(found.last(), Some(&Ok(command)));
-        let found = answers(&mut AnswerDecoder::new(), &stream(answer.encode().as_slice()));
+        let found = answers(&mut AnswerDecoder::default(), &stream(answer.encode().as_slice()));
         prop_assert_eq!(found.last(), Some(&answer));
     }
 
@@ -145,28 +145,28 @@ proptest! {
             .skip(1)
             .filter(|line| line.iter().any(|byte| *byte != b'\n'))
             .count();
-        let mut decoder = CommandDecoder::new();
+        let mut decoder = CommandDecoder::default();
         let found = commands(&mut decoder, &bytes);
         prop_assert_eq!(found.len(), lines);
         // A refusal can be sent and read like any other answer.
         for refusal in found.into_iter().filter_map(Result::err) {
-            let answered = answers(&mut AnswerDecoder::new(), refusal.encode().as_slice());
+            let answered = answers(&mut AnswerDecoder::default(), refusal.encode().as_slice());
             prop_assert_eq!(answered, [refusal]);
         }
-        let mut decoder = AnswerDecoder::new();
+        let mut decoder = AnswerDecoder::default();
         let found = answers(&mut decoder, &bytes);
         prop_assert_eq!(found.len() as u64 + decoder.malformed(), lines as u64);
     }
 
     #[test]
     fn chunks_do_not_matter(bytes in any_bytes(), size in 1usize..20) {
-        let whole = commands(&mut CommandDecoder::new(), &bytes);
-        let mut decoder = CommandDecoder::new();
+        let whole = commands(&mut CommandDecoder::default(), &bytes);
+        let mut decoder = CommandDecoder::default();
         let chunked: Vec<_> =
             bytes.chunks(size).flat_map(|chunk| commands(&mut decoder, chunk)).collect();
         prop_assert_eq!(whole, chunked);
-        let whole = answers(&mut AnswerDecoder::new(), &bytes);
-        let mut decoder = AnswerDecoder::new();
+        let whole = answers(&mut AnswerDecoder::default(), &bytes);
+        let mut decoder = AnswerDecoder::default();
         let chunked: Vec<_> =
             bytes.chunks(size).flat_map(|chunk| answers(&mut decoder, chunk)).collect();
         prop_assert_eq!(whole, chunked);

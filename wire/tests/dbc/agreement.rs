@@ -176,8 +176,8 @@ proptest! {
     #[test]
     fn both_transports_carry_the_same_bytes(request in any_request()) {
         let frame = request_frame(&request).expect("in range");
-        let line = Host::new().start(&request).expect("in range");
-        let mut decoder = LineDecoder::new();
+        let line = Host::default().start(&request).expect("in range");
+        let mut decoder = LineDecoder::default();
         let lines: Vec<_> = line.as_slice().iter().filter_map(|byte| decoder.push(*byte)).collect();
         let [Ok(Line::Write { address, computer, data })] = lines[..] else { panic!("{lines:?}") };
         prop_assert_eq!(address, message_of(&frame).register());

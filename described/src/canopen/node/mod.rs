@@ -7,7 +7,7 @@ use super::emergency::{self, Errors};
 use super::nmt::{self, Command, Consumed, State};
 use super::objects::{Application, Objects};
 use super::pdo::{self, Pdo};
-use super::sdo::Server;
+use super::sdo::{Server, Store};
 use sending::{AT_EVENTS, Sending};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -25,13 +25,11 @@ const QUEUE_MAX: usize = 1024;
 pub(crate) enum Heard {
     /// Nothing, or not in this state.
     Nothing,
-    /// Something that it acted on.
     Message,
     /// The device is to begin anew.
     Reset,
 }
 
-/// A CANopen device.
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
     objects: Objects,
@@ -228,7 +226,6 @@ impl Node {
         }
     }
 
-    /// Takes a frame from the line.
     pub(crate) fn receive(
         &mut self,
         now: Timestamp,
@@ -308,7 +305,8 @@ impl Node {
 
     fn transfer(&mut self, data: &[u8], application: &mut dyn Application) -> Heard {
         let Some(request) = data.first_chunk::<8>() else { return Heard::Nothing };
-        if let Some(answer) = self.server.request(request, &mut self.objects, application) {
+        let mut store = Store { objects: &mut self.objects, application };
+        if let Some(answer) = self.server.request(request, &mut store) {
             self.send(self.id_in((0x1200, 2), self.id(0x580)), &answer);
         }
         Heard::Message

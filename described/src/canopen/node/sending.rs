@@ -14,7 +14,6 @@ use wire::time::{Span, Timestamp};
 const CYCLIC: RangeInclusive<u8> = 1..=240;
 pub(super) const AT_EVENTS: RangeInclusive<u8> = 254..=255;
 
-/// A PDO that the device sends.
 #[derive(Debug, Clone)]
 pub(super) struct Sending {
     pub(super) pdo: Pdo,

@@ -18,7 +18,6 @@ pub(super) struct Laws {
     rates: Box<[(usize, Expression)]>,
     /// Each after those that it depends on; with a flag for latched ones.
     values: Box<[(usize, Expression, bool)]>,
-    /// Slots of all states.
     states: Range<usize>,
     /// First slot of all states of the previous step.
     last: usize,

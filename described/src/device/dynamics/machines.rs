@@ -9,7 +9,6 @@ use wire::time::Timestamp;
 /// State of the machines beside their variables.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Machines {
-    /// When each entered its state.
     entered: Vec<Timestamp>,
     /// The next time at which a machine's time in its state matters; `None` for never.
     pub(super) deadline: Option<Timestamp>,
@@ -63,7 +62,6 @@ impl Dynamics {
         }
     }
 
-    /// The first possible transition.
     fn transition(
         &mut self,
         model: &Model,

@@ -4,7 +4,8 @@ mod laws;
 mod machines;
 mod physics;
 
-use crate::description::{Model, TIME};
+use crate::description::Model;
+use crate::expression::TIME;
 use crate::uds::Monitor;
 pub(super) use laws::finite;
 use laws::{Laws, Moment};

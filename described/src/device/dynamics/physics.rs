@@ -80,7 +80,6 @@ impl Dynamics {
         self.physics.as_mut()?.failure.take().map(|(_, why)| why)
     }
 
-    /// Ends the unit.
     pub(in crate::device) fn stop_physics(&mut self) {
         if let Some(coupled) = &mut self.physics {
             coupled.instance = None;

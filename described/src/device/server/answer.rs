@@ -1,10 +1,10 @@
 //! The services of a server: from a request to its response or its negative response code.
 
-use super::{Answer, Server};
+use super::{Answer, Case, Server};
 use crate::device::Device;
 use crate::expression::Expression;
 use crate::isotp::BYTES_MAX;
-use crate::uds::{Access, Content, DEFAULT_SESSION, Diagnosis, Did, Field, WARNING, nrc, sid};
+use crate::uds::{Access, Content, DEFAULT_SESSION, Did, Field, WARNING, nrc, sid};
 use wire::time::{Span, Timestamp};
 
 /// Format of trouble codes in a count of them: ISO 14229-1.
@@ -17,33 +17,27 @@ const P2_UNIT: Span = Span::from_millis(1);
 const P2_STAR_UNIT: Span = Span::from_millis(10);
 
 impl Server {
-    pub(super) fn answer(
-        &mut self,
-        now: Timestamp,
-        data: &[u8],
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) -> Answer {
+    pub(super) fn answer(&mut self, data: &[u8], case: &mut Case<'_>) -> Answer {
         let (service, rest) = data.split_first().ok_or(nrc::INCORRECT_LENGTH)?;
-        let known = diagnosis.services.get(service).ok_or(nrc::SERVICE_NOT_SUPPORTED)?;
+        let known = case.diagnosis.services.get(service).ok_or(nrc::SERVICE_NOT_SUPPORTED)?;
         let in_session = nrc::SERVICE_NOT_SUPPORTED_IN_SESSION;
-        self.admit(&known.access, in_session, device)?;
+        self.admit(&known.access, in_session, case.device)?;
         let rest = match *service {
-            sid::READ_DATA => self.read(rest, diagnosis, device),
-            sid::WRITE_DATA => self.write(now, rest, diagnosis, device),
-            sid::CLEAR_DTC => clear(rest, diagnosis, device),
+            sid::READ_DATA => self.read(rest, case),
+            sid::WRITE_DATA => self.write(rest, case),
+            sid::CLEAR_DTC => clear(rest, case),
             _ => {
                 let (sub, rest) = rest.split_first().ok_or(nrc::INCORRECT_LENGTH)?;
                 let sub = sub & 0x7F;
                 let answer = match *service {
-                    sid::SESSION_CONTROL => self.change_session(sub, rest, diagnosis, device),
-                    sid::ECU_RESET => self.reset(now, sub, rest),
-                    sid::READ_DTC => report(sub, rest, diagnosis, device),
-                    sid::SECURITY_ACCESS => self.unlock(now, sub, rest, diagnosis, device),
+                    sid::SESSION_CONTROL => self.change_session(sub, rest, case),
+                    sid::ECU_RESET => self.reset(case.now, sub, rest),
+                    sid::READ_DTC => report(sub, rest, case),
+                    sid::SECURITY_ACCESS => self.unlock(sub, rest, case),
                     sid::COMMUNICATION_CONTROL => self.communicate(sub, rest),
-                    sid::ROUTINE_CONTROL => self.routine(now, sub, rest, diagnosis, device),
+                    sid::ROUTINE_CONTROL => self.routine(sub, rest, case),
                     sid::TESTER_PRESENT => nothing_in(sub, 0, rest),
-                    sid::CONTROL_DTC_SETTING => set_testing(sub, device),
+                    sid::CONTROL_DTC_SETTING => set_testing(sub, case.device),
                     _ => return Err(nrc::SERVICE_NOT_SUPPORTED),
                 };
                 answer.map(|rest| [&[sub], rest.as_slice()].concat())
@@ -67,27 +61,21 @@ impl Server {
         }
     }
 
-    fn change_session(
-        &mut self,
-        session: u8,
-        rest: &[u8],
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) -> Answer {
-        if !diagnosis.sessions.contains(&session) {
+    fn change_session(&mut self, session: u8, rest: &[u8], case: &mut Case<'_>) -> Answer {
+        if !case.diagnosis.sessions.contains(&session) {
             return Err(nrc::SUB_FUNCTION_NOT_SUPPORTED);
         }
         empty(rest)?;
         self.enter(session);
         if session == DEFAULT_SESSION {
-            device.test_codes(true);
+            case.device.test_codes(true);
         }
         let units = |span: Span, unit: Span| {
             let count = span.as_nanos() / unit.as_nanos();
             u16::try_from(count).unwrap_or(u16::MAX).to_be_bytes()
         };
-        let p2 = units(diagnosis.p2, P2_UNIT);
-        Ok([p2, units(diagnosis.p2_star, P2_STAR_UNIT)].concat())
+        let p2 = units(case.diagnosis.p2, P2_UNIT);
+        Ok([p2, units(case.diagnosis.p2_star, P2_STAR_UNIT)].concat())
     }
 
     /// Hard reset, key off and on, soft reset: all have the same effect here.
@@ -100,22 +88,22 @@ impl Server {
         Ok(Vec::new())
     }
 
-    fn read(&self, rest: &[u8], diagnosis: &Diagnosis, device: &mut Device) -> Answer {
+    fn read(&self, rest: &[u8], case: &mut Case<'_>) -> Answer {
         let (pairs, odd) = rest.as_chunks::<2>();
         if pairs.is_empty() || !odd.is_empty() {
             return Err(nrc::INCORRECT_LENGTH);
         }
         let mut response = Vec::new();
         for pair in pairs {
-            let Some(did) = diagnosis.dids.get(&u16::from_be_bytes(*pair)) else { continue };
-            match self.admit(&did.read, nrc::REQUEST_OUT_OF_RANGE, device) {
+            let Some(did) = case.diagnosis.dids.get(&u16::from_be_bytes(*pair)) else { continue };
+            match self.admit(&did.read, nrc::REQUEST_OUT_OF_RANGE, case.device) {
                 Ok(()) => {}
-                // Identifiers that are not supported now are left out.
+                // Identifiers that are not supported case.now are left out.
                 Err(nrc::REQUEST_OUT_OF_RANGE) => continue,
                 Err(code) => return Err(code),
             }
             response.extend_from_slice(pair);
-            did.put(&mut response, device);
+            did.put(&mut response, case.device);
             if response.len() > BYTES_MAX {
                 return Err(nrc::RESPONSE_TOO_LONG);
             }
@@ -123,19 +111,14 @@ impl Server {
         if response.is_empty() { Err(nrc::REQUEST_OUT_OF_RANGE) } else { Ok(response) }
     }
 
-    fn write(
-        &mut self,
-        now: Timestamp,
-        rest: &[u8],
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) -> Answer {
+    fn write(&mut self, rest: &[u8], case: &mut Case<'_>) -> Answer {
         let (id, data) = rest.split_first_chunk::<2>().ok_or(nrc::INCORRECT_LENGTH)?;
-        let did = diagnosis.dids.get(&u16::from_be_bytes(*id)).ok_or(nrc::REQUEST_OUT_OF_RANGE)?;
+        let did =
+            case.diagnosis.dids.get(&u16::from_be_bytes(*id)).ok_or(nrc::REQUEST_OUT_OF_RANGE)?;
         let (Some(access), Content::Fields(fields)) = (&did.write, &did.content) else {
             return Err(nrc::REQUEST_OUT_OF_RANGE);
         };
-        self.admit(access, nrc::REQUEST_OUT_OF_RANGE, device)?;
+        self.admit(access, nrc::REQUEST_OUT_OF_RANGE, case.device)?;
         let mut at = 0;
         let mut settings = Vec::new();
         for field in fields {
@@ -147,47 +130,36 @@ impl Server {
         if at != data.len() {
             return Err(nrc::INCORRECT_LENGTH);
         }
-        self.set(now, &settings, device)?;
+        self.set(&settings, case)?;
         Ok(id.to_vec())
     }
 
     /// Sets parameters: all of them, or none if one is out of its range.
-    fn set(
-        &mut self,
-        now: Timestamp,
-        settings: &[(&str, f64)],
-        device: &mut Device,
-    ) -> Result<(), u8> {
+    fn set(&mut self, settings: &[(&str, f64)], case: &mut Case<'_>) -> Result<(), u8> {
         let is_allowed = |(name, value): &(&str, f64)| {
-            device.description().check_parameter(name, *value).is_ok()
+            case.device.description().check_parameter(name, *value).is_ok()
         };
         if !settings.iter().all(is_allowed) {
             return Err(nrc::REQUEST_OUT_OF_RANGE);
         }
         for (name, value) in settings {
-            device.set_parameter(now, name, *value);
+            case.device.set_parameter(case.now, name, *value);
             self.written.insert((*name).to_owned());
         }
         Ok(())
     }
 
-    fn unlock(
-        &mut self,
-        now: Timestamp,
-        sub: u8,
-        rest: &[u8],
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) -> Answer {
+    fn unlock(&mut self, sub: u8, rest: &[u8], case: &mut Case<'_>) -> Answer {
         let is_request = sub % 2 == 1;
         let level = if is_request { sub } else { sub.wrapping_sub(1) };
-        let security = diagnosis.security.get(&level).ok_or(nrc::SUB_FUNCTION_NOT_SUPPORTED)?;
+        let security =
+            case.diagnosis.security.get(&level).ok_or(nrc::SUB_FUNCTION_NOT_SUPPORTED)?;
         let other = nrc::SUB_FUNCTION_NOT_SUPPORTED_IN_SESSION;
-        self.admit(&security.access, other, device)?;
+        self.admit(&security.access, other, case.device)?;
         let (wrong, delayed_until) = self.attempts.get(&level).copied().unwrap_or_default();
         if is_request {
             empty(rest)?;
-            if now < delayed_until {
+            if case.now < delayed_until {
                 return Err(nrc::TIME_DELAY_NOT_EXPIRED);
             }
             if self.unlocked == Some(level) {
@@ -215,7 +187,7 @@ impl Server {
             self.attempts.insert(level, (wrong + 1, delayed_until));
             return Err(nrc::INVALID_KEY);
         }
-        self.attempts.insert(level, (0, now + security.delay));
+        self.attempts.insert(level, (0, case.now + security.delay));
         Err(nrc::EXCEEDED_ATTEMPTS)
     }
 
@@ -243,38 +215,31 @@ impl Server {
         Ok(Vec::new())
     }
 
-    fn routine(
-        &mut self,
-        now: Timestamp,
-        sub: u8,
-        rest: &[u8],
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) -> Answer {
+    fn routine(&mut self, sub: u8, rest: &[u8], case: &mut Case<'_>) -> Answer {
         if !(1..=3).contains(&sub) {
             return Err(nrc::SUB_FUNCTION_NOT_SUPPORTED);
         }
         let (id, options) = rest.split_first_chunk::<2>().ok_or(nrc::INCORRECT_LENGTH)?;
         let number = u16::from_be_bytes(*id);
-        let routine = diagnosis.routines.get(&number).ok_or(nrc::REQUEST_OUT_OF_RANGE)?;
-        self.admit(&routine.access, nrc::REQUEST_OUT_OF_RANGE, device)?;
+        let routine = case.diagnosis.routines.get(&number).ok_or(nrc::REQUEST_OUT_OF_RANGE)?;
+        self.admit(&routine.access, nrc::REQUEST_OUT_OF_RANGE, case.device)?;
         empty(options)?;
         let mut response = id.to_vec();
         let sequence = |known: bool| if known { Ok(()) } else { Err(nrc::REQUEST_SEQUENCE_ERROR) };
         match sub {
             1 => {
-                self.set_all(now, &routine.start, device)?;
+                self.set_all(&routine.start, case)?;
                 self.started.insert(number);
             }
             2 => {
                 let stop = routine.stop.as_ref().ok_or(nrc::SUB_FUNCTION_NOT_SUPPORTED)?;
                 sequence(self.started.contains(&number))?;
-                self.set_all(now, stop, device)?;
+                self.set_all(stop, case)?;
             }
             _ => {
                 let results = routine.results.as_ref().ok_or(nrc::SUB_FUNCTION_NOT_SUPPORTED)?;
                 sequence(self.started.contains(&number))?;
-                put(results, &mut response, device);
+                put(results, &mut response, case.device);
             }
         }
         Ok(response)
@@ -282,13 +247,14 @@ impl Server {
 
     fn set_all(
         &mut self,
-        now: Timestamp,
         settings: &[(String, Expression)],
-        device: &mut Device,
+        case: &mut Case<'_>,
     ) -> Result<(), u8> {
-        let settings: Vec<(&str, f64)> =
-            settings.iter().map(|(name, value)| (name.as_str(), device.evaluate(value))).collect();
-        self.set(now, &settings, device)
+        let settings: Vec<(&str, f64)> = settings
+            .iter()
+            .map(|(name, value)| (name.as_str(), case.device.evaluate(value)))
+            .collect();
+        self.set(&settings, case)
     }
 }
 
@@ -329,11 +295,11 @@ fn set_testing(sub: u8, device: &mut Device) -> Answer {
 }
 
 /// Clears one trouble code or all.
-fn clear(rest: &[u8], diagnosis: &Diagnosis, device: &mut Device) -> Answer {
+fn clear(rest: &[u8], case: &mut Case<'_>) -> Answer {
     let [high, middle, low] = rest else { return Err(nrc::INCORRECT_LENGTH) };
     let group = u32::from_be_bytes([0, *high, *middle, *low]);
     let mut is_known = group == ALL_DTCS;
-    for (dtc, monitor) in diagnosis.dtcs.iter().zip(device.monitors()) {
+    for (dtc, monitor) in case.diagnosis.dtcs.iter().zip(case.device.monitors()) {
         if group == ALL_DTCS || group == dtc.code {
             monitor.clear();
             is_known = true;
@@ -343,8 +309,8 @@ fn clear(rest: &[u8], diagnosis: &Diagnosis, device: &mut Device) -> Answer {
 }
 
 /// Number of codes by a mask of their status, these codes, or all.
-fn report(sub: u8, rest: &[u8], diagnosis: &Diagnosis, device: &mut Device) -> Answer {
-    let has_warning = diagnosis.dtcs.iter().any(|dtc| dtc.warning);
+fn report(sub: u8, rest: &[u8], case: &mut Case<'_>) -> Answer {
+    let has_warning = case.diagnosis.dtcs.iter().any(|dtc| dtc.warning);
     let available = if has_warning { u8::MAX } else { !WARNING };
     let mask = match (sub, rest) {
         (1 | 2, [mask]) => Some(mask & available),
@@ -352,7 +318,7 @@ fn report(sub: u8, rest: &[u8], diagnosis: &Diagnosis, device: &mut Device) -> A
         (1 | 2 | 0x0A, _) => return Err(nrc::INCORRECT_LENGTH),
         _ => return Err(nrc::SUB_FUNCTION_NOT_SUPPORTED),
     };
-    let all = diagnosis.dtcs.iter().zip(device.monitors());
+    let all = case.diagnosis.dtcs.iter().zip(case.device.monitors());
     let found = all.map(|(dtc, monitor)| (dtc.code, monitor.status()));
     let found = found.filter(|(_, status)| mask.is_none_or(|mask| status & mask != 0));
     if sub == 1 {

@@ -18,14 +18,12 @@ const RESET_AFTER: Span = Span::from_millis(2);
 /// Longest duration of a service.
 const DELAY_S_MAX: f64 = 3_600.0;
 
-/// State of a server.
 #[derive(Debug, Clone)]
 pub(super) struct Server {
     channel: Channel,
     session: u8,
     /// End of the session without another request.
     session_ends: Timestamp,
-    /// The unlocked security level.
     unlocked: Option<u8>,
     /// The level and the seed that was given, until a key comes.
     seed: Option<(u8, Vec<u8>)>,
@@ -35,15 +33,12 @@ pub(super) struct Server {
     /// Ordinary messages are not sent, or not used.
     silent: bool,
     deaf: bool,
-    /// Routines that have been started.
     started: BTreeSet<u16>,
-    /// Parameters that requests have set.
     written: BTreeSet<String>,
     reset_at: Timestamp,
     pending: Option<Pending>,
 }
 
-/// A request that takes time.
 #[derive(Debug, Clone)]
 struct Pending {
     request: Received,
@@ -51,6 +46,13 @@ struct Pending {
     /// Time of the next response pending.
     due: Timestamp,
     has_said: bool,
+}
+
+/// What a service acts on, and when.
+pub(super) struct Case<'a> {
+    pub(super) now: Timestamp,
+    pub(super) diagnosis: &'a Diagnosis,
+    pub(super) device: &'a mut Device,
 }
 
 /// What a service answers: the response, unless the request suppresses it.
@@ -114,44 +116,38 @@ impl Server {
         self.channel.transmit()
     }
 
-    pub(super) fn receive(
-        &mut self,
-        now: Timestamp,
-        frame: &CanFrame,
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) {
-        self.slow_down(diagnosis, device);
-        let received = self.channel.receive(now, frame);
+    pub(super) fn receive(&mut self, frame: &CanFrame, case: &mut Case<'_>) {
+        self.slow_down(case);
+        let received = self.channel.receive(case.now, frame);
         if let Some(request) = received {
-            self.request(now, request, diagnosis, device);
+            self.request(request, case);
         }
     }
 
-    pub(super) fn wake(&mut self, now: Timestamp, diagnosis: &Diagnosis, device: &mut Device) {
-        if self.next_wakeup() > now {
+    pub(super) fn wake(&mut self, case: &mut Case<'_>) {
+        if self.next_wakeup() > case.now {
             return;
         }
-        self.slow_down(diagnosis, device);
-        self.channel.wake(now);
-        if let Some(pending) = self.pending.take_if(|pending| pending.ready <= now) {
-            self.serve(now, &pending.request, pending.has_said, diagnosis, device);
+        self.slow_down(case);
+        self.channel.wake(case.now);
+        if let Some(pending) = self.pending.take_if(|pending| pending.ready <= case.now) {
+            self.serve(&pending.request, pending.has_said, case);
         }
-        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.due <= now) {
-            pending.due = now + share(diagnosis.p2_star);
+        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.due <= case.now) {
+            pending.due = case.now + share(case.diagnosis.p2_star);
             pending.has_said = true;
             let service = pending.request.data.first().copied().unwrap_or_default();
-            self.channel.send(now, &[sid::NEGATIVE, service, nrc::RESPONSE_PENDING]);
+            self.channel.send(case.now, &[sid::NEGATIVE, service, nrc::RESPONSE_PENDING]);
         }
-        if self.session_ends <= now {
+        if self.session_ends <= case.now {
             // S3 stands still while a request arrives or is answered.
             let is_busy = !self.channel.is_idle() || self.channel.is_receiving();
             match is_busy || self.pending.is_some() {
-                true => self.session_ends = now + diagnosis.s3,
+                true => self.session_ends = case.now + case.diagnosis.s3,
                 false => {
                     self.session_ends = Timestamp::MAX;
                     self.enter(DEFAULT_SESSION);
-                    device.test_codes(true);
+                    case.device.test_codes(true);
                 }
             }
         }
@@ -166,75 +162,62 @@ impl Server {
         }
     }
 
-    fn slow_down(&mut self, diagnosis: &Diagnosis, device: &mut Device) {
-        let mut span = |of| Span::from_secs_f64(device.evaluate(of).clamp(0.0, DELAY_S_MAX));
+    fn slow_down(&mut self, case: &mut Case<'_>) {
+        let mut span = |of| Span::from_secs_f64(case.device.evaluate(of).clamp(0.0, DELAY_S_MAX));
         self.channel.slowness = Slowness {
-            flow_control: span(&diagnosis.flow_control_delay),
-            separation: span(&diagnosis.separation),
+            flow_control: span(&case.diagnosis.flow_control_delay),
+            separation: span(&case.diagnosis.separation),
         };
     }
 
-    fn request(
-        &mut self,
-        now: Timestamp,
-        request: Received,
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) {
+    fn request(&mut self, request: Received, case: &mut Case<'_>) {
         let Some(service) = request.data.first().copied() else { return };
-        self.stay(now, diagnosis);
+        self.stay(case);
         if self.pending.is_some() || !self.channel.is_idle() {
             // A response under way is not interrupted. Tester present to all servers needs no answer.
             if self.channel.is_idle() && !request.functional {
-                self.channel.send(now, &[sid::NEGATIVE, service, nrc::BUSY_REPEAT_REQUEST]);
+                self.channel.send(case.now, &[sid::NEGATIVE, service, nrc::BUSY_REPEAT_REQUEST]);
             }
             return;
         }
-        device.reach(now);
-        let delay = self.duration(&request.data, diagnosis, device);
+        case.device.reach(case.now);
+        let delay = self.duration(&request.data, case);
         if delay == Span::ZERO {
-            return self.serve(now, &request, false, diagnosis, device);
+            return self.serve(&request, false, case);
         }
-        let due = match diagnosis.response_pending && delay > diagnosis.p2 {
-            true => now + share(diagnosis.p2),
+        let due = match case.diagnosis.response_pending && delay > case.diagnosis.p2 {
+            true => case.now + share(case.diagnosis.p2),
             false => Timestamp::MAX,
         };
-        self.pending = Some(Pending { request, ready: now + delay, due, has_said: false });
+        self.pending = Some(Pending { request, ready: case.now + delay, due, has_said: false });
     }
 
     /// How long the service of a request takes.
-    fn duration(&self, data: &[u8], diagnosis: &Diagnosis, device: &mut Device) -> Span {
-        let service = data.first().and_then(|service| diagnosis.services.get(service));
-        let mut seconds = service.map_or(0.0, |service| device.evaluate(&service.delay));
+    fn duration(&self, data: &[u8], case: &mut Case<'_>) -> Span {
+        let service = data.first().and_then(|service| case.diagnosis.services.get(service));
+        let mut seconds = service.map_or(0.0, |service| case.device.evaluate(&service.delay));
         match data {
             [sid::READ_DATA | sid::WRITE_DATA, high, low, ..] => {
-                let did = diagnosis.dids.get(&u16::from_be_bytes([*high, *low]));
-                seconds += did.map_or(0.0, |did| device.evaluate(&did.delay));
+                let did = case.diagnosis.dids.get(&u16::from_be_bytes([*high, *low]));
+                seconds += did.map_or(0.0, |did| case.device.evaluate(&did.delay));
             }
             [sid::ROUTINE_CONTROL, 1, high, low, ..] => {
-                let routine = diagnosis.routines.get(&u16::from_be_bytes([*high, *low]));
-                seconds += routine.map_or(0.0, |routine| device.evaluate(&routine.delay));
+                let routine = case.diagnosis.routines.get(&u16::from_be_bytes([*high, *low]));
+                seconds += routine.map_or(0.0, |routine| case.device.evaluate(&routine.delay));
             }
             _ => {}
         }
         Span::from_secs_f64(seconds.clamp(0.0, DELAY_S_MAX))
     }
 
-    fn serve(
-        &mut self,
-        now: Timestamp,
-        request: &Received,
-        has_said: bool,
-        diagnosis: &Diagnosis,
-        device: &mut Device,
-    ) {
-        device.reach(now);
+    fn serve(&mut self, request: &Received, has_said: bool, case: &mut Case<'_>) {
+        case.device.reach(case.now);
         let data = &request.data;
-        match self.answer(now, data, diagnosis, device) {
+        match self.answer(data, case) {
             Ok(response) => {
                 // The response to a request whose response was pending is never suppressed.
                 if has_said || !is_suppressed(data) {
-                    self.channel.send(now, &response);
+                    self.channel.send(case.now, &response);
                 }
             }
             Err(code) => {
@@ -249,18 +232,18 @@ impl Server {
                 );
                 if has_said || !(request.functional && is_silent) {
                     let service = data.first().copied().unwrap_or_default();
-                    self.channel.send(now, &[sid::NEGATIVE, service, code]);
+                    self.channel.send(case.now, &[sid::NEGATIVE, service, code]);
                 }
             }
         }
-        self.stay(now, diagnosis);
+        self.stay(case);
     }
 
     /// Restarts S3.
-    fn stay(&mut self, now: Timestamp, diagnosis: &Diagnosis) {
+    fn stay(&mut self, case: &Case<'_>) {
         self.session_ends = match self.session {
             DEFAULT_SESSION => Timestamp::MAX,
-            _ => now + diagnosis.s3,
+            _ => case.now + case.diagnosis.s3,
         };
     }
 

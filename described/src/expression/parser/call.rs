@@ -4,7 +4,7 @@ use super::Parser;
 use crate::expression::array::Array;
 use crate::expression::lexer::{Token, token};
 use crate::expression::operation::{Aggregate, Binary, Function, functions};
-use crate::expression::{ExpressionError, Meaning, Operation};
+use crate::expression::{ExpressionError, Meaning, Operation, TIME};
 use crate::hint;
 use crate::lookup::Lookup;
 use std::ops::Range;
@@ -124,7 +124,7 @@ impl Parser<'_> {
             states.map_err(|(what, help)| self.error(self.at.clone(), &what, Some(help)))?.entered;
         self.advance()?;
         self.expect(")")?;
-        self.emit(Operation::Variable(self.scope.time()))?;
+        self.emit(Operation::Variable(TIME))?;
         self.emit(Operation::Variable(entered))?;
         self.emit(Operation::Binary(Binary::Subtract))
     }

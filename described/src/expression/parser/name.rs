@@ -9,7 +9,6 @@ use crate::expression::{ExpressionError, Meaning, Operation};
 use std::ops::Range;
 
 impl Parser<'_> {
-    /// Parses what follows a name.
     pub(super) fn name(&mut self, name: &str, at: Range<usize>) -> Result<(), ExpressionError> {
         if FUNCTIONS.iter().any(|(known, _)| *known == name) {
             return Err(self.is_function(name, at));

@@ -6,7 +6,6 @@ use std::ops::Range;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Unexpected {
     pub(super) at: Range<usize>,
-    /// The expected content.
     pub(super) expected: String,
 }
 

@@ -2,7 +2,6 @@
 
 use super::cursor::{Cursor, Unexpected};
 
-/// The value of an attribute.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Value {
     Number(f64),
@@ -37,46 +36,13 @@ pub(super) enum Of {
 }
 
 /// The words that start a statement.
-const SECTIONS: [&str; 35] = [
-    "BA_",
-    "BA_DEF_",
-    "BA_DEF_DEF_",
-    "BA_DEF_DEF_REL_",
-    "BA_DEF_REL_",
-    "BA_DEF_SGTYPE_",
-    "BA_REL_",
-    "BA_SGTYPE_",
-    "BO_",
-    "BO_TX_BU_",
-    "BS_",
-    "BU_",
-    "BU_BO_REL_",
-    "BU_EV_REL_",
-    "BU_SG_REL_",
-    "CAT_",
-    "CAT_DEF_",
-    "CM_",
-    "ENVVAR_DATA_",
-    "EV_",
-    "EV_DATA_",
-    "FILTER",
-    "NS_",
-    "NS_DESC_",
-    "SGTYPE_",
-    "SGTYPE_VAL_",
-    "SG_",
-    "SG_MUL_VAL_",
-    "SIGTYPE_VALTYPE_",
-    "SIG_GROUP_",
-    "SIG_TYPE_REF_",
-    "SIG_VALTYPE_",
-    "VAL_",
-    "VAL_TABLE_",
-    "VERSION",
-];
+const SECTIONS: &str = "BA_ BA_DEF_ BA_DEF_DEF_ BA_DEF_DEF_REL_ BA_DEF_REL_ BA_DEF_SGTYPE_ BA_REL_ BA_SGTYPE_ \
+    BO_ BO_TX_BU_ BS_ BU_ BU_BO_REL_ BU_EV_REL_ BU_SG_REL_ CAT_ CAT_DEF_ CM_ ENVVAR_DATA_ \
+    EV_ EV_DATA_ FILTER NS_ NS_DESC_ SGTYPE_ SGTYPE_VAL_ SG_ SG_MUL_VAL_ SIGTYPE_VALTYPE_ \
+    SIG_GROUP_ SIG_TYPE_REF_ SIG_VALTYPE_ VAL_ VAL_TABLE_ VERSION";
 
 pub(super) fn is_section(word: &str) -> bool {
-    SECTIONS.contains(&word)
+    SECTIONS.split(' ').any(|section| section == word)
 }
 
 /// Skips the symbols below `NS_ :`, each on its own line, up to the first section.

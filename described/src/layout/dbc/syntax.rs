@@ -83,14 +83,11 @@ pub(super) struct SignalLine {
 /// `SG_MUL_VAL_ 100 Signal Multiplexer 1-1, 5-7;`: the name of the multiplexer and its numbers.
 pub(super) type Extended = (String, Vec<(u64, u64)>);
 
-/// A DBC file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Syntax {
     pub(super) nodes: Vec<String>,
-    /// Position of the list of nodes.
     pub(super) nodes_at: Range<usize>,
     pub(super) messages: Vec<MessageLine>,
-    /// Additional senders of messages.
     pub(super) senders: BTreeMap<u64, Vec<String>>,
     pub(super) comments: BTreeMap<Of, String>,
     pub(super) defaults: BTreeMap<String, Value>,

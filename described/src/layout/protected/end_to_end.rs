@@ -9,7 +9,6 @@ use crate::protection::{
 };
 
 impl Message {
-    /// The protection of a profile.
     pub(super) fn end_to_end(&self, table: &E2eTable, place: &Place) -> Result<Protected, Mistake> {
         let profile = table.profile;
         let (counter, counter_field) = self.bits_of(&table.counter, &place.key("counter"))?;

@@ -10,7 +10,7 @@ use super::{Carried, Layout};
 use crate::bits::BitField;
 use crate::error::{FileError, Mistake};
 use crate::hint;
-use crate::place::Place;
+use crate::place::{Place, given};
 use crate::protection::{
     Checksum, ChecksumTable, Counter, CounterTable, FrameSum, Protection, ProtectionTable, Seal,
 };
@@ -94,17 +94,12 @@ impl Message {
         table: &ProtectionTable,
         place: &Place,
     ) -> Result<(), Mistake> {
-        let given = [
-            ("counter", table.counter.is_some()),
-            ("checksum", table.checksum.is_some()),
-            ("e2e", table.e2e.is_some()),
-        ];
-        let Some((first, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
+        let Some(first) = given!(table; counter, checksum, e2e) else { return Ok(()) };
         if matches!(self.carrier, Carrier::Line(_)) {
             let text = format!("`{first}` has no meaning in a line of text");
             return Err(Mistake::new(place.key(first).name(), text));
         }
-        if table.e2e.is_some() && *first != "e2e" {
+        if table.e2e.is_some() && first != "e2e" {
             let text = format!("`{}` has a `{first}` and an `e2e`", self.name);
             return Err(Mistake::new(place.key(first).name(), text)
                 .help("`e2e` says which signals its counter and its checksum are"));

@@ -110,7 +110,7 @@ fn an_emergency_stop_stops_hard_and_holds() {
 fn the_serial_line_answers_writes_and_reads() {
     let mut base = BaseEmulator::new(papers_base(), Transport::Serial, 1, "base");
     assert_eq!(base.next_wakeup(), None);
-    let mut host = Host::new();
+    let mut host = Host::default();
     let mut exchange = |base: &mut BaseEmulator, now, request| {
         let line = host.start(&request).unwrap();
         for byte in line.as_slice() {

@@ -14,7 +14,6 @@ const TRUE: c_int = 1;
 /// What stays as it is in the path of a URI.
 const PATH: &AsciiSet = &NON_ALPHANUMERIC.remove(b'/').remove(b'-').remove(b'.').remove(b'_');
 
-/// `fmi2CallbackFunctions`.
 #[repr(C)]
 struct Callbacks {
     // In the standard it takes any number of arguments more, which one that reads none of them need not know.

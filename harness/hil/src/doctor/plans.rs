@@ -204,7 +204,7 @@ fn misfit(
     Some(Finding::gap(
         subject,
         format!("gives the {what} {carries}, plan {plan} has it {}", on.unwrap_or_default()),
-        format!("# name a port such as {}:... for [{table}]{or}", proposed.scheme()),
+        format!("# name a port such as {}:... for [{table}]{or}", proposed.name()),
         Some(format!("plan {plan}")),
     ))
 }

@@ -92,7 +92,7 @@ impl Base {
 pub fn base(noise: &'static [u8]) -> (Device, Requests) {
     let mut base = Base::default();
     let requests = Arc::clone(&base.requests);
-    let mut link = SerialDevice::new();
+    let mut link = SerialDevice::default();
     let device = Device::spawn(move |line, tick| {
         base.pass(tick);
         let bytes = line.read();

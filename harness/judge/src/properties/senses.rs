@@ -136,7 +136,7 @@ impl Senses {
             base: match limits.base.map(|base| base.transport) {
                 None => BaseEars::None,
                 Some(Transport::Can) => BaseEars::Can,
-                Some(Transport::Serial) => BaseEars::Serial(Device::new(), Host::new()),
+                Some(Transport::Serial) => BaseEars::Serial(Device::default(), Host::default()),
             },
             orders: VecDeque::new(),
         }

@@ -11,7 +11,6 @@ use tokio::net::{TcpStream, UnixStream};
 use tokio::sync::mpsc::{Receiver, Sender};
 use tokio::time::{sleep, timeout};
 
-/// Bytes per read.
 const READ_BYTES: usize = 4_096;
 /// Bytes per write to a serial line: less than the smallest buffer of a driver.
 const PART_BYTES: usize = 256;

@@ -39,7 +39,6 @@ const CLOSE_WAIT: Duration = Duration::from_secs(1);
 /// Why a connection cannot begin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum AttachError {
-    /// The port cannot be opened.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
@@ -49,20 +48,16 @@ pub enum AttachError {
     Spec(#[from] SpecError),
 }
 
-/// Events of an attached device.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AttachedEvent {
     /// It is not there, with the reason; the connection is retried.
     NotThere(String),
-    /// It is connected.
     Connected,
     /// A report, with the time by its own clock.
     Report(Box<ReportLine>),
-    /// A line that is not a report.
     BadLine {
         /// Line number, from one.
         number: u64,
-        /// The mistake.
         unread: Unread,
     },
     /// The connection is lost, with the reason.

@@ -24,10 +24,7 @@ pub enum KernelError {
     #[diagnostic(help(
         "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
     ))]
-    NoFrames {
-        /// The line.
-        line: Arc<str>,
-    },
+    NoFrames { line: Arc<str> },
     /// The carrier of frames does not work.
     #[error(transparent)]
     Crossing(#[from] CrossingFailure),

@@ -12,7 +12,6 @@ use wire::time::Timestamp;
 /// Common prefix of the interface names.
 const VCAN_INTERFACES: &str = "vcan";
 
-/// Carrier of one line.
 #[derive(Debug)]
 enum Wire {
     Pty(PtyWire),

@@ -29,7 +29,7 @@ impl SlcanWire {
         let mut wire = Self {
             pty: PtyWire::open(line)?,
             adapter: Adapter::default(),
-            host: AnswerDecoder::new(),
+            host: AnswerDecoder::default(),
         };
         for command in [Command::BitRate(BitRate::Kbit500), Command::Open] {
             wire.command(&command)?;

@@ -22,7 +22,6 @@ use wire::can::BitRates;
 use wire::device::PortId;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 
-/// Any of the paper's devices.
 #[derive(Debug, Clone, Default)]
 pub struct Parts {
     pub gyro: Option<(GyroStream, GyroParameters)>,
@@ -32,7 +31,6 @@ pub struct Parts {
     pub mount: Option<Mount>,
 }
 
-/// Devices to emulate.
 #[derive(Debug, Clone)]
 pub enum What {
     /// The paper's devices. Their lines are `gyro`, `base` and `table`.
@@ -44,17 +42,14 @@ pub enum What {
 /// Devices to emulate, and their ports.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// The devices.
     pub what: What,
     /// Ports of lines by name; a line without one has no program from outside on it.
     pub ports: Vec<(String, PortSpec)>,
     /// A socket for requests, besides the standard input.
     pub control: Option<PathBuf>,
-    /// Seed of all random numbers.
     pub seed: u64,
 }
 
-/// Builds the rig of `setup`, its ports, and the lines that faults can strike.
 pub(super) fn build(setup: &Setup) -> (Rig, PortPlans, Lines) {
     match &setup.what {
         What::Parts(parts) => paper(parts, setup),

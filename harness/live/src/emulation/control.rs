@@ -19,7 +19,6 @@ const READ_BYTES: usize = 4_096;
 /// Most clients of the socket at a time; further ones wait for one to leave.
 pub const CLIENTS_MAX: usize = 16;
 
-/// Why there is no control channel.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ControlError {
     /// The socket is not available.
@@ -28,11 +27,7 @@ pub enum ControlError {
         "does its folder exist, and is nobody else listening there (`ss -xl`)? If what is there is \
          left over: `rm {}`", path.display()
     ))]
-    Listen {
-        /// Path of the socket.
-        path: PathBuf,
-        source: io::Error,
-    },
+    Listen { path: PathBuf, source: io::Error },
     /// The standard input cannot be watched.
     #[error("failed to read the standard input")]
     Stdin(#[source] io::Error),

@@ -29,9 +29,7 @@ pub const OUTGOING_MAX: usize = 1_024;
 pub struct Emulated {
     pub(super) rig: Rig,
     pub(super) lines: Lines,
-    /// Active faults, by number.
     faults: BTreeMap<usize, (Target, FaultKind, Timestamp)>,
-    /// Number of faults begun.
     begun: usize,
     /// How often faults that are over have acted.
     pub(super) acted: u64,
@@ -68,7 +66,6 @@ impl Emulated {
         self.rig.lines[at.0].send(now, at.1, what);
     }
 
-    /// Advances to `now`.
     pub fn wake(&mut self, now: Timestamp) {
         while self.next_wakeup() <= now {
             // An overdue event happens now: time does not go backward.
@@ -91,7 +88,6 @@ impl Emulated {
         self.outgoing.pop_front()
     }
 
-    /// Counters of devices and lines.
     pub(super) fn counters(&self) -> Value {
         tell::counters(self)
     }
@@ -206,7 +202,6 @@ impl Emulated {
         Ok(told)
     }
 
-    /// Names of the devices emulated here.
     pub(super) fn names(&self) -> Vec<&str> {
         let mut names = Vec::new();
         for node in &self.rig.nodes {
@@ -246,7 +241,6 @@ impl Emulated {
         }
     }
 
-    /// The device that a request refers to.
     fn choose(&self, device: Option<&str>) -> Result<String, RequestError> {
         let names = self.names();
         let there = names.join(", ");

@@ -12,7 +12,6 @@ pub const LINES_MAX: usize = 1_024;
 /// Time limit for the last lines.
 const FLUSH_MAX: Duration = Duration::from_millis(500);
 
-/// Destination of lines.
 #[derive(Debug)]
 pub(super) struct Outlet {
     lines: mpsc::Sender<String>,

@@ -13,14 +13,12 @@ pub const LINE_BYTES_MAX: usize = 16 * 1_024;
 /// Largest turn rate of a lone gyro, deg/s. Assumption: beyond the range of all gyros.
 pub const RATE_MAX_DEG_PER_S: f64 = 1_000.0;
 
-/// A request.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Request {
     /// Set parameters of a device by name: all or none of them.
     Set {
         /// The device; required if there are several.
         device: Option<String>,
-        /// Values by parameter name.
         values: BTreeMap<String, f64>,
     },
     /// Query something, of this device if it concerns one.
@@ -34,25 +32,19 @@ pub enum Request {
         /// On or off.
         on: bool,
     },
-    /// Begin a fault.
     Fault {
         /// The device or line; required if there are several devices.
         device: Option<String>,
-        /// The fault.
         fault: Fault,
     },
-    /// End all faults.
     NoFault,
     /// List devices, parameters and faults.
     List,
 }
 
-/// Subject of a query.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Get {
-    /// Truth of all devices now.
     Truth,
-    /// All counters.
     Counters,
     /// States, signals and parameters of a described device; all parameters if the list is empty.
     Values(Vec<String>),
@@ -61,15 +53,12 @@ pub enum Get {
 /// A fault, as in a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fault {
-    /// The kind.
     pub kind: FaultKind,
-    /// Direction on a line.
     pub toward: Toward,
     /// Duration; until ended by a request if absent.
     pub duration: Option<Span>,
 }
 
-/// Why a request was not carried out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RequestError {
     /// Not a JSON object, or an unknown key, or a value of the wrong type.
@@ -83,7 +72,6 @@ pub enum RequestError {
     /// A key that belongs to another request.
     #[error("failed to read the request: \"{key}\" goes with {with} only")]
     Stray {
-        /// The key.
         key: &'static str,
         /// The request to which it belongs.
         with: &'static str,
@@ -91,9 +79,7 @@ pub enum RequestError {
     /// A number out of its domain.
     #[error("failed to read the request: \"{key}\" is {value}, expected {expected}")]
     Number {
-        /// The key.
         key: &'static str,
-        /// Its value.
         value: f64,
         /// Expected values.
         expected: &'static str,
@@ -104,14 +90,8 @@ pub enum RequestError {
         /// The existing devices.
         there: String,
     },
-    /// The device is not emulated here.
     #[error("failed to find the {device}: emulated here: {there}")]
-    NoDevice {
-        /// The requested device.
-        device: String,
-        /// The existing devices.
-        there: String,
-    },
+    NoDevice { device: String, there: String },
     /// The device cannot do that.
     #[error("{0}")]
     Refused(String),

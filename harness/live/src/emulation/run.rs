@@ -25,17 +25,14 @@ pub enum EmulationError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// The control channel is not available.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Control(#[from] ControlError),
     /// The event loop or the signal handlers could not be started.
     #[error("failed to start the event loop")]
     Runtime(#[source] io::Error),
-    /// The standard output is closed.
     #[error("failed to write to the standard output")]
     Output(#[source] io::Error),
-    /// A device cannot go on.
     #[error("failed to emulate {0}")]
     Device(String),
 }

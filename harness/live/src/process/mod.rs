@@ -39,7 +39,6 @@ pub const KILL_WAIT: Duration = Duration::from_secs(5);
 /// Time limit for its output to arrive after its end.
 const REST_WAIT: Duration = Duration::from_millis(500);
 
-/// Events of the process.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ProcessEvent {
     /// A report, with the time by the process's own clock.
@@ -48,14 +47,12 @@ pub enum ProcessEvent {
     BadLine {
         /// Line number, from one.
         number: u64,
-        /// The mistake.
         unread: Unread,
     },
     /// It has ended, and all of its output has been passed on.
     Exited(Exit),
 }
 
-/// How the process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exit {
     /// With this status or signal.
@@ -85,40 +82,29 @@ impl fmt::Display for Exit {
 pub enum EndedBy {
     /// None: it had ended already.
     Itself,
-    /// Its stdin was closed.
     StdinClosed,
-    /// SIGTERM.
     Terminated,
-    /// SIGKILL.
     Killed,
 }
 
-/// How a process was ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProcessEnd {
-    /// The measure.
     pub by: EndedBy,
     /// Status of the process.
     pub exit: Exit,
 }
 
-/// Why a process was not started.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum SpawnError {
     /// The file for its stderr cannot be created.
     #[error("failed to write {}", path.display())]
-    Log {
-        /// The file.
-        path: PathBuf,
-        source: io::Error,
-    },
+    Log { path: PathBuf, source: io::Error },
     /// The system cannot start it.
     #[error("failed to start the device under test {program:?}")]
     #[diagnostic(help("{advice}"))]
     Program {
         /// The first word of the command line.
         program: String,
-        /// What to check.
         advice: &'static str,
         source: io::Error,
     },

@@ -20,7 +20,6 @@ pub(super) const EVENTS_MAX: usize = 1_024;
 pub(super) const MISSIONS_MAX: usize = 64;
 /// Bytes of stderr kept for quotation.
 const TAIL_BYTES_MAX: usize = 1_024;
-/// Most quoted lines.
 const TAIL_LINES_MAX: usize = 6;
 /// Bytes per read of stderr.
 const READ_BYTES: usize = 4_096;

@@ -23,7 +23,6 @@ use wire::time::Timestamp;
 const GYRO_PORT: &str = "/dev/ttyHIL0";
 /// Path that the program opens for a base on a serial line.
 const BASE_PORT: &str = "/dev/ttyHIL1";
-/// Interface of a base on CAN.
 const BASE_INTERFACE: &str = "base";
 
 /// Starts the program; its output other than reports goes to `log`. It is killed once `stop` is set and it does not
@@ -66,7 +65,6 @@ pub fn start(
     Ok(Box::new(ControllerInStep::new(running)))
 }
 
-/// A controller program in step with the world.
 #[derive(Debug)]
 struct ControllerInStep {
     running: Lockstep,

@@ -152,7 +152,6 @@ fn is_serial(rig: &Rig, line: usize) -> bool {
     declared(rig, line).is_some_and(|line| matches!(line.medium, Medium::Serial(_)))
 }
 
-/// A program in step with the world.
 #[derive(Debug)]
 struct InStep {
     name: String,

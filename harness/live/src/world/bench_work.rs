@@ -22,13 +22,9 @@ pub struct BenchWork {
 #[error("failed to find the command `{name}`, which {by}: {why}")]
 #[diagnostic(help("{help}"))]
 pub struct NoCommand {
-    /// Its name.
     pub name: String,
-    /// Who wants it.
     pub by: String,
-    /// What is missing.
     pub why: String,
-    /// What to do.
     pub help: String,
 }
 

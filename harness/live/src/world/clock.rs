@@ -31,7 +31,6 @@ impl Clock {
         Self { began: Instant::now() }
     }
 
-    /// Bench time.
     pub fn now(&self) -> Timestamp {
         let nanos = self.began.elapsed().as_nanos();
         Timestamp::from_nanos(i64::try_from(nanos).unwrap_or(i64::MAX))

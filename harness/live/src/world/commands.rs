@@ -29,7 +29,6 @@ fn file_of(log: &Path, name: &str) -> PathBuf {
     log.with_file_name(format!("command-{name}.log"))
 }
 
-/// How a command ended.
 #[derive(Debug)]
 pub(super) struct Ended {
     name: String,
@@ -50,7 +49,6 @@ impl Ended {
 enum Undone {
     /// One of them failed: why.
     Failed(String),
-    /// A stop was requested.
     Stopped,
 }
 

@@ -14,12 +14,12 @@ use controller::mission::{Mission, Report};
 use plan::bench_file::AttachPlace;
 use ports::PortSpec;
 use ports::spec::SerialSpec;
+use record::text::name_of;
 use rig::node::Machine;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use wire::time::{Span, Timestamp};
 
-/// The device under test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DeviceUnderTest {
     /// Our controller, in this process, on the same ports that a process would open.
@@ -50,13 +50,10 @@ impl fmt::Display for DeviceUnderTest {
     }
 }
 
-/// Event of the device under test.
 pub(super) enum Heard {
-    /// A report.
     Report(Report),
     /// Bytes or frames were received; a report may follow.
     Nothing,
-    /// A note for the record.
     Note(String),
     /// A line that is not a report; there may be any number of them.
     BadLine(String),
@@ -64,9 +61,7 @@ pub(super) enum Heard {
     Misreport(String),
     /// An event of a port of the in-process controller.
     Port(&'static str, PortEvent),
-    /// It has ended.
     Ended(String),
-    /// The program of a node has ended.
     NodeEnded(String, String),
 }
 
@@ -178,52 +173,30 @@ impl Running {
 
     /// The machine of an in-process controller, for faults.
     pub(super) const fn machine(&mut self) -> Option<&mut Machine> {
-        match self {
-            Self::InProcess(controller) => Some(controller.machine()),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
-        }
+        if let Self::InProcess(controller) = self { Some(controller.machine()) } else { None }
     }
 
     pub(super) fn next_wakeup(&self) -> Timestamp {
-        match self {
-            Self::InProcess(controller) => controller.next_wakeup(),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device => Timestamp::MAX,
-        }
+        self.in_process().map_or(Timestamp::MAX, InProcess::next_wakeup)
     }
 
     /// Process id, if the harness started a process.
     pub(super) fn process(&self) -> Option<u32> {
-        match self {
-            Self::Process { process, .. } => process.id(),
-            Self::InProcess(_) | Self::Attached { .. } | Self::Device => None,
-        }
+        if let Self::Process { process, .. } = self { process.id() } else { None }
     }
 
-    /// The in-process controller.
     pub(super) const fn in_process(&self) -> Option<&InProcess> {
-        match self {
-            Self::InProcess(controller) => Some(controller),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
-        }
+        if let Self::InProcess(controller) = self { Some(controller) } else { None }
     }
 
     /// Returns what has crossed the ports of an in-process controller, oldest first.
     pub(super) fn crossing(&mut self) -> Option<Crossing> {
-        match self {
-            Self::InProcess(controller) => controller.crossing(),
-            Self::Process { .. } | Self::Attached { .. } | Self::Device => None,
-        }
+        if let Self::InProcess(controller) = self { controller.crossing() } else { None }
     }
 
     /// The end of the process's stderr, as the end of a sentence.
     fn last_words(&self) -> String {
-        match self {
-            Self::InProcess(_) | Self::Attached { .. } | Self::Device => String::new(),
-            Self::Process { process, .. } => match process.last_words().trim() {
-                "" => String::new(),
-                words => format!(": {words}"),
-            },
-        }
+        if let Self::Process { process, .. } = self { quoted(process) } else { String::new() }
     }
 
     /// Waits for the next event. Cancel-safe.
@@ -241,11 +214,7 @@ impl Running {
                 ProcessEvent::BadLine { number, unread } => unread_line(number, unread),
                 ProcessEvent::Exited(exit) => {
                     *ended = true;
-                    let words = process.last_words();
-                    Heard::Ended(match words.trim() {
-                        "" => exit.to_string(),
-                        words => format!("{exit}: {words}"),
-                    })
+                    Heard::Ended(format!("{exit}{}", quoted(process)))
                 }
             },
             Self::Attached { device, place, missing } => match device.next_event().await {
@@ -270,6 +239,14 @@ impl Running {
             Self::Process { process, .. } => _ = process.end(|_| {}).await,
             Self::Attached { device, .. } => device.end().await,
         }
+    }
+}
+
+/// The end of a process's stderr, as the end of a sentence.
+pub(super) fn quoted(process: &DeviceProcess) -> String {
+    match process.last_words().trim() {
+        "" => String::new(),
+        words => format!(": {words}"),
     }
 }
 
@@ -300,9 +277,9 @@ pub fn controller_words(config: &Config, gyro: &str, base: &str) -> Vec<String> 
         "--gyro".to_owned(),
         gyro.to_owned(),
         "--stream".to_owned(),
-        word(&stream.format),
+        name_of(&stream.format),
         "--mode".to_owned(),
-        word(&stream.mode),
+        name_of(&stream.mode),
         "--base".to_owned(),
         base.to_owned(),
     ];
@@ -336,12 +313,4 @@ pub fn our_program() -> PathBuf {
                 .find(|p| p.is_file())
         })
         .unwrap_or_else(|| PathBuf::from(name))
-}
-
-/// An enumerator as written in files and on command lines.
-fn word(value: &impl serde::Serialize) -> String {
-    serde_json::to_value(value)
-        .ok()
-        .and_then(|value| value.as_str().map(str::to_owned))
-        .unwrap_or_default()
 }

@@ -9,15 +9,12 @@ use std::path::PathBuf;
 /// Why the device under test cannot start.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StartError {
-    /// Its command line is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Command(#[from] CommandError),
-    /// It does not start.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Spawn(#[from] SpawnError),
-    /// A port cannot be opened.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
@@ -31,10 +28,7 @@ pub enum StartError {
         "give the command line of a controller that knows its port: [controller] command = \
          [\"./program\", \"--{role}\", \"/dev/ttyUSB1\"]"
     ))]
-    NoFarSide {
-        /// The role.
-        role: &'static str,
-    },
+    NoFarSide { role: &'static str },
 }
 
 /// Why a live run cannot begin.
@@ -51,12 +45,7 @@ pub enum LiveError {
     /// The bench's own commands did not set it up.
     #[error("failed to set the bench up: {why}")]
     #[diagnostic(help("what its commands wrote is in {}", folder.display()))]
-    Setup {
-        /// Why.
-        why: String,
-        /// Where that is kept.
-        folder: PathBuf,
-    },
+    Setup { why: String, folder: PathBuf },
     /// A stop was requested before the run began.
     #[error("stopped by request before the run began")]
     Stopped,

@@ -19,13 +19,11 @@ use wire::time::Timestamp;
 /// Place at which the lines are observed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ear {
-    /// In the controller.
     Controller,
     /// At the ports of the harness.
     Lines,
 }
 
-/// A monitor, and what it may see.
 #[derive(Debug)]
 pub(super) struct Eyes {
     watch: Option<Watch>,

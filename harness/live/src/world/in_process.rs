@@ -20,9 +20,7 @@ const CROSSINGS_MAX: usize = 256;
 /// Something crossed a port of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Crossing {
-    /// Role of the port.
     pub(super) role: &'static str,
-    /// The sender.
     pub(super) by: Device,
     pub(super) crossed: Transmit,
 }
@@ -40,12 +38,10 @@ pub(super) struct InProcess {
     bus_to_command: Histogram,
 }
 
-/// Event of the in-process controller.
 pub(super) enum InProcessEvent {
     Report(Report),
     /// Input was received.
     Taken,
-    /// An event of a port.
     Port(&'static str, PortEvent),
 }
 
@@ -103,7 +99,6 @@ impl InProcess {
         self.send(clock, now);
     }
 
-    /// The machine, for faults.
     pub(super) const fn machine(&mut self) -> &mut Machine {
         &mut self.machine
     }
@@ -178,7 +173,6 @@ impl InProcess {
         self.dropped + self.machine.host.dropped()
     }
 
-    /// Its port for a role.
     pub(super) fn port(&self, role: &str) -> Option<&RolePort> {
         if role == GYRO { Some(&self.gyro) } else { self.base.as_ref() }
     }

@@ -87,7 +87,6 @@ impl Journal {
         self.note(note)
     }
 
-    /// Returns the note, up to the limit.
     pub(super) fn note(&mut self, note: String) -> Option<String> {
         if self.notes >= NOTES_MAX {
             self.unnoted += 1;
@@ -119,7 +118,6 @@ impl Journal {
         blame_bench(ending, &format!("{}{since}", absence.what))
     }
 
-    /// Summary of a port.
     pub(super) fn summary(&self, (role, side): Whose, port: &RolePort) -> PortSummary {
         let rows = port.counters().rows().into_iter().filter(|(_, count)| *count > 0);
         PortSummary {

@@ -23,7 +23,6 @@ const MISSES_KEPT_MAX: usize = 10_000;
 /// Start of a reason that blames the machine.
 const NOT_IN_TIME: &str = "this machine did not keep real time";
 
-/// Progress of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Course {
     /// Completed steps.
@@ -45,7 +44,6 @@ struct Misses {
     worst: Span,
 }
 
-/// Records the lateness of events.
 #[derive(Debug)]
 pub(super) struct Lateness {
     late_max: Span,
@@ -72,7 +70,6 @@ impl Lateness {
         }
     }
 
-    /// Limit for the lateness of the harness.
     pub(super) const fn late_max(&self) -> Span {
         self.late_max
     }
@@ -145,7 +142,6 @@ impl Lateness {
         self.step_began = course;
     }
 
-    /// Timing of the run, for the summary.
     pub(super) fn timing(&self, bus_to_command: Option<Spread>, scheduling: String) -> Timing {
         Timing {
             late: self.histogram.spread(),

@@ -18,7 +18,6 @@ const PROBES: i64 = 10;
 /// the gyro.
 const PERIODS: (Span, Span) = (Span::from_millis(1), Span::from_millis(10));
 
-/// Watches the machine during a run.
 #[derive(Debug)]
 pub(super) struct MachineWatch {
     near: Pty,

@@ -13,11 +13,9 @@ use std::path::{Path, PathBuf};
 pub enum Player {
     /// An emulated device, reached through this port.
     Emulated(PortSpec),
-    /// A real device.
     Real(PortSpec),
 }
 
-/// The ports of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Placement {
     pub gyro: Player,
@@ -30,26 +28,10 @@ pub struct Placement {
 /// Why a bench does not fit the plan.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PlacementError {
-    /// An invalid port of a role.
-    #[error("failed to read the port \"{port}\" of the {role}")]
-    #[diagnostic(help("`hil doctor` lists what there is; [{role}] port = \"/dev/ttyUSB0\""))]
-    Port {
-        /// The role.
-        role: &'static str,
-        /// Its port.
-        port: String,
-        source: Box<ports::spec::SpecError>,
-    },
-    /// An invalid port of a line.
-    #[error("failed to read the port \"{port}\" of the line `{line}`")]
-    #[diagnostic(help("`hil doctor` lists what there is; [line.{line}] port = \"can:can0\""))]
-    LinePort {
-        /// The line.
-        line: String,
-        /// Its port.
-        port: String,
-        source: Box<ports::spec::SpecError>,
-    },
+    /// An invalid port of a role or a line.
+    #[error("failed to read the port \"{port}\" of the {whose}")]
+    #[diagnostic(help("`hil doctor` lists what there is; {example}"))]
+    Port { port: String, whose: String, example: String, source: Box<ports::spec::SpecError> },
     /// The base of the plan is on the other kind of line.
     #[error(
         "failed to put the base on {port}: the plan's device file has it on {transport}, and this \
@@ -59,11 +41,8 @@ pub enum PlacementError {
         "give [base] another port, or run a plan whose device file has `transport = \"{other}\"`"
     ))]
     BaseTransport {
-        /// The port.
         port: String,
-        /// Transport in the device file.
         transport: &'static str,
-        /// Traffic of the port.
         carried: &'static str,
         /// Transport that the device file would need.
         other: &'static str,
@@ -73,12 +52,7 @@ pub enum PlacementError {
     #[diagnostic(help(
         "give [device] another port: `can:INTERFACE`, or a serial line such as /dev/ttyUSB0"
     ))]
-    DeviceMedium {
-        /// The port.
-        port: String,
-        /// Traffic of the layout.
-        wanted: &'static str,
-    },
+    DeviceMedium { port: String, wanted: &'static str },
     /// Other nodes beside a real base, or beside a table at a port.
     #[error(
         "failed to place the rig: the {role} at {port} has its line for itself, and other nodes are in the rig"
@@ -86,23 +60,10 @@ pub enum PlacementError {
     #[diagnostic(help(
         "leave [{role}] out of the bench file: it is emulated then, beside the other nodes"
     ))]
-    RobotAndNodes {
-        /// The role.
-        role: &'static str,
-        /// Its port.
-        port: String,
-    },
-    /// Two roles on one port.
+    RobotAndNodes { role: &'static str, port: String },
     #[error("failed to tell the {first} from the {second}: both are on {port}")]
     #[diagnostic(help("a serial line leads to one device; give [{second}] a port of its own"))]
-    SharedPort {
-        /// The port.
-        port: String,
-        /// The first role.
-        first: &'static str,
-        /// The second role.
-        second: &'static str,
-    },
+    SharedPort { port: String, first: &'static str, second: &'static str },
     /// An emulated table on a port whose other end the plan cannot open.
     #[error(
         "failed to put the emulated table on {port}: the plan commands it, and the other end of that port is \
@@ -112,10 +73,7 @@ pub enum PlacementError {
         "give it a pty, of which the plan takes the other end: [table] port = \"pty\"; or leave `emulated` \
          out, where the table is real"
     ))]
-    EmulatedTable {
-        /// The port.
-        port: String,
-    },
+    EmulatedTable { port: String },
 }
 
 impl Placement {
@@ -227,21 +185,24 @@ pub(crate) fn far_spec(spec: &PortSpec, path: &str) -> PortSpec {
 }
 
 /// Reads the port of a line of a rig.
+///
+/// # Errors
+/// When the port is invalid.
 pub fn line_port(line: &str, port: &PortText) -> Result<PortSpec, PlacementError> {
-    let text = port.as_str();
-    text.parse().map_err(|source| PlacementError::LinePort {
-        line: line.to_owned(),
-        port: text.to_owned(),
-        source: Box::new(source),
-    })
+    let example = || format!("[line.{line}] port = \"can:can0\"");
+    read(port, || (format!("line `{line}`"), example()))
 }
 
 fn spec(role: &'static str, port: &PortText) -> Result<PortSpec, PlacementError> {
-    let text = port.as_str();
-    text.parse().map_err(|source| PlacementError::Port {
-        role,
-        port: text.to_owned(),
-        source: Box::new(source),
+    read(port, || (role.to_owned(), format!("[{role}] port = \"/dev/ttyUSB0\"")))
+}
+
+/// The port; in an error, `of` says whose it is, with an example.
+fn read(port: &PortText, of: impl Fn() -> (String, String)) -> Result<PortSpec, PlacementError> {
+    port.as_str().parse().map_err(|source| {
+        let (whose, example) = of();
+        let (port, source) = (port.to_string(), Box::new(source));
+        PlacementError::Port { port, whose, example, source }
     })
 }
 

@@ -23,11 +23,8 @@ use wire::time::{Span, Timestamp};
 /// the rate within a second.
 pub(crate) const RATE_GRACE: Span = Span::from_secs(1);
 
-/// Name of a role.
 pub const GYRO: &str = "gyro";
-/// See [`GYRO`].
 pub const BASE: &str = "base";
-/// See [`GYRO`].
 pub const TABLE: &str = "table";
 
 /// Device of a role in the record.
@@ -39,7 +36,6 @@ pub(super) fn device(role: &str) -> Device {
     }
 }
 
-/// Traffic on the line of a base.
 pub const fn base_traffic(transport: Transport) -> Traffic {
     match transport {
         Transport::Can => Traffic::Frames(BitRates::USUAL),
@@ -47,7 +43,6 @@ pub const fn base_traffic(transport: Transport) -> Traffic {
     }
 }
 
-/// A port that a run needs.
 #[derive(Debug, Clone)]
 pub struct PortPlan {
     /// Its role or line, as named in bench files and messages.
@@ -58,7 +53,6 @@ pub struct PortPlan {
     /// Line and end that the port serves: data from the port is sent from that end, and data for that end goes to the
     /// port.
     pub line: usize,
-    /// See `line`.
     pub end: EndId,
     /// Device to which notes on it are attributed.
     pub who: Device,
@@ -72,11 +66,9 @@ pub struct PortPlan {
 #[derive(Debug, Clone, Default)]
 pub struct PortPlans {
     pub ports: Vec<PortPlan>,
-    /// Role and port of each real device.
     pub real: Vec<(Arc<str>, PortSpec)>,
 }
 
-/// An open port.
 #[derive(Debug)]
 pub struct OpenPort {
     pub plan: PortPlan,
@@ -84,7 +76,6 @@ pub struct OpenPort {
     rate: RateWatch,
 }
 
-/// The open ports of the harness.
 #[derive(Debug)]
 pub struct Ports {
     pub open: Vec<OpenPort>,
@@ -105,7 +96,6 @@ pub struct Wiring {
 }
 
 impl Wiring {
-    /// The port of a role.
     pub(super) fn port(&self, role: &str) -> Option<&PortSpec> {
         self.ports.get(role)
     }
@@ -120,7 +110,6 @@ impl OpenPort {
         }
     }
 
-    /// Counters of the port that are not zero.
     pub fn counted(&self) -> BTreeMap<&'static str, u64> {
         self.port.counters().rows().into_iter().filter(|(_, n)| *n > 0).collect()
     }
@@ -219,13 +208,11 @@ impl Ports {
         .await
     }
 
-    /// Name of the port of a role.
     pub(super) fn name(&self, role: &str) -> &str {
         let found = self.open.iter().find(|open| &*open.plan.role == role);
         found.map_or("", |open| open.port.name())
     }
 
-    /// The ports of that line.
     pub(crate) fn of_line(&mut self, line: usize) -> impl Iterator<Item = &mut OpenPort> {
         self.open.iter_mut().filter(move |open| open.plan.line == line)
     }

@@ -1,6 +1,6 @@
 //! The programs of nodes under test in real time, each started with the ports of its lines.
 
-use super::device_under_test::Heard;
+use super::device_under_test::{Heard, quoted};
 use super::error::StartError;
 use super::ports::Wiring;
 use crate::command::fill;
@@ -13,7 +13,6 @@ use std::task::Poll;
 /// The program of a node under test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Program {
-    /// The node.
     pub node: String,
     /// Its command line, with `{line}` for the ports of lines; empty if it runs already.
     pub words: Vec<String>,
@@ -65,11 +64,7 @@ impl Programs {
                     loop {
                         if let ProcessEvent::Exited(exit) = process.next_event().await {
                             *ended = true;
-                            let words = process.last_words();
-                            let how = match words.trim() {
-                                "" => exit.to_string(),
-                                words => format!("{exit}: {words}"),
-                            };
+                            let how = format!("{exit}{}", quoted(process));
                             return Heard::NodeEnded(node.clone(), how);
                         }
                     }

@@ -11,10 +11,8 @@ use thread_priority::{ThreadPriority, ThreadPriorityValue};
 /// threads of a kernel with PREEMPT_RT (50).
 const PRIORITY: u8 = 40;
 
-/// Requested scheduling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scheduling {
-    /// Normal scheduling.
     #[default]
     Normal,
     /// `SCHED_FIFO` and locked memory.

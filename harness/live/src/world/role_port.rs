@@ -10,34 +10,26 @@ use wire::packet::Packet;
 use wire::serial::SerialSettings;
 use wire::time::Timestamp;
 
-/// Event of a port.
 #[derive(Debug)]
 pub enum PortEvent {
-    /// Bytes of a serial line.
     Bytes(Packet),
     /// The line was held low.
     Break,
-    /// A frame of a bus.
     Frame(CanFrame),
     /// An error event of the CAN controller.
     Bus(CanErrorEvent),
-    /// The interface went down.
     Down,
-    /// The interface is up again.
     Up,
     /// The far side has opened the bus of the emulated adapter.
     Opened,
-    /// The far side has closed it.
     Closed,
     /// The port is gone; its return is awaited.
     Lost(PortLost),
-    /// The port is back.
     Back,
     /// The port stayed away; its return is awaited again.
     Away(PortError),
 }
 
-/// Traffic of a role's port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Traffic {
     /// Bytes, usually at these settings.
@@ -46,7 +38,6 @@ pub enum Traffic {
     Frames(BitRates),
 }
 
-/// A named port.
 #[derive(Debug)]
 pub struct RolePort {
     name: String,

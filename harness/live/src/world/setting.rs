@@ -23,18 +23,15 @@ pub struct OutOfReach {
     pub name: String,
     /// Why it cannot be injected here.
     pub why: String,
-    /// How to fix it.
     pub help: String,
 }
 
 /// What of a plan this bench cannot do: bad input, as it is known before the run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
 pub enum Unfit {
-    /// A fault cannot be injected.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Fault(#[from] OutOfReach),
-    /// A command is missing.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Command(#[from] NoCommand),
@@ -42,18 +39,15 @@ pub enum Unfit {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
-    /// The device under test.
     pub device_under_test: DeviceUnderTest,
     /// Nodes under test, with or without it.
     pub programs: Vec<Program>,
     pub site: Site,
-    /// What the bench does by commands of its own.
     pub work: BenchWork,
     /// Time limit for the first report of an attached device under test.
     pub attach_max: Span,
     /// Limit for the lateness of the harness.
     pub late_max: Span,
-    /// Requested scheduling.
     pub scheduling: Scheduling,
 }
 
@@ -62,16 +56,13 @@ pub struct Setting {
 pub enum Site {
     /// Gyro, base and table, and lines of other nodes.
     Robot(Placement, Vec<LineSite>),
-    /// The only device.
     Device(Player),
     /// Lines of a rig with nodes outside this process.
     Lines(Vec<LineSite>),
 }
 
-/// Port of a line of a rig.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LineSite {
-    /// Index of the line in the rig.
     pub line: usize,
     /// Port of the nodes that are emulated here.
     pub spec: PortSpec,
@@ -105,7 +96,6 @@ impl Site {
 }
 
 impl Setting {
-    /// Name of what is under test, for a summary.
     pub fn under_test(&self) -> String {
         let controller = Some(self.device_under_test.to_string()).filter(|name| !name.is_empty());
         let programs = self.programs.iter().map(Program::to_string);
@@ -118,7 +108,6 @@ impl Setting {
         matches!(player, Some(Player::Real(spec)) if !matches!(spec, PortSpec::Can { .. }))
     }
 
-    /// Port of the base.
     pub(super) fn base_port(&self) -> Option<&PortSpec> {
         self.site.player("base").map(Player::spec)
     }

@@ -17,7 +17,6 @@ const REPORTS_MAX: u64 = 20_000;
 /// Counts the reports of the device under test: each is recorded, and the disk is finite.
 #[derive(Debug, Default)]
 pub(super) struct Talk {
-    /// All reports.
     reports: u64,
     /// Lines that are not reports.
     unread: u64,

@@ -16,18 +16,14 @@ use std::path::Path;
 use std::sync::Arc;
 use wire::time::Timestamp;
 
-/// Result of a live run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiveEnd {
-    /// How the plan ended.
     pub ending: Ending,
-    /// Bench time at the end.
     pub end: Timestamp,
     /// Number of turns of the loop.
     pub events: u64,
     /// How well real time was kept.
     pub timing: Timing,
-    /// Summaries of the ports.
     pub ports: Vec<PortSummary>,
     /// Commands of the bench that the plan asked for.
     pub commands: Vec<CommandSummary>,
@@ -35,9 +31,7 @@ pub struct LiveEnd {
     pub artifacts: Vec<String>,
     /// Packets and frames dropped by lines within the harness.
     pub dropped: u64,
-    /// Summaries of the plan's faults.
     pub faults: Vec<FaultSummary>,
-    /// Verdicts of the properties.
     pub properties: Vec<PropertyVerdict>,
     /// Properties that this bench cannot judge.
     pub unjudged: Vec<Unjudged>,

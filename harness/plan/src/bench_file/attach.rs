@@ -24,7 +24,6 @@ pub enum AttachPlace {
 }
 
 impl AttachPlace {
-    /// Parses the text of a place.
     fn read(text: &str) -> Result<Self, String> {
         let expected = |wrong: String| format!("{wrong}, expected {FORMS}");
         match text.split_once(':') {

@@ -1,11 +1,12 @@
 //! What a bench does at a plan's word: power, relays, flashing.
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{self, Unexpected};
-use serde::{Deserialize, Deserializer};
+use crate::number;
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, de};
 use wire::time::Span;
 
-/// Longest limit of a command, in seconds. Assumption: the slowest flash over a serial bootloader takes minutes.
+/// Longest limit of a command, and longest wait for an attached controller, in seconds. Assumption: the slowest flash
+/// over a serial bootloader takes minutes, and a user who has not started a controller within an hour will not.
 pub const COMMAND_S_MAX: f64 = 3_600.0;
 /// What a command may take where the bench does not say, in seconds. Assumption: flashing a megabyte over SWD takes 30.
 const USUAL_S: f64 = 60.0;
@@ -19,8 +20,7 @@ pub struct CommandSection {
     #[schemars(length(min = 1))]
     pub run: Vec<String>,
     /// It must not take longer, s.
-    #[serde(rename = "time_limit_s", default = "usual", deserialize_with = "limit")]
-    #[schemars(schema_with = "limit_schema", extend("default" = USUAL_S))]
+    #[serde(rename = "time_limit_s", default = "usual", with = "number::WithinHour")]
     pub time_limit: Span,
 }
 
@@ -38,16 +38,4 @@ pub(super) fn words<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<St
 
 fn usual() -> Span {
     Span::from_secs_f64(USUAL_S)
-}
-
-fn limit_schema(_: &mut SchemaGenerator) -> Schema {
-    json_schema!({ "type": "number", "exclusiveMinimum": 0, "maximum": COMMAND_S_MAX })
-}
-
-fn limit<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Span, D::Error> {
-    let value = f64::deserialize(deserializer)?;
-    if value > 0.0 && value <= COMMAND_S_MAX {
-        return Ok(Span::from_secs_f64(value));
-    }
-    Err(de::Error::invalid_value(Unexpected::Float(value), &"seconds above 0, at most 3600"))
 }

@@ -42,7 +42,6 @@ impl<'de> DeserializeSeed<'de> for Key<'_> {
     }
 }
 
-/// A program and its arguments.
 struct Words(Vec<String>);
 
 impl<'de> Deserialize<'de> for Words {

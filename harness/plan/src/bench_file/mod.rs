@@ -39,7 +39,7 @@ pub use command::{COMMAND_S_MAX, CommandSection};
 pub use controller::ControllerSection;
 pub use port_text::{Medium, PortText, PortTextError};
 pub use role::Role;
-pub use timing::{ATTACH_S_MAX_MAX, LATE_MS_MAX_MAX, Timing};
+pub use timing::{LATE_MS_MAX_MAX, Timing};
 
 use crate::library::{Kind, Library, LibraryError};
 use crate::name::Name;

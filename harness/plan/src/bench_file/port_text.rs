@@ -9,36 +9,24 @@ use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
-/// The medium that carries bytes or frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Medium {
-    /// A pty pair that the harness creates.
-    Pty,
-    /// A serial port.
-    Serial,
-    /// A SocketCAN interface.
-    Can,
-    /// A CAN adapter with the Lawicel ASCII protocol on a serial port.
-    Slcan,
-    /// A pty pair on which the harness emulates such an adapter.
-    SlcanPty,
+wire::words! {
+    /// The medium that carries bytes or frames, in the order in which they are suggested, by the schemes before the colon.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Medium {
+        /// A serial port.
+        Serial = "serial",
+        /// A SocketCAN interface.
+        Can = "can",
+        /// A CAN adapter with the Lawicel ASCII protocol on a serial port.
+        Slcan = "slcan",
+        /// A pty pair that the harness creates.
+        Pty = "pty",
+        /// A pty pair on which the harness emulates such an adapter.
+        SlcanPty = "slcan-pty",
+    }
 }
 
 impl Medium {
-    /// All media, in the order in which they are suggested.
-    pub const ALL: [Self; 5] = [Self::Serial, Self::Can, Self::Slcan, Self::Pty, Self::SlcanPty];
-
-    /// The scheme before the colon.
-    pub const fn scheme(self) -> &'static str {
-        match self {
-            Self::Pty => "pty",
-            Self::Serial => "serial",
-            Self::Can => "can",
-            Self::Slcan => "slcan",
-            Self::SlcanPty => "slcan-pty",
-        }
-    }
-
     /// Whether it carries bytes instead of frames.
     pub const fn is_serial_line(self) -> bool {
         matches!(self, Self::Pty | Self::Serial)
@@ -109,7 +97,7 @@ impl JsonSchema for PortText {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let schemes = Medium::ALL.map(Medium::scheme).join("|");
+        let schemes = Medium::NAMES.join("|");
         json_schema!({
             "description": "A port: a path such as `/dev/ttyUSB0`, or a scheme such as `can:can0`, \
                 `slcan:/dev/ttyACM0`, `serial:...`, `pty`, `slcan-pty`.",
@@ -154,7 +142,7 @@ fn whole(text: &str) -> Result<(), PortTextError> {
 }
 
 fn find(scheme: &str) -> Result<Medium, PortTextError> {
-    let known = Medium::ALL.into_iter().find(|medium| medium.scheme() == scheme);
+    let known = Medium::ALL.into_iter().find(|medium| medium.name() == scheme);
     known.ok_or_else(|| PortTextError::Scheme(scheme.to_owned()))
 }
 

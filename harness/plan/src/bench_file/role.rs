@@ -2,10 +2,8 @@
 
 use super::port_text::PortText;
 use schemars::{Schema, SchemaGenerator, json_schema};
-use serde::de::{self, DeserializeSeed, MapAccess, Unexpected, Visitor};
+use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer};
-use std::fmt;
-use std::marker::PhantomData;
 
 /// The device in a role.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,14 +30,13 @@ impl Role {
     }
 }
 
-/// A role that accepts any port.
 pub(super) fn anywhere<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Role>, D::Error> {
-    d.deserialize_map(RoleVisitor::<PortText>(PhantomData)).map(Some)
+    read::<PortText, D>(d)
 }
 
 /// A role that requires a serial line.
 pub(super) fn on_a_serial_line<'de, D: Deserializer<'de>>(d: D) -> Result<Option<Role>, D::Error> {
-    d.deserialize_map(RoleVisitor::<SerialText>(PhantomData)).map(Some)
+    read::<SerialText, D>(d)
 }
 
 /// A port that carries bytes.
@@ -76,25 +73,6 @@ impl<'de> Deserialize<'de> for Yes {
     }
 }
 
-const PORT: &str = "port";
-const EMULATED: &str = "emulated";
-
-/// The key of a role.
-struct Key;
-
-impl<'de> DeserializeSeed<'de> for Key {
-    type Value = &'static str;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
-        match String::deserialize(deserializer)?.as_str() {
-            PORT => Ok(PORT),
-            EMULATED => Ok(EMULATED),
-            other => Err(de::Error::unknown_field(other, &[PORT, EMULATED])),
-        }
-    }
-}
-
-/// The schema of a role, for editors.
 pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
     let port = generator.subschema_for::<PortText>();
     let port_doc = "Where the device is, or where an emulated one is put.";
@@ -102,42 +80,36 @@ pub(super) fn schema(generator: &mut SchemaGenerator) -> Schema {
     json_schema!({
         "type": "object",
         "properties": {
-            PORT: { "description": port_doc, "anyOf": [port] },
-            EMULATED: { "description": emulated_doc, "const": true }
+            "port": { "description": port_doc, "anyOf": [port] },
+            "emulated": { "description": emulated_doc, "const": true }
         },
         "minProperties": 1,
         "additionalProperties": false
     })
 }
 
-struct RoleVisitor<P>(PhantomData<P>);
+/// A role as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a role with `port = \"...\"`, `emulated = true` or both")]
+struct Written<P> {
+    port: Option<P>,
+    emulated: Option<Yes>,
+}
 
-impl<'de, P: Deserialize<'de> + Into<PortText>> Visitor<'de> for RoleVisitor<P> {
-    type Value = Role;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a role with `port = \"...\"`, `emulated = true` or both")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Role, A::Error> {
-        let (mut port, mut emulated) = (None, None);
-        while let Some(key) = map.next_key_seed(Key)? {
-            match key {
-                PORT => port = Some(map.next_value::<P>()?.into()),
-                _ => emulated = Some(map.next_value::<Yes>()?),
-            }
-        }
-        match (port, emulated) {
-            (port, Some(Yes)) => Ok(Role::Emulated(port)),
-            (Some(port), None) if port.medium().is_made_here() => {
-                Err(de::Error::custom(format_args!(
-                    "nothing is behind the port \"{port}\", expected `emulated = true` beside it"
-                )))
-            }
-            (Some(port), None) => Ok(Role::Real(port)),
-            (None, None) => Err(de::Error::custom(
-                "a role without a player, expected `port = \"...\"`, `emulated = true` or both",
-            )),
-        }
+fn read<'de, P, D>(deserializer: D) -> Result<Option<Role>, D::Error>
+where
+    P: Deserialize<'de> + Into<PortText>,
+    D: Deserializer<'de>,
+{
+    let Written::<P> { port, emulated } = Written::deserialize(deserializer)?;
+    match (port.map(P::into), emulated) {
+        (port, Some(Yes)) => Ok(Some(Role::Emulated(port))),
+        (Some(port), None) if port.medium().is_made_here() => Err(de::Error::custom(format_args!(
+            "nothing is behind the port \"{port}\", expected `emulated = true` beside it"
+        ))),
+        (Some(port), None) => Ok(Some(Role::Real(port))),
+        (None, None) => Err(de::Error::custom(
+            "a role without a player, expected `port = \"...\"`, `emulated = true` or both",
+        )),
     }
 }

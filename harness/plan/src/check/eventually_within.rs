@@ -17,8 +17,7 @@ pub struct EventuallyWithin {
     /// The band.
     pub band: Band,
     /// The latest such time, counted from the first value.
-    #[serde(rename = "within_s", deserialize_with = "number::duration_or_zero")]
-    #[schemars(schema_with = "number::schema::duration_or_zero")]
+    #[serde(rename = "within_s", with = "number::DurationOrZero")]
     pub within: Span,
 }
 

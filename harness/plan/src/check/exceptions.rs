@@ -48,8 +48,7 @@ pub struct AllButInSquare {
     /// How many may lie outside.
     pub count: u32,
     /// Length of a side.
-    #[serde(rename = "side_m", deserialize_with = "number::length")]
-    #[schemars(schema_with = "number::schema::length")]
+    #[serde(rename = "side_m", with = "number::PathLength")]
     pub side: Length,
     /// The quantity that is y, of the same unit.
     pub y: QuantityName,

@@ -61,8 +61,7 @@ pub struct RmsRatioWithin {
     pub to: QuantityName,
     /// Standard uncertainty of an offset that all values of `to` in a run share, in their unit: known from a model
     /// of their source, because their scatter does not show it.
-    #[serde(default, deserialize_with = "number::positive")]
-    #[schemars(schema_with = "number::schema::positive")]
+    #[serde(default, with = "number::Positive")]
     pub to_offset: f64,
     /// The band.
     pub band: Band,

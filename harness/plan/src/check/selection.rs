@@ -14,7 +14,6 @@ pub(super) struct Sample {
     pub(super) uncertainty: f64,
 }
 
-/// A value at an abscissa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
     pub(super) at: f64,
@@ -205,7 +204,6 @@ fn order_of_tag(a: &Observed<'_>, b: &Observed<'_>, tag: &str) -> Ordering {
     key(a).cmp(&key(b))
 }
 
-/// A float with total order.
 #[derive(Clone, Copy)]
 struct Total(f64);
 

@@ -14,8 +14,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct ShareWithin {
     /// The least share.
-    #[serde(deserialize_with = "number::share")]
-    #[schemars(schema_with = "number::schema::share")]
+    #[serde(with = "number::Share")]
     pub share: f64,
     /// The band.
     pub band: Band,

@@ -27,11 +27,7 @@ pub struct UmbmarkWithin {
     /// The quantity that is y, of the same unit.
     pub y: QuantityName,
     /// Side of the square path.
-    #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
-    #[schemars(
-        schema_with = "number::schema::length",
-        extend("default" = number::schema::written(PAPER_SIDE.m()))
-    )]
+    #[serde(rename = "side_m", default = "paper_side", with = "number::PathLength")]
     pub side: Length,
     /// The band.
     pub band: Band,

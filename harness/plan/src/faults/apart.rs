@@ -24,7 +24,6 @@ struct Extent {
     latest_end: Span,
 }
 
-/// Whether `one` and `other` meet in a run of `plan`.
 pub(super) fn meeting(plan: &Plan, one: &Fault, other: &Fault) -> Meeting {
     if let (Some(a), Some(b)) = (fixed(one), fixed(other)) {
         return if apart(a, b) { Meeting::Never } else { Meeting::Sure };

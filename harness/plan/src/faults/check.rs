@@ -6,9 +6,8 @@ use super::{
     Toward, When,
 };
 use crate::Plan;
-use crate::mistake::{self, Segment};
 use crate::speakers::whose;
-use described::hint;
+use described::{Mistake, Place, hint};
 use std::collections::BTreeMap;
 
 /// Why a schedule is not applicable, with the place: in the fault at `index`, below `keys`.
@@ -24,11 +23,11 @@ pub struct Unfit {
     pub help: Option<String>,
 }
 
-impl From<Unfit> for mistake::Fault {
+impl From<Unfit> for Mistake {
     fn from(unfit: Unfit) -> Self {
-        let mut path = vec![Segment::Key("fault"), Segment::Index(unfit.index)];
-        path.extend(unfit.keys.into_iter().map(Segment::Key));
-        Self { path, message: unfit.message, help: unfit.help }
+        let fault = Place::file().key("fault").index(unfit.index);
+        let place = unfit.keys.into_iter().fold(fault, |place, key| place.key(key));
+        place.mistake(unfit.message).with_help(unfit.help)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{FaultKind, Lasts, Target, When};
 use crate::number;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use wire::time::Span;
 
@@ -41,19 +41,12 @@ pub struct Fault {
     #[serde(
         rename = "duration_s",
         default,
-        deserialize_with = "number::duration_option",
-        serialize_with = "seconds",
+        with = "number::Duration",
         skip_serializing_if = "Option::is_none"
     )]
-    #[schemars(schema_with = "number::schema::duration_option")]
     pub duration: Option<Span>,
     /// Probability that it happens at all, drawn from the seed of the run.
-    #[serde(
-        default = "certain",
-        deserialize_with = "number::share",
-        skip_serializing_if = "is_certain"
-    )]
-    #[schemars(schema_with = "number::schema::share")]
+    #[serde(default = "certain", with = "number::Share", skip_serializing_if = "is_certain")]
     pub probability: f64,
 }
 
@@ -91,11 +84,4 @@ fn is_certain(probability: &f64) -> bool {
 
 fn is_both(toward: &Toward) -> bool {
     *toward == Toward::Both
-}
-
-pub(super) fn seconds<S: Serializer>(
-    span: &Option<Span>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    span.map(Span::as_secs_f64).serialize(serializer)
 }

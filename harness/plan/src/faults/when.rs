@@ -76,13 +76,7 @@ impl When {
 ]))]
 struct Fields {
     /// So long after the begin of the run, s.
-    #[serde(
-        default,
-        deserialize_with = "from_zero",
-        serialize_with = "super::fault::seconds",
-        skip_serializing_if = "Option::is_none"
-    )]
-    #[schemars(schema_with = "number::schema::duration_or_zero")]
+    #[serde(default, with = "number::DurationOrZero", skip_serializing_if = "Option::is_none")]
     at_s: Option<Span>,
     /// After the begin of this step, by its key or label.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -95,18 +89,8 @@ struct Fields {
     #[schemars(range(min = 1))]
     number: Option<u32>,
     /// How long after the begin of the step, s.
-    #[serde(
-        default,
-        deserialize_with = "from_zero",
-        serialize_with = "super::fault::seconds",
-        skip_serializing_if = "Option::is_none"
-    )]
-    #[schemars(schema_with = "number::schema::duration_or_zero")]
+    #[serde(default, with = "number::DurationOrZero", skip_serializing_if = "Option::is_none")]
     after_s: Option<Span>,
-}
-
-fn from_zero<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Span>, D::Error> {
-    number::duration_or_zero(deserializer).map(Some)
 }
 
 impl TryFrom<Fields> for When {

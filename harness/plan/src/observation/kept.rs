@@ -33,7 +33,6 @@ impl fmt::Display for Full {
     }
 }
 
-/// The observations of one quantity.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Series {
     rows: Vec<Row>,
@@ -42,7 +41,6 @@ struct Series {
     numbers: Vec<f64>,
 }
 
-/// The tags of a row.
 #[derive(Debug, Clone, PartialEq)]
 struct Shape {
     is_timed: bool,

@@ -91,7 +91,6 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Checks that a serial line has two ends.
     pub(super) fn check_ends(
         &self,
         number: usize,

@@ -1,6 +1,6 @@
 //! What the bench does by a command of its own.
 
-use super::{Known, Needs, Op, Order, StepKind};
+use super::{Known, Op, Order, StepKind};
 use crate::bench_file::COMMAND_S_MAX;
 use crate::name::Name;
 use crate::time_limits::SLACK;
@@ -18,14 +18,6 @@ pub struct BenchCommand {
 }
 
 impl StepKind for BenchCommand {
-    fn example() -> &'static str {
-        "{ do = \"flash\" }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "run `{}` of the bench", self.name)
     }

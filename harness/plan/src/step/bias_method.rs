@@ -20,10 +20,6 @@ pub(super) enum Word {
 }
 
 impl StepKind for BiasMethod {
-    fn example() -> &'static str {
-        "{ bias_method = \"temperature_table\" }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::StaticTest => "bias by static test",

@@ -1,6 +1,6 @@
 //! The residual of each method of bias correction in a window at rest.
 
-use super::bias_test::{BIAS_TEST, bias_test};
+use super::bias_test::bias_test;
 use super::{Known, Op, StepKind};
 use crate::number;
 use schemars::JsonSchema;
@@ -14,19 +14,11 @@ use wire::time::Span;
 #[serde(deny_unknown_fields)]
 pub struct BiasResidual {
     /// How long to average.
-    #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
-    #[schemars(
-        schema_with = "number::schema::duration",
-        extend("default" = number::schema::written(BIAS_TEST.as_secs_f64()))
-    )]
+    #[serde(rename = "duration_s", default = "bias_test", with = "number::Duration")]
     pub duration: Span,
 }
 
 impl StepKind for BiasResidual {
-    fn example() -> &'static str {
-        "{ bias_residual = { duration_s = 64 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "bias residual over {} s", self.duration.as_secs_f64())
     }

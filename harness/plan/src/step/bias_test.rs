@@ -20,19 +20,11 @@ pub(super) fn bias_test() -> Span {
 #[serde(deny_unknown_fields)]
 pub struct BiasTest {
     /// How long to average.
-    #[serde(rename = "duration_s", default = "bias_test", deserialize_with = "number::duration")]
-    #[schemars(
-        schema_with = "number::schema::duration",
-        extend("default" = number::schema::written(BIAS_TEST.as_secs_f64()))
-    )]
+    #[serde(rename = "duration_s", default = "bias_test", with = "number::Duration")]
     pub duration: Span,
 }
 
 impl StepKind for BiasTest {
-    fn example() -> &'static str {
-        "{ bias_test = { duration_s = 20 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "bias test of {} s", self.duration.as_secs_f64())
     }

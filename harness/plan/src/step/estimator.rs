@@ -18,10 +18,6 @@ pub(super) enum Word {
 }
 
 impl StepKind for Estimator {
-    fn example() -> &'static str {
-        "{ estimator = \"kalman\" }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Paper => "estimates as in the paper",

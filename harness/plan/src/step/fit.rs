@@ -1,11 +1,12 @@
 //! Fits a model to observations.
 
 use super::{Known, Op, StepKind};
-use crate::mistake::{Checked, Place, Segment};
+use crate::Checked;
 use crate::name::Name;
 use crate::quantities;
 use crate::quantity::{Filter, QuantityName};
 use crate::survey::Survey;
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -103,10 +104,6 @@ impl Fit {
 }
 
 impl StepKind for Fit {
-    fn example() -> &'static str {
-        "{ fit = { name = \"line\", quantity = \"table.error\", model = { line = { against = \"temperature\" } } } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let quantity = &self.quantity;
         match &self.model {
@@ -123,17 +120,17 @@ impl StepKind for Fit {
         Ok(vec![Op::Fit(self.clone())])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         survey.filter(&self.quantity, &self.filter, at)?;
         if let Some(tag) = self.model.against() {
-            let here = [Segment::Key("model"), Segment::Key(self.model.name())];
-            survey.tag(&self.quantity, tag, at, &here)?;
+            let here = at.key("model").key(self.model.name());
+            survey.tag(&self.quantity, tag, &here)?;
         }
         let of = format!("{} of {}", self.model.name(), self.quantity);
         let fit = (of, self.becomes().is_some());
         if survey.fits.insert(self.name.as_str(), fit).is_some() {
             let message = format!("fit name `{}` is used twice", self.name);
-            return Err(at.fault(&[Segment::Key("name")], message, None));
+            return Err(at.key("name").mistake(message));
         }
         Ok(())
     }

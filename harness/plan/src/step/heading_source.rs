@@ -18,10 +18,6 @@ pub(super) enum Word {
 }
 
 impl StepKind for HeadingSource {
-    fn example() -> &'static str {
-        "{ heading_source = \"odometry\" }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Gyro => "heading from the gyro",

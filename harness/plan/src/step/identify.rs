@@ -1,12 +1,13 @@
 //! Identifies effects of a gyro or another sensor that its model lacks.
 
 use super::{Known, Needs, Op, StepKind};
-use crate::mistake::{Checked, Fault, Place, Segment};
+use crate::Checked;
 use crate::name::Name;
 use crate::quantity::QuantityName;
 use crate::speakers::OfMessage;
 use crate::survey::Survey;
 use described::hint::proposal;
+use described::{Mistake, Place};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -41,31 +42,23 @@ impl Identify {
     }
 }
 
-/// What is identified from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Source {
-    /// Turns of the table.
-    Turns,
-    /// Laps of the square path.
-    Laps,
-    /// Logs at rest.
-    Series,
-    /// A signal of a node beside another that is true.
-    Sensor,
+wire::words! {
+    /// What is identified from.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Source {
+        /// Turns of the table.
+        Turns = "turns",
+        /// Laps of the square path.
+        Laps = "laps",
+        /// Logs at rest.
+        Series = "series",
+        /// A signal of a node beside another that is true.
+        Sensor = "sensor",
+    }
 }
 
 impl Source {
-    /// Its name in a plan.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Turns => "turns",
-            Self::Laps => "laps",
-            Self::Series => "series",
-            Self::Sensor => "sensor",
-        }
-    }
-
     /// The step that yields these observations; `None` if they do not need one.
     pub const fn step(self) -> Option<&'static str> {
         match self {
@@ -78,14 +71,6 @@ impl Source {
 }
 
 impl StepKind for Identify {
-    fn example() -> &'static str {
-        "{ identify = { from = \"turns\", name = \"loop\", over = \"before\" } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "identify {} from {}", self.name, self.from.name())?;
         self.over.iter().try_for_each(|over| write!(f, " of {over}"))
@@ -96,7 +81,7 @@ impl StepKind for Identify {
     }
 
     /// Checks that the steps it is based on come before it, and that no two models share a name.
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         if self.from != Source::Sensor {
             Needs::Robot.check("identify", &survey.subject, at)?;
         }
@@ -106,18 +91,18 @@ impl StepKind for Identify {
         {
             let message =
                 format!("no `{step}` before this step, of which {} are", self.from.name());
-            return Err(at.fault(&[Segment::Key("from")], message, None));
+            return Err(at.key("from").mistake(message));
         }
         if let Some(over) = &self.over
             && !survey.phases.contains(&over.as_str())
         {
             let help = proposal(over.as_str(), &survey.phases());
             let message = format!("no step or label `{over}` before this step");
-            return Err(at.fault(&[Segment::Key("over")], message, Some(help)));
+            return Err(at.key("over").mistake(message).help(help));
         }
         if survey.models.contains(&self.name.as_str()) {
             let message = format!("model name `{}` is used twice", self.name);
-            return Err(at.fault(&[Segment::Key("name")], message, None));
+            return Err(at.key("name").mistake(message));
         }
         survey.models.push(self.name.as_str());
         Ok(())
@@ -126,31 +111,31 @@ impl StepKind for Identify {
 
 impl Identify {
     /// Checks that a sensor, and nothing else, has a signal and a true value in the same unit.
-    fn of_sensor(&self, survey: &Survey<'_>, at: &Place<'_>) -> Checked {
+    fn of_sensor(&self, survey: &Survey<'_>, at: &Place) -> Checked {
         let keys = [("measured", &self.measured), ("reference", &self.reference)];
         if self.from != Source::Sensor {
             let given = keys.iter().find(|(_, given)| given.is_some()).map(|(key, _)| *key);
             let given = given.or((!self.beside.is_empty()).then_some("beside"));
             let Some(key) = given else { return Ok(()) };
             let message = format!("`{key}` has no meaning from {}", self.from.name());
-            return Err(at.fault(&[Segment::Key(key)], message, None));
+            return Err(at.key(key).mistake(message));
         }
         let mut units = Vec::new();
         for (key, given) in keys {
             let Some(quantity) = given else {
                 let message = format!("missing field `{key}`");
                 let help = "`measured` is what the sensor says, `reference` what is true: signals of nodes";
-                return Err(at.fault(&[], message, Some(help.to_owned())));
+                return Err(at.mistake(message).help(help));
             };
-            units.push(signal_unit(survey, quantity, at, &[Segment::Key(key)])?);
+            units.push(signal_unit(survey, quantity, &at.key(key))?);
         }
         for (index, quantity) in self.beside.iter().enumerate() {
-            signal_unit(survey, quantity, at, &[Segment::Key("beside"), Segment::Index(index)])?;
+            signal_unit(survey, quantity, &at.key("beside").index(index))?;
         }
         match &units[..] {
             [Some(measured), Some(reference)] if measured != reference => {
                 let message = format!("in {reference}, and what is measured in {measured}");
-                Err(at.fault(&[Segment::Key("reference")], message, None))
+                Err(at.key("reference").mistake(message))
             }
             _ => Ok(()),
         }
@@ -161,15 +146,14 @@ impl Identify {
 fn signal_unit(
     survey: &Survey<'_>,
     quantity: &QuantityName,
-    at: &Place<'_>,
-    here: &[Segment],
-) -> Result<Option<String>, Fault> {
-    survey.subject.quantity(quantity, at, here)?;
+    at: &Place,
+) -> Result<Option<String>, Mistake> {
+    survey.subject.quantity(quantity, at)?;
     match quantity.of_message() {
-        Some(of @ OfMessage::Signal { .. }) => survey.subject.unit(of, at, here),
+        Some(of @ OfMessage::Signal { .. }) => survey.subject.unit(of, at),
         _ => {
             let message = format!("`{quantity}` is no signal of a node");
-            Err(at.fault(here, message, None))
+            Err(at.mistake(message))
         }
     }
 }

@@ -1,11 +1,12 @@
 //! The properties of each step kind. Each kind has a file next to this one, and a line in the list of [`super`].
 
 use super::{Action, Op, Step};
-use crate::mistake::{Checked, Place};
+use crate::Checked;
 use crate::subject::Subject;
 use crate::survey::Survey;
 use crate::time_limits::{MOTION_FACTOR, SLACK};
 use controller::calibration::Calibration;
+use described::Place;
 use described::hint::proposal;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -25,20 +26,20 @@ pub enum Needs {
 
 impl Needs {
     /// Checks that the step `name`, which needs this, is possible in the plan.
-    pub(crate) fn check(self, name: &str, subject: &Subject<'_>, at: &Place<'_>) -> Checked {
+    pub(crate) fn check(self, name: &str, subject: &Subject<'_>, at: &Place) -> Checked {
         match self {
             Self::Tester if subject.is_robot() => {
                 let help = "`device = \"...\"` instead of `devices` makes a plan of a device of your own, \
                             `rig = \"...\"` one of several";
                 let message = format!("`{name}` is for a device of your own");
-                Err(at.fault(&[], message, Some(help.to_owned())))
+                Err(at.mistake(message).help(help))
             }
             Self::Robot if !subject.has_robot => {
                 let words = Action::words();
                 let others = words.iter().filter(|word| word.needs != self && word.name != name);
                 let known: Vec<&str> = others.map(|word| word.name).collect();
                 let message = format!("`{name}` is for a gyro on a robot or a table");
-                Err(at.fault(&[], message, Some(proposal("", &known))))
+                Err(at.mistake(message).help(proposal("", &known)))
             }
             _ => Ok(()),
         }
@@ -62,21 +63,7 @@ impl Default for Known<'_> {
     }
 }
 
-/// One kind of step.
 pub(crate) trait StepKind {
-    /// An example in plan notation.
-    fn example() -> &'static str
-    where
-        Self: Sized;
-
-    /// The rigs on which it is possible.
-    fn needs() -> Needs
-    where
-        Self: Sized,
-    {
-        Needs::Robot
-    }
-
     /// Its description, for records, the console and the report.
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result;
 
@@ -85,7 +72,7 @@ pub(crate) trait StepKind {
     fn script(&self, known: &Known<'_>) -> Result<Vec<Op>, String>;
 
     /// The first mistake, beyond the bounds of single values; adds to `survey` what later steps may refer to.
-    fn check<'a>(&'a self, _survey: &mut Survey<'a>, _at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, _survey: &mut Survey<'a>, _at: &Place) -> Checked {
         Ok(())
     }
 

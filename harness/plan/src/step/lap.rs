@@ -1,7 +1,7 @@
 //! A lap of the square path.
 
-use super::straight::{PAPER_SPEED, paper_speed};
-use super::turn::{PAPER_RATE, paper_rate};
+use super::straight::paper_speed;
+use super::turn::paper_rate;
 use super::{Known, Op, StepKind};
 use crate::check::PAPER_SIDE;
 use crate::number;
@@ -26,29 +26,13 @@ pub struct Lap {
     /// Which way round.
     pub direction: Direction,
     /// Length of a side.
-    #[serde(rename = "side_m", default = "paper_side", deserialize_with = "number::length")]
-    #[schemars(
-        schema_with = "number::schema::length",
-        extend("default" = number::schema::written(PAPER_SIDE.m()))
-    )]
+    #[serde(rename = "side_m", default = "paper_side", with = "number::PathLength")]
     pub side: Length,
     /// Steady speed along a side.
-    #[serde(rename = "speed_m_per_s", default = "paper_speed", deserialize_with = "number::speed")]
-    #[schemars(
-        schema_with = "number::schema::speed",
-        extend("default" = number::schema::written(PAPER_SPEED.m_per_s()))
-    )]
+    #[serde(rename = "speed_m_per_s", default = "paper_speed", with = "number::Steady")]
     pub speed: Speed,
     /// Steady rate at a corner.
-    #[serde(
-        rename = "turn_rate_deg_per_s",
-        default = "paper_rate",
-        deserialize_with = "number::rate"
-    )]
-    #[schemars(
-        schema_with = "number::schema::rate",
-        extend("default" = number::schema::written(PAPER_RATE.deg_per_s()))
-    )]
+    #[serde(rename = "turn_rate_deg_per_s", default = "paper_rate", with = "number::Rate")]
     pub turn_rate: AngularRate,
 }
 
@@ -81,10 +65,6 @@ impl Direction {
 }
 
 impl StepKind for Lap {
-    fn example() -> &'static str {
-        "{ lap = { direction = \"cw\", side_m = 4 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} lap of a {} m square", self.direction.name(), self.side.m())
     }

@@ -1,9 +1,10 @@
 //! A log at rest.
 
 use super::{Known, Op, StepKind};
-use crate::mistake::{Checked, Place, Segment};
+use crate::Checked;
 use crate::number;
 use crate::survey::Survey;
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -23,27 +24,14 @@ fn log_interval() -> Span {
 #[serde(deny_unknown_fields)]
 pub struct Log {
     /// How long.
-    #[serde(rename = "duration_s", deserialize_with = "number::duration")]
-    #[schemars(schema_with = "number::schema::duration")]
+    #[serde(rename = "duration_s", with = "number::Duration")]
     pub duration: Span,
     /// One observation each so often.
-    #[serde(
-        rename = "interval_s",
-        default = "log_interval",
-        deserialize_with = "number::duration"
-    )]
-    #[schemars(
-        schema_with = "number::schema::duration",
-        extend("default" = number::schema::written(LOG_INTERVAL.as_secs_f64()))
-    )]
+    #[serde(rename = "interval_s", default = "log_interval", with = "number::Duration")]
     pub interval: Span,
 }
 
 impl StepKind for Log {
-    fn example() -> &'static str {
-        "{ log = { duration_s = 7200, interval_s = 10 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (duration, interval) = (self.duration.as_secs_f64(), self.interval.as_secs_f64());
         write!(f, "log at rest for {duration} s, each {interval} s")
@@ -53,14 +41,14 @@ impl StepKind for Log {
         Ok(vec![Op::Log { duration: self.duration, interval: self.interval }])
     }
 
-    fn check<'a>(&'a self, _: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, _: &mut Survey<'a>, at: &Place) -> Checked {
         if self.interval >= LOG_INTERVAL_MIN {
             return Ok(());
         }
         let (found, least) = (self.interval.as_secs_f64(), LOG_INTERVAL_MIN.as_secs_f64());
         let message = format!("interval_s = {found}, expected at least {least}");
         let help = "a controller at rest tells its rate once a second".to_owned();
-        Err(at.fault(&[Segment::Key("interval_s")], message, Some(help)))
+        Err(at.key("interval_s").mistake(message).help(help))
     }
 
     fn rest(&self) -> Span {

@@ -14,10 +14,6 @@ use wire::time::Span;
 pub struct MeasurePose(pub Name);
 
 impl StepKind for MeasurePose {
-    fn example() -> &'static str {
-        "{ measure_pose = \"start\" }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "measure the absolute pose, {}", self.0)
     }

@@ -65,7 +65,7 @@ pub use use_model::UseModel;
 pub use wait::Wait;
 pub use wait_until::Condition;
 
-use super::mistake::{self, Checked};
+use super::Checked;
 use super::name::Name;
 use super::survey::Survey;
 use super::time_limits::{ANSWER_LIMIT, MOTION_FACTOR};
@@ -104,10 +104,10 @@ pub struct Word {
     pub needs: Needs,
 }
 
-/// `Variant(Data) = "key"`; with `as Type` if the data belong to the controller, which has no schemas, and another type
+/// `Variant(Data) = "key", Needs, "example";`, with `as Type` behind the key if the data belong to the controller, which has no schemas, and another type
 /// describes the notation.
 macro_rules! actions {
-    ($($(#[doc = $doc:literal])+ $variant:ident($data:ident) = $name:literal $(as $written:ty)?,)*) => {
+    ($($(#[doc = $doc:literal])+ $variant:ident($data:ident) = $name:literal $(as $written:ty)?, $needs:ident, $example:literal;)*) => {
         /// What a step does.
         #[derive(Debug, Clone, PartialEq)]
         pub enum Action {
@@ -123,8 +123,8 @@ macro_rules! actions {
                 [$(Word {
                     name: $name,
                     doc: concat!($($doc),+),
-                    example: <$data as StepKind>::example(),
-                    needs: <$data as StepKind>::needs(),
+                    example: $example,
+                    needs: Needs::$needs,
                 }),*]
             }
 
@@ -138,7 +138,7 @@ macro_rules! actions {
             /// The rigs on which it is possible.
             pub fn needs(&self) -> Needs {
                 match self {
-                    $(Self::$variant(_) => <$data as StepKind>::needs(),)*
+                    $(Self::$variant(_) => Needs::$needs,)*
                 }
             }
 
@@ -176,65 +176,75 @@ macro_rules! written {
 
 actions! {
     /// A static bias test.
-    BiasTest(BiasTest) = "bias_test",
+    BiasTest(BiasTest) = "bias_test", Robot, "{ bias_test = { duration_s = 20 } }";
     /// A window at rest, compared with each method of bias correction.
-    BiasResidual(BiasResidual) = "bias_residual",
+    BiasResidual(BiasResidual) = "bias_residual", Robot, "{ bias_residual = { duration_s = 64 } }";
     /// A log of rate and temperature at rest.
-    Log(Log) = "log",
+    Log(Log) = "log", Robot, "{ log = { duration_s = 7200, interval_s = 10 } }";
     /// Nothing, for a time.
-    Wait(Wait) = "wait",
+    Wait(Wait) = "wait", Nothing, "{ wait = { duration_s = 60 } }";
     /// Nothing, until a condition holds.
-    WaitUntil(Condition) = "wait_until",
+    WaitUntil(Condition) = "wait_until", Nothing,
+        "{ wait_until = { steady = { quantity = \"gyro.temperature\", change_at_most = 0.5, over_s = 600 } } }";
     /// Nothing, until a reaction was asked for and came.
-    Reaction(AwaitReaction) = "reaction",
+    Reaction(AwaitReaction) = "reaction", Nothing, "{ reaction = \"opening\", time_limit_s = 2 }";
     /// A turn of the robot on the spot.
-    Turn(Turn) = "turn",
+    Turn(Turn) = "turn", Robot, "{ turn = { angle_deg = 90, rate_deg_per_s = 30 } }";
     /// A straight line of the robot.
-    Straight(Straight) = "straight",
+    Straight(Straight) = "straight", Robot, "{ straight = { distance_m = 4, speed_m_per_s = 0.4 } }";
     /// A lap of the square path.
-    Lap(Lap) = "lap",
+    Lap(Lap) = "lap", Robot, "{ lap = { direction = \"cw\", side_m = 4 } }";
     /// A turn of the rotary table.
-    TableTurn(TableTurn) = "table_turn",
+    TableTurn(TableTurn) = "table_turn", Robot, "{ table_turn = { angle_deg = -360, rate_deg_per_s = 30 } }";
     /// The robot is brought to a pose.
-    Place(Place) = "place",
+    Place(Place) = "place", Robot, "{ place = { x_m = 0, y_m = 0, heading_deg = 90 } }";
     /// The absolute pose is measured.
-    MeasurePose(MeasurePose) = "measure_pose",
+    MeasurePose(MeasurePose) = "measure_pose", Robot, "{ measure_pose = \"start\" }";
     /// Which heading closes the loops from now on.
-    HeadingSource(HeadingSource) = "heading_source" as heading_source::Word,
+    HeadingSource(HeadingSource) = "heading_source" as heading_source::Word, Robot,
+        "{ heading_source = \"odometry\" }";
     /// Where the bias comes from, from now on.
-    BiasMethod(BiasMethod) = "bias_method" as bias_method::Word,
+    BiasMethod(BiasMethod) = "bias_method" as bias_method::Word, Robot, "{ bias_method = \"temperature_table\" }";
     /// What estimates heading, position and bias, from now on.
-    Estimator(Estimator) = "estimator" as estimator::Word,
+    Estimator(Estimator) = "estimator" as estimator::Word, Robot, "{ estimator = \"kalman\" }";
     /// A model is fitted to what was observed.
-    Fit(Fit) = "fit",
+    Fit(Fit) = "fit", Robot,
+        "{ fit = { name = \"line\", quantity = \"table.error\", model = { line = { against = \"temperature\" } } } }";
     /// Fits become a calibration.
-    SaveCalibration(SaveCalibration) = "save_calibration",
+    SaveCalibration(SaveCalibration) = "save_calibration", Robot,
+        "{ save_calibration = { name = \"mine\", from = [\"line\"] } }";
     /// A calibration is used from now on.
-    UseCalibration(UseCalibration) = "use_calibration",
+    UseCalibration(UseCalibration) = "use_calibration", Robot, "{ use_calibration = \"temperature\" }";
     /// What the gyro does beyond a plain model is identified from what was observed.
-    Identify(Identify) = "identify",
+    Identify(Identify) = "identify", Nothing,
+        "{ identify = { from = \"turns\", name = \"loop\", over = \"before\" } }";
     /// An identified model is used from now on.
-    UseModel(UseModel) = "use_model",
+    UseModel(UseModel) = "use_model", Nothing, "{ use_model = \"loop\" }";
     /// A parameter of a device is set.
-    SetParameter(SetParameter) = "set_parameter",
+    SetParameter(SetParameter) = "set_parameter", Nothing,
+        "{ set_parameter = { parameter = \"gyro.ambient_celsius\", value = 35 } }";
     /// A device is switched off and on again.
-    PowerCycle(PowerCycle) = "power_cycle",
+    PowerCycle(PowerCycle) = "power_cycle", Nothing, "{ power_cycle = { device = \"gyro\", off_s = 30 } }";
     /// A message is sent to the device, of the user's own.
-    Send(Send) = "send",
+    Send(Send) = "send", Tester, "{ send = { message = \"Command\", set = { Setpoint = 60 }, every_s = 0.1 } }";
     /// A message is no longer sent again and again.
-    StopSending(StopSending) = "stop_sending",
+    StopSending(StopSending) = "stop_sending", Tester, "{ stop_sending = \"Command\" }";
     /// A diagnostic request (UDS) is sent to a node, and its response is judged.
-    Uds(Uds) = "uds",
+    Uds(Uds) = "uds", Tester,
+        "{ uds = { node = \"ecu\", request = [0x22, 0xF1, 0x90], expect = { text = \"WVWZZZ1JZ3W386752\" } } }";
     /// An object of a CANopen device is read or written.
-    Sdo(Sdo) = "sdo",
+    Sdo(Sdo) = "sdo", Tester, "{ sdo = { node = \"drive\", index = 0x6060, sub = 0, write = 1 } }";
     /// A command of the bench is run: power, a relay, flashing.
-    BenchCommand(BenchCommand) = "do",
+    BenchCommand(BenchCommand) = "do", Nothing, "{ do = \"flash\" }";
     /// A person is asked for something.
-    OperatorPrompt(OperatorPrompt) = "operator_prompt",
+    OperatorPrompt(OperatorPrompt) = "operator_prompt", Nothing,
+        "{ operator_prompt = { text = \"Weigh it\", answer = { name = \"mass\", unit = \"kg\", range = [10, 90] } } }";
     /// Steps, again and again.
-    Repeat(Repeat) = "repeat",
+    Repeat(Repeat) = "repeat", Nothing,
+        "{ repeat = { times = 20, steps = [{ wait = { duration_s = 60 } }] }, label = \"before\" }";
     /// Steps, once for each value of a parameter.
-    Sweep(Sweep) = "sweep",
+    Sweep(Sweep) = "sweep", Nothing,
+        "{ sweep = { parameter = \"gyro.scale_ppm\", values = [0, 100], steps = [{ bias_test = {} }] } }";
 }
 
 impl Action {
@@ -258,7 +268,7 @@ impl Action {
     }
 
     /// The first mistake, beyond the bounds of single values.
-    pub(super) fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &mistake::Place<'_>) -> Checked {
+    pub(super) fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &described::Place) -> Checked {
         self.kind().check(survey, at)
     }
 
@@ -310,7 +320,6 @@ impl Step {
         is_needed.then(|| self.action.motion() * MOTION_FACTOR + ANSWER_LIMIT)
     }
 
-    /// The sum of the limits of `steps`.
     pub(crate) fn sum_of_limits(steps: &[Self]) -> Span {
         steps.iter().fold(Span::ZERO, |sum, step| sum + step.time_limit())
     }

@@ -139,12 +139,10 @@ impl fmt::Display for Segment {
 }
 
 impl Op {
-    /// A mission.
     pub(super) fn mission(command: Command) -> Self {
         Self::Mission(Box::new(command))
     }
 
-    /// A mission that the controller accepts only at rest.
     pub(super) fn mission_at_rest(command: Command) -> Vec<Self> {
         vec![Self::Rest, Self::mission(command)]
     }

@@ -1,15 +1,15 @@
 //! Asks a person to do something or to give an answer.
 
-use super::{Known, Needs, Op, Order, StepKind};
+use super::{Known, Op, Order, StepKind};
+use crate::Checked;
 use crate::band::Band;
-use crate::mistake::{Checked, Place};
 use crate::name::Name;
 use crate::number;
 use crate::survey::Survey;
 use crate::time_limits::PERSON_LIMIT;
+use described::Place;
 use schemars::JsonSchema;
-use serde::de::{self, Unexpected};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, de};
 use std::fmt;
 use wire::time::Span;
 
@@ -40,20 +40,11 @@ pub struct Answer {
     /// What is taken; anything else is asked for again.
     pub range: Band,
     /// Its standard uncertainty.
-    #[serde(default, deserialize_with = "uncertainty")]
-    #[schemars(range(min = 0))]
+    #[serde(default, with = "number::NotNegative")]
     pub uncertainty: f64,
 }
 
 impl StepKind for OperatorPrompt {
-    fn example() -> &'static str {
-        "{ operator_prompt = { text = \"Weigh it\", answer = { name = \"mass\", unit = \"kg\", range = [10, 90] } } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "ask the operator: {}", self.text)
     }
@@ -63,7 +54,7 @@ impl StepKind for OperatorPrompt {
         Ok(vec![Op::Order(Order::Prompt { text, answer })])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, _: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, _: &Place) -> Checked {
         let answer = self.answer.iter().map(|answer| (answer.name.as_str(), answer.unit.as_str()));
         survey.answers.extend(answer);
         Ok(())
@@ -72,14 +63,6 @@ impl StepKind for OperatorPrompt {
     fn limit(&self) -> Span {
         PERSON_LIMIT
     }
-}
-
-fn uncertainty<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    let value = number::finite(deserializer)?;
-    if value < 0.0 {
-        return Err(de::Error::invalid_value(Unexpected::Float(value), &"0 or more"));
-    }
-    Ok(value)
 }
 
 fn prompt<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {

@@ -16,24 +16,17 @@ use wire::units::{Angle, Length, Pose};
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// Position, x.
-    #[serde(rename = "x_m", deserialize_with = "number::coordinate")]
-    #[schemars(schema_with = "number::schema::coordinate")]
+    #[serde(rename = "x_m", with = "number::Coordinate")]
     pub x: Length,
     /// Position, y.
-    #[serde(rename = "y_m", deserialize_with = "number::coordinate")]
-    #[schemars(schema_with = "number::schema::coordinate")]
+    #[serde(rename = "y_m", with = "number::Coordinate")]
     pub y: Length,
     /// Heading, counter-clockwise from the x axis.
-    #[serde(rename = "heading_deg", deserialize_with = "number::heading")]
-    #[schemars(schema_with = "number::schema::heading")]
+    #[serde(rename = "heading_deg", with = "number::Heading")]
     pub heading: Angle,
 }
 
 impl StepKind for Place {
-    fn example() -> &'static str {
-        "{ place = { x_m = 0, y_m = 0, heading_deg = 90 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (x, y, heading) = (self.x.m(), self.y.m(), self.heading.deg());
         write!(f, "place the robot at {x} m, {y} m, {heading:.1} deg")

@@ -1,11 +1,12 @@
 //! Switches a device off and on again.
 
-use super::{Known, Needs, Op, Order, StepKind};
-use crate::mistake::{Checked, Place};
+use super::{Known, Op, Order, StepKind};
+use crate::Checked;
 use crate::name::Name;
 use crate::number;
 use crate::survey::Survey;
 use crate::time_limits::PERSON_LIMIT;
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -18,20 +19,11 @@ pub struct PowerCycle {
     /// Role of the device.
     pub device: Name,
     /// How long it stays off.
-    #[serde(rename = "off_s", deserialize_with = "number::duration")]
-    #[schemars(schema_with = "number::schema::duration")]
+    #[serde(rename = "off_s", with = "number::Duration")]
     pub off: Span,
 }
 
 impl StepKind for PowerCycle {
-    fn example() -> &'static str {
-        "{ power_cycle = { device = \"gyro\", off_s = 30 } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "switch the {} off for {} s", self.device, self.off.as_secs_f64())
     }
@@ -41,7 +33,7 @@ impl StepKind for PowerCycle {
         Ok(vec![Op::Order(Order::PowerCycle { device, off: self.off })])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         survey.subject.role(self.device.as_str(), at, "device")
     }
 

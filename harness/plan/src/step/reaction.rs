@@ -1,11 +1,12 @@
 //! Waits for a reaction.
 
-use super::{Known, Needs, Op, StepKind};
-use crate::mistake::{Checked, Place};
+use super::{Known, Op, StepKind};
+use crate::Checked;
 use crate::name::Name;
 use crate::reaction;
 use crate::survey::Survey;
 use crate::time_limits::REACTION_LIMIT;
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -20,14 +21,6 @@ pub struct AwaitReaction {
 }
 
 impl StepKind for AwaitReaction {
-    fn example() -> &'static str {
-        "{ reaction = \"opening\", time_limit_s = 2 }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "wait for the reaction {}", self.name)
     }
@@ -36,8 +29,8 @@ impl StepKind for AwaitReaction {
         Ok(vec![Op::Reaction(self.name.as_str().to_owned())])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
-        reaction::find(survey.reactions, self.name.as_str(), at, &[])
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
+        reaction::find(survey.reactions, self.name.as_str(), at)
     }
 
     fn limit(&self) -> Span {

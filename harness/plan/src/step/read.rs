@@ -31,7 +31,7 @@ impl<'de> DeserializeSeed<'de> for KeySeed {
 
 #[derive(Deserialize)]
 #[serde(transparent)]
-struct TimeLimit(#[serde(deserialize_with = "number::duration")] Span);
+struct TimeLimit(#[serde(with = "number::Duration")] Span);
 
 struct StepVisitor;
 

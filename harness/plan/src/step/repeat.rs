@@ -1,11 +1,12 @@
 //! Repeats steps.
 
 use super::wait_until::Condition;
-use super::{Known, Needs, Op, Step, StepKind, some_steps};
-use crate::mistake::{Checked, Place, Segment};
+use super::{Known, Op, Step, StepKind, some_steps};
+use crate::Checked;
 use crate::number;
 use crate::survey::Survey;
 use crate::time_limits::SLACK;
+use described::Place;
 use schemars::JsonSchema;
 use serde::de::{self, Unexpected};
 use serde::{Deserialize, Deserializer};
@@ -24,8 +25,7 @@ pub struct Repeat {
     #[schemars(range(min = 1, max = REPEAT_TIMES_MAX))]
     pub times: u32,
     /// From the begin of one repetition to the begin of the next; one that takes longer is followed at once.
-    #[serde(rename = "period_s", default, deserialize_with = "number::duration_option")]
-    #[schemars(schema_with = "number::schema::duration_option")]
+    #[serde(rename = "period_s", default, with = "number::Duration")]
     pub period: Option<Span>,
     /// No further repetition begins once this holds.
     #[serde(default)]
@@ -37,14 +37,6 @@ pub struct Repeat {
 }
 
 impl StepKind for Repeat {
-    fn example() -> &'static str {
-        "{ repeat = { times = 20, steps = [{ wait = { duration_s = 60 } }] }, label = \"before\" }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.times {
             1 => f.write_str("repeat once"),
@@ -56,10 +48,10 @@ impl StepKind for Repeat {
         Ok(Vec::new())
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         let Some(until) = &self.until else { return Ok(()) };
-        let keys = ["until", until.name(), "quantity"].map(Segment::Key);
-        survey.subject.awaited(until.quantity(), at, &keys)
+        let keys = at.key("until").key(until.name()).key("quantity");
+        survey.subject.awaited(until.quantity(), &keys)
     }
 
     fn limit(&self) -> Span {

@@ -1,9 +1,10 @@
 //! Makes a calibration from fits.
 
 use super::{Known, Op, StepKind};
-use crate::mistake::{Checked, Place, Segment};
+use crate::Checked;
 use crate::name::Name;
 use crate::survey::Survey;
+use described::Place;
 use described::hint::proposal;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -20,10 +21,6 @@ pub struct SaveCalibration {
 }
 
 impl StepKind for SaveCalibration {
-    fn example() -> &'static str {
-        "{ save_calibration = { name = \"mine\", from = [\"line\"] } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "save calibration {}", self.name)
     }
@@ -32,22 +29,22 @@ impl StepKind for SaveCalibration {
         Ok(vec![Op::SaveCalibration(self.clone())])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         if self.from.is_empty() {
             let message = "a calibration from nothing, expected at least one fit".to_owned();
-            return Err(at.fault(&[Segment::Key("from")], message, None));
+            return Err(at.key("from").mistake(message));
         }
         for (index, name) in self.from.iter().enumerate() {
-            let here = [Segment::Key("from"), Segment::Index(index)];
+            let here = at.key("from").index(index);
             let Some((of, has_place)) = survey.fits.get(name.as_str()) else {
                 let known: Vec<_> = survey.fits.keys().copied().collect();
                 let help = proposal(name.as_str(), &known);
                 let message = format!("no fit `{name}` before this step");
-                return Err(at.fault(&here, message, Some(help)));
+                return Err(here.mistake(message).help(help));
             };
             if !has_place {
                 let message = format!("a calibration has no place for a {of}");
-                return Err(at.fault(&here, message, None));
+                return Err(here.mistake(message));
             }
         }
         Ok(())

@@ -14,7 +14,7 @@ impl JsonSchema for Step {
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
         let label = generator.subschema_for::<Name>();
         let label_doc = "Names what is observed during it: the tag `during.<label>`.";
-        let mut limit = number::schema::duration(generator);
+        let mut limit = number::Duration::json_schema(generator);
         let limit_doc = "It must not take longer, s.";
         limit.insert("description".to_owned(), limit_doc.into());
         let mut schema = json_schema!({

@@ -1,7 +1,7 @@
 //! Reads or writes an object of a CANopen device.
 
-use super::{Known, Needs, Op, StepKind};
-use crate::mistake::{Checked, Fault, Place, Segment};
+use super::{Known, Op, StepKind};
+use crate::Checked;
 use crate::name::Name;
 use crate::number;
 use crate::quantities::SDO_PREFIX;
@@ -9,6 +9,7 @@ use crate::speakers::{DEVICE, Speaker, canopen_devices, whose};
 use crate::subject::Subject;
 use crate::survey::Survey;
 use described::hint::proposal;
+use described::{Mistake, Place};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -27,7 +28,7 @@ pub struct Sdo {
     #[serde(default)]
     pub sub: u8,
     /// The value to write, in the unit of the object.
-    #[serde(default, deserialize_with = "number::finite_option")]
+    #[serde(default, with = "number::Finite")]
     pub write: Option<f64>,
     /// A name for the value that is read; observed as `sdo.<name>`, in the unit of the object.
     #[serde(default)]
@@ -59,10 +60,10 @@ impl Sdo {
 
 impl Sdo {
     /// Checks that the plan can read or write this object; returns its unit if the rig is loaded.
-    fn unit_on(&self, subject: &Subject<'_>, at: &Place<'_>) -> Result<Option<String>, Fault> {
+    fn unit_on(&self, subject: &Subject<'_>, at: &Place) -> Result<Option<String>, Mistake> {
         if self.write.is_some() && self.read.is_some() {
             let message = "`read` beside `write`".to_owned();
-            return Err(at.fault(&[Segment::Key("read")], message, None));
+            return Err(at.key("read").mistake(message));
         }
         let Some(rig) = subject.rig else { return Ok(None) };
         let devices: Vec<_> = canopen_devices(&rig.speakers).collect();
@@ -73,39 +74,31 @@ impl Sdo {
             let known: Vec<&str> =
                 devices.iter().map(|(_, device, _)| device.node.as_str()).collect();
             let message = format!("no EDS says which objects {} has", whose(self.node()));
-            return Err(at.fault(&[Segment::Key("node")], message, Some(proposal("", &known))));
+            return Err(at.key("node").mistake(message).help(proposal("", &known)));
         };
-        subject.message(request, at, &[Segment::Key("node")])?;
+        subject.message(request, &at.key("node"))?;
         let entry = match dictionary.find(self.index, self.sub) {
             Ok(entry) => entry,
             // Whether the device says so is what the step asks.
             Err(_) if self.abort.is_some() && self.write.is_none() => return Ok(None),
             Err(why) => {
                 let message = format!("{:04X}sub{:X}: {why}", self.index, self.sub);
-                return Err(at.fault(&[Segment::Key("index")], message, None));
+                return Err(at.key("index").mistake(message));
             }
         };
         if let Some(value) = self.write.filter(|value| entry.bytes(*value).is_none()) {
             let message = format!("`{}` cannot be {value}", entry.name());
-            return Err(at.fault(&[Segment::Key("write")], message, None));
+            return Err(at.key("write").mistake(message));
         }
         if self.read.is_some() && entry.value(&[0; 8]).is_none() {
             let message = format!("`{}` is not a number", entry.name());
-            return Err(at.fault(&[Segment::Key("read")], message, None));
+            return Err(at.key("read").mistake(message));
         }
         Ok(self.unit(&rig.speakers))
     }
 }
 
 impl StepKind for Sdo {
-    fn example() -> &'static str {
-        "{ sdo = { node = \"drive\", index = 0x6060, sub = 0, write = 1 } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Tester
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { index, sub, .. } = self;
         match (&self.write, &self.read) {
@@ -120,7 +113,7 @@ impl StepKind for Sdo {
         Ok(vec![Op::Sdo(self.clone())])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         let unit = self.unit_on(&survey.subject, at)?;
         if let Some(name) = &self.read {
             survey.reads("sdo", name, unit, at)?;

@@ -1,9 +1,10 @@
 //! Sends a message.
 
-use super::{Known, Needs, Op, Order, StepKind};
-use crate::mistake::{Checked, Place};
+use super::{Known, Op, Order, StepKind};
+use crate::Checked;
 use crate::number;
 use crate::survey::Survey;
+use described::Place;
 use described::SignalValue;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -23,8 +24,7 @@ pub struct Send {
     pub set: BTreeMap<String, SignalValue>,
     /// It is sent again after each such time, until it is sent anew or stopped; 0 sends it once. Where it is absent, as
     /// the layout says.
-    #[serde(rename = "every_s", default, deserialize_with = "number::sending_period")]
-    #[schemars(schema_with = "number::schema::sending_period")]
+    #[serde(rename = "every_s", default, with = "number::SendingPeriod")]
     pub every: Option<Span>,
 }
 
@@ -45,14 +45,6 @@ impl fmt::Display for Send {
 }
 
 impl StepKind for Send {
-    fn example() -> &'static str {
-        "{ send = { message = \"Command\", set = { Setpoint = 60 }, every_s = 0.1 } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Tester
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "send {self}")
     }
@@ -61,7 +53,7 @@ impl StepKind for Send {
         Ok(vec![Op::Order(Order::Send(self.clone()))])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         survey.subject.send(&self.message, &self.set, at)
     }
 }

@@ -1,11 +1,12 @@
 //! Sets a parameter of a device.
 
-use super::{Known, Needs, Op, Order, StepKind};
-use crate::mistake::{Checked, Place};
+use super::{Known, Op, Order, StepKind};
+use crate::Checked;
 use crate::name::ParameterName;
 use crate::number;
 use crate::survey::Survey;
 use crate::time_limits::PERSON_LIMIT;
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -19,20 +20,11 @@ pub struct SetParameter {
     /// Which.
     pub parameter: ParameterName,
     /// To what.
-    #[serde(deserialize_with = "number::finite")]
-    #[schemars(schema_with = "number::schema::finite")]
+    #[serde(with = "number::Finite")]
     pub value: f64,
 }
 
 impl StepKind for SetParameter {
-    fn example() -> &'static str {
-        "{ set_parameter = { parameter = \"gyro.ambient_celsius\", value = 35 } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "set {} to {}", self.parameter, self.value)
     }
@@ -41,7 +33,7 @@ impl StepKind for SetParameter {
         Ok(vec![Op::Order(Order::set(&self.parameter, self.value))])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         survey.subject.parameter(&self.parameter, &[self.value], at)
     }
 
@@ -51,7 +43,6 @@ impl StepKind for SetParameter {
 }
 
 impl Order {
-    /// Sets the parameter to `value`.
     pub(super) fn set(parameter: &ParameterName, value: f64) -> Self {
         let ParameterName { device, parameter } = parameter;
         Self::SetParameter { device: device.to_string(), parameter: parameter.to_string(), value }

@@ -1,8 +1,9 @@
 //! Stops the repetitions of a message.
 
-use super::{Known, Needs, Op, Order, StepKind};
-use crate::mistake::{Checked, Place};
+use super::{Known, Op, Order, StepKind};
+use crate::Checked;
 use crate::survey::Survey;
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -16,14 +17,6 @@ pub struct StopSending {
 }
 
 impl StepKind for StopSending {
-    fn example() -> &'static str {
-        "{ stop_sending = \"Command\" }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Tester
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "send no more {}", self.message)
     }
@@ -32,7 +25,7 @@ impl StepKind for StopSending {
         Ok(vec![Op::Order(Order::StopSending(self.message.clone()))])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
-        survey.subject.message(&self.message, at, &[])
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
+        survey.subject.message(&self.message, at)
     }
 }

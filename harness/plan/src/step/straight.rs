@@ -22,23 +22,14 @@ pub(super) fn paper_speed() -> Speed {
 #[serde(deny_unknown_fields)]
 pub struct Straight {
     /// How far; backward is negative.
-    #[serde(rename = "distance_m", deserialize_with = "number::distance")]
-    #[schemars(schema_with = "number::schema::distance")]
+    #[serde(rename = "distance_m", with = "number::Distance")]
     pub distance: Length,
     /// Steady speed.
-    #[serde(rename = "speed_m_per_s", default = "paper_speed", deserialize_with = "number::speed")]
-    #[schemars(
-        schema_with = "number::schema::speed",
-        extend("default" = number::schema::written(PAPER_SPEED.m_per_s()))
-    )]
+    #[serde(rename = "speed_m_per_s", default = "paper_speed", with = "number::Steady")]
     pub speed: Speed,
 }
 
 impl StepKind for Straight {
-    fn example() -> &'static str {
-        "{ straight = { distance_m = 4, speed_m_per_s = 0.4 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "straight for {} m at {} m/s", self.distance.m(), self.speed.m_per_s())
     }

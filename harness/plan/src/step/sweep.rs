@@ -1,11 +1,12 @@
 //! Repeats steps, once for each value of a parameter.
 
-use super::{Known, Needs, Op, Order, Step, StepKind, some_steps};
-use crate::mistake::{Checked, Place};
+use super::{Known, Op, Order, Step, StepKind, some_steps};
+use crate::Checked;
 use crate::name::ParameterName;
 use crate::number;
 use crate::survey::Survey;
 use crate::time_limits::{PERSON_LIMIT, SLACK};
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -38,12 +39,10 @@ struct SweepFields {
     #[schemars(length(min = 1, max = SWEEP_VALUES_MAX))]
     values: Option<Vec<Value>>,
     /// The first value.
-    #[serde(default, deserialize_with = "number::finite_option")]
-    #[schemars(schema_with = "number::schema::finite_option")]
+    #[serde(default, with = "number::Finite")]
     from: Option<f64>,
     /// The last value.
-    #[serde(default, deserialize_with = "number::finite_option")]
-    #[schemars(schema_with = "number::schema::finite_option")]
+    #[serde(default, with = "number::Finite")]
     to: Option<f64>,
     /// How many values, evenly from the first to the last.
     #[serde(default)]
@@ -56,11 +55,7 @@ struct SweepFields {
 }
 
 #[derive(Deserialize, JsonSchema)]
-struct Value(
-    #[serde(deserialize_with = "number::finite")]
-    #[schemars(schema_with = "number::schema::finite")]
-    f64,
-);
+struct Value(#[serde(with = "number::Finite")] f64);
 
 impl TryFrom<SweepFields> for Sweep {
     type Error = String;
@@ -99,14 +94,6 @@ fn evenly(from: f64, to: f64, count: usize) -> Vec<f64> {
 }
 
 impl StepKind for Sweep {
-    fn example() -> &'static str {
-        "{ sweep = { parameter = \"gyro.scale_ppm\", values = [0, 100], steps = [{ bias_test = {} }] } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "sweep {} over {} values", self.parameter, self.values.len())
     }
@@ -115,7 +102,7 @@ impl StepKind for Sweep {
         Ok(Vec::new())
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         survey.swept.push(self.parameter.to_string());
         survey.subject.parameter(&self.parameter, &self.values, at)
     }

@@ -1,6 +1,6 @@
 //! A turn of the rotary table.
 
-use super::turn::{PAPER_RATE, paper_rate};
+use super::turn::paper_rate;
 use super::{Known, Op, StepKind};
 use crate::number;
 use crate::time_limits::trapezoid;
@@ -26,34 +26,21 @@ fn table_acceleration() -> AngularAcceleration {
 #[serde(deny_unknown_fields)]
 pub struct TableTurn {
     /// How far; counter-clockwise is positive.
-    #[serde(rename = "angle_deg", deserialize_with = "number::turn")]
-    #[schemars(schema_with = "number::schema::turn")]
+    #[serde(rename = "angle_deg", with = "number::Turn")]
     pub angle: Angle,
     /// Steady rate.
-    #[serde(rename = "rate_deg_per_s", default = "paper_rate", deserialize_with = "number::rate")]
-    #[schemars(
-        schema_with = "number::schema::rate",
-        extend("default" = number::schema::written(PAPER_RATE.deg_per_s()))
-    )]
+    #[serde(rename = "rate_deg_per_s", default = "paper_rate", with = "number::Rate")]
     pub rate: AngularRate,
     /// Ramps.
     #[serde(
         rename = "acceleration_deg_per_s2",
         default = "table_acceleration",
-        deserialize_with = "number::angular_acceleration"
-    )]
-    #[schemars(
-        schema_with = "number::schema::angular_acceleration",
-        extend("default" = number::schema::written(TABLE_ACCELERATION.deg_per_s2()))
+        with = "number::AngularAcceleration"
     )]
     pub acceleration: AngularAcceleration,
 }
 
 impl StepKind for TableTurn {
-    fn example() -> &'static str {
-        "{ table_turn = { angle_deg = -360, rate_deg_per_s = 30 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (angle, rate) = (self.angle.deg(), self.rate.deg_per_s());
         write!(f, "table turn by {angle:.1} deg at {rate:.1} deg/s")

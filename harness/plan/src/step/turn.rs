@@ -22,23 +22,14 @@ pub(super) fn paper_rate() -> AngularRate {
 #[serde(deny_unknown_fields)]
 pub struct Turn {
     /// How far; counter-clockwise is positive.
-    #[serde(rename = "angle_deg", deserialize_with = "number::turn")]
-    #[schemars(schema_with = "number::schema::turn")]
+    #[serde(rename = "angle_deg", with = "number::Turn")]
     pub angle: Angle,
     /// Steady rate.
-    #[serde(rename = "rate_deg_per_s", default = "paper_rate", deserialize_with = "number::rate")]
-    #[schemars(
-        schema_with = "number::schema::rate",
-        extend("default" = number::schema::written(PAPER_RATE.deg_per_s()))
-    )]
+    #[serde(rename = "rate_deg_per_s", default = "paper_rate", with = "number::Rate")]
     pub rate: AngularRate,
 }
 
 impl StepKind for Turn {
-    fn example() -> &'static str {
-        "{ turn = { angle_deg = 90, rate_deg_per_s = 30 } }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "turn by {:.1} deg at {:.1} deg/s", self.angle.deg(), self.rate.deg_per_s())
     }

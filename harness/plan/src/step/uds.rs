@@ -1,13 +1,14 @@
 //! Sends a diagnostic request and judges its response.
 
-use super::{Known, Needs, Op, StepKind};
-use crate::mistake::{Checked, Place, Segment};
+use super::{Known, Op, StepKind};
+use crate::Checked;
 use crate::name::Name;
 use crate::number;
 use crate::quantities::UDS_PREFIX;
 use crate::speakers::DEVICE;
 use crate::survey::Survey;
 use crate::time_limits::SLACK;
+use described::Place;
 use described::{KeyFunction, Number, NumberType, Reply, Request, negative_response};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -56,12 +57,10 @@ pub struct Uds {
     #[serde(default)]
     pub read: Option<Read>,
     /// How long to wait for a response to begin.
-    #[serde(rename = "p2_s", default = "p2", deserialize_with = "number::duration")]
-    #[schemars(schema_with = "number::schema::duration")]
+    #[serde(rename = "p2_s", default = "p2", with = "number::Duration")]
     pub p2: Span,
     /// The same after a response pending.
-    #[serde(rename = "p2_star_s", default = "p2_star", deserialize_with = "number::duration")]
-    #[schemars(schema_with = "number::schema::duration")]
+    #[serde(rename = "p2_star_s", default = "p2_star", with = "number::Duration")]
     pub p2_star: Span,
 }
 
@@ -229,14 +228,6 @@ impl fmt::Display for Expected {
 }
 
 impl StepKind for Uds {
-    fn example() -> &'static str {
-        "{ uds = { node = \"ecu\", request = [0x22, 0xF1, 0x90], expect = { text = \"WVWZZZ1JZ3W386752\" } } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Tester
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "ask {} {}", self.node(), hex(&self.request))
     }
@@ -245,20 +236,20 @@ impl StepKind for Uds {
         Ok(vec![Op::Uds(Box::new(self.clone()))])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
         if !(1..=4095).contains(&self.request.len()) {
             let message = format!("a request of {} bytes, expected 1 to 4095", self.request.len());
-            return Err(at.fault(&[Segment::Key("request")], message, None));
+            return Err(at.key("request").mistake(message));
         }
         if let Some(key) = &self.key
             && let Err((range, message, help)) = KeyFunction::parse(key)
         {
-            return Err(at.fault(&[Segment::Key("key"), Segment::Text(range)], message, help));
+            return Err(at.key("key").within(range).mistake(message).with_help(help));
         }
         if let Some(read) = &self.read {
             if read.number().is_none() {
                 let message = "a scale is finite and not zero".to_owned();
-                return Err(at.fault(&[Segment::Key("read")], message, None));
+                return Err(at.key("read").mistake(message));
             }
             survey.reads("uds", &read.name, Some(read.unit().to_owned()), at)?;
         }

@@ -24,10 +24,6 @@ impl UseCalibration {
 }
 
 impl StepKind for UseCalibration {
-    fn example() -> &'static str {
-        "{ use_calibration = \"temperature\" }"
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.name() {
             Some(name) => write!(f, "use calibration {name}"),

@@ -1,7 +1,7 @@
 //! Puts an identified model into force.
 
 use super::use_calibration::NO_CALIBRATION;
-use super::{Known, Needs, Op, StepKind};
+use super::{Known, Op, StepKind};
 use crate::name::Name;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -23,14 +23,6 @@ impl UseModel {
 }
 
 impl StepKind for UseModel {
-    fn example() -> &'static str {
-        "{ use_model = \"loop\" }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.name() {
             Some(name) => write!(f, "use model {name}"),

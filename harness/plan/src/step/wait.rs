@@ -1,6 +1,6 @@
 //! Waits for a time.
 
-use super::{Known, Needs, Op, StepKind};
+use super::{Known, Op, StepKind};
 use crate::number;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -12,20 +12,11 @@ use wire::time::Span;
 #[serde(deny_unknown_fields)]
 pub struct Wait {
     /// For so long.
-    #[serde(rename = "duration_s", deserialize_with = "number::duration")]
-    #[schemars(schema_with = "number::schema::duration")]
+    #[serde(rename = "duration_s", with = "number::Duration")]
     pub duration: Span,
 }
 
 impl StepKind for Wait {
-    fn example() -> &'static str {
-        "{ wait = { duration_s = 60 } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "wait {} s", self.duration.as_secs_f64())
     }

@@ -1,11 +1,12 @@
 //! Waits for a condition.
 
-use super::{Known, Needs, Op, StepKind};
-use crate::mistake::{Checked, Place, Segment};
+use super::{Known, Op, StepKind};
+use crate::Checked;
 use crate::number;
 use crate::quantity::QuantityName;
 use crate::survey::Survey;
 use crate::time_limits::CONDITION_LIMIT;
+use described::Place;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
@@ -20,12 +21,10 @@ pub enum Condition {
         /// What is watched.
         quantity: QuantityName,
         /// Largest minus smallest value, in the quantity's unit.
-        #[serde(deserialize_with = "number::positive")]
-        #[schemars(schema_with = "number::schema::positive")]
+        #[serde(with = "number::Positive")]
         change_at_most: f64,
         /// Length of the window.
-        #[serde(rename = "over_s", deserialize_with = "number::duration")]
-        #[schemars(schema_with = "number::schema::duration")]
+        #[serde(rename = "over_s", with = "number::Duration")]
         over: Span,
     },
     /// The quantity is below a limit.
@@ -33,12 +32,10 @@ pub enum Condition {
         /// What is watched.
         quantity: QuantityName,
         /// The limit, in the quantity's unit.
-        #[serde(deserialize_with = "number::finite")]
-        #[schemars(schema_with = "number::schema::finite")]
+        #[serde(with = "number::Finite")]
         limit: f64,
         /// And has been for so long.
-        #[serde(rename = "for_s", default, deserialize_with = "number::duration_or_zero")]
-        #[schemars(schema_with = "number::schema::duration_or_zero")]
+        #[serde(rename = "for_s", default, with = "number::DurationOrZero")]
         hold: Span,
     },
     /// The quantity is above a limit.
@@ -46,12 +43,10 @@ pub enum Condition {
         /// What is watched.
         quantity: QuantityName,
         /// The limit, in the quantity's unit.
-        #[serde(deserialize_with = "number::finite")]
-        #[schemars(schema_with = "number::schema::finite")]
+        #[serde(with = "number::Finite")]
         limit: f64,
         /// And has been for so long.
-        #[serde(rename = "for_s", default, deserialize_with = "number::duration_or_zero")]
-        #[schemars(schema_with = "number::schema::duration_or_zero")]
+        #[serde(rename = "for_s", default, with = "number::DurationOrZero")]
         hold: Span,
     },
 }
@@ -107,14 +102,6 @@ impl fmt::Display for Condition {
 }
 
 impl StepKind for Condition {
-    fn example() -> &'static str {
-        "{ wait_until = { steady = { quantity = \"gyro.temperature\", change_at_most = 0.5, over_s = 600 } } }"
-    }
-
-    fn needs() -> Needs {
-        Needs::Nothing
-    }
-
     fn title(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "wait until {self}")
     }
@@ -123,9 +110,9 @@ impl StepKind for Condition {
         Ok(vec![Op::Condition(self.clone())])
     }
 
-    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place<'_>) -> Checked {
-        let here = [Segment::Key(self.name()), Segment::Key("quantity")];
-        survey.subject.awaited(self.quantity(), at, &here)
+    fn check<'a>(&'a self, survey: &mut Survey<'a>, at: &Place) -> Checked {
+        let here = at.key(self.name()).key("quantity");
+        survey.subject.awaited(self.quantity(), &here)
     }
 
     fn limit(&self) -> Span {

@@ -14,21 +14,13 @@ pub struct CrossingFailure {
     how: How,
 }
 
-/// How it failed.
 #[derive(Debug, thiserror::Error)]
 pub enum How {
-    /// Writing failed.
     #[error("it cannot be written to: {0}")]
     Write(io::Error),
     /// The kernel accepted only a part.
     #[error("it took {taken} of {length} bytes")]
-    Full {
-        /// Bytes taken.
-        taken: usize,
-        /// Bytes sent.
-        length: usize,
-    },
-    /// Reading failed.
+    Full { taken: usize, length: usize },
     #[error("it cannot be read: {0}")]
     Read(io::Error),
     /// Not all of it came out in time.
@@ -36,19 +28,13 @@ pub enum How {
     Late {
         /// What had come out by then: `nothing` or a number of bytes.
         heard: String,
-        /// What went in.
         sent: String,
         /// Wall-clock time, s.
         limit_s: f64,
     },
     /// Something else came out.
     #[error("{sent} went in and {heard} came out; does another program use it?")]
-    Changed {
-        /// What went in.
-        sent: String,
-        /// What came out.
-        heard: String,
-    },
+    Changed { sent: String, heard: String },
 }
 
 impl CrossingFailure {
@@ -61,7 +47,6 @@ impl CrossingFailure {
         Self { what: format!("{goods} {way} the {line}"), medium: medium.to_owned(), how }
     }
 
-    /// How it failed.
     pub const fn how(&self) -> &How {
         &self.how
     }

@@ -11,9 +11,7 @@ use wire::table;
 /// A request that is carried out at once.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
-    /// Give the controller a mission.
     Mission(Box<Mission>),
-    /// Send the table a command.
     Table(table::Command),
     /// Measure the pose by the absolute measurement; answer with `Engine::absolute`.
     MeasureAbsolute,
@@ -26,18 +24,22 @@ pub enum Action {
     /// `Engine::broke`.
     Correct {
         node: String,
-        /// Its signal.
         signal: String,
         /// Steps of the correction; `None` to stop.
         compensation: Option<Box<Compensation>>,
     },
     /// Keep a calibration in the run folder and for later plans.
-    SaveCalibration { name: String, calibration: Box<Calibration> },
+    SaveCalibration {
+        name: String,
+        calibration: Box<Calibration>,
+    },
     /// Keep an identified model in the run folder and for later plans.
-    KeepFound { name: String, found: Box<Found> },
+    KeepFound {
+        name: String,
+        found: Box<Found>,
+    },
     /// A phase of the plan began or ended; sent only if the plan has faults that may wait for it.
     Phase(PhaseEvent),
-    /// Write this into the record.
     Record(Device, RecordKind),
 }
 

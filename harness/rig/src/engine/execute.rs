@@ -48,8 +48,7 @@ impl Engine {
                 let state = self.robot.as_ref().and_then(|robot| robot.state);
                 let is_silent = state.is_some_and(|state| state.health.causes.gyro_silent);
                 self.waiting = if now >= until && is_silent {
-                    let reason = format!("{}: the gyro was silent at its end", self.place());
-                    return self.end(now, Outcome::Failed, Some(reason));
+                    return self.end_here(now, Outcome::Failed, "the gyro was silent at its end");
                 } else if now >= until {
                     Waiting::Nothing
                 } else {
@@ -119,8 +118,7 @@ impl Engine {
                 match step.action.script(&known) {
                     Ok(ops) => self.ops.extend(ops),
                     Err(why) => {
-                        let reason = format!("{}: {why}", self.place());
-                        self.end(now, Outcome::Error, Some(reason));
+                        self.end_here(now, Outcome::Error, &why);
                     }
                 }
             }
@@ -270,8 +268,7 @@ impl Engine {
 
     fn end_residual(&mut self, now: Timestamp) {
         let Some(window) = self.close_window() else {
-            let reason = format!("{}: no gyro sample came at rest", self.place());
-            self.end(now, Outcome::Failed, Some(reason));
+            self.end_here(now, Outcome::Failed, "no gyro sample came at rest");
             return;
         };
         let Some(robot) = &self.robot else { return };
@@ -296,8 +293,7 @@ impl Engine {
                 }
             }
             Err(why) => {
-                let reason = format!("{}: {why}", self.place());
-                self.end(now, Outcome::Failed, Some(reason));
+                self.end_here(now, Outcome::Failed, &why);
             }
         }
     }
@@ -315,8 +311,7 @@ impl Engine {
                 });
             }
             Err(why) => {
-                let reason = format!("{}: {why}", self.place());
-                self.end(now, Outcome::Failed, Some(reason));
+                self.end_here(now, Outcome::Failed, &why);
             }
         }
     }

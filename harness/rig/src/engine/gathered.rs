@@ -10,7 +10,6 @@ use plan::quantities::{self as q, during_tag};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Selects observations.
 pub(super) struct Selection<'a> {
     pub(super) source: Source,
     /// During this step or label.
@@ -78,7 +77,6 @@ pub(super) fn dataset(
     columns.dataset(kind, name, Path::new(name)).map_err(|error| error.to_string())
 }
 
-/// The selected observations, in order of time.
 fn select(observations: &Observations, selection: &Selection<'_>) -> Vec<Observation> {
     let during = selection.over.map(during_tag);
     let is_meant = |observed: &Observed<'_>| {

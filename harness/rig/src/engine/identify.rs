@@ -39,8 +39,7 @@ impl Engine {
                 self.actions.push_back(Action::KeepFound { name, found: Box::new(found) });
             }
             Err(why) => {
-                let reason = format!("{}: {why}", self.place());
-                self.end(now, Outcome::Failed, Some(reason));
+                self.end_here(now, Outcome::Failed, &why);
             }
         }
     }
@@ -115,9 +114,8 @@ impl Engine {
             None => None,
             Some((_, Some(model))) => Some(model.clone()),
             Some((name, None)) => {
-                let reason =
-                    format!("{}: no model \"{name}\" has been identified or found", self.place());
-                self.end(now, Outcome::Error, Some(reason));
+                let why = format!("no model \"{name}\" has been identified or found");
+                self.end_here(now, Outcome::Error, &why);
                 return;
             }
         };
@@ -132,8 +130,7 @@ impl Engine {
         }
         let Some(robot) = &self.robot else {
             if model.is_some() {
-                let reason = format!("{}: no controller takes a model here", self.place());
-                self.end(now, Outcome::Failed, Some(reason));
+                self.end_here(now, Outcome::Failed, "no controller takes a model here");
             }
             return;
         };
@@ -151,8 +148,7 @@ impl Engine {
                 }
             }
             Err(refused) => {
-                let reason = format!("{}: {refused}", self.place());
-                self.end(now, Outcome::Failed, Some(reason));
+                self.end_here(now, Outcome::Failed, &refused.to_string());
             }
         }
     }
@@ -165,8 +161,7 @@ impl Engine {
         let Some((steps, quantity)) = of.filter(|(_, quantity)| quantity.of_message().is_some())
         else {
             let why = "the model says nothing that could be taken off a signal of a node";
-            let reason = format!("{}: {why}", self.place());
-            self.end(now, Outcome::Failed, Some(reason));
+            self.end_here(now, Outcome::Failed, why);
             return;
         };
         self.ask_to_correct(&quantity, Some(steps));

@@ -80,7 +80,6 @@ pub struct Engine {
     answer_deadline: Timestamp,
     plan_deadline: Timestamp,
     began: Timestamp,
-    /// Signals of nodes.
     signals: Signals,
     reactions: Reactions,
     transfers: Transfers,
@@ -91,7 +90,6 @@ pub struct Engine {
     under_test: Vec<String>,
     /// Models that can be used by name.
     models: BTreeMap<String, Model>,
-    /// Signals that a node corrects.
     corrected: BTreeSet<QuantityName>,
     tags: Tags,
     /// Number of rounds begun of the innermost repeats and sweeps, and whether one began since the last step.
@@ -269,9 +267,8 @@ impl Engine {
             self.end(now, outcome, Some(reason));
         } else if matches!(self.waiting, Waiting::Mission(_)) && now >= self.answer_deadline {
             let instead = self.instead_of_an_answer();
-            let reason =
-                format!("{}: the controller did not answer the mission{instead}", self.place());
-            self.end(now, Outcome::Timeout, Some(reason));
+            let why = format!("the controller did not answer the mission{instead}");
+            self.end_here(now, Outcome::Timeout, &why);
         }
     }
 
@@ -285,7 +282,6 @@ impl Engine {
         self.end(now, Outcome::Error, Some(why.to_owned()));
     }
 
-    /// Takes a message of a speaker.
     pub fn message(&mut self, now: Timestamp, speaker: usize, decoded: &Decoded<'_>) {
         if self.ending.is_some() {
             return;
@@ -375,6 +371,11 @@ impl Engine {
             let record = RecordKind::Observation(observation);
             self.actions.push_back(Action::Record(Device::Plan, record));
         }
+    }
+
+    /// Ends the run for a reason that concerns the step in progress.
+    fn end_here(&mut self, now: Timestamp, outcome: Outcome, why: &str) {
+        self.end(now, outcome, Some(format!("{}: {why}", self.place())));
     }
 
     fn end(&mut self, now: Timestamp, outcome: Outcome, reason: Option<String>) {

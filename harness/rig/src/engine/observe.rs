@@ -30,9 +30,7 @@ pub(super) struct Ends {
     pub(super) ended: Option<Timestamp>,
     pub(super) pose_before: Option<Pose>,
     pub(super) pose_after: Option<Pose>,
-    /// The first look at the base.
     pub(super) look_before: Option<Look>,
-    /// The last look at the base.
     pub(super) look_after: Option<Look>,
 }
 
@@ -90,7 +88,6 @@ impl<'a> Collector<'a> {
         self.out.push(Observation { quantity: name.to_owned(), value, uncertainty: u, tags });
     }
 
-    /// Result of a bias test.
     pub(super) fn bias_test(&mut self, result: &BiasTestResult) {
         let more = temperature_tag(result.temperature);
         let u = u_of_mean(result, u64::from(result.samples));

@@ -10,7 +10,6 @@ use plan::observation::{Observations, Observed};
 use plan::quantities::during_tag;
 use std::path::Path;
 
-/// A signal and its unit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Field<'a> {
     pub(super) quantity: &'a QuantityName,

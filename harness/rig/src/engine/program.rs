@@ -18,12 +18,10 @@ struct Level {
     deadline: Timestamp,
 }
 
-/// What comes next.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Next {
     /// A step that holds no others.
     Step(Box<Step>),
-    /// A round begins.
     Round {
         /// Value that a sweep sets.
         set: Option<Order>,
@@ -32,7 +30,6 @@ pub enum Next {
         /// By how much the previous round exceeded its period, s; for a repeat with a period.
         overrun_s: Option<f64>,
     },
-    /// The plan is done.
     Done,
 }
 
@@ -141,7 +138,6 @@ impl Program {
         self.levels.iter().map(|level| level.deadline).min().unwrap_or(Timestamp::MAX)
     }
 
-    /// Completes the current step.
     pub fn step_done(&mut self) {
         self.done += 1;
         if let Some(level) = self.levels.last_mut() {

@@ -12,13 +12,11 @@ const WAITING_MAX: usize = 10_000;
 /// The reactions that a measurement or a step of the plan uses.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reactions {
-    /// Each reaction under its quantity.
     each: Vec<(String, Reaction)>,
     reads: Reads,
     awaited: Option<Awaited>,
 }
 
-/// The reaction that a step awaits.
 #[derive(Debug, Clone)]
 struct Awaited {
     quantity: String,

@@ -9,7 +9,6 @@ use wire::units::{AngularRate, Temperature};
 /// Most states kept: 68 min at one per second.
 pub const HISTORY_MAX: usize = 4_096;
 
-/// One state at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Moment {
     at: Timestamp,
@@ -17,7 +16,6 @@ struct Moment {
     temperature: Option<Temperature>,
 }
 
-/// The recent states at rest.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RestWatch {
     history: VecDeque<Moment>,
@@ -28,7 +26,6 @@ pub(super) struct RestWatch {
     temperature: Option<Temperature>,
 }
 
-/// Means over a window.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Window {
     pub(super) rate_deg_per_s: f64,
@@ -62,7 +59,6 @@ impl RestWatch {
         self.temperature = state.temperature;
     }
 
-    /// Begins a window.
     pub(super) fn open(&mut self) {
         self.sum = 0.0;
         self.weight = 0;

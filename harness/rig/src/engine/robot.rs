@@ -15,6 +15,7 @@ use identification::model::Model;
 use plan::Op;
 use plan::quantities as q;
 use record::outcome::Outcome;
+use record::text::name_of;
 use record::{Device, RecordKind};
 use std::collections::BTreeMap;
 use wire::base::HEADING_STEP;
@@ -28,7 +29,6 @@ pub(super) const NO_REST: &str = "the controller never confirmed that the base s
 pub(super) const MOVES_ON: &str =
     "the base still moves long after the order to stop, as the controller says itself";
 
-/// State of the robot and its controller.
 #[derive(Debug, Clone)]
 pub(super) struct Robot {
     pub(super) facts: BenchFacts,
@@ -46,7 +46,6 @@ pub(super) struct Robot {
     /// Calibrations that can be used by name.
     pub(super) calibrations: BTreeMap<String, Calibration>,
     pub(super) fits: BTreeMap<String, Fitted>,
-    /// The model in force.
     pub(super) model: Option<Model>,
     times_degraded: u32,
     times_fault: u32,
@@ -144,7 +143,6 @@ impl Engine {
         }
     }
 
-    /// Takes a report of the controller.
     pub fn report(&mut self, now: Timestamp, report: &Report) {
         let Some(robot) = &mut self.robot else { return };
         if let Some(teardown) = &mut robot.teardown {
@@ -166,14 +164,13 @@ impl Engine {
             }
             Report::Refused { id, reason } if self.waiting == Waiting::Mission(*id) => {
                 robot.declined = true;
-                let reason = format!("{}: the controller refused: {}", self.place(), words(reason));
-                self.end(now, Outcome::Failed, Some(reason));
+                let why = format!("the controller refused: {}", words(reason));
+                self.end_here(now, Outcome::Failed, &why);
             }
             Report::Aborted { id, reason } if self.waiting == Waiting::Mission(*id) => {
                 robot.declined = true;
-                let reason =
-                    format!("{}: the controller broke off: {}", self.place(), words(reason));
-                self.end(now, Outcome::Failed, Some(reason));
+                let why = format!("the controller broke off: {}", words(reason));
+                self.end_here(now, Outcome::Failed, &why);
             }
             Report::Done { id, .. } | Report::Refused { id, .. } | Report::Aborted { id, .. } => {
                 if let Some(note) = robot.strays.take(*id, robot.next_id) {
@@ -183,7 +180,6 @@ impl Engine {
         }
     }
 
-    /// Takes the table's answer.
     pub fn table(&mut self, now: Timestamp, answer: table::Answer) {
         match (&self.waiting, answer) {
             (Waiting::TableWord, table::Answer::Done(_))
@@ -191,8 +187,7 @@ impl Engine {
                 self.waiting = Waiting::Nothing;
             }
             (Waiting::TableWord | Waiting::TableRest { .. }, table::Answer::Refused(_)) => {
-                let reason = format!("{}: the table refused a command", self.place());
-                self.end(now, Outcome::Error, Some(reason));
+                self.end_here(now, Outcome::Error, "the table refused a command");
             }
             _ => {}
         }
@@ -343,8 +338,5 @@ impl Engine {
 
 /// An enumerator of the mission protocol as in JSON, with spaces instead of underscores.
 fn words(reason: &impl serde::Serialize) -> String {
-    serde_json::to_value(reason)
-        .ok()
-        .and_then(|value| value.as_str().map(|text| text.replace('_', " ")))
-        .unwrap_or_default()
+    name_of(reason).replace('_', " ")
 }

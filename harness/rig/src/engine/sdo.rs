@@ -116,8 +116,7 @@ impl Engine {
             let words = running.client.give_up(Abort::TIMEOUT);
             self.request(words);
             self.transfers.running = None;
-            let reason = format!("{}: the device does not answer", self.place());
-            self.end(now, Outcome::Failed, Some(reason));
+            self.end_here(now, Outcome::Failed, "the device does not answer");
         }
     }
 
@@ -136,15 +135,13 @@ impl Engine {
             (Ok(_), None) => None,
         };
         if let Some(reason) = reason {
-            let reason = format!("{}: {reason}", self.place());
-            return self.end(now, Outcome::Failed, Some(reason));
+            return self.end_here(now, Outcome::Failed, &reason);
         }
         if let (Ok(bytes), Some(quantity)) = (&how, step.quantity()) {
             let entry = device.dictionary.find(step.index, step.sub);
             let Some(value) = entry.ok().and_then(|entry| entry.value(bytes)) else {
-                let reason =
-                    format!("{}: {} bytes do not make this number", self.place(), bytes.len());
-                return self.end(now, Outcome::Failed, Some(reason));
+                let why = format!("{} bytes do not make this number", bytes.len());
+                return self.end_here(now, Outcome::Failed, &why);
             };
             self.observe(now, |collector| collector.add_named(&quantity, value, 0.0, &[]));
         }

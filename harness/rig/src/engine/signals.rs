@@ -26,7 +26,6 @@ struct Past {
 }
 
 impl Signals {
-    /// Selects what `plan` needs of these speakers.
     pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
         let mut signals = Self::default();
         let wait = |signals: &mut Self, condition: &Condition| {

@@ -26,8 +26,7 @@ impl Engine {
             }
             (Ok(_), _) => {}
             (Err(why), _) => {
-                let reason = format!("{}: {why}", self.place());
-                return self.end(now, Outcome::Failed, Some(reason));
+                return self.end_here(now, Outcome::Failed, &why);
             }
         }
         self.advance(now);

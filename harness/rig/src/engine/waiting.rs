@@ -9,34 +9,32 @@ use wire::time::{Span, Timestamp};
 pub(super) enum Waiting {
     /// Nothing: the next operation can begin.
     Nothing,
-    /// The controller's answer to this mission.
     Mission(MissionId),
-    /// This instant.
     Until(Timestamp),
     /// The end of a log, and of its interval.
-    Log { until: Timestamp, interval: Span, due: Timestamp },
+    Log {
+        until: Timestamp,
+        interval: Span,
+        due: Timestamp,
+    },
     /// The end of a window at rest.
     Residual(Timestamp),
-    /// A condition to hold.
     Condition(Condition),
-    /// The reaction that the step awaits.
     Reaction,
-    /// The end of an SDO transfer.
     Sdo,
     /// A state in which nothing moves.
     Rest,
     /// The same before the first mission, until this instant.
     FirstRest(Timestamp),
-    /// The absolute measurement.
     Absolute(Op),
-    /// A look at the base.
     Look(Option<Segment>),
     /// The world's confirmation, with a number if one is asked for.
     Answer(Option<Answer>),
     /// The response to a diagnostic request.
     Reply(Box<Uds>),
-    /// The table's answer to a command.
     TableWord,
     /// The table's state, queried again at this instant while it turns.
-    TableRest { ask_at: Timestamp },
+    TableRest {
+        ask_at: Timestamp,
+    },
 }

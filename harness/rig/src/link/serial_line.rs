@@ -45,7 +45,6 @@ impl SerialLine {
         self.under_way.len() >= self.expected.max(PACKETS_MAX)
     }
 
-    /// Sends a packet after those already on the line.
     pub fn send(&mut self, now: Timestamp, packet: Packet) {
         if self.faulty.is_some() {
             return self.send_faulty(now, packet);
@@ -79,7 +78,6 @@ impl SerialLine {
         self.under_way.front().map_or(Timestamp::MAX, |(at, _)| *at)
     }
 
-    /// Takes a packet that has arrived by `now`.
     pub fn arrived(&mut self, now: Timestamp) -> Option<Packet> {
         if self.next_arrival() > now {
             return None;

@@ -8,13 +8,9 @@ use wire::device::Transmit;
 /// Target of a fault: a message of a layout, or one of its signals.
 #[derive(Debug, Clone)]
 pub struct Struck {
-    /// The messages of the line.
     pub layout: Layout,
-    /// Sender of the message.
     pub sender: Sender,
-    /// Index in the layout.
     pub message: usize,
-    /// Index of the signal in the message.
     pub signal: Option<usize>,
 }
 
@@ -34,7 +30,6 @@ struct Layer<Node> {
     acted: u64,
 }
 
-/// Effect of a kind, with its state.
 #[derive(Debug, Clone)]
 enum Effect {
     /// The message as it was when the fault began, or the first one after that.

@@ -34,7 +34,6 @@ impl FromStr for GivenAnswer {
     }
 }
 
-/// Answers by name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Answers {
@@ -58,7 +57,6 @@ enum Values {
 }
 
 impl From<BTreeMap<String, f64>> for Answers {
-    /// Answers as if given on the command line.
     fn from(values: BTreeMap<String, f64>) -> Self {
         let given = |value| Given {
             values: Values::Always(value),

@@ -13,7 +13,6 @@ pub(super) struct Asking<'a> {
     pub(super) plan: &'a Plan,
     pub(super) text: String,
     pub(super) answer: Option<Answer>,
-    /// How often the plan asks it.
     pub(super) times: u64,
 }
 

@@ -20,12 +20,9 @@ pub enum AnswersError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     File(#[from] LibraryError),
-    /// An argument is invalid.
     #[error("{message}")]
     Argument {
-        /// The mistake.
         message: String,
-        /// How to fix it.
         #[help]
         help: String,
     },

@@ -14,21 +14,16 @@ pub const HEADING_MAX_DEG: f64 = 360.0;
 /// Device name for parameters of the absolute measurement, which belongs to the base.
 const ABSOLUTE: &str = "absolute";
 
-/// Roles that real devices play.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RealRoles {
-    /// A real gyro.
     pub gyro: bool,
-    /// A real base.
     pub base: bool,
-    /// A real table.
     pub table: bool,
     /// A real device of the user's own.
     pub device: bool,
 }
 
 impl RealRoles {
-    /// The real roles of a bench.
     pub fn of(bench: &BenchFile) -> Self {
         let real = |role| matches!(bench.role(role), Role::Real(_));
         Self {
@@ -144,7 +139,6 @@ impl Survey {
         pose().into_iter().nth(self.0.len())
     }
 
-    /// Takes an answer.
     pub fn take(&mut self, value: f64) {
         self.0.push(value);
     }

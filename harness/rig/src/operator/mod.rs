@@ -50,7 +50,6 @@ pub enum Line {
 
 /// A person who answers questions during a run. No method blocks.
 pub trait Person: fmt::Debug + Send {
-    /// Name of the person, for the record.
     fn name(&self) -> String;
     /// Begins a question. Text typed earlier does not answer it.
     fn ask(&mut self, text: &str);
@@ -64,7 +63,6 @@ pub trait Person: fmt::Debug + Send {
     fn unix_s(&self) -> Option<i64>;
 }
 
-/// Outcome of a question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Asked {
     /// A person or a file has answered.
@@ -117,7 +115,6 @@ impl Operator {
         Some(Self { answers, bench: Bench::Simulated, used })
     }
 
-    /// Asks the question of a step.
     pub fn ask(&mut self, text: &str, answer: Option<&Answer>) -> Asked {
         match answer {
             Some(answer) => {

@@ -34,57 +34,33 @@ pub enum Refusal {
     /// Nothing was typed.
     #[error("nothing was given, expected a number{}, {range}", in_unit(unit))]
     Empty {
-        /// The unit asked for.
         unit: String,
         /// Allowed range.
         range: Band,
     },
     /// Longer than any number.
     #[error("longer than {ANSWER_BYTES_MAX} bytes, expected a number{}", in_unit(unit))]
-    TooLong {
-        /// The unit asked for.
-        unit: String,
-    },
+    TooLong { unit: String },
     /// A decimal comma, or a thousands separator.
     #[error("a comma in \"{text}\", expected a decimal point")]
-    Comma {
-        /// The text.
-        text: String,
-    },
+    Comma { text: String },
     /// The text does not begin with a finite number.
     #[error("\"{text}\" is no number, expected one{} such as \"{example}\"", in_unit(unit))]
-    NoNumber {
-        /// The text.
-        text: String,
-        /// The unit asked for.
-        unit: String,
-        /// An example.
-        example: String,
-    },
-    /// The unit is missing.
+    NoNumber { text: String, unit: String, example: String },
     #[error("no unit, expected a number in {unit} such as \"{number} {unit}\"")]
-    NoUnit {
-        /// The number.
-        number: String,
-        /// The unit asked for.
-        unit: String,
-    },
+    NoUnit { number: String, unit: String },
     /// The unit has another dimension.
     #[error("\"{given}\" is no unit for this, expected {unit}")]
     OtherUnit {
         /// The text.
         given: String,
-        /// The unit asked for.
         unit: String,
     },
-    /// The value is out of range.
     #[error("{value} is out of range, expected {}", figures::with_unit(range.to_string(), unit))]
     OutOfRange {
         /// The value and its unit.
         value: String,
-        /// Allowed range.
         range: Band,
-        /// The unit asked for.
         unit: String,
     },
 }

@@ -8,7 +8,6 @@ use record::{Reply, Through};
 /// Most unusable answers to one question before the run is given up.
 pub const TRIES_MAX: u32 = 5;
 
-/// Outcome of a line.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Heard {
     /// An answer, with the value if one was asked for.
@@ -19,7 +18,6 @@ pub enum Heard {
     GivenUp(String),
 }
 
-/// An open question.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Question {
     text: String,
@@ -50,7 +48,6 @@ impl Question {
         }
     }
 
-    /// Takes a line.
     pub fn hear(&mut self, line: &str) -> Heard {
         let Some(answer) = &self.answer else { return Heard::Answered(None) };
         let refusal = match number::read(line, answer) {
@@ -68,7 +65,6 @@ impl Question {
         }
     }
 
-    /// The reply for the record.
     pub(super) fn reply(&self, value: Option<f64>, by: String, through: Through) -> Reply {
         match (&self.answer, value) {
             (Some(answer), Some(value)) => Reply::number(&self.text, answer, value, by, through),

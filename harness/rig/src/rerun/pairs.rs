@@ -26,7 +26,6 @@ pub enum Clock {
 pub struct Difference {
     /// The record's.
     pub recorded: Option<Record>,
-    /// The rerun's.
     pub now: Option<Record>,
 }
 

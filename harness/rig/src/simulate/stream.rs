@@ -41,7 +41,7 @@ impl Stream {
         let [one, other] = rig.lines[line].ends() else { return None };
         let (gyro, host) = if end == EndId::of(0) { (one, other) } else { (other, one) };
         let (controller, port) = (host.node, host.port);
-        let bytes = rig.robot()?.bench.gyro_stream().format.frame_bytes();
+        let bytes = rig.robot()?.bench.gyro_stream().format.facts().frame_bytes;
         let is_heard = matches!(rig.nodes[controller].part, Part::Controller(_));
         let is_alone = rig.robots().count() == 1 && gyro.who == Device::Gyro && !rig.is_read(line);
         (is_heard && is_alone).then_some(Self { robot, line, end, controller, port, bytes })

@@ -102,11 +102,6 @@ pub struct Device {
 }
 
 impl Device {
-    /// A device that waits for a line.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Takes bytes from the line, in runs of any length, and delivers one event per started line.
     pub fn feed(&mut self, bytes: &[u8], mut deliver: impl FnMut(DeviceEvent)) {
         for byte in bytes {

@@ -52,11 +52,6 @@ pub struct Host {
 }
 
 impl Host {
-    /// A host with nothing outstanding.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
     /// Starts an exchange: returns the line to send. Returns `None` and starts nothing while another exchange is
     /// outstanding, or for a value that [`payload`](crate::base::payload) refuses.
     pub fn start(&mut self, request: &Request) -> Option<Packet> {

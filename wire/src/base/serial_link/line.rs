@@ -82,7 +82,6 @@ pub enum LineError {
     BadChecksum,
 }
 
-/// A partial line.
 #[derive(Debug, Clone, Copy)]
 struct Partial {
     start: u8,
@@ -148,11 +147,6 @@ pub struct LineDecoder {
 }
 
 impl LineDecoder {
-    /// A decoder without a started line.
-    pub const fn new() -> Self {
-        Self { partial: None, skipped: 0 }
-    }
-
     /// Takes one character. Returns a line, or its error, at its CR, at the first character that does not belong in
     /// it, or at the start of the next line.
     pub fn push(&mut self, character: u8) -> Option<Result<Line, LineError>> {

@@ -37,7 +37,7 @@ pub(super) fn any_bytes() -> impl Strategy<Value = Vec<u8>> {
 #[test]
 fn the_published_lines_have_another_count_than_the_messages_here() {
     assert_eq!(
-        device_events(&mut Device::new(), b":031F0001010203D7\r;05E000011A\r"),
+        device_events(&mut Device::default(), b":031F0001010203D7\r;05E000011A\r"),
         [
             DeviceEvent::Refused(Refusal::WrongCount(Message::SetVelocity)),
             DeviceEvent::Refused(Refusal::WrongCount(Message::Motion)),
@@ -59,7 +59,7 @@ fn a_good_line_may_still_be_refused() {
         (write(0x1F10, COMPUTER_ID), Refusal::WrongCount(Message::WritePose)),
         (write(0x1F08, COMPUTER_ID), Refusal::WrongValue(Message::SetAcceleration)),
     ] {
-        let mut device = Device::new();
+        let mut device = Device::default();
         let events = device_events(&mut device, line.encode().as_slice());
         assert_eq!(events, [DeviceEvent::Refused(refusal)]);
     }
@@ -67,7 +67,7 @@ fn a_good_line_may_still_be_refused() {
 
 #[test]
 fn a_published_host_loop_has_time_for_a_write_and_a_read() {
-    let mut host = Host::new();
+    let mut host = Host::default();
     let write = host
         .start(&Request::SetVelocity { drive: Default::default(), steer: Default::default() })
         .unwrap();
@@ -80,7 +80,7 @@ fn a_published_host_loop_has_time_for_a_write_and_a_read() {
 
 #[test]
 fn one_exchange_at_a_time() {
-    let mut host = Host::new();
+    let mut host = Host::default();
     assert!(host.start(&Request::Stop).is_some());
     assert!(host.busy());
     assert_eq!(host.start(&Request::ReadMotion), None);
@@ -93,7 +93,7 @@ fn one_exchange_at_a_time() {
 
 #[test]
 fn a_stray_byte_costs_one_exchange_when_the_host_waits() {
-    let (mut host, mut device) = (Host::new(), Device::new());
+    let (mut host, mut device) = (Host::default(), Device::default());
     let reply = Reply::Motion(Motion { sequence: 7, ..Motion::default() });
     let mut answer = |host: &mut Host| {
         let request = host.start(&Request::ReadMotion).unwrap();
@@ -113,7 +113,7 @@ fn a_stray_byte_costs_one_exchange_when_the_host_waits() {
 #[test]
 fn an_answer_must_be_the_message_that_was_asked_for() {
     let line = Line::Read { address: 0xE008, computer: COMPUTER_ID, count: 8 };
-    let events = device_events(&mut Device::new(), line.encode().as_slice());
+    let events = device_events(&mut Device::default(), line.encode().as_slice());
     let [DeviceEvent::Read(answer)] = events[..] else { panic!("{events:?}") };
     assert_eq!(ReadAnswer::message(answer), Message::Pose);
     assert_eq!(answer.packet(&Reply::Motion(Motion::default())), None);
@@ -125,7 +125,7 @@ fn an_answer_must_be_the_message_that_was_asked_for() {
 proptest! {
     #[test]
     fn both_ends_agree(request in any_request(), reply in any_reply()) {
-        let (mut host, mut device) = (Host::new(), Device::new());
+        let (mut host, mut device) = (Host::default(), Device::default());
         let Some(packet) = host.start(&request) else {
             prop_assert_eq!(carried_request(&request), None);
             return Ok(());
@@ -152,7 +152,7 @@ proptest! {
 
     #[test]
     fn every_line_begun_has_one_outcome(bytes in any_bytes()) {
-        let mut device = Device::new();
+        let mut device = Device::default();
         let events = device_events(&mut device, &bytes);
         let begun = bytes.iter().filter(|byte| matches!(byte, b':' | b';')).count();
         // The last one may still be incomplete.
@@ -168,12 +168,12 @@ proptest! {
     fn a_changed_character_is_never_a_changed_request(
         request in any_request(), index: prop::sample::Index, bit in 0u32..8,
     ) {
-        let Some(packet) = Host::new().start(&request) else { return Ok(()) };
+        let Some(packet) = Host::default().start(&request) else { return Ok(()) };
         let mut bytes = packet.as_slice().to_vec();
         let index = index.index(bytes.len());
         bytes[index] ^= 1 << bit;
-        let good = device_events(&mut Device::new(), packet.as_slice());
-        for event in device_events(&mut Device::new(), &bytes) {
+        let good = device_events(&mut Device::default(), packet.as_slice());
+        for event in device_events(&mut Device::default(), &bytes) {
             // A flipped bit may turn a digit into the same digit in the other case.
             let refused = matches!(event, DeviceEvent::Refused(_));
             prop_assert!(refused || good == [event], "{:?} from {:?}", event, request);
@@ -184,7 +184,7 @@ proptest! {
     fn a_changed_bit_in_an_answer_is_found(
         reply in any_reply(), index in 0..ANSWER_BYTES_MAX, bit in 0u32..8,
     ) {
-        let (mut host, mut device) = (Host::new(), Device::new());
+        let (mut host, mut device) = (Host::default(), Device::default());
         let read = match reply {
             Reply::Motion(_) => Request::ReadMotion,
             Reply::Pose(_) => Request::ReadPose,
@@ -205,17 +205,17 @@ proptest! {
     ) {
         let mut stream = bytes.clone();
         for request in lines {
-            if let Some(packet) = Host::new().start(&request) {
+            if let Some(packet) = Host::default().start(&request) {
                 stream.extend_from_slice(packet.as_slice());
             }
         }
-        let whole = device_events(&mut Device::new(), &stream);
-        let mut device = Device::new();
+        let whole = device_events(&mut Device::default(), &stream);
+        let mut device = Device::default();
         let chunked: Vec<_> =
             stream.chunks(size).flat_map(|chunk| device_events(&mut device, chunk)).collect();
         prop_assert_eq!(whole, chunked);
 
-        let (mut one, mut other) = (Host::new(), Host::new());
+        let (mut one, mut other) = (Host::default(), Host::default());
         prop_assert!(one.start(&Request::ReadPose).is_some());
         prop_assert!(other.start(&Request::ReadPose).is_some());
         let whole = host_events(&mut one, &bytes);

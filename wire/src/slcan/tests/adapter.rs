@@ -213,7 +213,7 @@ proptest! {
         nanos in any::<i64>(),
     ) {
         let mut adapter = Adapter::new(Identity::default(), Dialect::Linux);
-        let mut decoder = AnswerDecoder::new();
+        let mut decoder = AnswerDecoder::default();
         let (mut sent, mut frames, mut answers) = (0, 0, 0);
         let mut read = |adapter: &mut Adapter| {
             let mut lines = 0;

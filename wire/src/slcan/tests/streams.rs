@@ -31,7 +31,7 @@ fn any_fd_line() -> impl Strategy<Value = Vec<u8>> {
 
 #[test]
 fn every_bell_is_an_answer_and_ends_a_line() {
-    let mut decoder = AnswerDecoder::new();
+    let mut decoder = AnswerDecoder::default();
     let found = answers(&mut decoder, b"\x07t12\x07\r\x07z\x07\n\r");
     use Answer::{Done, Refused, TakenStandard};
     assert_eq!(found, [Refused, Refused, Done, Refused, TakenStandard, Refused, Done]);
@@ -46,16 +46,16 @@ fn a_line_that_is_too_long_is_dropped_and_counted() {
     for length in [LINE_BYTES_MAX + 1, FD_LINE_BYTES_MAX + 1, 100_000] {
         let mut bytes = std::vec![b't'; length];
         bytes.extend_from_slice(b"\rt123101\r");
-        let mut decoder = AnswerDecoder::new();
+        let mut decoder = AnswerDecoder::default();
         assert_eq!(answers(&mut decoder, &bytes), [expected]);
         assert_eq!(decoder.counters().overlong, 1);
-        let mut decoder = CommandDecoder::new();
+        let mut decoder = CommandDecoder::default();
         let found = commands(&mut decoder, &bytes);
         assert_eq!(found[0], Err(LineError::Overlong));
         assert!(found[1].is_ok());
     }
     // The longest permitted length, but not a line.
-    let mut decoder = AnswerDecoder::new();
+    let mut decoder = AnswerDecoder::default();
     assert_eq!(answers(&mut decoder, String::from("t").repeat(LINE_BYTES_MAX).as_bytes()), []);
     assert_eq!(answers(&mut decoder, b"\r"), []);
     assert_eq!(decoder.counters().malformed, 1);
@@ -66,10 +66,10 @@ proptest! {
     fn commands_and_answers_come_back(command in any_command(), answer in any_answer()) {
         let packet = command.encode();
         prop_assert!(packet.len() <= LINE_BYTES_MAX + 1);
-        prop_assert_eq!(commands(&mut CommandDecoder::new(), packet.as_slice()), [Ok(command)]);
+        prop_assert_eq!(commands(&mut CommandDecoder::default(), packet.as_slice()), [Ok(command)]);
         let packet = answer.encode();
         prop_assert!(packet.len() <= LINE_BYTES_MAX + 1);
-        prop_assert_eq!(answers(&mut AnswerDecoder::new(), packet.as_slice()), [answer]);
+        prop_assert_eq!(answers(&mut AnswerDecoder::default(), packet.as_slice()), [answer]);
     }
 
     #[test]
@@ -80,9 +80,9 @@ proptest! {
         answer in any_answer(),
     ) {
         let stream = |line: &[u8]| [&garbage[..], &[terminator], line].concat();
-        let found = commands(&mut CommandDecoder::new(), &stream(command.encode().as_slice()));
+        let found = commands(&mut CommandDecoder::default(), &stream(command.encode().as_slice()));
         prop_assert_eq!(found.last(), Some(&Ok(command)));
-        let found = answers(&mut AnswerDecoder::new(), &stream(answer.encode().as_slice()));
+        let found = answers(&mut AnswerDecoder::default(), &stream(answer.encode().as_slice()));
         prop_assert_eq!(found.last(), Some(&answer));
     }
 
@@ -100,13 +100,13 @@ proptest! {
                 _ => length += 1,
             }
         }
-        let mut decoder = CommandDecoder::new();
+        let mut decoder = CommandDecoder::default();
         let found = commands(&mut decoder, &bytes).len() as u64;
         let counters = decoder.counters();
         let refused = counters.malformed + counters.overlong + counters.unsupported;
         prop_assert_eq!(found, counters.understood + refused);
         prop_assert_eq!(found, lines + bells - empty_at_bell);
-        let mut decoder = AnswerDecoder::new();
+        let mut decoder = AnswerDecoder::default();
         let found = answers(&mut decoder, &bytes).len() as u64;
         let counters = decoder.counters();
         prop_assert_eq!(found, counters.understood);
@@ -116,13 +116,13 @@ proptest! {
 
     #[test]
     fn chunks_do_not_matter(bytes in any_bytes(), size in 1usize..20) {
-        let whole = commands(&mut CommandDecoder::new(), &bytes);
-        let mut decoder = CommandDecoder::new();
+        let whole = commands(&mut CommandDecoder::default(), &bytes);
+        let mut decoder = CommandDecoder::default();
         let chunked: Vec<_> =
             bytes.chunks(size).flat_map(|chunk| commands(&mut decoder, chunk)).collect();
         prop_assert_eq!(whole, chunked);
-        let whole = answers(&mut AnswerDecoder::new(), &bytes);
-        let mut decoder = AnswerDecoder::new();
+        let whole = answers(&mut AnswerDecoder::default(), &bytes);
+        let mut decoder = AnswerDecoder::default();
         let chunked: Vec<_> =
             bytes.chunks(size).flat_map(|chunk| answers(&mut decoder, chunk)).collect();
         prop_assert_eq!(whole, chunked);
@@ -151,7 +151,7 @@ proptest! {
         let lost: usize = lines[hit..].iter().take(first_after - hit).map(|line| line.len()).sum();
         prop_assert!(lost <= LOST_BYTES_MAX);
 
-        let found = answers(&mut AnswerDecoder::new(), &bytes);
+        let found = answers(&mut AnswerDecoder::default(), &bytes);
         prop_assert_eq!(&found[..hit], &sent[..hit]);
         let after = sent.get(first_after..).unwrap_or_default();
         prop_assert_eq!(&found[found.len() - after.len()..], after);
@@ -166,7 +166,7 @@ proptest! {
     ) {
         let bytes = lines.iter().map(|(line, _)| &line[..]).collect::<Vec<_>>().concat();
         let expected: Vec<_> = lines.iter().filter_map(|(_, answer)| *answer).collect();
-        let mut decoder = AnswerDecoder::new();
+        let mut decoder = AnswerDecoder::default();
         prop_assert_eq!(answers(&mut decoder, &bytes), &expected[..]);
         let unsupported = (lines.len() - expected.len()) as u64;
         prop_assert_eq!(decoder.counters().unsupported, unsupported);

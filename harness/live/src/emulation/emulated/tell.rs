@@ -92,7 +92,6 @@ pub(super) fn values(
     Ok(Value::Object(names.iter().map(value).collect::<Result<_, _>>()?))
 }
 
-/// Counters of devices and lines.
 pub(super) fn counters(emulated: &Emulated) -> Value {
     let mut told = Map::new();
     for name in emulated.names() {

@@ -48,7 +48,6 @@ fn parameters(info: &KindInfo) -> Schema {
     })
 }
 
-/// The name of a kind, without parameters.
 pub(crate) fn name(_: &mut SchemaGenerator) -> Schema {
     let names = FaultKind::all()
         .iter()

@@ -16,35 +16,23 @@ const TRANSMITTER_STEP: u16 = 8;
 /// Value of an error-passive receive counter after a good frame; the standard allows 119 to 127.
 const REC_AFTER_PASSIVE: u16 = 127;
 
-/// Error state of a node: what it may do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub enum ErrorState {
-    /// Everything.
-    #[default]
-    Active,
-    /// It may send, with 8 bits of waiting after its own frames; its error flags are recessive.
-    Passive,
-    /// Nothing.
-    Off,
-}
-
-impl ErrorState {
-    /// Name used in standards and drivers.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Active => "error-active",
-            Self::Passive => "error-passive",
-            Self::Off => "bus-off",
-        }
+wire::words! {
+    /// Error state of a node: what it may do.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+    pub enum ErrorState {
+        /// Everything.
+        #[default]
+        Active = "error-active",
+        /// It may send, with 8 bits of waiting after its own frames; its error flags are recessive.
+        Passive = "error-passive",
+        /// Nothing.
+        Off = "bus-off",
     }
 }
 
-/// Error counters of one node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ErrorCounters {
-    /// Transmit error counter.
     pub tec: u16,
-    /// Receive error counter.
     pub rec: u16,
     /// Sequences of recessive bits since the node went bus-off.
     sequences: u32,

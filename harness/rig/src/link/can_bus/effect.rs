@@ -39,13 +39,9 @@ pub(super) enum Effect<Node> {
 /// Fate of a frame that was complete on the bus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Passed {
-    /// Received.
     On,
-    /// Not received.
     Lost,
-    /// Received later, by this span.
     Later(Span),
-    /// Received twice.
     Twice,
     /// Received, followed by this frame, which was sent before it.
     Before(CanFrame),

@@ -6,14 +6,10 @@ use wire::time::{Span, Timestamp};
 
 /// Most changes of state that wait to be taken; beyond that the oldest is dropped.
 pub const CHANGES_MAX: usize = 64;
-/// A change of a node's error state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StateChange<Node> {
-    /// The node.
     pub node: Node,
-    /// Its new state.
     pub state: ErrorState,
-    /// Its counters.
     pub counters: ErrorCounters,
 }
 
@@ -24,7 +20,6 @@ pub(super) struct Nodes<Node> {
     changes: VecDeque<StateChange<Node>>,
     /// Start of the idle time, minus the part already credited to bus-off nodes.
     idle_since: Option<Timestamp>,
-    /// Time of one bit.
     bit: Span,
 }
 
@@ -34,7 +29,6 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
         Self { nodes, changes: VecDeque::new(), idle_since, bit }
     }
 
-    /// Takes the next change of state.
     pub(super) fn change(&mut self) -> Option<StateChange<Node>> {
         self.changes.pop_front()
     }
@@ -56,12 +50,10 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
         others.peek().is_some() && others.all(|(_, counters)| counters.state() == ErrorState::Off)
     }
 
-    /// The bus becomes idle.
     pub(super) fn idle_from(&mut self, now: Timestamp) {
         self.idle_since.get_or_insert(now);
     }
 
-    /// A node sends.
     pub(super) fn busy(&mut self) {
         self.idle_since = None;
     }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use std::vec::Vec;
 
 fn decode(bytes: &[u8]) -> Vec<Result<Line, LineError>> {
-    let mut decoder = LineDecoder::new();
+    let mut decoder = LineDecoder::default();
     bytes.iter().filter_map(|byte| decoder.push(*byte)).collect()
 }
 
