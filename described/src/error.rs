@@ -70,7 +70,8 @@ pub struct Mistake {
     pub(crate) place: Place,
     /// The problem, as a lower-case fragment.
     pub message: String,
-    pub(crate) help: Option<String>,
+    /// The remedy, if known.
+    pub help: Option<String>,
 }
 
 impl Place {

@@ -1,57 +1,70 @@
-//! Switches for the faults of an emulator.
+//! Switches for deliberate faults: of a device, a line or a person.
 
 use crate::random::RandomStream;
+use std::slice::{Iter, IterMut};
 
-/// Active faults of a device, each under the number that the caller chose when switching it on.
+/// Active faults, each under the number that the caller chose when switching it on. `C` is the source of their random
+/// numbers.
 #[derive(Debug, Clone)]
-pub struct Switches<F> {
-    on: Vec<Switch<F>>,
+pub struct Switches<F, C = RandomStream> {
+    on: Vec<Switch<F, C>>,
 }
 
+/// An active fault.
 #[derive(Debug, Clone)]
-pub(crate) struct Switch<F> {
+pub struct Switch<F, C = RandomStream> {
     number: usize,
-    pub(crate) fault: F,
-    pub(crate) chance: RandomStream,
-    /// How often it has changed the device's behaviour.
-    pub(crate) acted: u64,
+    /// The fault, with its state.
+    pub fault: F,
+    /// Its random numbers.
+    pub chance: C,
+    /// How often it has acted.
+    pub acted: u64,
 }
 
-impl<F> Switches<F> {
-    pub(crate) const fn new() -> Self {
+impl<F, C> Default for Switches<F, C> {
+    fn default() -> Self {
         Self { on: Vec::new() }
     }
+}
 
+impl<F, C> Switches<F, C> {
     /// True if no fault is active.
     #[inline]
-    pub(crate) fn is_empty(&self) -> bool {
+    pub const fn is_empty(&self) -> bool {
         self.on.is_empty()
     }
 
-    pub(crate) fn switch_on(&mut self, number: usize, fault: F, chance: RandomStream) {
+    /// Adds a fault, which has not acted yet.
+    pub fn switch_on(&mut self, number: usize, fault: F, chance: C) -> Option<&mut Switch<F, C>> {
         self.on.push(Switch { number, fault, chance, acted: 0 });
+        self.on.last_mut()
     }
 
-    /// Removes the fault; returns how often it has acted, and the fault itself, if it was active.
-    pub(crate) fn switch_off(&mut self, number: usize) -> Option<(u64, F)> {
-        let place = self.on.iter().position(|switch| switch.number == number)?;
-        let switch = self.on.remove(place);
-        Some((switch.acted, switch.fault))
+    /// Removes the faults `number`; returns how often they have acted, and the last of them, if any was active.
+    pub fn switch_off(&mut self, number: usize) -> Option<(u64, F)> {
+        let acted = self.acted(number);
+        let of_number = self.on.extract_if(.., |switch| switch.number == number);
+        of_number.last().map(|switch| (acted, switch.fault))
     }
 
-    /// How often the fault `number` has acted.
-    pub(crate) fn acted(&self, number: usize) -> u64 {
-        let found = self.on.iter().find(|switch| switch.number == number);
-        found.map_or(0, |switch| switch.acted)
+    /// How often the faults `number` have acted.
+    pub fn acted(&self, number: usize) -> u64 {
+        self.on.iter().filter(|switch| switch.number == number).map(|switch| switch.acted).sum()
     }
 
     /// The active faults, in the order of activation.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &Switch<F>> {
+    pub fn iter(&self) -> Iter<'_, Switch<F, C>> {
         self.on.iter()
     }
 
     /// The active faults, mutable for counting.
-    pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut Switch<F>> {
+    pub fn iter_mut(&mut self) -> IterMut<'_, Switch<F, C>> {
         self.on.iter_mut()
+    }
+
+    /// The faults `number`.
+    pub fn numbered(&mut self, number: usize) -> impl Iterator<Item = &mut Switch<F, C>> {
+        self.on.iter_mut().filter(move |switch| switch.number == number)
     }
 }

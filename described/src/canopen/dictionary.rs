@@ -40,7 +40,6 @@ pub struct Entry {
     pub(super) at: Range<usize>,
 }
 
-/// How the value of an object is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A number of this many bits.

@@ -18,7 +18,6 @@ const DOMAIN: i128 = 2;
 /// `DataType` of an object of any bytes.
 const DOMAIN_TYPE: i128 = 0x0F;
 
-/// A section, with its keys in lower case.
 struct Section<'a> {
     at: Range<usize>,
     keys: BTreeMap<String, (&'a str, Range<usize>)>,

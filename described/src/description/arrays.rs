@@ -74,7 +74,6 @@ pub(super) fn find(arrays: &[(String, Array)], name: &str) -> Option<Meaning> {
     found.map(|(_, array)| Meaning::Array(*array))
 }
 
-/// A name with a range of indices.
 #[derive(Debug, PartialEq, Eq)]
 struct Numbered<'a> {
     before: &'a str,

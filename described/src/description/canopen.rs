@@ -13,13 +13,11 @@ use crate::place::Place;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The objects and the errors of a device.
 #[derive(Debug, Clone)]
 pub(crate) struct Canopen {
     pub(crate) dictionary: Arc<Dictionary>,
     /// Objects with a value of the application, by their place in the dictionary.
     pub(crate) objects: BTreeMap<usize, Object>,
-    /// Error codes and their conditions.
     pub(crate) errors: Vec<(u16, Expression)>,
 }
 

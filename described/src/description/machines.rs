@@ -38,7 +38,6 @@ pub(crate) struct Transition {
     pub(crate) set: Vec<Setting>,
 }
 
-/// An assignment to a state variable.
 #[derive(Debug, Clone)]
 pub(crate) struct Setting {
     pub(crate) slot: usize,

@@ -18,7 +18,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use wire::time::Span;
 
-/// A message that the device sends.
 #[derive(Debug, Clone)]
 pub(crate) struct Sent {
     /// Its index in the layout.
@@ -71,7 +70,6 @@ pub(super) fn expressions(sent: &mut [Sent]) -> Batch {
     batch
 }
 
-/// A message that the device receives.
 #[derive(Debug, Clone)]
 pub(crate) struct Heard {
     /// Its index in the layout.

@@ -60,7 +60,6 @@ pub struct Description {
     pub source: String,
     layout: Layout,
     parameters: Vec<Parameter>,
-    /// Notes on parameters, states and machines.
     notes: BTreeMap<String, Note>,
     pub(crate) model: Model,
 }

@@ -91,7 +91,6 @@ pub(super) fn name(name: &str, section: &str, place: &Place) -> Result<(), Mista
     Ok(())
 }
 
-/// Parses the parameters, including those of arrays.
 pub(super) fn parameters(
     entries: &[Entry<'_, ParameterTable>],
     families: &[Family],

@@ -12,7 +12,6 @@ pub(super) const PERIOD_S_MIN: f64 = 50e-6;
 /// Longer than any run: a larger time is a typing mistake.
 const TIME_S_MAX: f64 = 1e6;
 
-/// The index of a received message.
 pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usize, Mistake> {
     let heard = |message: &&Message| message.sender == Sender::Host;
     layout.find(name).filter(|index| layout.messages()[*index].sender == Sender::Host).ok_or_else(

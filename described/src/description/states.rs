@@ -12,7 +12,6 @@ use std::collections::BTreeSet;
 
 #[derive(Debug, Clone)]
 pub(crate) struct State {
-    /// The value at power-on, an expression of parameters.
     pub(crate) start: Expression,
     pub(crate) law: Law,
 }

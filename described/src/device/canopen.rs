@@ -9,7 +9,6 @@ use std::sync::Arc;
 use wire::can::CanFrame;
 use wire::time::Timestamp;
 
-/// The variables of the device, as the protocol sees them.
 struct Variables<'a> {
     canopen: &'a Canopen,
     dynamics: &'a mut Dynamics,

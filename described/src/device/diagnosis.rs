@@ -52,12 +52,10 @@ impl Device {
         finite(expression.value(self.dynamics.values()), 0.0, &mut self.not_finite)
     }
 
-    /// The tests of its trouble codes.
     pub(crate) fn monitors(&mut self) -> &mut [Monitor] {
         &mut self.dynamics.monitors
     }
 
-    /// Switches the tests of its trouble codes on or off.
     pub(crate) const fn test_codes(&mut self, on: bool) {
         self.dynamics.monitoring = on;
     }
@@ -73,7 +71,6 @@ impl Dynamics {
         }
     }
 
-    /// A new operation cycle begins.
     pub(super) fn next_cycle(&mut self) {
         self.monitoring = true;
         self.monitors.iter_mut().for_each(Monitor::next_cycle);

@@ -35,7 +35,6 @@ pub(super) struct Sending {
     pub(super) corrections: Vec<(usize, Correction)>,
 }
 
-/// The correction of a signal before it is sent.
 #[derive(Debug, Clone)]
 pub(super) struct Correction {
     pub(super) steps: Procedure<Seen>,
@@ -157,17 +156,14 @@ impl Agenda {
         }
     }
 
-    /// The earliest due time.
     pub(super) const fn first(&self) -> Timestamp {
         self.first
     }
 
-    /// Everything that was due is handled.
     fn end(&mut self) {
         self.first = self.next.iter().copied().min().unwrap_or(NEVER);
     }
 
-    /// Restarts with everything that is due.
     fn begin(&mut self, now: Timestamp) {
         self.due.clear();
         self.done = 0;

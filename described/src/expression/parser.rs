@@ -40,7 +40,6 @@ pub(super) fn parse(text: &str, scope: &dyn Scope) -> Result<Vec<Operation>, Exp
     }
 }
 
-/// Binding power of an operator, and its operation.
 fn operator(token: Token<'_>) -> Option<(u8, Binary)> {
     Some(match token {
         Token::Name("or") => (1, Binary::Or),

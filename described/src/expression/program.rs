@@ -240,7 +240,6 @@ impl Compiler {
         }
     }
 
-    /// The last unused operand.
     fn take(&mut self) -> Pending {
         self.pending.pop().unwrap_or(Pending::Simple(From::Number(f64::NAN)))
     }
@@ -333,7 +332,6 @@ fn fused(instructions: &[Instruction]) -> Vec<Instruction> {
     fused
 }
 
-/// Maximum height of the stack.
 fn highest(instructions: &[Instruction]) -> usize {
     let of_stack = |from: &From| usize::from(*from == From::Stack);
     let (mut height, mut highest) = (0_usize, 0);

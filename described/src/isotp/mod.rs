@@ -155,7 +155,6 @@ impl Channel {
         }
     }
 
-    /// Does the work due at `now`.
     pub(crate) fn wake(&mut self, now: Timestamp) {
         if self.going.as_ref().is_some_and(|going| going.due <= now) {
             self.go_on(now);

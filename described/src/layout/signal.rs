@@ -129,7 +129,6 @@ impl Signal {
             .then(|| self.scale.number(value))
     }
 
-    /// The value in the bytes of its message.
     pub(super) fn read(&self, data: &[u8]) -> f64 {
         match self.storage {
             Storage::Bits { field, coding } => {

@@ -20,7 +20,6 @@ impl SignalValue {
     /// The value in the unit of `signal`.
     ///
     /// # Errors
-    ///
     /// When the signal has no value of that name: what is wrong, and what to write instead.
     pub fn of(&self, signal: &Signal) -> Result<f64, (String, String)> {
         let name = match self {

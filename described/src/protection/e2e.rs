@@ -30,6 +30,16 @@ pub(crate) enum DataId {
     Nibble(u16, usize),
 }
 
+/// The CRC of several parts.
+macro_rules! crc_of {
+    ($word:ty, $algorithm:ident, $parts:expr) => {{
+        let crc = Crc::<$word, NoTable>::new(&crc::$algorithm);
+        let mut digest = crc.digest();
+        $parts.iter().for_each(|part: &&[u8]| digest.update(part));
+        digest.finalize().into()
+    }};
+}
+
 impl E2e {
     /// Fills in the fields beside counter and CRC.
     pub(super) fn prepare(&self, data: &mut [u8]) {
@@ -78,7 +88,6 @@ impl E2e {
         }
     }
 
-    /// The CRC of a message with these bytes and this counter number.
     pub(super) fn crc(&self, data: &[u8], counter: u64) -> u64 {
         match self {
             Self::Profile1 { data_id, crc_at } => {
@@ -90,23 +99,19 @@ impl E2e {
                 let (before, behind) = around(data, *crc_at, 1);
                 // The polynomial of SAE J1850. AUTOSAR's routine starts at 0xff and inverts at the end, and the
                 // profile's calls cancel both: the catalogue lists this variant under GSM.
-                let crc = Crc::<u8, NoTable>::new(&crc::CRC_8_GSM_A);
-                crc.checksum(&[id, before, behind].concat()).into()
+                crc_of!(u8, CRC_8_GSM_A, [id, before, behind])
             }
             Self::Profile2 { data_ids } => {
                 let (_, behind) = around(data, 0, 1);
-                let crc = Crc::<u8, NoTable>::new(&crc::CRC_8_AUTOSAR);
-                crc.checksum(&[behind, &[data_ids[(counter % 16) as usize]]].concat()).into()
+                crc_of!(u8, CRC_8_AUTOSAR, [behind, &[data_ids[(counter % 16) as usize]]])
             }
             Self::Profile4 { at, .. } => {
                 let (before, behind) = around(data, at + 8, 4);
-                let crc = Crc::<u32, NoTable>::new(&crc::CRC_32_AUTOSAR);
-                crc.checksum(&[before, behind].concat()).into()
+                crc_of!(u32, CRC_32_AUTOSAR, [before, behind])
             }
             Self::Profile5 { data_id, at } => {
                 let (before, behind) = around(data, *at, 2);
-                let crc = Crc::<u16, NoTable>::new(&crc::CRC_16_IBM_3740);
-                crc.checksum(&[before, behind, &data_id.to_le_bytes()].concat()).into()
+                crc_of!(u16, CRC_16_IBM_3740, [before, behind, &data_id.to_le_bytes()])
             }
         }
     }

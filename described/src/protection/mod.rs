@@ -64,14 +64,12 @@ pub(crate) struct Own {
     pub(crate) checksum: bool,
 }
 
-/// The sender's state of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Sent {
     /// The counter in the last message.
     last: Option<u64>,
 }
 
-/// The receiver's state of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Received {
     /// The counter in the last message with a correct checksum.
@@ -108,7 +106,6 @@ impl Protection {
         seals.is_some_and(|(one, two)| one != two).then_some("checksum")
     }
 
-    /// Recomputes the checksum of the bytes.
     pub(crate) fn reseal(&self, data: &mut [u8]) {
         if let Some((field, sum)) = self.sum(data) {
             field.set(data, sum);
@@ -140,7 +137,6 @@ impl Protection {
         verdict
     }
 
-    /// The position and the value of the checksum.
     fn sum(&self, data: &[u8]) -> Option<(BitField, u64)> {
         match self.seal.as_ref()? {
             Seal::Sum(sum) => Some((sum.field, sum.of(data))),

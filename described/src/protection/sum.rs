@@ -20,7 +20,6 @@ pub(crate) struct FrameSum {
 }
 
 impl FrameSum {
-    /// The checksum of a message with these bytes.
     pub(super) fn of(&self, data: &[u8]) -> u64 {
         let mut covered = self.before.clone();
         match &self.covers {

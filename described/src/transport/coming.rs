@@ -66,7 +66,6 @@ impl Coming {
         }
     }
 
-    /// Gives up after a time-out.
     pub(super) fn give_up(&mut self, ready: &mut VecDeque<CanFrame>) {
         self.say(Transport::Abort { reason: TIMED_OUT, group: self.extent.group }, ready);
         self.is_over = true;

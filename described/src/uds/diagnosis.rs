@@ -82,7 +82,6 @@ pub(crate) struct Routine {
     pub(crate) delay: Expression,
 }
 
-/// A diagnostic trouble code.
 #[derive(Debug, Clone)]
 pub(crate) struct Dtc {
     /// 24 bits.

@@ -11,7 +11,6 @@ const FAILED_SINCE_CLEAR: u8 = 0x20;
 const NOT_COMPLETED_THIS_CYCLE: u8 = 0x40;
 pub(crate) const WARNING: u8 = 0x80;
 
-/// The test of one code and its memory.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
     status: u8,

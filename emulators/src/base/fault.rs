@@ -76,7 +76,6 @@ impl BaseEmulator {
         self.kinematics.set_state(state);
     }
 
-    /// Applies the immediate effects of a switched fault.
     fn switched(&mut self, now: Timestamp, fault: BaseFault) {
         match fault {
             BaseFault::WheelSlip { .. } => {

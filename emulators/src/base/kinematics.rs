@@ -20,7 +20,6 @@ pub(super) struct State {
     pub(super) displacement: f64,
     /// Steering angle by the odometer, unwrapped.
     pub(super) steered: f64,
-    /// True position of the base.
     pub(super) truth: Track,
     /// Remaining counter-clockwise encoder turn of the steering before its play is taken up.
     pub(super) slack: f64,
@@ -93,7 +92,6 @@ impl Kinematics {
         self.drive.acceleration()
     }
 
-    /// The commanded rates of drive and steering at `now`.
     fn commanded_at(&self, now: Timestamp) -> [f64; 2] {
         let t = (now - self.phase_start).as_secs_f64();
         self.commanded.map(|commanded| commanded.rate(t))
@@ -104,7 +102,6 @@ impl Kinematics {
         !self.commanded.iter().all(Ramp::is_at_rest)
     }
 
-    /// The target rates of drive and steering.
     pub(super) const fn targets(&self) -> (f64, f64) {
         (self.commanded[0].target(), self.commanded[1].target())
     }

@@ -125,7 +125,7 @@ impl BaseEmulator {
             device: Device::default(),
             frames_ignored: 0,
             reports: Reports::new(transport),
-            faults: Switches::new(),
+            faults: Switches::default(),
             late_stop: None,
         };
         base.apply_track_model(Timestamp::ZERO);

@@ -47,7 +47,6 @@ impl Ramp {
         (self.rate + 0.5 * self.acceleration * ramped) * ramped + self.target * (t - ramped)
     }
 
-    /// Acceleration until it settles, signed.
     pub(super) const fn acceleration(&self) -> f64 {
         self.acceleration
     }

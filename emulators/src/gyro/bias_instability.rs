@@ -79,7 +79,6 @@ impl BiasInstability {
         }
     }
 
-    /// Advances to the next second.
     pub(super) fn advance(&mut self) {
         if self.rms == 0.0 {
             return;

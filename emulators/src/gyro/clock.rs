@@ -58,7 +58,6 @@ impl OutputClock {
         self.period as f64 / PARTS_PER_NANO * SECONDS_PER_NANO
     }
 
-    /// Advances to the output after the next.
     #[inline]
     pub(super) fn tick(&mut self) {
         // No overflow: the clock's error is bounded, and the period is at most twice the nominal one.

@@ -136,7 +136,7 @@ impl GyroEmulator {
                 .map(|modulus| Sequence { value: 0, modulus }),
             pending: VecDeque::new(),
             dropped: 0,
-            faults: Switches::new(),
+            faults: Switches::default(),
             parameters,
         };
         gyro.configure();

@@ -89,7 +89,6 @@ impl RateNoise {
             * self.turn_on_draw;
     }
 
-    /// Advances the slow bias by its step.
     pub(super) fn advance_slow(&mut self) {
         self.instability.advance();
     }

@@ -44,7 +44,6 @@ impl Thermal {
         self.start.coil + (self.end.coil - self.start.coil) * share
     }
 
-    /// The sensor's reading at the start of the step.
     pub(super) const fn reading(&self) -> f64 {
         self.reading
     }

@@ -64,7 +64,6 @@ impl Profile {
         Self { start: now, from, to, top_rate: rate, up_s: 0.0, level_s: 0.0, down_s }
     }
 
-    /// Time of the last step.
     pub(super) fn end(&self) -> Timestamp {
         let seconds = self.up_s + self.level_s + self.down_s;
         self.start + Span::from_nanos(ceil(seconds * NANOS_PER_SECOND) as i64)
@@ -90,7 +89,6 @@ impl Profile {
         self.to - 0.5 * self.top_rate / self.down_s * left * left
     }
 
-    /// Steps per second at `now`.
     pub(super) fn rate(&self, now: Timestamp) -> f64 {
         if now >= self.end() {
             return 0.0;

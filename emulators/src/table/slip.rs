@@ -35,7 +35,6 @@ pub(super) enum Slip {
 }
 
 impl Slip {
-    /// The slip of the move `profile` with `ramp` against the motor's `limit`.
     pub(super) fn of(profile: &Profile, ramp: f64, limit: f64) -> Self {
         let rate = profile.top_rate();
         if ramp <= limit || rate == 0.0 {

@@ -170,7 +170,6 @@ impl Lease {
     /// Takes all parts, or none if another user holds one.
     ///
     /// # Errors
-    ///
     /// When the files cannot be made or locked.
     pub fn take(
         folder: &Path,

@@ -93,7 +93,6 @@ const LAST_WORDS: Span = Span::from_millis(100);
 /// Time between two checks outside the world.
 const PULSE_PERIOD: Span = Span::from_millis(100);
 
-/// A rig in real time.
 #[derive(Debug)]
 pub struct LiveWorld {
     rig: Rig,
@@ -116,7 +115,6 @@ pub struct LiveWorld {
     eyes: Option<Box<Eyes>>,
 }
 
-/// What ended a wait of the loop.
 enum Awaited {
     Due,
     Port(usize, PortEvent),
@@ -176,7 +174,6 @@ impl LiveWorld {
     /// Runs the plan to its end. The stderr of the device under test goes into `log`.
     ///
     /// # Errors
-    ///
     /// When the run cannot begin. A run that has begun ends with an outcome.
     pub fn run(
         &mut self,

@@ -57,14 +57,15 @@ pub(crate) enum Message {
     Serial(usize, Change),
 }
 
-/// Action on a serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Change {
     /// The port was opened.
     Opened,
     /// The settings changed: with a line discipline or without, with error marks (`PARMRK`) or without.
-    Settled { is_cooked: bool, is_marked: bool },
-    /// The program set its UART.
+    Settled {
+        is_cooked: bool,
+        is_marked: bool,
+    },
     Framed(SerialSettings),
     /// This number of bytes was written in one call.
     Wrote(usize),
@@ -108,7 +109,6 @@ impl Link {
         Ok(Self { stream, buffer: Vec::new(), taken: 0, out: Vec::new() })
     }
 
-    /// Reads the next message of the process.
     pub(crate) fn read(&mut self) -> Reading {
         loop {
             let rest = self.buffer.get(self.taken..).unwrap_or_default();

@@ -63,7 +63,6 @@ impl Kept {
         Ok((kept, writer.try_clone()?.into(), writer.into()))
     }
 
-    /// Passes on new output.
     pub(crate) fn hand_on(&mut self) {
         let Some(sink) = &mut self.sink else { return };
         let mut buffer = [0; READ_BYTES];

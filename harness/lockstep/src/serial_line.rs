@@ -89,7 +89,6 @@ impl SerialLine {
         self.is_marked = is_marked;
     }
 
-    /// Takes what the program has set of its UART.
     pub(crate) const fn framed(&mut self, framing: SerialSettings) {
         self.framing = Some(framing);
     }

@@ -24,7 +24,6 @@ pub(crate) struct Spawned {
 }
 
 impl Spawned {
-    /// Starts it as the leader of a process group.
     pub(crate) fn start(mut command: Command) -> io::Result<Self> {
         let (sender, statuses) = channel();
         let (pid_sender, pids) = channel();

@@ -18,7 +18,6 @@ pub enum Said {
     Lost,
 }
 
-/// The harness's ends of the pipes.
 #[derive(Debug)]
 pub(crate) struct Talk {
     to: PipeWriter,

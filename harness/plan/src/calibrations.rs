@@ -23,7 +23,6 @@ pub enum CalibrationError {
 /// Loads every calibration that `plan` uses and does not make itself, except those in `made`.
 ///
 /// # Errors
-///
 /// When one is missing or invalid.
 pub fn load(
     plan: &Plan,

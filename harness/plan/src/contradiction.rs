@@ -28,7 +28,6 @@ pub(super) fn contradictions(properties: &[Property], steps: &[Step]) -> Result<
     Ok(())
 }
 
-/// The fastest motions that the plan commands.
 #[derive(Default)]
 struct Fastest {
     speed: Speed,

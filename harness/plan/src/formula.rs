@@ -9,7 +9,6 @@ use temporal::{Formula, Mistake, NotFound, Protecting, Signal, Signals};
 /// `ContactorCommand` if only one node sends a signal with that name.
 ///
 /// # Errors
-///
 /// The first mistake, with its position in the text.
 pub fn formula(text: &str, speakers: &[Speaker]) -> Result<Formula, Mistake> {
     Formula::parse(text, &Sent(speakers))

@@ -162,7 +162,6 @@ impl Plan {
     /// Reads a plan; `file` names it in errors.
     ///
     /// # Errors
-    ///
     /// The first mistake, with its place.
     pub fn parse(file: &str, text: &str) -> Result<Self, FileError> {
         if text.len() > FILE_LEN_MAX {
@@ -184,7 +183,6 @@ impl Plan {
     /// code.
     ///
     /// # Errors
-    ///
     /// The first mistake, with its place.
     pub fn check(&self, file: &str, text: &str) -> Result<(), FileError> {
         validate::validate(self, None).map_err(|mistake| mistake.located(file, text))
@@ -218,7 +216,6 @@ impl Plan {
     /// the targets of its faults. `file` and `text` are the source of the plan.
     ///
     /// # Errors
-    ///
     /// The first that is missing, with its place.
     pub fn check_rig(&self, file: &str, text: &str, rig: &Rig) -> Result<(), FileError> {
         validate::validate(self, Some(rig)).map_err(|mistake| mistake.located(file, text))?;
@@ -235,7 +232,7 @@ impl Plan {
         lines: &Lines,
         gyro: Option<GyroStream>,
     ) -> Result<(), FileError> {
-        let faults = self.faults.check_bench(lines).map_err(Mistake::from);
+        let faults = self.faults.check_bench(lines);
         let mut envelopes = self.envelopes.iter().enumerate();
         let envelopes = |()| envelopes.try_for_each(|(index, one)| one.check_bench(index, lines));
         let properties = |()| match gyro {
@@ -250,7 +247,7 @@ impl Plan {
 }
 
 /// The result of a check: the first mistake.
-type Checked = Result<(), Mistake>;
+pub type Checked = Result<(), Mistake>;
 
 #[cfg(test)]
 mod tests;

@@ -179,7 +179,6 @@ impl Library {
     /// The file that `name` refers to.
     ///
     /// # Errors
-    ///
     /// When no shipped file has this name, or the path cannot be read.
     pub fn open(&self, kind: Kind, name: &str) -> Result<Source, LibraryError> {
         let source = match &self.packed {
@@ -196,7 +195,6 @@ impl Library {
     /// The file `name` in the folder of `source`, the description of a device.
     ///
     /// # Errors
-    ///
     /// When it cannot be read.
     pub fn open_beside(&self, source: &Source, name: &str) -> Result<Source, LibraryError> {
         self.open_beside_by(source, name, read)
@@ -206,7 +204,6 @@ impl Library {
     /// called for a file in a pack.
     ///
     /// # Errors
-    ///
     /// When it cannot be read.
     pub fn open_beside_by(
         &self,
@@ -282,7 +279,6 @@ impl Library {
     /// The content of the file that `name` refers to, and its origin.
     ///
     /// # Errors
-    ///
     /// When it is missing or invalid.
     pub fn read<T: DeserializeOwned>(
         &self,
@@ -298,7 +294,6 @@ impl Library {
 /// The content of the TOML file at `path`.
 ///
 /// # Errors
-///
 /// When it cannot be read or is invalid.
 pub fn read_file<T: DeserializeOwned>(path: &Path) -> Result<T, LibraryError> {
     read(path)?.parse()
@@ -308,7 +303,6 @@ impl Source {
     /// The file at `path`.
     ///
     /// # Errors
-    ///
     /// When it cannot be read.
     pub fn of_file(path: &Path) -> Result<Self, LibraryError> {
         read(path)
@@ -317,7 +311,6 @@ impl Source {
     /// The parsed TOML content.
     ///
     /// # Errors
-    ///
     /// When it is invalid.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, LibraryError> {
         let read = toml::from_str(&self.text);

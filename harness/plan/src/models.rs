@@ -71,7 +71,6 @@ impl std::error::Error for Refused {}
 /// Loads every model that `plan` uses and does not identify itself, except those in `made`.
 ///
 /// # Errors
-///
 /// When one is missing or invalid, or a controller cannot apply it.
 pub fn load(
     plan: &Plan,
@@ -129,7 +128,6 @@ pub fn to_json(finding: &Finding) -> String {
 /// Reads the model with this name or path.
 ///
 /// # Errors
-///
 /// When it is missing or invalid.
 pub fn read(library: &Library, name: &str) -> Result<(String, Model), ModelError> {
     let (origin, model): (String, Model) = library.read(Kind::Model, name)?;
@@ -143,7 +141,6 @@ pub fn read(library: &Library, name: &str) -> Result<(String, Model), ModelError
 /// The calibration in force, with its terms replaced by those of the model.
 ///
 /// # Errors
-///
 /// All terms that a controller cannot correct.
 pub fn calibration(model: &Model, in_force: &Calibration) -> Result<Calibration, Refused> {
     Ok(Calibration { corrections: corrections(model)?, ..in_force.clone() })
@@ -152,7 +149,6 @@ pub fn calibration(model: &Model, in_force: &Calibration) -> Result<Calibration,
 /// The corrections of a controller.
 ///
 /// # Errors
-///
 /// All terms that a controller cannot correct.
 pub fn corrections(model: &Model) -> Result<Corrections, Refused> {
     let mut corrections = Corrections::new();

@@ -2,7 +2,7 @@
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Unexpected};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::borrow::Cow;
 use std::fmt;
 
@@ -14,7 +14,7 @@ const EXPECTED_NAME: &str =
 const EXPECTED_PARAMETER: &str = "a parameter as `device.name`, for example `gyro.ambient_celsius`";
 
 /// A name that is also a safe file name: a letter, then `a-z`, `0-9`, `-`, `_`.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Name(String);
 
 impl Name {
@@ -60,12 +60,6 @@ impl<'de> Deserialize<'de> for Name {
         let text = String::deserialize(deserializer)?;
         Self::new(&text)
             .ok_or_else(|| de::Error::invalid_value(Unexpected::Str(&text), &EXPECTED_NAME))
-    }
-}
-
-impl Serialize for Name {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&self.0)
     }
 }
 

@@ -30,7 +30,7 @@ pub const fn of_command(command: &Command) -> Option<&'static str> {
 /// The names of the phase of a step, or of a round of it.
 pub fn names(step: &Step) -> impl Iterator<Item = &str> {
     let name = step.action.name();
-    let told_by_this_name = step.action.missions().iter().any(|(told, _)| *told == name);
+    let told_by_this_name = step.action.kind().missions().iter().any(|(told, _)| *told == name);
     let own = (!told_by_this_name).then_some(name);
     own.into_iter().chain(step.label.as_ref().map(Name::as_str))
 }
@@ -48,7 +48,8 @@ impl Plan {
     /// The same phases, in order of their first occurrence.
     pub fn phases_in_order(&self) -> Vec<&str> {
         let of_step = |step| {
-            let told = Step::walk(std::slice::from_ref(step)).flat_map(|one| one.action.missions());
+            let told =
+                Step::walk(std::slice::from_ref(step)).flat_map(|one| one.action.kind().missions());
             names(step).chain(told.map(|(name, _)| *name)).collect::<Vec<_>>()
         };
         let mut order = Vec::new();
@@ -64,7 +65,7 @@ impl Plan {
     /// otherwise empty.
     pub fn motions_after_bias_test(&self) -> Vec<(Name, u32)> {
         let mut order = Vec::new();
-        for (name, _) in Step::walk(&self.steps).flat_map(|step| step.action.missions()) {
+        for (name, _) in Step::walk(&self.steps).flat_map(|step| step.action.kind().missions()) {
             if !order.contains(name) {
                 order.push(*name);
             }
@@ -84,7 +85,7 @@ fn count<'a>(steps: &'a [Step], rounds: u64, counts: &mut BTreeMap<&'a str, u64>
             *sum = sum.saturating_add(rounds.saturating_mul(times));
         };
         names(step).for_each(|name| add(name, 1));
-        step.action.missions().iter().for_each(|(name, times)| add(name, *times));
+        step.action.kind().missions().iter().for_each(|(name, times)| add(name, *times));
         count(step.action.steps(), rounds, counts);
     }
 }

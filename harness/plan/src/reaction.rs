@@ -55,7 +55,6 @@ pub(super) fn check(reactions: &[Reaction], rig: Option<&Rig>) -> Result<(), Mis
     Ok(())
 }
 
-/// Checks that a reaction with this name exists.
 pub(super) fn find(reactions: &[Reaction], name: &str, at: &Place) -> Result<(), Mistake> {
     let known: Vec<&str> = reactions.iter().map(|reaction| reaction.name.as_str()).collect();
     if known.contains(&name) {

@@ -37,7 +37,6 @@ pub type Named<'a> = &'a dyn Fn(&str) -> Option<&'a str>;
 /// one of the rig's own.
 ///
 /// # Errors
-///
 /// The line that is missing in the log, and the channels that could be it.
 pub(crate) fn part_in<'a>(
     log: &[Logged],
@@ -60,7 +59,6 @@ pub(crate) fn part_in<'a>(
 /// line's kind of traffic.
 ///
 /// # Errors
-///
 /// The channels with that kind of traffic, if several are possible or the named one is not among them.
 fn channel_of<'a>(
     log: &'a [Logged],
@@ -103,7 +101,6 @@ impl Rig {
     /// states the channel of a line, if it is stated. On a serial line, where a log does not record the sender, all bytes count as the device's.
     ///
     /// # Errors
-    ///
     /// The line that is missing in the log, and the channels in it.
     pub fn replayed_by(
         mut self,

@@ -26,28 +26,24 @@ pub trait Parts {
     /// The paper's robot or table of a device file.
     ///
     /// # Errors
-    ///
     /// When it is missing or invalid.
     fn devices(&mut self, name: &str) -> Result<Devices, Self::Error>;
 
     /// The description of a device.
     ///
     /// # Errors
-    ///
     /// When it is missing or invalid.
     fn description(&mut self, name: &str) -> Result<Description, Self::Error>;
 
     /// The DBC in a file.
     ///
     /// # Errors
-    ///
     /// When it is not a DBC.
     fn dbc(&mut self, file: &Source) -> Result<Arc<Dbc>, Self::Error>;
 
     /// The entries of a bus log, and what is doubtful in it.
     ///
     /// # Errors
-    ///
     /// When it cannot be read.
     fn log(&mut self, file: &Source) -> Result<(Vec<Logged>, Vec<String>), Self::Error>;
 }
@@ -55,7 +51,6 @@ pub trait Parts {
 /// Reads the rig with this name or path.
 ///
 /// # Errors
-///
 /// The first mistake, with its place.
 pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Rig, P::Error> {
     let source = library.open(Kind::Rig, name)?;

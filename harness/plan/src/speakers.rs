@@ -168,7 +168,6 @@ pub(crate) fn whose(node: &str) -> String {
 /// Resolves a name of a message or signal among `speakers`.
 ///
 /// # Errors
-///
 /// The error, and the names that exist.
 pub fn resolve(speakers: &[Speaker], of: OfMessage<'_>) -> Result<MessagePlace, Unknown> {
     let mut wrong = None;

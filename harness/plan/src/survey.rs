@@ -28,7 +28,6 @@ pub(super) struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// Before the first step.
     pub(super) fn new(subject: Subject<'a>, reactions: &'a [Reaction]) -> Self {
         Self { subject, reactions, ..Self::default() }
     }

@@ -45,7 +45,8 @@ pub(crate) fn stretches(plan: &Plan, wanted: &[(&str, u32)]) -> Vec<Option<Stret
 
 /// Whether a phase with this name can contain another of the same name. If not, they follow one another.
 pub(crate) fn nests(plan: &Plan, name: &str) -> bool {
-    let gives = |step: &Step| step.action.missions().iter().any(|(mission, _)| *mission == name);
+    let gives =
+        |step: &Step| step.action.kind().missions().iter().any(|(mission, _)| *mission == name);
     let is = |step: &Step| names(step).any(|one| one == name);
     let mut within = Step::walk(&plan.steps).filter(|step| is(step));
     within.any(|step| {
@@ -118,9 +119,9 @@ impl Walk<'_> {
         let began = self.now;
         let names: Vec<&str> = names(step).collect();
         let open = self.enter(&names);
-        let pieces: u64 = step.action.missions().iter().map(|(_, times)| times).sum();
+        let pieces: u64 = step.action.kind().missions().iter().map(|(_, times)| times).sum();
         let least = least(&step.action);
-        let kinds = step.action.missions();
+        let kinds = step.action.kind().missions();
         // A lap alternates a straight and a turn; only the lap as a whole bounds their durations.
         let rounds = kinds.first().map_or(0, |(_, times)| *times);
         for _ in 0..rounds {

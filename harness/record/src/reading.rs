@@ -49,7 +49,6 @@ impl TellingFile {
     /// Opens a file for reading.
     ///
     /// # Errors
-    ///
     /// When it cannot be opened.
     pub fn open(path: &Path, teller: Teller) -> io::Result<Self> {
         let file = File::open(path)?;

@@ -19,7 +19,6 @@ use wire::gyro::GyroStream;
 use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Pose};
 
-/// Carries and turns the gyro.
 #[derive(Debug, Clone)]
 pub enum Carrier {
     /// The turret of the robot.
@@ -48,7 +47,6 @@ impl Turning {
     }
 }
 
-/// The emulated devices of one run.
 #[derive(Debug, Clone)]
 pub struct Bench {
     pub gyro: GyroEmulator,
@@ -126,7 +124,6 @@ impl ModelSource for Models<'_> {
 /// Returns the devices that a device file describes.
 ///
 /// # Errors
-///
 /// When the file, or a model that it names, is missing or invalid.
 pub fn load_devices(library: &Library, name: &str) -> Result<Devices, DevicesError> {
     let (origin, file): (String, DeviceFile) = library.read(Kind::Devices, name)?;
@@ -236,7 +233,6 @@ impl Bench {
     /// heading anew.
     ///
     /// # Errors
-    ///
     /// When there is no robot, or when it is moving.
     pub fn place(&mut self, now: Timestamp, pose: Pose) -> Result<(), &'static str> {
         self.carrier.place(now, pose)?;
@@ -247,7 +243,6 @@ impl Bench {
     /// Sets a parameter of a device.
     ///
     /// # Errors
-    ///
     /// When there is no such device or parameter, or when the value is out of its domain.
     pub fn set_parameter(
         &mut self,

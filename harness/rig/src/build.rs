@@ -122,7 +122,6 @@ fn line_of(declared: &RigLine, mut ends: Vec<End>) -> Line {
     }
 }
 
-/// Decodes the messages of all speakers.
 pub fn listen(rig: &mut Rig, declared: &Declared) {
     for (index, speaker) in declared.speakers.iter().enumerate() {
         let Some(line) = rig.lines.get(speaker.line) else { continue };

@@ -65,7 +65,6 @@ impl ByHand {
     /// Starts at time zero. `change` may alter the controller's configuration before the start.
     ///
     /// # Errors
-    ///
     /// Never: the built-in plan always parses.
     pub fn new(
         devices: &Devices,
@@ -97,7 +96,6 @@ impl ByHand {
     /// Advances to the next event, or to `until` if that comes first; returns `false` at `until`.
     ///
     /// # Errors
-    ///
     /// When the run is over: time stands still, or two devices answer each other endlessly.
     pub fn step(&mut self, until: Timestamp) -> Result<bool, Ending> {
         // The test may have changed a device since the last step.
@@ -141,7 +139,6 @@ impl ByHand {
         }
     }
 
-    /// Tells the monitor of properties that a lap begins.
     pub fn begin_lap(&mut self) {
         self.simulation.show(&Seen::LapBegan);
     }

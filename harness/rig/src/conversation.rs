@@ -105,7 +105,6 @@ impl<C: Crossing> Simulation<C> {
         self.plan_due = self.director.engine.next_wakeup();
     }
 
-    /// Sends a mission that no plan asks for.
     pub(super) fn command(&mut self, mission: Mission) {
         self.show(&Seen::Told(&mission));
         self.order(mission);

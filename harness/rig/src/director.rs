@@ -2,7 +2,7 @@
 
 use super::Rig;
 use super::node::Part;
-use super::slips::Slips;
+use super::slips::{Slips, slip};
 use crate::engine::{Action, Engine};
 use crate::operator::by_hand::{self, Survey};
 use crate::operator::{Asked, Operator, RealRoles};
@@ -25,13 +25,10 @@ const STATE_PERIOD_AT_REST: Span = Span::from_secs(30);
 #[derive(Debug)]
 pub struct Director {
     pub engine: Engine,
-    /// Answers the questions to a person.
     pub operator: Operator,
     /// Roles that real devices play: a person carries out the orders to them.
     pub real: RealRoles,
-    /// Commands of the bench that the plan asked for.
     pub commands: Vec<CommandSummary>,
-    /// Faults of the person's answers.
     pub(super) slips: Slips,
     /// The measurement that a person is making.
     survey: Option<Survey>,
@@ -230,7 +227,7 @@ impl Director {
             Asked::Assumed => self.engine.answered(now),
             Asked::Nobody(why) => self.engine.broke(now, &why),
             Asked::Replied(mut reply) => {
-                self.slips.change(&mut reply);
+                slip(&mut self.slips, &mut reply);
                 let value = reply.number.as_ref().map(|number| number.value);
                 let kind = RecordKind::Reply(Box::new(reply));
                 sink.record(Record { at: now, device: Device::Plan, kind });

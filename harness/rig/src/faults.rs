@@ -39,16 +39,16 @@ impl Faults {
     }
 
     pub const fn next_due(&self) -> Timestamp {
-        self.ledger.next_due()
+        self.ledger.injector.next_due()
     }
 
     pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
-        self.ledger.phase(now, event);
+        self.ledger.injector.phase(now, event);
     }
 
     /// State of the faults for a monitor.
     pub fn seen(&self) -> Seen<'static> {
-        Seen::Faults { active: self.ledger.active(), unseen: self.ledger.unseen() }
+        Seen::Faults { active: self.ledger.injector.active(), unseen: self.ledger.unseen() }
     }
 
     /// Begins and ends the faults that are due; returns whether any did.
@@ -101,7 +101,7 @@ impl Faults {
         mut here: Option<&mut Machine>,
         sink: &mut impl RecordSink,
     ) -> Vec<FaultSummary> {
-        for index in self.ledger.still_on() {
+        for index in self.ledger.injector.still_on() {
             self.over(now, index, (rig, director, here.as_deref_mut()), sink);
         }
         self.ledger.close(now, sink)
@@ -120,7 +120,7 @@ impl Faults {
 
     /// Switches a fault on. An instantaneous fault is done at once.
     fn begin(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) {
-        let fault = self.ledger.fault(index).clone();
+        let fault = self.ledger.injector.fault(index).clone();
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
@@ -128,7 +128,8 @@ impl Faults {
                 here.into_iter().for_each(|machine| machine.host.begin_fault(&kind));
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
-                director.slips.begin(index, kind, Chance::new(self.seed, &index.to_string()));
+                let chance = Chance::new(self.seed, &index.to_string());
+                director.slips.switch_on(index, kind, chance);
             }
             _ => {
                 let struck = (fault.target, fault.toward, &kind);
@@ -142,14 +143,16 @@ impl Faults {
 
     /// Switches a fault off; returns how often it acted.
     fn end(&mut self, now: Timestamp, index: usize, (rig, director, here): Struck<'_>) -> u64 {
-        let fault = self.ledger.fault(index).clone();
+        let fault = self.ledger.injector.fault(index).clone();
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
                 let here = here.map_or(0, |machine| machine.host.end_fault(now, &kind));
                 rig.nodes.iter_mut().map(|node| node.end_fault(now, &kind)).sum::<u64>() + here
             }
-            FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => director.slips.end(index),
+            FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
+                director.slips.switch_off(index).map_or(0, |(acted, _)| acted)
+            }
             _ => rig.end_fault(now, index, (fault.target, &kind)),
         }
     }

@@ -12,7 +12,6 @@ pub(crate) const HELD_MAX: usize = 4_096;
 
 /// Code that runs on a machine. Times are those of the machine's clock.
 pub trait Guest {
-    /// Receives bytes or a frame.
     fn hear(&mut self, now: Timestamp, port: PortId, what: &Transmit);
 
     fn order(&mut self, now: Timestamp, mission: Mission);
@@ -58,7 +57,6 @@ impl<G: Guest> OnHost<G> {
         }
     }
 
-    /// Ends a fault of the machine; returns how often it acted.
     pub fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
         let Self { guest, host: Some(host) } = self else { return 0 };
         host.end(now, kind, guest)
@@ -93,7 +91,6 @@ impl<G: Guest> OnHost<G> {
         self.host.as_ref().map_or(told, |host| host.when(told))
     }
 
-    /// Inputs dropped during stalls.
     pub fn dropped(&self) -> u64 {
         self.host.as_ref().map_or(0, |host| host.dropped)
     }
@@ -178,7 +175,6 @@ impl Host {
         }
     }
 
-    /// Passes bytes or a frame to the guest.
     fn hear(&mut self, now: Timestamp, port: PortId, what: Transmit, guest: &mut impl Guest) {
         if self.is_stalled() {
             self.hold(Held::Crossed(port, what));

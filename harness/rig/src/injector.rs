@@ -61,7 +61,6 @@ impl Injector {
         injector
     }
 
-    /// Time of the next start or end.
     pub const fn next_due(&self) -> Timestamp {
         self.due
     }
@@ -70,7 +69,6 @@ impl Injector {
         &self.entries[index].fault
     }
 
-    /// Takes the start or end of a phase of the plan.
     pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
         for entry in &mut self.entries {
             entry.phase(now, event);

@@ -2,8 +2,7 @@
 
 use super::injector::{Change, Injector};
 use crate::link::StateChange;
-use plan::PhaseEvent;
-use plan::faults::{Fault, Schedule, no_input_shows};
+use plan::faults::{Schedule, no_input_shows};
 use record::sink::RecordSink;
 use record::{Device, FaultEvent, FaultRecord, FaultSummary, Record, RecordKind};
 use wire::time::Timestamp;
@@ -12,7 +11,7 @@ use wire::time::Timestamp;
 /// makes it, and reports when a fault is [`over`](Self::over).
 #[derive(Debug, Clone)]
 pub(crate) struct Ledger {
-    injector: Injector,
+    pub injector: Injector,
     /// How often each fault has acted, once it is over.
     acted: Vec<u64>,
 }
@@ -26,27 +25,9 @@ impl Ledger {
         })
     }
 
-    /// Time of the next start or end.
-    pub const fn next_due(&self) -> Timestamp {
-        self.injector.next_due()
-    }
-
-    /// Takes the start or end of a phase of the plan.
-    pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
-        self.injector.phase(now, event);
-    }
-
-    pub fn active(&self) -> usize {
-        self.injector.active()
-    }
-
     /// An active kind of fault that no input of the controller reveals.
     pub fn unseen(&self) -> Option<&'static str> {
-        self.injector.on().find_map(|index| no_input_shows(self.fault(index).what.name()))
-    }
-
-    pub fn fault(&self, index: usize) -> &Fault {
-        self.injector.fault(index)
+        self.injector.on().find_map(|index| no_input_shows(self.injector.fault(index).what.name()))
     }
 
     /// Returns the next change due by `now`, and records it if a fault begins.
@@ -86,11 +67,6 @@ impl Ledger {
         self.tell(now, sink, index, event);
     }
 
-    /// Ends the run; returns the faults that were still active.
-    pub(crate) fn still_on(&mut self) -> Vec<usize> {
-        self.injector.still_on()
-    }
-
     /// Records the faults that never began, and returns the summary of each.
     pub fn close(&self, now: Timestamp, sink: &mut impl RecordSink) -> Vec<FaultSummary> {
         for (index, why) in self.injector.never_begun() {
@@ -100,7 +76,7 @@ impl Ledger {
     }
 
     fn tell(&self, at: Timestamp, sink: &mut impl RecordSink, index: usize, event: FaultEvent) {
-        let fault = self.fault(index);
+        let fault = self.injector.fault(index);
         let record = FaultRecord { index: index as u32, name: fault.to_string(), event };
         let kind = RecordKind::Fault(Box::new(record));
         sink.record(Record { at, device: Device::from(fault.target), kind });

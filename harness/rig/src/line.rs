@@ -220,7 +220,6 @@ impl Line {
         }
     }
 
-    /// Number of items dropped for any reason.
     pub fn dropped(&self) -> u64 {
         match &self.wire {
             Wire::Serial(ways) => ways.iter().map(SerialLine::dropped).sum(),

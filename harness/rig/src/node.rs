@@ -85,7 +85,7 @@ impl Node {
             Part::Controller(machine) => machine.host.receive(now, port, what),
             Part::Robot(robot) => robot.receive(now, port, what),
             Part::Described(described) => described.receive(now, what),
-            Part::Own(own) => own.host.receive(now, port, what),
+            Part::Own(own) => own.receive(now, port, what),
             Part::Tester(tester) => tester.receive(now, what),
             // They read the line together with all other traffic.
             Part::Replayed(_) | Part::Plan | Part::Away => {}
@@ -109,25 +109,23 @@ impl Node {
     pub(super) fn with_faults(&mut self) {
         match &mut self.part {
             Part::Controller(machine) => machine.host.with_faults(),
-            Part::Own(own) => own.host.with_faults(),
+            Part::Own(own) => own.with_faults(),
             _ => {}
         }
     }
 
-    /// Begins a fault of its machine, if the node is under test.
     pub(super) fn begin_fault(&mut self, kind: &FaultKind) {
         match &mut self.part {
             Part::Controller(machine) => machine.host.begin_fault(kind),
-            Part::Own(own) => own.host.begin_fault(kind),
+            Part::Own(own) => own.begin_fault(kind),
             _ => {}
         }
     }
 
-    /// Ends a fault of its machine; returns how often it acted.
     pub(super) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
         match &mut self.part {
             Part::Controller(machine) => machine.host.end_fault(now, kind),
-            Part::Own(own) => own.host.end_fault(now, kind),
+            Part::Own(own) => own.end_fault(now, kind),
             _ => 0,
         }
     }
@@ -137,7 +135,7 @@ impl Node {
         match &self.part {
             Part::Controller(machine) => machine.host.dropped(),
             Part::Described(described) => described.device.dropped(),
-            Part::Own(own) => own.host.dropped(),
+            Part::Own(own) => own.dropped(),
             _ => 0,
         }
     }

@@ -6,46 +6,24 @@ use controller::mission::Mission;
 use wire::device::{PortId, Transmit};
 use wire::time::Timestamp;
 
-/// A device under test in this process, or a program in step with it.
-#[derive(Debug)]
-pub struct Own {
-    pub(super) host: OnHost<Box<dyn NodeDevice>>,
-}
+/// A device under test in this process, or a program in step with it, with its machine.
+pub type Own = OnHost<Box<dyn NodeDevice>>;
 
 impl Own {
-    pub const fn new(device: Box<dyn NodeDevice>) -> Self {
-        Self { host: OnHost::new(device) }
-    }
-
     pub(super) fn wake(&mut self, now: Timestamp) {
-        self.host.guest.wake(self.host.told(now));
+        self.guest.wake(self.told(now));
     }
 
     /// In bench time; never while the machine is stalled.
     pub(super) fn next_wakeup(&self) -> Timestamp {
-        match self.host.is_stalled() {
+        match self.is_stalled() {
             true => Timestamp::MAX,
-            false => self.host.when(self.host.guest.next_wakeup()),
+            false => self.when(self.guest.next_wakeup()),
         }
     }
 
     pub(super) fn transmit(&mut self, now: Timestamp) -> Option<(PortId, Transmit)> {
-        if self.host.is_stalled() {
-            return None;
-        }
-        self.host.guest.transmit(self.host.told(now))
-    }
-
-    pub(super) fn ended(&mut self) -> Option<String> {
-        self.host.guest.ended()
-    }
-
-    pub(super) fn wrong(&mut self) -> Option<String> {
-        self.host.guest.wrong()
-    }
-
-    pub(super) fn is_given_up(&self) -> bool {
-        self.host.guest.is_given_up()
+        if self.is_stalled() { None } else { self.guest.transmit(self.told(now)) }
     }
 }
 

@@ -62,7 +62,6 @@ pub enum RerunError {
     },
 }
 
-/// Number of outputs and reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Said {
     /// Packets of bytes and frames.
@@ -83,7 +82,6 @@ pub struct Rerun {
 struct Again {
     rig: Rig,
     clock: Clock,
-    /// Nothing is sent any more.
     is_over: bool,
     /// Nodes that are run again.
     tested: Vec<usize>,
@@ -207,7 +205,7 @@ impl Again {
                 Part::Controller(machine) if is_due => machine.wake(self.now),
                 Part::Own(own) if is_due => {
                     own.wake(self.now);
-                    let ended = own.ended();
+                    let ended = own.guest.ended();
                     self.came.ended = self.came.ended.take().or(ended);
                 }
                 _ if self.is_reached => {}
@@ -218,7 +216,6 @@ impl Again {
         self.is_reached = false;
     }
 
-    /// Sends the outputs of a node.
     fn ask(&mut self, place: usize) {
         self.rig.empty(self.now, place);
         let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };

@@ -41,7 +41,6 @@ impl Rig {
         self.nodes.len() - 1
     }
 
-    /// Adds a line between nodes of the rig.
     pub fn line(&mut self, name: &str, line: Line) -> usize {
         let index = self.lines.len();
         for (place, End { node, port, .. }) in line.ends().iter().enumerate() {
@@ -80,7 +79,6 @@ impl Rig {
         self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range });
     }
 
-    /// Whether traffic of that line is decoded.
     pub(crate) fn is_read(&self, line: usize) -> bool {
         self.ears.iter().any(|ear| ear.line == line)
     }
@@ -90,7 +88,6 @@ impl Rig {
         self.lines.iter().map(Line::next_arrival).min().unwrap_or(Timestamp::MAX)
     }
 
-    /// Next wake-up of any node.
     #[inline]
     pub fn next_wakeup(&self) -> Timestamp {
         self.nodes.iter().map(Node::next_wakeup).min().unwrap_or(Timestamp::MAX)
@@ -273,14 +270,14 @@ impl Rig {
                 Part::Replayed(replaying) if replaying.next_wakeup() <= now => reached(place),
                 Part::Own(device) if device.next_wakeup() <= now => {
                     device.wake(now);
-                    if let Some(how) = device.ended() {
-                        match device.is_given_up() {
+                    if let Some(how) = device.guest.ended() {
+                        match device.guest.is_given_up() {
                             true => engine.abort(now),
                             false => engine.lost_node(now, &node.name, &how),
                         }
                         was_told = true;
                     }
-                    if let Some(why) = device.wrong() {
+                    if let Some(why) = device.guest.wrong() {
                         engine.broke(now, &why);
                         was_told = true;
                     }

@@ -48,7 +48,6 @@ pub fn look_up(
     }
 }
 
-/// One run in virtual time.
 #[derive(Debug)]
 pub struct Simulation<C> {
     pub(super) now: Timestamp,

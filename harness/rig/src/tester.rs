@@ -60,7 +60,6 @@ impl Tester {
         self.clients.iter_mut().find_map(|(_, client)| client.reply())
     }
 
-    /// Whether it can send a message of this name.
     pub(super) fn knows(&self, message: &str) -> bool {
         let layout = self.outbox.layout();
         let place = layout.find(message);
@@ -71,7 +70,6 @@ impl Tester {
     /// layout has that. Its counter and checksum are computed, unless the order sets them.
     ///
     /// # Errors
-    ///
     /// When the layout has no such message or signal, or when a value does not fit.
     pub(super) fn send(&mut self, now: Timestamp, send: &Send) -> Result<(), String> {
         let layout = self.outbox.layout();
@@ -114,7 +112,6 @@ impl Tester {
         self.repeats.retain(|repeat| Some(repeat.message) != message);
     }
 
-    /// When the next message is due.
     pub(super) fn next_wakeup(&self) -> Timestamp {
         let repeats = self.repeats.iter().map(|repeat| repeat.due);
         let clients = self.clients.iter().map(|(_, client)| client.next_wakeup());
@@ -132,7 +129,6 @@ impl Tester {
     /// Sends the messages that are due.
     ///
     /// # Errors
-    ///
     /// When a value does not fit.
     pub(super) fn wake(&mut self, now: Timestamp) -> Result<(), String> {
         let mut due: Vec<usize> = Vec::new();
@@ -157,7 +153,6 @@ impl Tester {
         Ok(())
     }
 
-    /// Returns the next frame for the line.
     pub(super) fn transmit(&mut self) -> Option<Transmit> {
         let mut clients = self.clients.iter_mut();
         self.outbox

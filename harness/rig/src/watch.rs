@@ -29,7 +29,6 @@ impl Watch {
         self.monitor.broken()
     }
 
-    /// Reports violated properties to `sink`.
     pub fn tell(&self, sink: &mut impl RecordSink) {
         for (name, violation) in self.broken() {
             sink.broken(name, violation);
@@ -67,7 +66,6 @@ impl Watch {
         }
     }
 
-    /// Shows the truth if it is due.
     pub fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
         if self.looked.is_none_or(|looked| now - looked >= TRUTH_PERIOD) {
             self.look(now, carrier);
@@ -75,7 +73,6 @@ impl Watch {
     }
 }
 
-/// Shows an event to the monitor, if there is one.
 pub fn see(watch: &mut Option<Box<Watch>>, now: Timestamp, seen: &Seen<'_>) {
     if let Some(watch) = watch {
         watch.see(now, seen);

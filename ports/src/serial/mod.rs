@@ -23,7 +23,6 @@ use tokio_serial::SerialStream;
 use wire::packet::Packet;
 use wire::serial::SerialSettings;
 
-/// Maximum number of bytes per read.
 const READ_BYTES: usize = 1_024;
 
 /// Events of a serial port.

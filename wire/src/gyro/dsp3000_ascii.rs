@@ -57,7 +57,6 @@ const STEPS_PER_RAD: f64 = 1.0 / ANGLE_STEP.rad();
 const STEPS_MAX: i32 = 999_999_999;
 const STEPS_PER_TURN: i32 = 360_000_000;
 
-/// Width of the right-aligned number.
 const NUMBER_COLUMNS: usize = 15;
 const GAP: &[u8] = b"   ";
 const LINE_END: &[u8] = b"\r\n";

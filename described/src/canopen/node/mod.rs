@@ -155,7 +155,6 @@ impl Node {
         lost.chain(sent).fold(self.heartbeat.min(self.look), Timestamp::min)
     }
 
-    /// Does the work due at `now`.
     pub(crate) fn wake(&mut self, now: Timestamp, application: &mut dyn Application) {
         if self.state == State::Initialising {
             self.send(self.id(0x700), &[State::Initialising as u8]);

@@ -62,7 +62,6 @@ impl Node {
         }
     }
 
-    /// The bytes of a PDO now.
     pub(super) fn sample(&mut self, place: usize, application: &dyn Application) -> [u8; 8] {
         let mut word = 0;
         for (entry, first, bits) in self.transmitted[place].pdo.objects() {

@@ -12,7 +12,6 @@ pub(super) enum Moment {
     EndOfStep,
 }
 
-/// The laws of all states, by their slots.
 #[derive(Debug, Clone)]
 pub(super) struct Laws {
     rates: Box<[(usize, Expression)]>,

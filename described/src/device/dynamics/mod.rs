@@ -21,14 +21,12 @@ const STEPS_MAX: u32 = 10_000_000;
 const STAGES: [(f64, f64); 4] = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)];
 const WEIGHTS: f64 = 6.0;
 
-/// Current values of the variables.
 #[derive(Debug, Clone)]
 pub(super) struct Dynamics {
     /// Whoever changes them calls [`has_changed`](Self::has_changed).
     pub(super) values: Vec<f64>,
     laws: Laws,
     machines: Machines,
-    /// Variables of the current stage.
     trial: Vec<f64>,
     /// One per state with a rate, for the stage and in total.
     slope: Vec<f64>,

@@ -10,7 +10,6 @@ use crate::device::{Device, NEVER};
 use crate::fmu::FmuInstance;
 use wire::time::Timestamp;
 
-/// The unit in its present step.
 #[derive(Debug)]
 pub(super) struct Coupled {
     instance: Option<Box<dyn FmuInstance>>,
@@ -129,7 +128,6 @@ impl Dynamics {
         });
     }
 
-    /// Takes the inputs of the step that begins now.
     pub(super) fn look_at_inputs(&mut self, model: &Model) {
         self.with_physics(model, |dynamics, physics, coupled| {
             coupled.look(physics, dynamics);
@@ -158,7 +156,6 @@ impl Dynamics {
         self.physics = Some(coupled);
     }
 
-    /// Reads the outputs into their states.
     fn read(&mut self, physics: &Physics, instance: &mut dyn FmuInstance) -> Result<(), String> {
         for (place, slot) in &physics.outputs {
             let value = instance.get(*place)?;
@@ -179,7 +176,6 @@ impl Coupled {
         }
     }
 
-    /// Sets the inputs that have changed.
     fn give(&mut self, physics: &Physics, instance: &mut dyn FmuInstance) -> Result<(), String> {
         for (((place, _), value), given) in
             physics.inputs.iter().zip(&self.inputs).zip(&mut self.given)

@@ -15,7 +15,6 @@ use wire::time::{Span, Timestamp};
 const PENDING_PERCENT: i64 = 80;
 /// Time from the response of an ECU reset to the reset. Assumption: the response has left the node by then.
 const RESET_AFTER: Span = Span::from_millis(2);
-/// Longest duration of a service.
 const DELAY_S_MAX: f64 = 3_600.0;
 
 #[derive(Debug, Clone)]
@@ -43,7 +42,6 @@ pub(super) struct Server {
 struct Pending {
     request: Received,
     ready: Timestamp,
-    /// Time of the next response pending.
     due: Timestamp,
     has_said: bool,
 }

@@ -41,7 +41,6 @@ impl<'a> Cursor<'a> {
         self.at
     }
 
-    /// True if nothing follows.
     pub(super) fn is_at_end(&mut self) -> bool {
         self.place() == self.text.len()
     }

@@ -33,7 +33,6 @@ impl Memory {
         Self(vec![[celsius; 2]; terms.len()])
     }
 
-    /// Advances by `passed_s` to the coil temperature `celsius`.
     pub(in crate::gyro) fn advance(&mut self, terms: &[Term], celsius: f64, passed_s: f64) {
         for (term, memory) in terms.iter().zip(&mut self.0) {
             for (driver, state) in [term.driver, term.form.second()].into_iter().zip(memory) {

@@ -12,7 +12,7 @@ use harness::executors::Simulated;
 use harness::run::Prepared;
 use indicatif::ProgressBar;
 use plan::confidence::{Z_95, trials_min};
-use plan::faults::{Fault, FaultKind, Target, Unfit};
+use plan::faults::{Fault, FaultKind, Target};
 use plan::{DeclaredEnvelope, struck_by};
 use record::outcome::Outcome;
 use record::run_folder::{JUNIT, REPORT, RunFolderError};
@@ -172,13 +172,10 @@ impl EnvelopeArguments {
             && target.part().is_some()
         {
             let fault = Fault::new(target, kind);
-            let at = |unfit: Unfit| {
-                Failure::arguments(
-                    format!("--target: {}", unfit.message),
-                    unfit.help.unwrap_or_default(),
-                )
-            };
-            return fault.check(&lines).map(|()| fault).map_err(at);
+            return fault.check(&lines).map(|()| fault).map_err(|unfit| {
+                let message = format!("--target: {}", unfit.message);
+                Failure::arguments(message, unfit.help.unwrap_or_default())
+            });
         }
         let target = match asked {
             Some(None) => None,

@@ -29,7 +29,6 @@ pub const LINE_SETTINGS: SerialSettings = SerialSettings::new_8n1(115_200);
 pub const RETRY: Duration = Duration::from_millis(200);
 /// Time limit of an attempt to connect; a host that is switched off does not refuse.
 pub const TRY_MAX: Duration = Duration::from_secs(2);
-/// Most missions that wait to be taken.
 const MISSIONS_MAX: usize = 64;
 /// Most events that wait to be fetched; beyond that the link fills, and then the controller waits.
 const EVENTS_MAX: usize = 1_024;
@@ -42,7 +41,6 @@ pub enum AttachError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// The port specification is invalid.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Spec(#[from] SpecError),
@@ -77,7 +75,6 @@ impl AttachedDevice {
     /// Begins to connect to `place`; opens a line at once. Needs a tokio runtime with IO and time enabled.
     ///
     /// # Errors
-    ///
     /// When the line's port cannot be opened. A socket without a listener is no error.
     pub fn begin(place: &AttachPlace) -> Result<Self, AttachError> {
         let (missions, taken) = mpsc::channel(MISSIONS_MAX);

@@ -139,7 +139,6 @@ async fn next_line(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<Vec<u8>> 
     }
 }
 
-/// Skips to the end of the line.
 async fn pass_over(reader: &mut (impl AsyncBufRead + Unpin)) -> Option<()> {
     loop {
         let bytes = reader.fill_buf().await.ok()?;

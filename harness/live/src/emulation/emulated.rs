@@ -142,7 +142,6 @@ impl Emulated {
     /// Carries out a request and returns its answer.
     ///
     /// # Errors
-    ///
     /// When it cannot be carried out; then nothing has changed.
     pub fn request(&mut self, now: Timestamp, request: &Request) -> Result<Value, RequestError> {
         self.wake(now);

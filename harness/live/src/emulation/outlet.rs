@@ -20,7 +20,6 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    /// Starts the writing thread.
     pub(super) fn spawn(out: impl Write + Send + 'static) -> io::Result<Self> {
         let (lines, waiting) = mpsc::channel(LINES_MAX);
         let (sender, ended) = oneshot::channel();

@@ -38,7 +38,6 @@ pub enum Request {
         fault: Fault,
     },
     NoFault,
-    /// List devices, parameters and faults.
     List,
 }
 
@@ -84,7 +83,6 @@ pub enum RequestError {
         /// Expected values.
         expected: &'static str,
     },
-    /// Several devices, and the request names none.
     #[error("failed to choose a device: add \"device\", one of {there}")]
     WhichDevice {
         /// The existing devices.
@@ -92,7 +90,6 @@ pub enum RequestError {
     },
     #[error("failed to find the {device}: emulated here: {there}")]
     NoDevice { device: String, there: String },
-    /// The device cannot do that.
     #[error("{0}")]
     Refused(String),
 }

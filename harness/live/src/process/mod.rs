@@ -62,7 +62,6 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// Whether it ended by itself with success.
     pub fn is_success(self) -> bool {
         matches!(self, Self::Status(status) if status.success())
     }
@@ -99,7 +98,6 @@ pub enum SpawnError {
     /// The file for its stderr cannot be created.
     #[error("failed to write {}", path.display())]
     Log { path: PathBuf, source: io::Error },
-    /// The system cannot start it.
     #[error("failed to start the device under test {program:?}")]
     #[diagnostic(help("{advice}"))]
     Program {
@@ -121,7 +119,6 @@ impl SpawnError {
     }
 }
 
-/// A running device under test.
 #[derive(Debug)]
 pub struct DeviceProcess {
     child: Child,

@@ -16,7 +16,6 @@ pub const LINE_BYTES_MAX: usize = 64 * 1_024;
 pub const LOG_BYTES_MAX: usize = 16 * 1_024 * 1_024;
 /// Most events that wait to be fetched; beyond that the pipe fills, and then the process waits.
 pub(super) const EVENTS_MAX: usize = 1_024;
-/// Most missions that wait for the process.
 pub(super) const MISSIONS_MAX: usize = 64;
 /// Bytes of stderr kept for quotation.
 const TAIL_BYTES_MAX: usize = 1_024;
@@ -29,7 +28,6 @@ const READ_BYTES: usize = 4_096;
 pub(super) struct MissionSender(SyncSender<Vec<u8>>);
 
 impl MissionSender {
-    /// Starts the writing thread.
     pub(super) fn spawn(pipe: PipeWriter) -> io::Result<Self> {
         let (sender, lines) = sync_channel(MISSIONS_MAX);
         thread::Builder::new()
@@ -44,7 +42,6 @@ impl MissionSender {
     }
 }
 
-/// A mission as a line for a device under test.
 pub fn line_of(mission: &Mission) -> Option<Vec<u8>> {
     let mut line = serde_json::to_vec(mission).ok()?;
     line.push(b'\n');

@@ -43,7 +43,6 @@ fn no_number(text: &str) -> Option<(&str, &'static str)> {
     })
 }
 
-/// The beginning of a line, escaped for output.
 fn shortened(line: &[u8]) -> String {
     const QUOTED_BYTES: usize = 80;
     let start = line.get(..QUOTED_BYTES).unwrap_or(line).trim_ascii();

@@ -10,7 +10,6 @@ use wire::device::PortId;
 use wire::serial::SerialSettings;
 use wire::time::Timestamp;
 
-/// The serial ports of a program.
 #[derive(Debug, Default)]
 pub(super) struct Uarts {
     ports: Vec<Uart>,

@@ -74,7 +74,6 @@ impl Alarm {
     /// Creates an alarm by this clock.
     ///
     /// # Errors
-    ///
     /// When the kernel has no timer, for example for a process with too many open files.
     pub fn new(clock: Clock) -> io::Result<Self> {
         let flags = TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC;
@@ -85,7 +84,6 @@ impl Alarm {
     /// Waits until `at`; returns at once if that has passed. Cancel-safe.
     ///
     /// # Errors
-    ///
     /// When the timer fails.
     pub async fn at(&self, at: Timestamp) -> io::Result<()> {
         loop {

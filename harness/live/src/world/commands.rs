@@ -45,7 +45,6 @@ impl Ended {
     }
 }
 
-/// Why several commands were not all run.
 enum Undone {
     /// One of them failed: why.
     Failed(String),
@@ -77,7 +76,6 @@ struct Running {
     overdue: Overdue,
 }
 
-/// The commands of a bench, of which one runs at a time.
 #[derive(Debug)]
 pub(super) struct Commands {
     work: BenchWork,
@@ -203,14 +201,12 @@ impl Commands {
         Ok(())
     }
 
-    /// The files that they have written, by their names.
     pub(super) fn files(&self) -> impl Iterator<Item = String> {
         let files = self.begun.iter().map(|name| file_of(&self.log, name));
         files.filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
     }
 }
 
-/// A command has ended: for the summary and the record.
 fn tell(
     director: &mut Director,
     sink: &mut impl RecordSink,

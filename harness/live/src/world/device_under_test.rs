@@ -65,7 +65,6 @@ pub(super) enum Heard {
     NodeEnded(String, String),
 }
 
-/// A running device under test.
 #[derive(Debug)]
 pub(super) enum Running {
     InProcess(Box<InProcess>),
@@ -171,7 +170,6 @@ impl Running {
         }
     }
 
-    /// The machine of an in-process controller, for faults.
     pub(super) const fn machine(&mut self) -> Option<&mut Machine> {
         if let Self::InProcess(controller) = self { Some(controller.machine()) } else { None }
     }
@@ -255,7 +253,6 @@ fn unread_line(number: u64, Unread { cause, is_grave }: Unread) -> Heard {
     if is_grave { Heard::Misreport(what) } else { Heard::BadLine(what) }
 }
 
-/// Command line of our controller for this bench.
 fn our_command(config: &Config, wiring: &Wiring) -> Vec<String> {
     let base = match wiring.port(BASE) {
         None => "none".to_owned(),

@@ -18,7 +18,6 @@ pub enum StartError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// The attachment cannot begin.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Attach(#[from] AttachError),
@@ -34,7 +33,6 @@ pub enum StartError {
 /// Why a live run cannot begin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LiveError {
-    /// A port of the harness cannot be opened.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),

@@ -56,7 +56,6 @@ impl Eyes {
         (verdicts.unwrap_or_default(), self.unjudged)
     }
 
-    /// Reports violated properties to `sink`.
     pub(super) fn tell(&self, sink: &mut impl RecordSink) {
         if let Some(watch) = &self.watch {
             watch.tell(sink);
@@ -92,7 +91,6 @@ impl Eyes {
         }
     }
 
-    /// Shows the truth if it is due.
     pub(super) fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
         self.latest = self.latest.max(now);
         if let Some(watch) = self.watch.as_mut().filter(|_| self.truth) {
@@ -100,7 +98,6 @@ impl Eyes {
         }
     }
 
-    /// Shows what crossed a port of the harness.
     pub(super) fn line(&mut self, now: Timestamp, role: &str, by: Device, crossed: Transmit) {
         if self.ear == Ear::Lines {
             self.crossed(now, role, by, crossed);

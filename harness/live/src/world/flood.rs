@@ -13,7 +13,6 @@ pub(super) const LOAD_MAX: f64 = 0.5;
 /// within a few seconds of silence, and stopping takes two.
 const AFTERMATH: Span = Span::from_secs(10);
 
-/// Counts the frames of other nodes.
 #[derive(Debug, Default)]
 pub(super) struct FloodWatch {
     frames: u64,
@@ -30,7 +29,6 @@ struct Window {
 }
 
 impl FloodWatch {
-    /// Counts a frame of another node.
     pub(super) fn take(&mut self, now: Timestamp, frame: &CanFrame) {
         self.frames += 1;
         let window = self.window.get_or_insert(Window { began: now, bits: 0 });

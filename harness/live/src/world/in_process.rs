@@ -49,7 +49,6 @@ impl InProcess {
     /// Opens the ports.
     ///
     /// # Errors
-    ///
     /// When a port cannot be opened, or when its place is unknown.
     pub(super) async fn start(
         config: Config,
@@ -132,7 +131,6 @@ impl InProcess {
         InProcessEvent::Taken
     }
 
-    /// Sends the controller's outputs on its lines.
     fn send(&mut self, clock: &Clock, now: Timestamp) {
         if self.machine.host.is_stalled() {
             return;

@@ -37,7 +37,6 @@ struct Absence {
     until: Option<Timestamp>,
 }
 
-/// Keeps the events of ports.
 #[derive(Debug, Default)]
 pub(super) struct Journal {
     notes: u64,

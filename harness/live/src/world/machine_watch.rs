@@ -46,7 +46,6 @@ impl MachineWatch {
         Ok(Self { near, far, period, is_under_way: false, arrived: now, due: now, waited })
     }
 
-    /// Sends the byte if it is due.
     pub(super) fn wake(&mut self, now: Timestamp) {
         if now >= self.due && self.far.write(&[0]).is_ok() {
             self.is_under_way = true;

@@ -81,7 +81,6 @@ impl Placement {
     /// and on CAN to `can`.
     ///
     /// # Errors
-    ///
     /// When the ports do not fit the plan or each other.
     pub fn new(
         bench: &BenchFile,

@@ -119,7 +119,6 @@ impl Ports {
     /// Opens the ports of the harness.
     ///
     /// # Errors
-    ///
     /// The first port that cannot be opened.
     pub async fn open(plans: PortPlans) -> Result<Self, PortError> {
         let mut ports = Self { open: Vec::new(), real: plans.real, first: 0 };
@@ -152,7 +151,6 @@ impl Ports {
     /// Far sides of these ports, and the ports of real devices.
     ///
     /// # Errors
-    ///
     /// When a USB adapter is not plugged in.
     pub fn wiring(&self) -> Result<Wiring, PortError> {
         let mut wiring = Wiring::default();

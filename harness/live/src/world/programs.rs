@@ -10,7 +10,6 @@ use std::future::Future as _;
 use std::path::Path;
 use std::task::Poll;
 
-/// The program of a node under test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Program {
     pub node: String,
@@ -82,7 +81,6 @@ impl Programs {
         .await
     }
 
-    /// Process ids of the running programs.
     pub(super) fn processes(&self) -> impl Iterator<Item = u32> {
         self.0.iter().filter_map(|(_, process, _)| process.id())
     }

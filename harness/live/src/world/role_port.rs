@@ -50,7 +50,6 @@ impl RolePort {
     /// Opens the port.
     ///
     /// # Errors
-    ///
     /// When it cannot be opened, or carries another kind of traffic.
     pub(super) async fn open(spec: &PortSpec, traffic: Traffic) -> Result<Self, PortError> {
         let medium = match traffic {

@@ -46,12 +46,10 @@ pub struct Setting {
     pub work: BenchWork,
     /// Time limit for the first report of an attached device under test.
     pub attach_max: Span,
-    /// Limit for the lateness of the harness.
     pub late_max: Span,
     pub scheduling: Scheduling,
 }
 
-/// Places of the devices of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Site {
     /// Gyro, base and table, and lines of other nodes.
@@ -115,7 +113,6 @@ impl Setting {
     /// Can everything that `plan` asks for be done here?
     ///
     /// # Errors
-    ///
     /// The first thing that cannot.
     pub fn fits(&self, plan: &Plan) -> Result<(), Unfit> {
         self.reaches(&plan.faults)?;
@@ -125,7 +122,6 @@ impl Setting {
     /// Checks that every fault of `schedule` can be injected here.
     ///
     /// # Errors
-    ///
     /// The first fault that cannot.
     pub fn reaches(&self, schedule: &Schedule) -> Result<(), OutOfReach> {
         for (index, fault) in schedule.faults.iter().enumerate() {

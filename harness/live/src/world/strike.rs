@@ -10,7 +10,6 @@ use record::{Device, FaultSummary};
 use wire::time::Timestamp;
 
 impl LiveWorld {
-    /// Shows an event to the monitor.
     pub(super) fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
         if let Some(eyes) = &mut self.eyes {
             eyes.see(now, seen);

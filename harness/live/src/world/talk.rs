@@ -50,7 +50,6 @@ impl Talk {
         }
     }
 
-    /// Message about too many reports.
     pub(super) fn why() -> String {
         format!(
             "the device under test sent more than {REPORTS_MAX} reports within {} s",
@@ -60,7 +59,6 @@ impl Talk {
 }
 
 impl LiveWorld {
-    /// Takes what came from the device under test.
     pub(super) fn hear_device(
         &mut self,
         now: Timestamp,

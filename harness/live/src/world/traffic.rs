@@ -52,7 +52,6 @@ impl LiveWorld {
         }
     }
 
-    /// Takes an event of a port of the harness.
     pub(super) fn hear(
         &mut self,
         now: Timestamp,
@@ -153,7 +152,6 @@ impl LiveWorld {
         }
     }
 
-    /// Delivers what has passed its line by now.
     pub(super) fn deliver(
         &mut self,
         now: Timestamp,

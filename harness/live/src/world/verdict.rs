@@ -25,7 +25,6 @@ pub struct LiveEnd {
     /// How well real time was kept.
     pub timing: Timing,
     pub ports: Vec<PortSummary>,
-    /// Commands of the bench that the plan asked for.
     pub commands: Vec<CommandSummary>,
     /// Files with the output of these commands, beside that of the device under test.
     pub artifacts: Vec<String>,

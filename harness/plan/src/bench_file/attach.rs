@@ -23,8 +23,10 @@ pub enum AttachPlace {
     Line(PortText),
 }
 
-impl AttachPlace {
-    fn read(text: &str) -> Result<Self, String> {
+impl FromStr for AttachPlace {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
         let expected = |wrong: String| format!("{wrong}, expected {FORMS}");
         match text.split_once(':') {
             Some(("unix", "")) => Err(expected("\"unix:\" names no socket".to_owned())),
@@ -41,14 +43,6 @@ impl AttachPlace {
                 Err(error) => Err(expected(error.to_string())),
             },
         }
-    }
-}
-
-impl FromStr for AttachPlace {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::read(text)
     }
 }
 

@@ -117,7 +117,6 @@ impl BenchFile {
     /// Reads the bench with this name or path.
     ///
     /// # Errors
-    ///
     /// When it is missing or invalid.
     pub fn load(name: &str) -> Result<Self, LibraryError> {
         let (origin, mut bench): (String, Self) = Library::shipped().read(Kind::Bench, name)?;
@@ -132,7 +131,6 @@ impl BenchFile {
     /// The text of the bench file with this name or path.
     ///
     /// # Errors
-    ///
     /// When it is missing.
     pub fn text(name: &str) -> Result<String, LibraryError> {
         Ok(Library::shipped().open(Kind::Bench, name)?.text)

@@ -90,7 +90,6 @@ impl Kind for RmsRatioWithin {
     }
 }
 
-/// A statistic and its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Estimate {
     pub(super) value: f64,

@@ -7,7 +7,6 @@ use crate::quantities::during_tag;
 use crate::quantity::{Filter, QuantityName};
 use std::cmp::Ordering;
 
-/// A value and its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sample {
     pub(super) value: f64,

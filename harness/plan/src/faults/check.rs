@@ -5,60 +5,40 @@ use super::{
     FAULTS_MAX, Fault, FaultKind, Lasts, LineKind, Lines, Reach, Ride, Schedule, Share, Target,
     Toward, When,
 };
-use crate::Plan;
 use crate::speakers::whose;
-use described::{Mistake, Place, hint};
+use crate::{Checked, Plan};
+use described::{Place, hint};
 use std::collections::BTreeMap;
 
-/// Why a schedule is not applicable, with the place: in the fault at `index`, below `keys`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unfit {
-    /// Index of the fault.
-    pub index: usize,
-    /// The keys that lead to the value, as in the plan file.
-    pub keys: Vec<&'static str>,
-    /// Description of the problem.
-    pub message: String,
-    /// How to correct it.
-    pub help: Option<String>,
+/// The place of the fault with this index in a plan.
+fn place(index: usize) -> Place {
+    Place::file().key("fault").index(index)
 }
-
-impl From<Unfit> for Mistake {
-    fn from(unfit: Unfit) -> Self {
-        let fault = Place::file().key("fault").index(unfit.index);
-        let place = unfit.keys.into_iter().fold(fault, |place, key| place.key(key));
-        place.mistake(unfit.message).with_help(unfit.help)
-    }
-}
-
-type Checked = Result<(), (Vec<&'static str>, String, Option<String>)>;
 
 impl Schedule {
     /// Checks that it is applicable to this plan, on a bench with these lines.
     ///
     /// # Errors
-    ///
     /// See [`check`](Self::check) and [`check_bench`](Self::check_bench).
-    pub fn fits(&self, plan: &Plan, lines: &Lines) -> Result<(), Unfit> {
+    pub fn fits(&self, plan: &Plan, lines: &Lines) -> Checked {
         self.check(plan).and_then(|()| self.check_bench(lines))
     }
 
     /// Checks each fault by itself, against the plan's phases, and against the other faults.
     ///
     /// # Errors
-    ///
     /// The first fault that is invalid or can never happen.
-    pub fn check(&self, plan: &Plan) -> Result<(), Unfit> {
+    pub fn check(&self, plan: &Plan) -> Checked {
         if self.faults.len() > FAULTS_MAX {
             let message = format!("{} faults, expected at most {FAULTS_MAX}", self.faults.len());
-            return Err(Unfit { index: FAULTS_MAX, keys: Vec::new(), message, help: None });
+            return Err(place(FAULTS_MAX).mistake(message));
         }
         let (phases, time_limit) = (plan.phases(), plan.time_limit());
         for (index, fault) in self.faults.iter().enumerate() {
-            let at = |(keys, message, help)| Unfit { index, keys, message, help };
-            values(&fault.what).map_err(at)?;
-            form(fault).map_err(at)?;
-            phase(fault, &phases).map_err(at)?;
+            let at = place(index);
+            values(&fault.what, &at)?;
+            form(fault, &at)?;
+            phase(fault, &phases, &at)?;
             let begin = match fault.when {
                 When::At(begin) => Some(("at_s", begin)),
                 When::Step { after, .. } => Some(("after_s", after)),
@@ -67,12 +47,11 @@ impl Schedule {
             if let Some((key, _)) = begin.filter(|(_, begin)| *begin > time_limit) {
                 let limit_s = time_limit.as_secs_f64();
                 let message = format!("the plan is over after {limit_s} s at the latest");
-                let help =
-                    "let it begin before, or give the plan a longer `time_limit_s`".to_owned();
-                return Err(at((vec!["when", key], message, Some(help))));
+                let help = "let it begin before, or give the plan a longer `time_limit_s`";
+                return Err(at.key("when").key(key).mistake(message).help(help));
             }
             for (earlier, other) in self.faults[..index].iter().enumerate() {
-                contradiction(plan, earlier, other, fault).map_err(at)?;
+                contradiction(plan, earlier, other, fault, &at)?;
             }
         }
         Ok(())
@@ -81,19 +60,14 @@ impl Schedule {
     /// Checks that the bench has the targets.
     ///
     /// # Errors
-    ///
     /// The first fault whose target is absent.
-    pub fn check_bench(&self, lines: &Lines) -> Result<(), Unfit> {
+    pub fn check_bench(&self, lines: &Lines) -> Checked {
         for (index, fault) in self.faults.iter().enumerate() {
+            let at = place(index);
             let kind = fault.what.name();
             let (reach, target) = (fault.what.info().reach, fault.target);
             if target.part().is_some() || matches!(reach, Reach::Message(_)) {
-                message(fault, lines).map_err(|(keys, message, help)| Unfit {
-                    index,
-                    keys,
-                    message,
-                    help,
-                })?;
+                message(fault, lines, &at)?;
                 continue;
             }
             let (message, help) = match (target, lines.robot, lines.of(target), reach) {
@@ -118,8 +92,8 @@ impl Schedule {
                     let known: Vec<&str> =
                         lines.nodes.iter().map(|(target, _)| target.name()).collect();
                     let message = format!("no node and no line `{}` in this rig", name.as_str());
-                    let help = Some(hint::proposal(name.as_str(), &known));
-                    return Err(Unfit { index, keys: vec!["target"], message, help });
+                    let help = hint::proposal(name.as_str(), &known);
+                    return Err(at.key("target").mistake(message).help(help));
                 }
                 (Target::Device, Some(_), ..) => (
                     "no device of your own on this bench".to_owned(),
@@ -150,8 +124,8 @@ impl Schedule {
                 ),
                 _ => continue,
             };
-            let keys = vec![if fault.what.info().reach.is_line() { "what" } else { "target" }];
-            return Err(Unfit { index, keys, message, help: Some(help.to_owned()) });
+            let key = if fault.what.info().reach.is_line() { "what" } else { "target" };
+            return Err(at.key(key).mistake(message).help(help));
         }
         Ok(())
     }
@@ -161,20 +135,18 @@ impl Fault {
     /// Checks the fault by itself, and that its target exists.
     ///
     /// # Errors
-    ///
     /// The first mistake in it.
-    pub fn check(&self, lines: &Lines) -> Result<(), Unfit> {
-        let at = |(keys, message, help)| Unfit { index: 0, keys, message, help };
-        values(&self.what).map_err(at)?;
-        form(self).map_err(at)?;
+    pub fn check(&self, lines: &Lines) -> Checked {
+        values(&self.what, &Place::file())?;
+        form(self, &Place::file())?;
         Schedule { faults: vec![self.clone()] }.check_bench(lines)
     }
 }
 
 /// Checks a fault of a message or of its content, or a fault of a line for one message alone.
-fn message(fault: &Fault, lines: &Lines) -> Checked {
+fn message(fault: &Fault, lines: &Lines, at: &Place) -> Checked {
     let (kind, reach, name) = (fault.what.name(), fault.what.info().reach, fault.target.name());
-    let target = |message: String, help: String| Err((vec!["target"], message, Some(help)));
+    let target = |message: String, help: String| Err(at.key("target").mistake(message).help(help));
     let Some(part) = fault.target.part() else {
         let share = match reach {
             Reach::Message(share) => share,
@@ -200,9 +172,9 @@ fn message(fault: &Fault, lines: &Lines) -> Checked {
     }
     if fault.toward != Toward::Both {
         let message = format!("`{name}` has no direction: its node sends it");
-        return Err((vec!["toward"], message, Some("leave `toward` out".to_owned())));
+        return Err(at.key("toward").mistake(message).help("leave `toward` out"));
     }
-    let what = |message: String, help: &str| Err((vec!["what"], message, Some(help.to_owned())));
+    let what = |message: String, help: &str| Err(at.key("what").mistake(message).help(help));
     match reach {
         Reach::Message(Share::Signal) if !is_signal => {
             let known: Vec<String> =
@@ -238,21 +210,26 @@ fn message(fault: &Fault, lines: &Lines) -> Checked {
     }
 }
 
-fn values(kind: &FaultKind) -> Checked {
+fn values(kind: &FaultKind, at: &Place) -> Checked {
     let info = kind.info();
     for (parameter, value) in info.parameters.iter().zip(kind.values()) {
         if !parameter.takes(value) {
             let (least, greatest) = parameter.range;
             let message = format!("{value}, expected {least} to {greatest} {}", parameter.unit);
             let help = format!("`{}`: {}", parameter.name, parameter.doc.trim());
-            return Err((vec!["what", info.name, parameter.name], message, Some(help)));
+            return Err(at
+                .key("what")
+                .key(info.name)
+                .key(parameter.name)
+                .mistake(message)
+                .help(help));
         }
     }
     Ok(())
 }
 
 /// Checks that target, direction and duration fit the kind.
-fn form(fault: &Fault) -> Checked {
+fn form(fault: &Fault, at: &Place) -> Checked {
     let info = fault.what.info();
     // A node can have the same faults as a plan's only device.
     let target = match fault.target {
@@ -262,11 +239,11 @@ fn form(fault: &Fault) -> Checked {
     if !info.reach.targets().contains(&target) {
         let known: Vec<_> = info.reach.targets().iter().map(|target| target.name()).collect();
         let message = format!("no `{}` strikes the {}", info.name, fault.target.name());
-        return Err((vec!["target"], message, Some(hint::proposal("", &known))));
+        return Err(at.key("target").mistake(message).help(hint::proposal("", &known)));
     }
     if fault.toward != Toward::Both && !info.reach.is_line() {
         let message = format!("`{}` has no direction, it is not of a line", info.name);
-        return Err((vec!["toward"], message, Some("leave `toward` out".to_owned())));
+        return Err(at.key("toward").mistake(message).help("leave `toward` out"));
     }
     if fault.duration.is_some() && info.lasts != Lasts::Scheduled {
         let help = match info.lasts {
@@ -276,12 +253,15 @@ fn form(fault: &Fault) -> Checked {
             }
             _ => format!("`{}` happens in an instant: leave `duration_s` out", info.name),
         };
-        return Err((vec!["duration_s"], format!("a duration of `{}`", info.name), Some(help)));
+        return Err(at
+            .key("duration_s")
+            .mistake(format!("a duration of `{}`", info.name))
+            .help(help));
     }
     Ok(())
 }
 
-fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>) -> Checked {
+fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>, at: &Place) -> Checked {
     let (Some((phase, number)), Some(key)) = (fault.when.phase(), fault.when.phase_key()) else {
         return Ok(());
     };
@@ -289,12 +269,20 @@ fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>) -> Checked {
         None => {
             let known: Vec<&str> = phases.keys().copied().collect();
             let help = hint::proposal(phase.as_str(), &known);
-            Err((vec!["when", key], format!("no step or label `{phase}` in this plan"), Some(help)))
+            Err(at
+                .key("when")
+                .key(key)
+                .mistake(format!("no step or label `{phase}` in this plan"))
+                .help(help))
         }
         Some(times) if u64::from(number) > *times => {
             let message =
                 format!("number {number} of `{phase}`, and it comes {times} times at most");
-            Err((vec!["when", "number"], message, Some(format!("expected 1 to {times}"))))
+            Err(at
+                .key("when")
+                .key("number")
+                .mistake(message)
+                .help(format!("expected 1 to {times}")))
         }
         Some(_) => Ok(()),
     }
@@ -309,7 +297,7 @@ fn are_opposed(one: &Fault, other: &Fault) -> bool {
 }
 
 /// Checks `fault` for a contradiction with an earlier one.
-fn contradiction(plan: &Plan, index: usize, other: &Fault, fault: &Fault) -> Checked {
+fn contradiction(plan: &Plan, index: usize, other: &Fault, fault: &Fault, at: &Place) -> Checked {
     if !are_opposed(other, fault) {
         return Ok(());
     }
@@ -328,5 +316,5 @@ fn contradiction(plan: &Plan, index: usize, other: &Fault, fault: &Fault) -> Che
              between them",
         ),
     };
-    Err((vec!["what"], message, Some(help.to_owned())))
+    Err(at.key("what").mistake(message).help(help))
 }

@@ -103,7 +103,6 @@ impl Lines {
     /// The message of a node that `part` names, and whether `part` names a signal of it.
     ///
     /// # Errors
-    ///
     /// The names that exist instead.
     pub(super) fn said(&self, node: &str, part: &str) -> Result<(&Said, bool), Vec<String>> {
         let of_node = || self.said.iter().filter(|said| said.node == node);

@@ -29,7 +29,6 @@ mod target;
 mod when;
 
 pub use chance::Chance;
-pub use check::Unfit;
 pub use fault::{Fault, Toward};
 pub(crate) use kind::schema::name as kind_name_schema;
 pub use kind::{

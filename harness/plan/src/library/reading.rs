@@ -12,7 +12,6 @@ const OF_TOOLS_LEN_MAX: usize = 64 << 20;
 /// The content of a file, of a size up to what its kind can have.
 ///
 /// # Errors
-///
 /// When it cannot be read or is larger.
 pub fn bytes(path: &Path) -> io::Result<Vec<u8>> {
     let most = if is_of(path, &["toml"]) { FILE_LEN_MAX } else { OF_TOOLS_LEN_MAX };

@@ -15,7 +15,6 @@ const GAIN_MIN: f64 = 0.5;
 /// The errors of an emulated gyro according to `model`.
 ///
 /// # Errors
-///
 /// All terms that an emulated gyro cannot represent.
 pub fn learned(model: &Model) -> Result<Learned, Refused> {
     let mut learned = Learned::default();

@@ -41,7 +41,6 @@ fn si_of(signal: &str) -> (Dimension, f64) {
 /// these names; other inputs have the last part of the field's name.
 ///
 /// # Errors
-///
 /// When the model is of another quantity, or has an effect that readings cannot show.
 pub fn reading(model: &Model, unit: &str) -> Result<Steps, String> {
     let (dimension, si) = si_of(unit);

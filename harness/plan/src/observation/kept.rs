@@ -83,7 +83,6 @@ impl Observations {
     /// Stores an observation.
     ///
     /// # Errors
-    ///
     /// [`Full`]; the observation is not stored.
     pub fn push(&mut self, observation: &Observation) -> Result<(), Full> {
         let full = Full { bytes_max: self.bytes_max };

@@ -142,7 +142,7 @@ macro_rules! actions {
                 }
             }
 
-            fn kind(&self) -> &dyn StepKind {
+            pub(crate) fn kind(&self) -> &dyn StepKind {
                 match self {
                     $(Self::$variant(data) => data,)*
                 }
@@ -251,7 +251,6 @@ impl Action {
     /// The operations in order, or why that is impossible. Empty for a step that contains others.
     ///
     /// # Errors
-    ///
     /// When it needs a calibration that does not exist.
     pub fn script(&self, known: &Known<'_>) -> Result<Vec<Op>, String> {
         self.kind().script(known)
@@ -291,32 +290,18 @@ impl Action {
     pub fn motion(&self) -> Span {
         self.kind().motion()
     }
-
-    /// Default time limit; see the [table](crate::time_limits).
-    pub fn default_limit(&self) -> Span {
-        self.kind().limit()
-    }
-
-    pub(crate) fn leaves_time_for_a_person(&self) -> bool {
-        self.kind().leaves_time_for_a_person()
-    }
-
-    /// Missions for the controller that are phases of their own, and their number.
-    pub(crate) fn missions(&self) -> &'static [(&'static str, u64)] {
-        self.kind().missions()
-    }
 }
 
 impl Step {
     /// The limit in the plan, or the default of the [table](crate::time_limits).
     pub fn time_limit(&self) -> Span {
-        self.explicit_time_limit.unwrap_or_else(|| self.action.default_limit())
+        self.explicit_time_limit.unwrap_or_else(|| self.action.kind().limit())
     }
 
     /// The limit of each answer of the controller, if that of the step leaves time for a person.
     pub fn answer_limit(&self) -> Option<Span> {
         let is_needed =
-            self.explicit_time_limit.is_none() && self.action.leaves_time_for_a_person();
+            self.explicit_time_limit.is_none() && self.action.kind().leaves_time_for_a_person();
         is_needed.then(|| self.action.motion() * MOTION_FACTOR + ANSWER_LIMIT)
     }
 

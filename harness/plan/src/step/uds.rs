@@ -146,7 +146,6 @@ impl Uds {
     /// nothing to send: no seed, or one of zeros, which says that the level is unlocked.
     ///
     /// # Errors
-    ///
     /// When the expression gives no key for this seed.
     pub fn unlocks(&self, reply: &Reply) -> Result<Option<Self>, String> {
         let (Some(key), Reply::Response(response)) = (&self.key, reply) else { return Ok(None) };
@@ -169,7 +168,6 @@ impl Uds {
     /// The number that the step reads from a right response.
     ///
     /// # Errors
-    ///
     /// When the response is not the expected one.
     pub fn judge(&self, reply: &Reply) -> Result<Option<f64>, String> {
         let asked = self.request.first().copied().unwrap_or_default();

@@ -8,7 +8,6 @@ use plan::{Order, PhaseEvent};
 use record::{Device, RecordKind};
 use wire::table;
 
-/// A request that is carried out at once.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     Mission(Box<Mission>),

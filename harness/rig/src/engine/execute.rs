@@ -31,7 +31,6 @@ impl Engine {
         }
     }
 
-    /// Handles what is due by time alone.
     pub(super) fn pass_time(&mut self, now: Timestamp) {
         match self.waiting {
             Waiting::Until(at) | Waiting::FirstRest(at) if now >= at => {

@@ -43,7 +43,6 @@ const REST_FIELDS: [Field; 4] = [
 /// them, because it sets them.
 ///
 /// # Errors
-///
 /// When there is no such observation, or when the observations do not make a data set.
 pub(super) fn dataset(
     observations: &Observations,

@@ -64,7 +64,6 @@ pub struct Ending {
     pub reason: Option<String>,
 }
 
-/// Runs one plan once.
 #[derive(Debug, Clone)]
 pub struct Engine {
     plan: Arc<Plan>,

@@ -20,7 +20,6 @@ pub(super) struct Field<'a> {
 /// during a step or label.
 ///
 /// # Errors
-///
 /// When one of the signals was never received, or when the observations do not make a data set.
 pub(super) fn dataset(
     observations: &Observations,

@@ -8,7 +8,6 @@ use crate::bench::Look;
 use plan::{Segment, quantities as q};
 
 impl Collector<'_> {
-    /// Observes a segment between two looks at rest.
     pub(super) fn segment(&mut self, segment: Segment, before: &Look, after: &Look) {
         let (from, to) = (before.truth, after.truth);
         match segment {

@@ -8,7 +8,6 @@ pub const FIRST_MISSION: MissionId = 1;
 /// Most notes about them; the answers themselves are in the record.
 const NOTES_MAX: u32 = 20;
 
-/// The answers that nobody awaited.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Strays {
     count: u32,

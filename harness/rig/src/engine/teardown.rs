@@ -37,7 +37,6 @@ impl Teardown {
         self.ask_at.min(self.give_up)
     }
 
-    /// Whether the controller has confirmed rest.
     pub(super) const fn at_rest(&self) -> bool {
         self.at_rest
     }

@@ -7,7 +7,6 @@ use record::outcome::Outcome;
 use wire::time::Timestamp;
 
 impl Engine {
-    /// Takes what became of a diagnostic request.
     pub fn replied(&mut self, now: Timestamp, reply: &Reply) {
         let Waiting::Reply(step) = &self.waiting else { return };
         let step = step.clone();

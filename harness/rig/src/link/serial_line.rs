@@ -73,7 +73,6 @@ impl SerialLine {
         self.settings.time_for(bytes)
     }
 
-    /// When the next packet arrives.
     pub fn next_arrival(&self) -> Timestamp {
         self.under_way.front().map_or(Timestamp::MAX, |(at, _)| *at)
     }

@@ -2,6 +2,7 @@
 //! signals. Everything else passes unchanged.
 
 use described::{Layout, Message, Sender};
+use emulators::fault::Switches;
 use plan::faults::{Chance, FaultKind};
 use wire::device::Transmit;
 
@@ -14,20 +15,16 @@ pub struct Struck {
     pub signal: Option<usize>,
 }
 
-/// Faults of messages on one line.
 #[derive(Debug, Clone)]
 pub struct Tampering<Node> {
-    layers: Vec<Layer<Node>>,
+    layers: Switches<Layer<Node>, Chance>,
 }
 
 #[derive(Debug, Clone)]
 struct Layer<Node> {
-    number: usize,
     from: Node,
     struck: Struck,
     effect: Effect,
-    chance: Chance,
-    acted: u64,
 }
 
 #[derive(Debug, Clone)]
@@ -44,7 +41,7 @@ enum Effect {
 
 impl<Node> Default for Tampering<Node> {
     fn default() -> Self {
-        Self { layers: Vec::new() }
+        Self { layers: Switches::default() }
     }
 }
 
@@ -57,19 +54,14 @@ impl<Node: PartialEq> Tampering<Node> {
         struck: Struck,
     ) {
         if let Some(effect) = Effect::of(kind, &struck) {
-            self.layers.push(Layer { number, from, struck, effect, chance, acted: 0 });
+            self.layers.switch_on(number, Layer { from, struck, effect }, chance);
         }
     }
 
-    /// Ends the fault of this number; returns how many messages it changed.
     pub fn end(&mut self, number: usize) -> u64 {
-        let of = |layer: &&Layer<Node>| layer.number == number;
-        let acted = self.layers.iter().filter(of).map(|layer| layer.acted).sum();
-        self.layers.retain(|layer| layer.number != number);
-        acted
+        self.layers.switch_off(number).map_or(0, |(acted, _)| acted)
     }
 
-    /// Whether no message is struck.
     #[inline]
     pub const fn is_empty(&self) -> bool {
         self.layers.is_empty()
@@ -83,13 +75,14 @@ impl<Node: PartialEq> Tampering<Node> {
 
     #[cold]
     fn changed(&mut self, from: Node, mut what: Transmit) -> Transmit {
-        for layer in self.layers.iter_mut().filter(|layer| layer.from == from) {
-            let Struck { layout, sender, message, signal } = &layer.struck;
+        for layer in self.layers.iter_mut().filter(|layer| layer.fault.from == from) {
+            let Layer { struck, effect, .. } = &mut layer.fault;
+            let Struck { layout, sender, message, signal } = struck;
             if !layout.is_message(*message, *sender, &what) {
                 continue;
             }
             let of = &layout.messages()[*message];
-            let changed = layer.effect.change(&what, (of, *signal), &mut layer.chance);
+            let changed = effect.change(&what, (of, *signal), &mut layer.chance);
             if let Some(changed) = changed.filter(|changed| *changed != what) {
                 what = changed;
                 layer.acted += 1;

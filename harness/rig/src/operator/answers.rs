@@ -88,7 +88,6 @@ impl Answers {
     /// on a bench with these `real` devices.
     ///
     /// # Errors
-    ///
     /// When an answer is unusable, given twice, not asked for by any plan, or missing with no person to ask.
     pub fn collect<'a>(
         arguments: &[GivenAnswer],

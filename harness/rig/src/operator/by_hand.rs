@@ -143,7 +143,6 @@ impl Survey {
         self.0.push(value);
     }
 
-    /// The pose, once the measurement is complete.
     pub fn pose(&self) -> Option<Pose> {
         let [x, y, heading] = self.0.as_slice() else { return None };
         Some(Pose {

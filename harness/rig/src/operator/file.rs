@@ -77,7 +77,6 @@ impl AnswerFile {
     /// Reads the file.
     ///
     /// # Errors
-    ///
     /// When the file cannot be read or is invalid.
     pub fn load(path: &Path) -> Result<Self, LibraryError> {
         Self::parse(Source::of_file(path)?)

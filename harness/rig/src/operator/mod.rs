@@ -65,7 +65,6 @@ pub trait Person: fmt::Debug + Send {
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum Asked {
-    /// A person or a file has answered.
     Replied(Reply),
     /// In simulation: the manual work counts as done.
     Assumed,

@@ -68,7 +68,6 @@ pub enum Refusal {
 /// Reads `text` as a value in the unit of `answer`.
 ///
 /// # Errors
-///
 /// When the text is not a number, has no unit or a wrong one, or is out of range.
 pub fn read(text: &str, answer: &Answer) -> Result<f64, Refusal> {
     let unit = &answer.unit;
@@ -94,7 +93,6 @@ pub fn read(text: &str, answer: &Answer) -> Result<f64, Refusal> {
 /// Like [`read`] with an optional unit, for places whose documentation defines it.
 ///
 /// # Errors
-///
 /// As for [`read`].
 pub fn read_unit_implied(text: &str, answer: &Answer) -> Result<f64, Refusal> {
     match split(text.trim(), answer)? {

@@ -64,7 +64,6 @@ impl<C: Crossing> Simulation<C> {
         }
     }
 
-    /// The time of the last event.
     pub const fn now(&self) -> Timestamp {
         self.now
     }
@@ -77,8 +76,8 @@ impl<C: Crossing> Simulation<C> {
     /// When the first fault of `schedule` begins, as far as the phases up to now tell.
     pub fn first_fault(&self, schedule: &Schedule, seed: u64) -> Timestamp {
         let Some(mut ledger) = Ledger::of(schedule, seed) else { return Timestamp::MAX };
-        self.phases.iter().flatten().for_each(|(at, event)| ledger.phase(*at, event));
-        ledger.next_due()
+        self.phases.iter().flatten().for_each(|(at, event)| ledger.injector.phase(*at, event));
+        ledger.injector.next_due()
     }
 
     /// The same run with these faults; all of them begin later than now.

@@ -167,7 +167,6 @@ impl FaultKind {
     /// The kind with this name and typical values, or an error with a suggestion.
     ///
     /// # Errors
-    ///
     /// When no kind has this name.
     pub fn named(name: &str) -> Result<Self, UnknownKind> {
         Self::typical(name).ok_or_else(|| {

@@ -4,6 +4,7 @@ use super::CanBus;
 use super::confinement::{ErrorCounters, ErrorState};
 use super::effect::{Effect, Passed};
 use super::nodes::{Nodes, StateChange};
+use emulators::fault::{Switch, Switches};
 use plan::faults::Chance;
 use plan::faults::FaultKind;
 use wire::can::{CanFrame, Id};
@@ -25,7 +26,7 @@ pub(super) struct Faulty<Node> {
     stranger: Node,
     /// How many of its frames wait.
     strangers_waiting: usize,
-    pub(super) layers: Vec<Layer<Node>>,
+    layers: Switches<Layer<Node>, Chance>,
     nodes: Nodes<Node>,
     /// The frame on the bus will be destroyed.
     destroyed: bool,
@@ -36,15 +37,12 @@ pub(super) struct Faulty<Node> {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Layer<Node> {
-    number: usize,
+struct Layer<Node> {
     /// Sender of the struck frames; `None` for all.
     from: Option<Node>,
     /// Identifier of the struck frames; `None` for all.
     only: Option<Id>,
     effect: Effect<Node>,
-    chance: Chance,
-    acted: u64,
 }
 
 impl<Node: Copy + PartialEq> CanBus<Node> {
@@ -66,7 +64,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             Box::new(Faulty {
                 stranger,
                 strangers_waiting: self.waiting.count(stranger),
-                layers: Vec::new(),
+                layers: Switches::default(),
                 nodes: Nodes::new(nodes, idle_since, bit),
                 destroyed: false,
                 last_sender: None,
@@ -74,29 +72,25 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                 held: Vec::new(),
             })
         });
-        faulty.layers.push(Layer { number, from, only, effect, chance, acted: 0 });
+        faulty.layers.switch_on(number, Layer { from, only, effect }, chance);
         true
     }
 
     /// Ends the fault of this number; returns how many frames it struck or made. Error counters keep their values.
     pub fn end_fault(&mut self, now: Timestamp, number: usize) -> u64 {
-        let acted = self.fault_acted(number);
-        if let Some(faulty) = &mut self.faulty {
-            for layer in faulty.layers.iter_mut().filter(|layer| layer.number == number) {
-                // No later frame will come that it could wait for.
-                if let Some((from, frame)) = layer.effect.release() {
-                    hold(&mut faulty.held, &mut self.dropped, now, from, frame);
-                }
+        let Some(faulty) = &mut self.faulty else { return 0 };
+        for layer in faulty.layers.numbered(number) {
+            // No later frame will come that it could wait for.
+            if let Some((from, frame)) = layer.fault.effect.release() {
+                hold(&mut faulty.held, &mut self.dropped, now, from, frame);
             }
-            faulty.layers.retain(|layer| layer.number != number);
         }
-        acted
+        faulty.layers.switch_off(number).map_or(0, |(acted, _)| acted)
     }
 
     /// How often the fault of this number has acted so far.
     pub fn fault_acted(&self, number: usize) -> u64 {
-        let layers = self.faulty.as_ref().map_or(&[][..], |faulty| &faulty.layers);
-        layers.iter().filter(|layer| layer.number == number).map(|layer| layer.acted).sum()
+        self.faulty.as_ref().map_or(0, |faulty| faulty.layers.acted(number))
     }
 
     /// Takes the next change of a node's error state.
@@ -112,7 +106,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     /// Time of the next event other than the end of the frame on the bus.
     pub(super) fn next_faulty(&self) -> Timestamp {
         let Some(faulty) = &self.faulty else { return Timestamp::MAX };
-        let made = faulty.layers.iter().map(|layer| layer.effect.next_made());
+        let made = faulty.layers.iter().map(|layer| layer.fault.effect.next_made());
         let held = faulty.held.iter().map(|(at, ..)| *at);
         made.chain(held).min().unwrap_or(Timestamp::MAX).min(faulty.nodes.recovers_at())
     }
@@ -136,10 +130,10 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
                 return Some((from, frame));
             }
             if let Some(layer) =
-                faulty.layers.iter_mut().find(|layer| layer.effect.next_made() == next)
+                faulty.layers.iter_mut().find(|layer| layer.fault.effect.next_made() == next)
             {
                 let stranger = faulty.stranger;
-                let frame = layer.effect.make(&mut layer.chance);
+                let frame = layer.fault.effect.make(&mut layer.chance);
                 // The babbler has one mailbox, and all others together have few.
                 let waits = faulty.strangers_waiting >= STRANGERS_WAITING_MAX
                     || self.waiting.has(stranger, frame.id());
@@ -156,7 +150,6 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         }
     }
 
-    /// Ends the frame on the bus, good or destroyed.
     fn settle(&mut self, at: Timestamp, from: Node, frame: CanFrame) -> Option<(Node, CanFrame)> {
         let faulty = self.faulty.as_mut()?;
         (faulty.last_sender, faulty.free_since) = (Some(from), at);
@@ -183,9 +176,9 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             return None;
         }
         let (mut passing, rates) = (frame, self.rates);
-        for layer in faulty.layers.iter_mut().filter(|layer| layer.strikes(from, &frame)) {
-            let Layer { effect, chance, acted, .. } = layer;
-            match effect.pass(from, &mut passing, chance, acted) {
+        for layer in faulty.layers.iter_mut().filter(|layer| layer.fault.strikes(from, &frame)) {
+            let Switch { fault, chance, acted, .. } = layer;
+            match fault.effect.pass(from, &mut passing, chance, acted) {
                 Passed::On => {}
                 Passed::Lost => return None,
                 Passed::Later(by) => {
@@ -267,15 +260,15 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
         &mut self,
         node: Node,
         frame: &CanFrame,
-    ) -> impl Iterator<Item = &mut Layer<Node>> {
+    ) -> impl Iterator<Item = &mut Switch<Layer<Node>, Chance>> {
         let none = node == self.stranger;
-        self.layers.iter_mut().filter(move |layer| !none && layer.strikes(node, frame))
+        self.layers.iter_mut().filter(move |layer| !none && layer.fault.strikes(node, frame))
     }
 
     /// A frame of another node that wins against this one of `from`.
     fn rival(&mut self, from: Node, frame: &CanFrame) -> Option<CanFrame> {
-        self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
-            let rival = effect.rival(chance);
+        self.layers_of(from, frame).find_map(|Switch { fault, chance, acted, .. }| {
+            let rival = fault.effect.rival(chance);
             *acted += u64::from(rival.is_some());
             rival
         })
@@ -283,8 +276,8 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
 
     /// Number of bits after which the frame is destroyed; `None` if it is not.
     fn bits_until_error(&mut self, from: Node, frame: &CanFrame) -> Option<u32> {
-        self.layers_of(from, frame).find_map(|Layer { effect, chance, acted, .. }| {
-            let bits = effect.bits_until_error(frame, chance);
+        self.layers_of(from, frame).find_map(|Switch { fault, chance, acted, .. }| {
+            let bits = fault.effect.bits_until_error(frame, chance);
             *acted += u64::from(bits.is_some());
             bits
         })

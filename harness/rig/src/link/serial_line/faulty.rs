@@ -3,6 +3,7 @@
 use super::SerialLine;
 use super::uart;
 use crate::link::gilbert_elliott::GilbertElliott;
+use emulators::fault::{Switch, Switches};
 use plan::faults::Chance;
 use plan::faults::FaultKind;
 use wire::packet::{BYTES_MAX, Packet};
@@ -14,21 +15,10 @@ const GROWN_MAX: usize = 16 * BYTES_MAX;
 const BITS_PER_BYTE: usize = 10;
 
 /// Faults of a line, in the order in which bytes pass them.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Faulty {
-    layers: Vec<Layer>,
-}
-
-#[derive(Debug, Clone)]
-struct Layer {
-    number: usize,
-    effect: Effect,
-    chance: Chance,
-    acted: u64,
-}
+pub(super) type Faulty = Switches<Effect, Chance>;
 
 #[derive(Debug, Clone, Copy)]
-enum Effect {
+pub(super) enum Effect {
     Drop(f64),
     Burst(GilbertElliott),
     Duplicate(f64),
@@ -57,10 +47,11 @@ impl SerialLine {
             // By then the packets under way wait in a buffer.
             self.under_way.iter_mut().for_each(|(at, _)| *at = until.max(*at));
         }
-        let acted =
-            if matches!(effect, Effect::Stall(_)) { self.under_way.len() as u64 } else { 0 };
         let faulty = self.faulty.get_or_insert_default();
-        faulty.layers.push(Layer { number, effect, chance, acted });
+        if let (Some(stall), Effect::Stall(_)) = (faulty.switch_on(number, effect, chance), effect)
+        {
+            stall.acted = self.under_way.len() as u64;
+        }
         true
     }
 
@@ -68,12 +59,11 @@ impl SerialLine {
     /// [`FaultKind::FramingSlip`] and [`FaultKind::Repeat`].
     pub fn end_fault(&mut self, number: usize) -> u64 {
         let Some(faulty) = &mut self.faulty else { return 0 };
-        let acted = faulty.acted(number);
-        faulty.layers.retain(|layer| layer.number != number);
-        if faulty.layers.is_empty() {
+        let ended = faulty.switch_off(number);
+        if faulty.is_empty() {
             self.faulty = None;
         }
-        acted
+        ended.map_or(0, |(acted, _)| acted)
     }
 
     /// Count of the fault of this number so far.
@@ -87,8 +77,8 @@ impl SerialLine {
         let Some(faulty) = &mut self.faulty else { return };
         let mut bytes = packet.as_slice().to_vec();
         let (mut not_before, mut rate) = (now, 1.0);
-        for layer in &mut faulty.layers {
-            match layer.effect {
+        for layer in faulty.iter_mut() {
+            match layer.fault {
                 Effect::Stall(until) => {
                     not_before = not_before.max(until);
                     layer.acted += 1;
@@ -96,7 +86,7 @@ impl SerialLine {
                 Effect::Drift(drift) => rate *= drift,
                 _ => {}
             }
-            layer.pass(&mut bytes);
+            pass(layer, &mut bytes);
         }
         // Lost bytes have taken their time on the line, and so do inserted ones.
         let on_line = self.settings.time_for(packet.len().max(bytes.len()));
@@ -113,48 +103,41 @@ impl SerialLine {
     }
 }
 
-impl Faulty {
-    fn acted(&self, number: usize) -> u64 {
-        self.layers.iter().filter(|layer| layer.number == number).map(|layer| layer.acted).sum()
-    }
-}
-
-impl Layer {
-    fn pass(&mut self, bytes: &mut Vec<u8>) {
-        let Self { effect, chance, acted, .. } = self;
-        match effect {
-            Effect::Drop(loss) => thin(bytes, acted, || chance.happens(*loss)),
-            Effect::Burst(channel) => thin(bytes, acted, || channel.loses(chance)),
-            Effect::Disconnect => thin(bytes, acted, || true),
-            Effect::Duplicate(share) => {
-                grow(bytes, acted, |byte| chance.happens(*share).then_some(byte))
-            }
-            Effect::Insert(share) => {
-                grow(bytes, acted, |_| chance.happens(*share).then(|| chance.below(256) as u8));
-            }
-            Effect::Flip(share) => {
-                for byte in bytes {
-                    if chance.happens(*share) {
-                        *byte ^= 1 << chance.below(8);
-                        *acted += 1;
-                    }
-                }
-            }
-            Effect::Drift(rate) => reread(bytes, acted, |sent| uart::read(sent, *rate, 0)),
-            Effect::Slip(share) => {
+/// Passes bytes through a layer.
+fn pass(layer: &mut Switch<Effect, Chance>, bytes: &mut Vec<u8>) {
+    let Switch { fault: effect, chance, acted, .. } = layer;
+    match effect {
+        Effect::Drop(loss) => thin(bytes, acted, || chance.happens(*loss)),
+        Effect::Burst(channel) => thin(bytes, acted, || channel.loses(chance)),
+        Effect::Disconnect => thin(bytes, acted, || true),
+        Effect::Duplicate(share) => {
+            grow(bytes, acted, |byte| chance.happens(*share).then_some(byte))
+        }
+        Effect::Insert(share) => {
+            grow(bytes, acted, |_| chance.happens(*share).then(|| chance.below(256) as u8));
+        }
+        Effect::Flip(share) => {
+            for byte in bytes {
                 if chance.happens(*share) {
-                    let from = 1 + chance.below(BITS_PER_BYTE - 1);
-                    reread(bytes, acted, |sent| uart::read(sent, 1.0, from));
-                }
-            }
-            Effect::Repeat(share) => {
-                if 2 * bytes.len() <= GROWN_MAX && chance.happens(*share) {
-                    bytes.extend_from_within(..);
+                    *byte ^= 1 << chance.below(8);
                     *acted += 1;
                 }
             }
-            Effect::Stall(_) => {}
         }
+        Effect::Drift(rate) => reread(bytes, acted, |sent| uart::read(sent, *rate, 0)),
+        Effect::Slip(share) => {
+            if chance.happens(*share) {
+                let from = 1 + chance.below(BITS_PER_BYTE - 1);
+                reread(bytes, acted, |sent| uart::read(sent, 1.0, from));
+            }
+        }
+        Effect::Repeat(share) => {
+            if 2 * bytes.len() <= GROWN_MAX && chance.happens(*share) {
+                bytes.extend_from_within(..);
+                *acted += 1;
+            }
+        }
+        Effect::Stall(_) => {}
     }
 }
 
