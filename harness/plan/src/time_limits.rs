@@ -107,7 +107,7 @@ mod tests {
             ("{ repeat = { times = 3, period_s = 60, steps = [{ bias_test = {} }] } }", 190),
             ("{ repeat = { times = 2, steps = [{ bias_test = {}, time_limit_s = 5 }] } }", 20),
         ] {
-            assert_eq!(action(text).default_limit(), Span::from_secs(seconds), "{text}");
+            assert_eq!(action(text).kind().limit(), Span::from_secs(seconds), "{text}");
         }
     }
 }
