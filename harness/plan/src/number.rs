@@ -3,7 +3,6 @@
 //! Each kind is the `with` of a serde field: a value out of bounds is rejected there, so that the error contains its place
 //! in the file, and the JSON Schema of the field has the same bounds.
 
-use crate::bench_file::{COMMAND_S_MAX, LATE_MS_MAX_MAX};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, Unexpected, Visitor};
 use serde::{Deserializer, Serialize as _, Serializer};
@@ -15,6 +14,12 @@ use wire::units::{self, Acceleration, AngularRate, Length, Speed};
 
 /// Longest duration in a plan: 31 days. Assumption: a longer one is an error of units.
 pub const DURATION_MAX_S: f64 = 31.0 * 86_400.0;
+/// Longest limit of a command of a bench, and longest wait for an attached controller. Assumption: the slowest flash
+/// over a serial bootloader takes minutes, and a user who has not started a controller within an hour will not.
+pub const COMMAND_S_MAX: f64 = 3_600.0;
+/// Largest permitted lateness of a bench. Assumption: one that is later than the slowest measured motion, a lap's
+/// corner of some 10 s, measures nothing.
+const LATE_MS_MAX_MAX: f64 = 10_000.0;
 /// Shortest period of a sent message. Assumption: a shorter one fills a CAN bus of 500 kbit/s.
 pub const SENDING_PERIOD_MIN_S: f64 = 0.001;
 /// Largest angle of one motion: 100 turns. Assumption: a larger one is an error of units.

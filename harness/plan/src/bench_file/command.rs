@@ -5,9 +5,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de};
 use wire::time::Span;
 
-/// Longest limit of a command, and longest wait for an attached controller, in seconds. Assumption: the slowest flash
-/// over a serial bootloader takes minutes, and a user who has not started a controller within an hour will not.
-pub const COMMAND_S_MAX: f64 = 3_600.0;
 /// What a command may take where the bench does not say, in seconds. Assumption: flashing a megabyte over SWD takes 30.
 const USUAL_S: f64 = 60.0;
 

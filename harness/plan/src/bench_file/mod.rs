@@ -34,12 +34,13 @@ mod port_text;
 mod role;
 mod timing;
 
+pub use crate::number::COMMAND_S_MAX;
 pub use attach::AttachPlace;
-pub use command::{COMMAND_S_MAX, CommandSection};
+pub use command::CommandSection;
 pub use controller::ControllerSection;
 pub use port_text::{Medium, PortText, PortTextError};
 pub use role::Role;
-pub use timing::{LATE_MS_MAX_MAX, Timing};
+pub use timing::Timing;
 
 use crate::library::{Kind, Library, LibraryError};
 use crate::name::Name;

@@ -5,10 +5,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use wire::time::Span;
 
-/// Largest permitted lateness, in milliseconds. Assumption: a bench that is later than the slowest measured motion, a
-/// lap's corner of some 10 s, measures nothing.
-pub const LATE_MS_MAX_MAX: f64 = 10_000.0;
-
 /// What real time may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
