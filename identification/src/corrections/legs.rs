@@ -106,9 +106,12 @@ impl Poses {
             let (dx, dy) = (self.x[pair[1]] - self.x[pair[0]], self.y[pair[1]] - self.y[pair[0]]);
             let (dx, dy) = if frame.is_exchanged { (dy, dx) } else { (dx, dy) };
             let (dx, dy) = (frame.x * dx, frame.y * dy);
+            // Between poses that lie far apart the robot drives an arc, and not its chord.
+            let half = turned / 2.0;
+            let arc = if half.abs() > 1e-6 { half / half.sin() } else { 1.0 };
             leg.turned += turned;
-            leg.along += dx * middle.cos() + dy * middle.sin();
-            leg.aside += dy * middle.cos() - dx * middle.sin();
+            leg.along += arc * (dx * middle.cos() + dy * middle.sin());
+            leg.aside += arc * (dy * middle.cos() - dx * middle.sin());
         }
         leg
     }
@@ -142,4 +145,27 @@ pub(super) fn clusters(legs: &[Leg]) -> Vec<usize> {
         return found;
     }
     (0..legs.len()).map(|i| i * STRETCHES / legs.len()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Poses;
+
+    /// The chord of a radian is 4 % shorter: a tricycle that was seen seldom had a false scale of its steering.
+    #[test]
+    fn between_poses_that_lie_far_apart_lies_an_arc() {
+        let angles: Vec<f64> = (0..9).map(f64::from).collect();
+        let poses = Poses {
+            time: angles.clone(),
+            runs: vec![0..9],
+            x: angles.iter().map(|angle| 3.0 * angle.sin()).collect(),
+            y: angles.iter().map(|angle| -3.0 * angle.cos()).collect(),
+            heading: angles,
+            known: vec![(0..9).collect()],
+        };
+        for leg in poses.legs(4) {
+            assert!((leg.along - 3.0 * leg.turned).abs() < 1e-9, "{leg:?}");
+            assert!(leg.aside.abs() < 1e-9, "{leg:?}");
+        }
+    }
 }
