@@ -157,7 +157,7 @@ mod tests {
         let angles: Vec<f64> = (0..9).map(f64::from).collect();
         let poses = Poses {
             time: angles.clone(),
-            runs: vec![0..9],
+            runs: std::iter::once(0..9).collect(),
             x: angles.iter().map(|angle| 3.0 * angle.sin()).collect(),
             y: angles.iter().map(|angle| -3.0 * angle.cos()).collect(),
             heading: angles,
