@@ -167,7 +167,6 @@ fn error_frame(raw: u32, digits: &[u8]) -> Option<Payload> {
     ErrorFrame::new(raw & !ERROR_FLAG, details).map(Payload::Error)
 }
 
-/// Writes a candump log.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     path: PathBuf,

@@ -4,10 +4,8 @@ use super::{Entry, Kept, LogError, LogWriter, Payload};
 use std::fmt;
 use std::io::{Seek, Write};
 
-/// Counts of a conversion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Converted {
-    /// Entries written.
     pub written: u64,
     /// Frames that the format cannot hold.
     pub frames_left_out: u64,
@@ -16,7 +14,6 @@ pub struct Converted {
 }
 
 impl Converted {
-    /// Whether nothing was left out.
     pub const fn is_whole(self) -> bool {
         self.frames_left_out == 0 && self.packets_left_out == 0
     }

@@ -13,11 +13,9 @@ pub const CHANNEL_BYTES_MAX: usize = 15;
 pub struct Entry {
     /// Time as in the log: since 1970 in a log of a bench, since the start in one of a run.
     pub at: Timestamp,
-    /// Bus or line.
     pub channel: Channel,
     /// Seen from the logging node; `None` if the log does not say.
     pub direction: Option<Direction>,
-    /// Contents.
     pub payload: Payload,
 }
 
@@ -30,10 +28,8 @@ pub enum Direction {
     Tx,
 }
 
-/// Contents of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Payload {
-    /// A frame, classic or FD.
     Frame(CanFrame),
     /// An error seen by the controller of the interface.
     Error(ErrorFrame),
@@ -67,7 +63,6 @@ impl Channel {
     /// `can0`.
     pub const CAN0: Self = Self { length: 4, bytes: *b"can0\0\0\0\0\0\0\0\0\0\0\0" };
 
-    /// The name.
     pub fn as_str(&self) -> &str {
         std::str::from_utf8(self.as_bytes()).unwrap_or_default()
     }
@@ -93,7 +88,6 @@ impl fmt::Debug for Channel {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ErrorFrame {
     class: u32,
-    /// Details from the driver.
     pub details: [u8; wire::can::DATA_BYTES_MAX],
 }
 

@@ -13,44 +13,19 @@ const FOUND_CHARS_MAX: usize = 40;
 pub enum LogError {
     /// The file cannot be read.
     #[error("failed to read {}", path.display())]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// Cause of the failure.
-        source: io::Error,
-    },
+    Unreadable { path: PathBuf, source: io::Error },
     /// The contents do not match the format.
     #[error("failed to read {} as {}: {place}: {defect}", path.display(), format.name())]
     #[diagnostic(help("--from {} says what the file is", Format::any_name()))]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// The expected format.
-        format: Format,
-        /// Place of the defect.
-        place: Place,
-        /// The defect.
-        defect: Defect,
-    },
+    Malformed { path: PathBuf, format: Format, place: Place, defect: Defect },
     /// The file cannot be written.
     #[error("failed to write {}", path.display())]
-    Unwritable {
-        /// The file.
-        path: PathBuf,
-        /// Cause of the failure.
-        source: io::Error,
-    },
+    Unwritable { path: PathBuf, source: io::Error },
     /// A time that the format cannot express.
     #[error("failed to write {}: an entry before 1970 has no place in {}", path.display(), format.name())]
-    Before1970 {
-        /// The file.
-        path: PathBuf,
-        /// Its format.
-        format: Format,
-    },
+    Before1970 { path: PathBuf, format: Format },
 }
 
-/// Place in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
     /// Line number, from 1.
@@ -68,7 +43,6 @@ impl fmt::Display for Place {
     }
 }
 
-/// What was expected, and what was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Defect {
     expected: &'static str,
@@ -88,7 +62,6 @@ impl Defect {
         Self { expected, found: found.escape_debug().to_string() }
     }
 
-    /// Description of what was expected.
     pub const fn expected(&self) -> &'static str {
         self.expected
     }

@@ -3,7 +3,6 @@
 /// Entry of [`VALUES`] for a byte that is not a hexadecimal digit.
 const NONE: u8 = 0xff;
 
-/// Value of each hexadecimal digit.
 const VALUES: [u8; 256] = {
     let mut values = [NONE; 256];
     let mut value = 0;
@@ -17,7 +16,6 @@ const VALUES: [u8; 256] = {
 
 const DIGITS: &[u8; 16] = b"0123456789ABCDEF";
 
-/// The value of a hexadecimal digit.
 pub(super) fn digit(byte: u8) -> Option<u8> {
     let value = VALUES[usize::from(byte)];
     (value != NONE).then_some(value)
@@ -31,7 +29,6 @@ pub(super) fn number(digits: &[u8]) -> Option<u32> {
     digits.iter().try_fold(0, |number, byte| Some(number << 4 | u32::from(digit(*byte)?)))
 }
 
-/// A number in decimal digits.
 pub(super) fn decimal(digits: &[u8]) -> Option<u64> {
     if digits.is_empty() {
         return None;
@@ -76,14 +73,12 @@ pub(super) fn push_bytes(text: &mut Vec<u8>, bytes: &[u8]) {
     }
 }
 
-/// Appends that many digits of a number.
 pub(super) fn push_number(text: &mut Vec<u8>, number: u32, digits: u32) {
     for index in (0..digits).rev() {
         text.push(DIGITS[(number >> (4 * index) & 0xf) as usize]);
     }
 }
 
-/// The first word, and the rest.
 pub(super) fn word(text: &[u8]) -> (&[u8], &[u8]) {
     let text = text.trim_ascii_start();
     let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());

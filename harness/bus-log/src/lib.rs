@@ -18,6 +18,11 @@
 //! [`convert`] converts a file to a file, [`recorded`] the record of a run to entries, [`replay`] entries to due times;
 //! [`playable`] selects the entries that a port can send.
 
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
 pub mod asc;
 pub mod blf;
 pub mod candump;
@@ -45,32 +50,25 @@ use std::fs::File;
 use std::io::{BufWriter, Read, Seek, Write};
 use std::path::Path;
 
-/// Bytes of a file buffer.
 const BUFFER_BYTES: usize = 64 * 1024;
 
-/// A format of bus logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// The log file of `candump -L` (can-utils).
     Candump,
-    /// Vector ASC.
     Asc,
     /// pcapng with `LINKTYPE_CAN_SOCKETCAN`.
     Pcapng,
-    /// PEAK TRC.
     Trc,
-    /// Vector BLF.
     Blf,
     /// ASAM MDF 4 with bus logging.
     Mdf4,
 }
 
 impl Format {
-    /// All formats.
     pub const ALL: [Self; 6] =
         [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc, Self::Blf, Self::Mdf4];
 
-    /// Its name in messages and arguments.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Candump => "candump",
@@ -82,7 +80,6 @@ impl Format {
         }
     }
 
-    /// Extension of its files.
     pub const fn extension(self) -> &'static str {
         match self {
             Self::Candump => "log",
@@ -94,13 +91,11 @@ impl Format {
         }
     }
 
-    /// The names of all formats, as a choice.
     pub fn any_name() -> String {
         let [others @ .., last] = Self::ALL.map(Self::name);
         format!("{} or {last}", others.join(", "))
     }
 
-    /// The extensions of all formats, as a choice.
     pub fn any_end() -> String {
         let [others @ .., last] = Self::ALL.map(Self::extension);
         format!(".{} or .{last}", others.join(", ."))
@@ -113,11 +108,9 @@ impl Format {
     }
 }
 
-/// Whether an entry was written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use]
 pub enum Kept {
-    /// The entry is in the log.
     Written,
     /// The format cannot hold it.
     LeftOut,
@@ -226,17 +219,11 @@ impl<R: Read + Seek> Iterator for LogReader<R> {
 /// Writes a file of one of the formats. [`finish`](Self::finish) completes and flushes it.
 #[derive(Debug)]
 pub enum LogWriter<W: Write + Seek = BufWriter<File>> {
-    /// A candump log.
     Candump(candump::Writer<W>),
-    /// An ASC file.
     Asc(asc::Writer<W>),
-    /// A pcapng file.
     Pcapng(pcapng::Writer<W>),
-    /// A TRC file.
     Trc(trc::Writer<W>),
-    /// A BLF file.
     Blf(blf::Writer<W>),
-    /// An MDF file.
     Mdf4(mdf4::Writer<W>),
 }
 

@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 /// for comments.
 pub const LINE_BYTES_MAX: usize = 4096;
 
-/// The lines of a file.
 #[derive(Debug)]
 pub(super) struct Lines<R: Read> {
     input: BufReader<R>,
@@ -47,7 +46,6 @@ impl<R: Read> Lines<R> {
         Ok(true)
     }
 
-    /// The number of the current line.
     pub(super) const fn number(&self) -> u64 {
         self.number
     }
@@ -63,7 +61,6 @@ impl<R: Read> Lines<R> {
         self.line.trim_ascii()
     }
 
-    /// An error for a defect in this line.
     pub(super) fn malformed(&self, defect: Defect) -> LogError {
         LogError::malformed(&self.path, self.format, Place::Line(self.number), defect)
     }

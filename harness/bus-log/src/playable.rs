@@ -21,18 +21,15 @@ pub struct Playable<I> {
 /// Entries of a log that are not sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct LeftOut {
-    /// Frames on other channels.
     pub other_channels: u64,
     /// CAN FD frames, if the port sends only classic ones.
     pub fd_frames: u64,
     /// Error frames: an error seen by a controller cannot be sent.
     pub error_frames: u64,
-    /// Packets of serial lines.
     pub packets: u64,
 }
 
 impl LeftOut {
-    /// The total.
     pub const fn total(self) -> u64 {
         self.other_channels + self.fd_frames + self.error_frames + self.packets
     }

@@ -50,7 +50,6 @@ pub(super) struct Hands {
     pub(super) tell: Tell,
     /// One permit for each case that may run in parallel.
     pub(super) running: Semaphore,
-    /// The lease on the bench, if there is one.
     pub(super) lease: Option<watch::Receiver<Standing>>,
     /// Whether no further case may begin.
     pub(super) stopping: watch::Sender<bool>,
@@ -265,7 +264,6 @@ fn name_of(message: &Message) -> &str {
     name.map_or(id_of(&message.subject), |name| name.as_str())
 }
 
-/// Name of a package in the object store.
 pub(super) fn package_object(id: &str) -> String {
     format!("packages/{id}.json")
 }

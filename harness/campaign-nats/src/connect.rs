@@ -19,12 +19,10 @@ const PING: Duration = Duration::from_secs(5);
 /// Number of messages queued while the server is unreachable.
 const CAPACITY: usize = 1_024;
 
-/// Credentials of a client.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Credentials {
     /// File with a JWT and its key, as written by `nsc`.
     pub creds: Option<PathBuf>,
-    /// File with the seed of an nkey.
     pub nkey: Option<PathBuf>,
     /// CA certificates for the server, in addition to those of this machine, PEM.
     pub tls_ca: Option<PathBuf>,
@@ -32,7 +30,6 @@ pub struct Credentials {
     pub tls_client: Option<(PathBuf, PathBuf)>,
 }
 
-/// A server, or several servers of one cluster.
 #[derive(Debug, Clone)]
 pub struct Server {
     addresses: Vec<ServerAddr>,
@@ -48,9 +45,7 @@ pub enum News {
     Back,
     /// The server rejected something.
     Refuses(String),
-    /// A campaign is waiting for workers.
     Waiting {
-        /// Place of its cases.
         place: Place,
         /// Number of cases that no worker has taken.
         queued: u64,
@@ -61,23 +56,16 @@ pub enum News {
     },
     /// A case was abandoned after it was handed out this often without a result.
     GivenUp {
-        /// The case.
         case: String,
-        /// Number of times it was handed out.
         times: i64,
     },
-    /// A worker begins a campaign.
     Campaign {
-        /// Its name.
         campaign: String,
-        /// The plan.
         plan: String,
     },
     /// A worker cannot carry out a campaign.
     Declines {
-        /// Its name.
         campaign: String,
-        /// Why.
         cause: String,
     },
     /// Number of cases that a worker has carried out so far.
@@ -88,9 +76,7 @@ pub enum News {
     Holds(String),
     /// Another process holds the bench or the campaign; this one waits for it.
     Held {
-        /// The bench or the campaign.
         what: String,
-        /// Its holder.
         holder: String,
     },
 }
@@ -125,10 +111,8 @@ impl fmt::Display for News {
     }
 }
 
-/// Receives the notices.
 pub(super) type Tell = Arc<dyn Fn(&News) + Send + Sync>;
 
-/// State of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Up {
     /// The server answers.
@@ -137,12 +121,10 @@ pub(super) struct Up {
     pub(super) times: u64,
 }
 
-/// A connection.
 #[derive(Clone)]
 pub(super) struct Link {
     pub(super) client: Client,
     pub(super) up: watch::Receiver<Up>,
-    /// Name of the server, for messages.
     pub(super) server: String,
 }
 

@@ -23,9 +23,7 @@ use tokio::time::{interval, sleep, timeout};
 /// A file that the campaign stores on the server.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredFile {
-    /// Its name within the campaign.
     pub name: String,
-    /// Its content.
     pub text: String,
 }
 
@@ -36,15 +34,20 @@ const WITHDRAW: Duration = Duration::from_secs(1);
 /// The most attempts to store files on a reachable server.
 const FINISHES_MAX: usize = 5;
 
-/// Requests of the campaign.
 #[derive(Debug)]
 pub(super) enum Ask {
     /// Carry out a job and return its result.
-    Execute { id: String, body: Vec<u8>, answer: oneshot::Sender<Done> },
+    Execute {
+        id: String,
+        body: Vec<u8>,
+        answer: oneshot::Sender<Done>,
+    },
     /// The result of the job with this name has been stored.
     Kept(String),
-    /// The campaign has ended.
-    Finish { files: Vec<StoredFile>, answer: oneshot::Sender<Result<(), NatsError>> },
+    Finish {
+        files: Vec<StoredFile>,
+        answer: oneshot::Sender<Result<(), NatsError>>,
+    },
 }
 
 /// Hands out cases and receives results.
@@ -298,7 +301,6 @@ fn reported(
 struct HandingOut {
     room: Room,
     letter: Letter,
-    /// Subject of its result.
     result: String,
     lease: u64,
     again: Arc<AtomicU64>,

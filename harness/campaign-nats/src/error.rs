@@ -5,12 +5,9 @@ use super::message::FORMAT;
 /// Why a campaign cannot run over a server, or not any longer.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum NatsError {
-    /// An invalid argument.
     #[error("{message}")]
     Argument {
-        /// Description of the problem.
         message: String,
-        /// What to do about it.
         #[help]
         help: String,
     },
@@ -19,13 +16,10 @@ pub enum NatsError {
     Connect {
         /// Its address, without a password.
         server: String,
-        /// Why.
         cause: String,
-        /// What to do about it.
         #[help]
         help: &'static str,
     },
-    /// The server has no streams.
     #[error("the server {server} has no JetStream: {cause}")]
     #[diagnostic(help("start it with `nats-server -js -sd FOLDER`"))]
     NoJetStream {
@@ -34,16 +28,13 @@ pub enum NatsError {
         /// Its answer.
         cause: String,
     },
-    /// The server failed to do something.
     #[error("failed to {what}: {cause}")]
     #[diagnostic(help("`nats stream report` shows what the server holds"))]
     Server {
         /// What it was asked to do.
         what: String,
-        /// Why.
         cause: String,
     },
-    /// A stream is from another version of this program, or from another program.
     #[error(
         "the stream {stream} is of another version: \"{found}\", this is message format {FORMAT}"
     )]
@@ -51,7 +42,6 @@ pub enum NatsError {
         "use the version that made it, or a server of your own; `nats stream rm {stream}` removes it with all that it holds"
     ))]
     OtherFormat {
-        /// Its name.
         stream: String,
         /// Its description.
         found: String,
@@ -64,7 +54,6 @@ pub enum NatsError {
         ours: String,
         /// Version of the campaign.
         theirs: String,
-        /// Name of the campaign.
         campaign: String,
     },
     /// Another process holds the lease.
@@ -75,7 +64,6 @@ pub enum NatsError {
     Held {
         /// A bench or a campaign.
         what: String,
-        /// The holder.
         holder: String,
         /// How long a lease outlives its holder.
         seconds: u64,
@@ -88,7 +76,6 @@ pub enum NatsError {
     Lost {
         /// A bench or a campaign.
         what: String,
-        /// The current holder.
         holder: String,
     },
     /// A worker cannot carry out the campaign.
@@ -96,21 +83,11 @@ pub enum NatsError {
     #[diagnostic(help(
         "mend or end that worker, and start the campaign again: it goes on where it stopped"
     ))]
-    Refused {
-        /// Name of the worker.
-        worker: String,
-        /// Why.
-        cause: String,
-    },
+    Refused { worker: String, cause: String },
     /// A worker sent an invalid report.
     #[error("a result of the case {case} cannot be read: {cause}")]
     #[diagnostic(help("who else writes to hil.results.> on this server?"))]
-    Unreadable {
-        /// The case.
-        case: String,
-        /// Why.
-        cause: String,
-    },
+    Unreadable { case: String, cause: String },
     /// The thread or the runtime for the connection could not be started.
     #[error("failed to start the connection to the server")]
     Start(#[source] std::io::Error),

@@ -21,7 +21,6 @@ pub(super) enum Job {
     },
     /// All repetitions of a case, afresh.
     Confirm {
-        /// The case.
         case: Case,
         /// The property that it is supposed to break.
         property: String,
@@ -43,7 +42,6 @@ pub(super) struct Done {
 }
 
 impl Done {
-    /// The result of a case.
     pub(super) fn of(result: CaseResult) -> Self {
         Self { result, ..Self::default() }
     }

@@ -10,24 +10,20 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// Interval of renewal.
 const RENEWAL: Duration = Duration::from_millis(2_500);
 /// Interval of attempts to take a lease that another process holds.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
-/// The holder of a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Holder(String);
 
 impl Holder {
-    /// This process.
     pub fn this_process() -> Self {
         let host = rustix::system::uname();
         let host = host.nodename().to_string_lossy().into_owned();
         Self(format!("hil {} on {host}, process {}", crate::VERSION, std::process::id()))
     }
 
-    /// A holder with any name.
     pub fn named(name: impl Into<String>) -> Self {
         Self(name.into())
     }
@@ -39,10 +35,8 @@ impl fmt::Display for Holder {
     }
 }
 
-/// Current state of a lease.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Standing {
-    /// Held by this process.
     Held,
     /// It was not renewed in time: another process may have taken it.
     Doubtful,

@@ -18,6 +18,11 @@
 //!   faults, and in the end repeats the smallest case afresh. Each of these is a job on the same stream.
 //! * Nothing depends on the arrival time of a message: a case considered lost is sent again under the same name.
 
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
 mod carry;
 mod connect;
 mod desk;

@@ -21,7 +21,6 @@ pub type Maker = Arc<
 pub struct Stopping(pub(super) watch::Receiver<bool>);
 
 impl Stopping {
-    /// Whether it is to end.
     pub fn is_so(&self) -> bool {
         *self.0.borrow()
     }

@@ -9,11 +9,9 @@ use std::str::FromStr;
 /// Version of the message format. Messages of other formats are rejected with an error that names the version.
 pub(super) const FORMAT: &str = "3";
 
-/// Stream of the cases to be carried out.
 pub(super) const CASES: &str = "HIL_CASES";
 /// Stream of results, until they are stored.
 pub(super) const RESULTS: &str = "HIL_RESULTS";
-/// Bucket of leases.
 pub(super) const LEASES: &str = "HIL_LEASES";
 /// Object store of packages, failing cases and results of campaigns.
 pub(super) const OBJECTS: &str = "HIL";
@@ -27,12 +25,10 @@ mod header {
     pub const LEASE: &str = "Hil-Lease";
 }
 
-/// Place where cases are carried out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// In virtual time, on any machine.
     Virtual,
-    /// On the bench with this name.
     Bench(String),
 }
 
@@ -49,7 +45,6 @@ impl Place {
         format!("{}.{}.>", self.subject(), word(version))
     }
 
-    /// Subject of one case.
     pub(super) fn case(&self, version: &str, campaign: &str, id: &str) -> String {
         format!("{}.{}.{campaign}.{id}", self.subject(), word(version))
     }
@@ -89,12 +84,10 @@ impl fmt::Display for Place {
     }
 }
 
-/// Subject of the result of a case.
 pub(super) fn result_subject(campaign: &str, id: &str) -> String {
     format!("hil.results.{campaign}.{id}")
 }
 
-/// Subject of all results of a campaign.
 pub(super) fn results_subject(campaign: &str) -> String {
     format!("hil.results.{campaign}.>")
 }
@@ -156,9 +149,7 @@ fn or_unknown(text: &str) -> &str {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Report {
-    /// Name of the worker.
     pub(super) worker: String,
-    /// The result.
     pub(super) came: Came,
 }
 
@@ -166,13 +157,11 @@ pub(super) struct Report {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Came {
-    /// The job was carried out.
     Done(Done),
     /// This worker cannot carry out any job of the campaign.
     Refused(String),
 }
 
-/// A job's name, from its subject.
 pub(super) fn id_of(subject: &str) -> &str {
     subject.rsplit('.').next().unwrap_or_default()
 }

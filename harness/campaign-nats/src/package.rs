@@ -15,7 +15,6 @@ use std::sync::Arc;
 pub struct Package {
     /// The plan and the files that it names.
     files: Arc<Pack>,
-    /// Answers to the plan's questions.
     answers: Answers,
     /// For a bench: its file, and the rule for broken cases.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -38,13 +37,11 @@ pub enum NotHere {
     /// It is for virtual time.
     #[error("its cases are for virtual time, not for a bench")]
     NoBench,
-    /// The bench file with this name has a different content.
     #[error(
         "the worker's bench file {name} is another than the campaign's (content {here:.8}, the campaign's {theirs:.8}): \
          give both the same file"
     )]
     OtherBench {
-        /// Name of the bench.
         name: String,
         /// Hash of the worker's file.
         here: String,

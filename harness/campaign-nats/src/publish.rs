@@ -7,7 +7,6 @@ use async_nats::jetstream::context::{PublishError, PublishErrorKind};
 use async_nats::jetstream::message::PublishMessage;
 use async_nats::jetstream::publish::PublishAck;
 
-/// One message for a stream.
 #[derive(Debug, Clone)]
 pub(super) struct Letter {
     pub(super) subject: String,

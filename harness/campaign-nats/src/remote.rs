@@ -28,7 +28,6 @@ const ASKS: usize = 2 * WINDOW as usize;
 pub struct RemoteSettings {
     /// The text that determines its cases, as in its journal. The same campaign gets the same name again.
     pub what: String,
-    /// Place where its cases are carried out.
     pub place: Place,
     /// The process that runs it.
     pub holder: Holder,
@@ -106,7 +105,6 @@ impl<E: Executor> Remote<E> {
         &self.local
     }
 
-    /// Its name on the server.
     pub fn campaign(&self) -> &str {
         &self.campaign
     }

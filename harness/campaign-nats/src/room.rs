@@ -33,7 +33,6 @@ const REMEMBERED: Duration = Duration::from_secs(3_600);
 const KEPT: Duration = Duration::from_secs(7 * 24 * 3_600);
 /// How long packages and failing cases are kept.
 const OBJECTS_KEPT: Duration = Duration::from_secs(90 * 24 * 3_600);
-/// The largest package, in bytes.
 const PACKAGE_BYTES_MAX: usize = 16 << 20;
 /// The most cases or results that are delivered and not acknowledged.
 const OPEN_MAX: i64 = 100_000;
@@ -184,7 +183,6 @@ impl Room {
         made.map_err(|error| NatsError::server(format!("make the consumer {name}"), error))
     }
 
-    /// The bucket of leases.
     pub(super) async fn leases(&self) -> Result<kv::Store, NatsError> {
         let bucket = self.context.get_key_value(LEASES).await;
         bucket.map_err(|error| NatsError::server("open the bucket of leases", error))

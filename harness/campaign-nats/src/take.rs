@@ -23,7 +23,6 @@ pub(super) type Taken = (Message, OwnedSemaphorePermit);
 /// Place and version of the cases to take.
 pub(super) type Queue = (Place, String);
 
-/// How a request ended.
 enum Ended {
     /// Ended normally; there may be more cases.
     Served,

@@ -12,14 +12,12 @@ use tokio::task::JoinHandle;
 /// server until they are sent again.
 const EARLY_MAX: usize = 4 * WINDOW as usize;
 
-/// A result that arrived.
 pub(super) struct Arrived {
     pub(super) done: Done,
     /// Acknowledged once the result is stored.
     pub(super) message: Message,
 }
 
-/// A case that has been handed out.
 pub(super) struct Asked {
     /// The task that hands it out; ends when the case is on the stream.
     pub(super) handing_out: JoinHandle<()>,
@@ -28,7 +26,6 @@ pub(super) struct Asked {
     waiting: Vec<oneshot::Sender<Done>>,
 }
 
-/// Cases by name.
 #[derive(Default)]
 pub(super) struct Tray {
     pub(super) asked: BTreeMap<String, Asked>,
@@ -37,14 +34,19 @@ pub(super) struct Tray {
     told: BTreeMap<String, Vec<Message>>,
 }
 
-/// Interpretation of a message.
 pub(super) enum Read {
     /// A result; the requester has it or will get it.
     Taken,
     /// A worker rejects the campaign.
-    Refused { message: Message, worker: String, cause: String },
-    /// The message is invalid.
-    Unreadable { message: Message, cause: String },
+    Refused {
+        message: Message,
+        worker: String,
+        cause: String,
+    },
+    Unreadable {
+        message: Message,
+        cause: String,
+    },
 }
 
 impl Tray {
@@ -76,7 +78,6 @@ impl Tray {
         self.asked.insert(id, Asked { handing_out, body, waiting: vec![answer] });
     }
 
-    /// Takes a result that arrived.
     pub(super) fn arrived(&mut self, message: Message) -> Read {
         let id = id_of(&message.subject).to_owned();
         let report: Report = match serde_json::from_slice(&message.payload) {
@@ -109,7 +110,6 @@ impl Tray {
         self.told.remove(id).unwrap_or_default()
     }
 
-    /// Gives up all requested cases.
     pub(super) fn give_up(&mut self) {
         for (_, asked) in std::mem::take(&mut self.asked) {
             asked.handing_out.abort();
@@ -120,7 +120,6 @@ impl Tray {
     }
 }
 
-/// Whether a case is new.
 pub(super) enum Asking {
     /// It has been handed out, or its result is here.
     Known,

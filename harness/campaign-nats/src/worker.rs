@@ -25,14 +25,10 @@ const TELL: Duration = Duration::from_secs(10);
 /// Threads in addition to those of the cases: for name resolution and for unpacking packages.
 const THREADS_BESIDE: usize = 2;
 
-/// Settings of a worker.
 #[derive(Debug, Clone)]
 pub struct WorkerSettings {
-    /// Its place.
     pub place: Place,
-    /// Number of parallel cases.
     pub threads: NonZeroUsize,
-    /// Its name as a holder of leases.
     pub holder: Holder,
     /// Its version; it carries out only cases of the same version.
     pub version: String,
@@ -40,10 +36,8 @@ pub struct WorkerSettings {
     pub patience: Duration,
 }
 
-/// Result of a worker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Worked {
-    /// Number of cases carried out and reported.
     pub cases: u64,
 }
 

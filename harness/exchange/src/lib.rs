@@ -3,6 +3,11 @@
 //! * [`tables`]: a run as CSV and Parquet, for notebooks. [`mcap`]: for Foxglove. [`mf4`]: for measurement tools.
 //! * [`moment`]: the state of a run at one instant, for fault finding.
 
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
 mod facts;
 pub mod mcap;
 pub mod mf4;

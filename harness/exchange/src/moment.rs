@@ -22,7 +22,6 @@ pub struct Moment {
     faults: BTreeMap<u32, String>,
     /// Latest record of each subject.
     lines: BTreeMap<About, String>,
-    /// By sender and message.
     messages: BTreeMap<(String, usize), Message>,
     /// Messages that the last record completed.
     heard: Vec<(String, usize)>,
@@ -61,7 +60,6 @@ impl Moment {
         }
     }
 
-    /// Takes the next record.
     pub fn take(&mut self, record: &Record) {
         self.heard.clear();
         let line = |header: &Header| Line(record, header.name_of(record.device)).to_string();
@@ -136,7 +134,6 @@ impl Moment {
         text.trim_end_matches([',', ':']).to_owned()
     }
 
-    /// The current state, as lines.
     pub fn lines(&self) -> Vec<String> {
         let steps = self.steps.iter().map(|(_, line)| line.clone());
         let lines = steps.chain(self.lines.values().cloned()).chain(self.faults.values().cloned());

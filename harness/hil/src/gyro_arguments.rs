@@ -4,7 +4,6 @@ use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use wire::gyro::{GyroFormat, OutputMode};
 
-/// Parses a format name.
 pub fn format() -> impl TypedValueParser<Value = GyroFormat> {
     let value = |format: &GyroFormat| {
         let facts = format.facts();

@@ -5,6 +5,11 @@
 //! * [`doctor`]: what a machine and a bench lack. [`project`]: the files that `hil new` creates.
 //! * [`import`]: reads the log of a bench's CAN bus as a run. [`replay`]: sends a recorded bus to a port.
 
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
 pub mod cli;
 pub mod doctor;
 pub mod gyro_arguments;

@@ -42,7 +42,6 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// All kinds.
     pub const ALL: [Self; 9] = [
         Self::Plan,
         Self::Bench,
@@ -55,7 +54,6 @@ impl FileKind {
         Self::TableModel,
     ];
 
-    /// Name of the file that stores its schema.
     pub const fn schema_file(self) -> &'static str {
         match self {
             Self::Plan => "plan.schema.json",
@@ -70,7 +68,6 @@ impl FileKind {
         }
     }
 
-    /// Returns its schema.
     pub fn schema(self) -> Schema {
         let settings =
             SchemaSettings::draft2020_12().with_transform(NoNull).with_transform(PlainWords);
@@ -88,7 +85,6 @@ impl FileKind {
         }
     }
 
-    /// Returns its schema as the text of the file.
     pub fn text(self) -> String {
         format!("{:#}\n", self.schema().as_value())
     }

@@ -38,7 +38,6 @@ pub struct Stretch {
     pub from: Timestamp,
     /// The moment after the last.
     pub to: Timestamp,
-    /// The truth of the formula.
     pub truth: Truth,
 }
 
@@ -150,7 +149,6 @@ impl Evaluator {
         self.network.distance(truth)
     }
 
-    /// Whether the formula reads any of these signals.
     pub(crate) fn reads(&self, values: &[(usize, f64)]) -> bool {
         values.iter().any(|(index, _)| self.slot(*index).is_some())
     }

@@ -12,10 +12,8 @@ pub struct Formula {
     pub(crate) signals: Vec<Used>,
 }
 
-/// A signal in a formula.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Used {
-    /// Its name as in the formula.
     pub name: String,
     /// The caller's number for it, as returned by [`Signals`](crate::Signals).
     pub index: usize,
@@ -63,7 +61,6 @@ pub(crate) struct Interval {
 }
 
 impl Formula {
-    /// The source text.
     pub fn text(&self) -> &str {
         &self.text
     }

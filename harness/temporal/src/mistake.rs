@@ -2,15 +2,12 @@
 
 use std::ops::Range;
 
-/// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct Mistake {
     /// The byte range in the text; empty at the end of the text.
     pub at: Range<usize>,
-    /// Description of the mistake.
     pub message: String,
-    /// How to correct it.
     pub help: Option<String>,
 }
 

@@ -60,7 +60,6 @@ impl Monitor {
         Self { formula, evaluator, verdict: Verdict::new(), last: None }
     }
 
-    /// The monitored formula.
     pub fn formula(&self) -> &Formula {
         &self.formula
     }

@@ -23,7 +23,6 @@ pub struct Reaction {
     dropped: u64,
 }
 
-/// A measured response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Answer {
     /// Time of the trigger.

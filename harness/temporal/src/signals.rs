@@ -1,6 +1,5 @@
 //! Resolution of the signals of a formula by the caller.
 
-/// The signals that a formula may name.
 pub trait Signals {
     /// Finds the signal with this name: `node.Message.Signal`, `node.Signal` or `Signal`, in the caller's notation.
     ///
@@ -31,7 +30,6 @@ pub enum Protecting {
 }
 
 impl Protecting {
-    /// Keyword in a formula.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Follows => "follows",
@@ -53,12 +51,9 @@ pub struct Signal {
     pub range: Option<(f64, f64)>,
 }
 
-/// Why no signal was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotFound {
-    /// Description of the problem.
     pub message: String,
-    /// How to correct it.
     pub help: Option<String>,
 }
 

@@ -42,12 +42,10 @@ impl Truth {
         Self::ranked(if holds { rank } else { -rank })
     }
 
-    /// The same truth, decided by this comparison.
     pub(crate) const fn by(self, comparison: usize) -> Self {
         Self { comparison, ..self }
     }
 
-    /// The deciding comparison.
     pub(crate) const fn comparison(self) -> usize {
         self.comparison
     }

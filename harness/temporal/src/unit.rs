@@ -1,6 +1,5 @@
 //! Units: which numbers are comparable, and the conversion factors.
 
-/// A unit: its dimension and its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Unit {
     /// Exponents of metre, kilogram, second, ampere, kelvin, degree Celsius and radian. Degree Celsius is separate from
@@ -150,7 +149,6 @@ impl Unit {
         (self.dimension == other.dimension).then_some((factor, self.tens - other.tens))
     }
 
-    /// The dimensionless unit one.
     pub(crate) fn one() -> Self {
         Self { dimension: NONE, factor: 1.0, tens: 0 }
     }

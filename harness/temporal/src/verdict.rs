@@ -23,14 +23,12 @@ pub struct Verdict {
     pub violations: u64,
     /// Total time during which it was false.
     pub violated: Span,
-    /// The first violation.
     pub first_violation: Option<Violation>,
 }
 
 /// A moment at which a formula was false.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Violation {
-    /// Time of the violation.
     pub at: Timestamp,
     /// When everything that the formula looks at from there is over: `at` plus its horizon, or the end of the run.
     pub known: Timestamp,

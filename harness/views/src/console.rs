@@ -51,7 +51,6 @@ pub fn is_colour_wanted(is_terminal: bool) -> bool {
         && (is_terminal || set("CLICOLOR_FORCE").is_some_and(|value| value != "0"))
 }
 
-/// Style of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Style {
     /// Width in columns.
@@ -71,7 +70,6 @@ impl Style {
         Self { width, colour: is_colour_wanted(is_terminal) }
     }
 
-    /// Returns an empty table with this header.
     pub fn table(self, header: &[&str]) -> Table {
         let mut table = Table::new();
         table

@@ -144,7 +144,6 @@ fn line_of(line: &RigLine, bench: Option<&BenchFile>) -> Line {
     Line { name: line.name.clone(), detail: format!("{line}{port}") }
 }
 
-/// What implements a node.
 fn played(part: &NodePart) -> (Kind, String) {
     match part {
         NodePart::Described(description) => (Kind::Emulated, description.title.clone()),

@@ -17,7 +17,6 @@ use record::run_folder::{RECORD, REPORT};
 use std::path::Path;
 use std::time::Duration;
 
-/// Name of the case for the run itself.
 const RUN_CASE: &str = "the run itself";
 
 /// Returns the document for one run. `folder` is the run folder, relative to the build server's working directory.

@@ -5,6 +5,11 @@
 //! * `drawing` (feature `report`): a rig as a picture.
 //! * [`watch`](mod@watch): a model of a run in progress, without a terminal.
 
+#![allow(
+    missing_docs,
+    reason = "a crate of this workspace; what others use is documented where `harness` exports it"
+)]
+
 pub mod console;
 #[cfg(feature = "report")]
 pub mod drawing;

@@ -25,10 +25,8 @@ impl Base {
     }
 }
 
-/// Contents of an event of a CAN bus.
 pub(super) type OnBus = (Channel, Option<Direction>, Payload);
 
-/// Iterates over words.
 struct Words<'a>(&'a [u8]);
 
 impl<'a> Words<'a> {

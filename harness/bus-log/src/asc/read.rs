@@ -10,7 +10,6 @@ use std::io::Read;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
 
-/// Reference of event times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Times {
     /// The start of the measurement.
@@ -34,7 +33,6 @@ pub(crate) struct Reader<R: Read> {
     passed_over: u64,
 }
 
-/// Kind of a line.
 enum Line<'a> {
     Nothing,
     Date(&'a [u8]),

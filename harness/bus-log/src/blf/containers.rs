@@ -13,7 +13,6 @@ use std::path::{Path, PathBuf};
 /// Most bytes between two objects of a file: Vector's tools pad by the length modulo 4, others to a multiple of it.
 pub(super) const PADDING_MAX: usize = 7;
 
-/// The containers of a file.
 #[derive(Debug)]
 pub(super) struct Containers<R: Read> {
     path: PathBuf,
@@ -22,13 +21,11 @@ pub(super) struct Containers<R: Read> {
     said: u64,
     /// Bytes read so far.
     offset: u64,
-    /// Start of the current container.
     began: u64,
     /// Its bytes that are not read yet.
     left: u64,
     inflate: Decompress,
     is_compressed: bool,
-    /// Whether the current container is exhausted.
     ended: bool,
     passed_over: u64,
 }
@@ -69,7 +66,6 @@ impl<R: Read> Containers<R> {
         self.passed_over
     }
 
-    /// An error for a defect in the current container.
     pub(super) fn malformed(&self, defect: Defect) -> LogError {
         LogError::malformed(&self.path, Format::Blf, Place::Byte(self.began), defect)
     }

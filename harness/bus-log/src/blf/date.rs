@@ -2,7 +2,6 @@
 
 use chrono::{DateTime, Datelike as _, NaiveDate, Timelike as _};
 
-/// Bytes of a date.
 pub(super) const BYTES: usize = 16;
 
 /// Nanoseconds since 1970; `None` if it is not a date, such as the zeros of a file without one.

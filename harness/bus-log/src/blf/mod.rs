@@ -37,11 +37,8 @@ mod write;
 pub(crate) use read::Reader;
 pub use write::Writer;
 
-/// Start of a file.
 const FILE_MARK: &[u8; 4] = b"LOGG";
-/// Start of an object.
 const OBJECT_MARK: &[u8; 4] = b"LOBJ";
-/// Bytes of the head of a file.
 const FILE_HEAD_BYTES: usize = 144;
 /// Offset of the length of the file in its head.
 const FILE_LENGTH_AT: usize = 16;
@@ -54,7 +51,6 @@ const OBJECT_HEAD_BYTES: usize = 32;
 /// Method and length of a container, after its base.
 const CONTAINER_HEAD_BYTES: usize = 16;
 
-/// Types of objects.
 const CAN_MESSAGE: u32 = 1;
 const CAN_ERROR: u32 = 2;
 const LOG_CONTAINER: u32 = 10;
@@ -75,7 +71,6 @@ const NANOS: u32 = 2;
 
 /// Flag of an extended identifier.
 const EXTENDED: u32 = 1 << 31;
-/// Frame flag: sent.
 const SENT: u8 = 1;
 /// Frame flag: remote request.
 const REMOTE: u8 = 1 << 7;

@@ -76,7 +76,6 @@ struct Frame<'a> {
     id: u32,
     code: u8,
     is_remote: bool,
-    /// Flags of a CAN FD frame.
     fd: Option<FdFlags>,
     data: &'a [u8],
 }

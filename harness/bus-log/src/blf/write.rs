@@ -138,7 +138,6 @@ impl<W: Write + Seek> Writer<W> {
         Ok(())
     }
 
-    /// The head of the file with the current values.
     fn head(&self) -> [u8; FILE_HEAD_BYTES] {
         let mut head = [0; FILE_HEAD_BYTES];
         let mut put = |place: usize, bytes: &[u8]| {

@@ -22,7 +22,6 @@ pub(super) struct Source<R> {
     length: u64,
 }
 
-/// The relevant part of a block.
 pub(super) struct Block {
     pub(super) address: u64,
     pub(super) length: u64,
@@ -40,7 +39,6 @@ impl<R: Read + Seek> Source<R> {
         Ok(Self { path: path.to_owned(), input, length })
     }
 
-    /// Length of the file.
     pub(super) const fn length(&self) -> u64 {
         self.length
     }
@@ -71,7 +69,6 @@ impl<R: Read + Seek> Source<R> {
         read().map_err(|source| LogError::unreadable(&self.path, source))
     }
 
-    /// Reads the block at that address.
     pub(super) fn any_block(&mut self, address: u64) -> Result<Block, LogError> {
         let mut head = [0; BLOCK_HEAD_BYTES];
         if self.at(address, &mut head)? < head.len() {

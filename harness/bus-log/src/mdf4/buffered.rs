@@ -23,7 +23,6 @@ impl Buffered {
         self.chain.began()
     }
 
-    /// All bytes in the buffer.
     pub(super) fn bytes(&self) -> &[u8] {
         self.window.bytes()
     }

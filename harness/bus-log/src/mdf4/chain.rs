@@ -49,7 +49,6 @@ struct List {
     next: u64,
 }
 
-/// The current block.
 #[derive(Debug)]
 enum Piece {
     None,

@@ -14,16 +14,9 @@ pub(super) struct Field {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Number {
-    Unsigned {
-        big: bool,
-    },
-    Signed {
-        big: bool,
-    },
-    Float {
-        big: bool,
-    },
-    /// Raw bytes.
+    Unsigned { big: bool },
+    Signed { big: bool },
+    Float { big: bool },
     Bytes,
 }
 
@@ -91,7 +84,6 @@ impl Field {
         self.integer(record).and_then(|number| u64::try_from(number).ok()).unwrap_or(0)
     }
 
-    /// A floating-point number.
     pub(super) fn float(&self, record: &[u8]) -> Option<f64> {
         let Number::Float { big } = self.kind else { return None };
         match *self.bytes(record) {

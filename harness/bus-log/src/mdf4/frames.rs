@@ -12,7 +12,6 @@ use wire::can::{
 };
 use wire::time::Timestamp;
 
-/// Fields of a frame in a record.
 #[derive(Debug)]
 pub(super) struct Frames {
     pub(super) kind: Kind,
@@ -29,10 +28,8 @@ pub(super) struct Frames {
     pub(super) data: Option<Data>,
 }
 
-/// Place of the data bytes.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Data {
-    /// In the record.
     Fixed(Field),
     /// Elsewhere: the record has their offset in the data at that address, or in the group there.
     Variable(Field, u64),

@@ -20,7 +20,6 @@ const STREAMS_MAX: usize = 256;
 /// Most levels of nested structures.
 pub(super) const DEPTH_MAX: u32 = 3;
 
-/// Records of one or several groups.
 #[derive(Debug)]
 pub(super) struct DataGroup {
     /// Address of the data.
@@ -30,7 +29,6 @@ pub(super) struct DataGroup {
     pub(super) groups: Vec<Group>,
 }
 
-/// A channel group.
 #[derive(Debug)]
 pub(super) struct Group {
     pub(super) address: u64,
@@ -38,10 +36,8 @@ pub(super) struct Group {
     pub(super) records: Records,
 }
 
-/// Contents of the records of a group.
 #[derive(Debug)]
 pub(super) enum Records {
-    /// Frames of a bus, with the record length.
     Frames(usize, Box<Frames>),
     /// Data to which other records refer by offset.
     Variable,

@@ -7,7 +7,6 @@ use super::{CG_BUS_EVENT, CG_PLAIN, CN_FIXED, CN_MASTER, Kind};
 const UNSIGNED: u8 = 0;
 const SIGNED: u8 = 2;
 const BYTES: u8 = 10;
-/// Flag of a channel of bus events.
 const CN_BUS_EVENT: u32 = 1 << 10;
 /// Bytes of a time, the first value of every record.
 const TIME_BYTES: u32 = 8;
@@ -36,7 +35,6 @@ const fn values(kind: Kind) -> &'static [(&'static str, u32)] {
     VALUES.split_at(count).0
 }
 
-/// Length of a record of that kind.
 pub(super) fn record_bytes(kind: Kind) -> usize {
     let values: u32 = values(kind).iter().map(|(_, bytes)| bytes).sum();
     (TIME_BYTES + values) as usize

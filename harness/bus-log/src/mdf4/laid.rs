@@ -2,7 +2,6 @@
 
 use super::{BLOCK_HEAD_BYTES, FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
 
-/// Bytes of the header, the first block.
 const HEADER_BYTES: usize = 104;
 
 /// Length of identification and header, which precede all other blocks.

@@ -64,7 +64,6 @@ const CG_PLAIN: u16 = 1 << 2;
 /// Flag of a channel group whose time is in another one: column-oriented storage of MDF 4.2.
 const CG_REMOTE_MASTER: u16 = 1 << 3;
 
-/// Kinds of channels.
 const CN_FIXED: u8 = 0;
 const CN_VARIABLE: u8 = 1;
 const CN_MASTER: u8 = 2;

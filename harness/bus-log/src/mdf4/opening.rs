@@ -9,14 +9,12 @@ use std::io::{Read, Seek};
 /// variable-length group.
 const UNFINISHED: u16 = 0x2f;
 
-/// An opened file.
 pub(super) struct Opened {
     /// Whether its writer did not finish it.
     pub(super) is_unfinished: bool,
     pub(super) header: Block,
 }
 
-/// Reads the start of a file.
 pub(super) fn open<R: Read + Seek>(source: &mut Source<R>) -> Result<Opened, LogError> {
     let mut head = [0; IDENTIFICATION_BYTES];
     source.at(0, &mut head)?;

@@ -6,12 +6,10 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// Data blocks per list.
 const LIST_BLOCKS: usize = 64;
 /// Flag of a list whose blocks, except the last, have equal length.
 const EQUAL: u8 = 1;
 
-/// A growing file.
 #[derive(Debug)]
 pub(super) struct Output<W> {
     out: W,
@@ -66,7 +64,6 @@ impl<W: Write + Seek> Output<W> {
 pub(super) struct Data {
     /// Kind of their block without compression.
     kind: [u8; 2],
-    /// Bytes of a block.
     block_bytes: usize,
     /// Whether all blocks have exactly that length, because the records have equal length; otherwise at least that
     /// length.
@@ -127,7 +124,6 @@ impl Data {
         out.block(*b"##HL", &[first], &[u8::from(self.is_equal), 0, 0, 0, 0, 0, 0, 0])
     }
 
-    /// Writes a data block.
     fn flush<W: Write + Seek>(&mut self, out: &mut Output<W>) -> io::Result<()> {
         if self.waiting.is_empty() {
             return Ok(());

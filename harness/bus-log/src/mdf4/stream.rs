@@ -18,7 +18,6 @@ pub(super) struct Stream {
     data: Buffered,
     number_bytes: usize,
     groups: Vec<Group>,
-    /// Signal data by start address.
     signal_data: HashMap<u64, SignalData>,
     /// Variable-length groups by address.
     among: HashMap<u64, Among>,

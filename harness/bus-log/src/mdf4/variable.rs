@@ -37,7 +37,6 @@ impl SignalData {
         self.data.began()
     }
 
-    /// The bytes at that offset.
     pub(super) fn get<R: Read + Seek>(
         &mut self,
         place: u64,

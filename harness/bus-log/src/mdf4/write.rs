@@ -30,7 +30,6 @@ pub struct Writer<W: Write + Seek> {
     groups: Box<[Group; Kind::ALL.len()]>,
 }
 
-/// The records of a kind.
 #[derive(Debug)]
 struct Group {
     data: Data,

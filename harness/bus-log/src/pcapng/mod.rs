@@ -30,5 +30,4 @@ const EPB_FLAGS: u16 = 2;
 const INBOUND: u32 = 1;
 const OUTBOUND: u32 = 2;
 
-/// Most interfaces of one section.
 pub const INTERFACES_MAX: usize = 256;

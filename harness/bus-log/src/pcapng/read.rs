@@ -77,9 +77,7 @@ struct Interface {
 /// Resolution of times, in units per second.
 #[derive(Debug, Clone, Copy)]
 enum Resolution {
-    /// Ten to this power.
     Ten(u32),
-    /// Two to this power.
     Two(u32),
 }
 

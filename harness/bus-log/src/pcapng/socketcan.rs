@@ -15,7 +15,6 @@ use wire::can::{
 };
 use wire::can_error::ERROR_FLAG;
 
-/// Bytes before the data.
 pub const HEADER_BYTES: usize = 8;
 
 /// Appends the packet of a frame; `false` if the payload is not a frame.

@@ -8,7 +8,6 @@ use chrono::NaiveDateTime;
 /// Most columns: PEAK's files have nine.
 const COLUMNS_MAX: usize = 16;
 
-/// Contents of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Column {
     /// `N`, `R`, and any other column of one word.

@@ -17,7 +17,6 @@ pub(super) struct Message {
     pub(super) payload: Payload,
 }
 
-/// Type of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// A classic frame; in versions before 2.0 the data show whether it is a remote request.
@@ -25,11 +24,9 @@ enum Kind {
     Remote,
     Fd(FdFlags),
     Error,
-    /// Not a frame.
     Other,
 }
 
-/// The relevant words of a line.
 struct Words<'a> {
     channel: Channel,
     kind: Kind,

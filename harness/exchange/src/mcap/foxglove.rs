@@ -69,22 +69,16 @@ impl From<Pose> for Pose3 {
 /// `foxglove.PoseInFrame`.
 #[derive(Debug, Clone, Serialize)]
 pub struct PoseInFrame {
-    /// Time.
     pub timestamp: Time,
-    /// Frame of the pose.
     pub frame_id: &'static str,
-    /// The pose.
     pub pose: Pose3,
 }
 
 /// `foxglove.PosesInFrame`.
 #[derive(Debug, Clone, Serialize)]
 pub struct PosesInFrame {
-    /// Time of the last pose.
     pub timestamp: Time,
-    /// Frame of the poses.
     pub frame_id: &'static str,
-    /// The poses, in order.
     pub poses: Vec<Pose3>,
 }
 
@@ -115,13 +109,9 @@ impl FrameTransform {
 /// `foxglove.Log`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Log<'a> {
-    /// Time.
     pub timestamp: Time,
-    /// Severity.
     pub level: LogLevel,
-    /// Text for a person.
     pub message: &'a str,
-    /// Source of the message.
     pub name: &'a str,
     /// Source file: always empty.
     pub file: &'a str,
@@ -133,11 +123,8 @@ pub struct Log<'a> {
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(into = "u8")]
 pub enum LogLevel {
-    /// All is well.
     Info,
-    /// Needs attention.
     Warning,
-    /// A failure.
     Error,
 }
 

@@ -122,7 +122,6 @@ impl<W: Write + Seek> Messages<W> {
         self.hear(record)
     }
 
-    /// Writes the results of the run.
     pub(super) fn finish(&mut self, summary: &Summary) -> McapResult<()> {
         let end = self.survey.end;
         for measurement in &summary.measurements {

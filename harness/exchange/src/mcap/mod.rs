@@ -46,24 +46,16 @@ use std::path::{Path, PathBuf};
 /// Largest file that is attached. Results of plans have a few kilobytes.
 const ATTACHMENT_BYTES_MAX: u64 = 16 * 1024 * 1024;
 
-/// Epoch of the message times.
 const EPOCH: &str = "log time is bench time: nanoseconds since the run began";
 
-/// Why a run is not exported, or not completely.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum McapExportError {
-    /// The run cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
     /// The file cannot be written.
     #[error("failed to write {}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Cause of the failure.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
+    Write { path: PathBuf, source: Box<dyn std::error::Error + Send + Sync> },
 }
 
 impl McapExportError {
@@ -77,10 +69,8 @@ impl McapExportError {
     }
 }
 
-/// Result of an export.
 #[derive(Debug)]
 pub struct Exported {
-    /// The topics with their numbers of messages.
     pub topics: Vec<(String, u64)>,
     /// Contents of the record, and whether it could be read to its end.
     pub survey: Survey,

@@ -16,7 +16,6 @@ fn plain(character: char) -> char {
     if character.is_ascii_alphanumeric() { character } else { '_' }
 }
 
-/// A set of unique names.
 #[derive(Debug, Default)]
 pub(crate) struct Names(BTreeSet<String>);
 
@@ -34,7 +33,6 @@ impl Names {
     }
 }
 
-/// Topics in folders, one per name.
 #[derive(Debug, Default)]
 pub(super) struct Topics {
     taken: Names,

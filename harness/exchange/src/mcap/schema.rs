@@ -4,7 +4,6 @@ use crate::tables::cell::{Cell, Column};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Map, Value, json};
 
-/// A schema for MCAP.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schema {
     /// Its name: `foxglove.Log`, `hil.State`.

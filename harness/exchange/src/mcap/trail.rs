@@ -28,7 +28,6 @@ impl Default for Trail {
 }
 
 impl Trail {
-    /// Begins a step.
     pub(super) fn begin(&mut self) {
         *self = Self::default();
     }
@@ -50,7 +49,6 @@ impl Trail {
         }
     }
 
-    /// Pose at the start of the step.
     pub(super) fn first(&self) -> Option<Pose> {
         self.poses.first().copied()
     }

@@ -71,7 +71,6 @@ impl<W: Write + Seek> Groups<W> {
         done
     }
 
-    /// Writes the results of the run.
     pub(super) fn finish(&mut self, summary: &Summary) -> Result<(), LogError> {
         let end = self.survey.end;
         for measurement in &summary.measurements {

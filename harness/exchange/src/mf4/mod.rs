@@ -23,10 +23,8 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Why a run is not exported, or not completely.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum Mf4ExportError {
-    /// The run cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
@@ -35,10 +33,8 @@ pub enum Mf4ExportError {
     Write(#[from] LogError),
 }
 
-/// Result of an export.
 #[derive(Debug)]
 pub struct Exported {
-    /// The groups with their numbers of records.
     pub groups: Vec<(String, u64)>,
     /// Contents of the record, and whether it could be read to its end.
     pub survey: Survey,

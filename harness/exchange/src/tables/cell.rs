@@ -7,11 +7,8 @@ use std::borrow::Cow;
 pub enum Kind {
     /// Real numbers in the column's unit.
     Float,
-    /// Whole numbers.
     Integer,
-    /// Yes or no.
     Bool,
-    /// UTF-8.
     Text,
 }
 
@@ -27,7 +24,6 @@ impl Kind {
     }
 }
 
-/// One value, of the kind of its column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell<'a> {
     /// Unknown: empty in CSV, null in Parquet, absent in JSON.
@@ -54,7 +50,6 @@ impl<'a> Cell<'a> {
         i64::try_from(count).map_or(Self::Missing, Self::Integer)
     }
 
-    /// A number, or missing.
     pub fn maybe(number: Option<f64>) -> Self {
         number.map_or(Self::Missing, Self::from)
     }
@@ -72,16 +67,13 @@ impl From<bool> for Cell<'_> {
     }
 }
 
-/// A column: name, type and meaning.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
     /// Name, unique in its table. It ends in the unit, if there is one: `x_m`, `heading_deg`.
     pub name: Cow<'static, str>,
-    /// Type of its values.
     pub kind: Kind,
     /// Unit of its values, as in plans (`deg/s`); empty without a unit.
     pub unit: Cow<'static, str>,
-    /// Meaning of its values.
     pub doc: Cow<'static, str>,
 }
 
@@ -112,7 +104,6 @@ impl Column {
         }
     }
 
-    /// Its meaning, with its unit.
     pub fn described(&self) -> String {
         match &*self.unit {
             "" => self.doc.to_string(),

@@ -6,7 +6,6 @@ use super::survey::Survey;
 use plan::quantities::find_tag;
 use std::collections::BTreeSet;
 
-/// A table of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Table {
     /// One row per state reported by the controller.
@@ -141,7 +140,6 @@ static SIGNALS: [Column; 6] = [
 ];
 
 impl Table {
-    /// All tables.
     pub const ALL: [Self; 9] = [
         Self::States,
         Self::Truth,
@@ -169,7 +167,6 @@ impl Table {
         }
     }
 
-    /// Meaning of one row.
     pub const fn doc(self) -> &'static str {
         match self {
             Self::States => "one row a state that the controller told",
@@ -201,7 +198,6 @@ impl Table {
         }
     }
 
-    /// Its columns in the tables of a run.
     pub fn columns(self, survey: &Survey) -> Vec<Column> {
         let fixed = self.fixed_columns();
         match self {

@@ -4,7 +4,6 @@ use super::cell::{Cell, Column};
 use super::row::Row;
 use std::io::Write;
 
-/// Writes the rows of one table.
 #[derive(Debug)]
 pub struct CsvTable<W: Write> {
     writer: csv::Writer<W>,

@@ -6,25 +6,16 @@ use std::path::PathBuf;
 /// Why a run is not exported, or not completely.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum TablesError {
-    /// The run cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
     /// The folder holds files that no export wrote.
     #[error("refused to replace {}: it holds files and is no package of tables", path.display())]
     #[diagnostic(help("choose another folder: hil export RUN --tables DIR"))]
-    Foreign {
-        /// The folder.
-        path: PathBuf,
-    },
+    Foreign { path: PathBuf },
     /// A file cannot be written.
     #[error("failed to write {}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Cause of the failure.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
+    Write { path: PathBuf, source: Box<dyn std::error::Error + Send + Sync> },
 }
 
 impl TablesError {

@@ -12,35 +12,25 @@ use serde_json::Value;
 use std::borrow::Cow;
 use wire::time::Timestamp;
 
-/// One event.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event<'a> {
-    /// Bench time.
     pub at: Timestamp,
-    /// Device to which it belongs.
     pub device: Device,
-    /// Kind of event.
     pub kind: EventKind,
-    /// Subject.
     pub subject: Cow<'a, str>,
     /// Number of the mission, or of the fault in the schedule.
     pub id: Option<i64>,
-    /// Description.
     pub text: Cow<'a, str>,
-    /// Further details.
     pub details: Option<Value>,
 }
 
-/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
     /// A step of the plan began; the subject is its place in the plan.
     StepBegan,
-    /// A step of the plan ended.
     StepEnded,
     /// The plan sent a command to the controller.
     Command,
-    /// A mission was completed.
     Done,
     /// A mission was refused; the subject is the reason.
     Refused,
@@ -52,33 +42,24 @@ pub enum EventKind {
     Reply,
     /// A fault began; the subject is its kind and target.
     FaultBegan,
-    /// A fault ended.
     FaultEnded,
-    /// A fault never happened.
     FaultNeverHappened,
     /// The error state of a bus node changed.
     Confinement,
-    /// Verdict of a measurement.
     Verdict,
-    /// Verdict of a property.
     Property,
     /// How the run ended.
     Outcome,
 }
 
-/// Severity of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Normal.
     Info,
-    /// Needs attention.
     Warning,
-    /// A failure.
     Error,
 }
 
 impl EventKind {
-    /// Its name in the table.
     pub const fn name(self) -> &'static str {
         match self {
             Self::StepBegan => "step_began",
@@ -101,7 +82,6 @@ impl EventKind {
 }
 
 impl Event<'_> {
-    /// The event as a row.
     pub fn row(&self) -> Row<'_> {
         vec![
             time(self.at),
@@ -114,7 +94,6 @@ impl Event<'_> {
         ]
     }
 
-    /// Severity of the event.
     pub fn severity(&self) -> Severity {
         match self.kind {
             EventKind::Refused | EventKind::Aborted => Severity::Error,

@@ -2,31 +2,23 @@
 
 use described::Layout;
 
-/// A signal of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalForm {
-    /// Its name in the layout.
     pub name: String,
     /// Unit of its values; empty without a unit.
     pub unit: String,
-    /// Meaning.
     pub doc: String,
     /// Names of values, if the layout has any, by the values in its unit.
     pub names: Vec<(f64, String)>,
 }
 
-/// A message of a layout.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MessageForm {
-    /// Its name in the layout.
     pub name: String,
-    /// Meaning.
     pub doc: String,
-    /// Its signals.
     pub signals: Vec<SignalForm>,
 }
 
-/// The messages of a layout.
 pub(super) fn forms(layout: &Layout) -> Vec<MessageForm> {
     let signal = |signal: &described::Signal| SignalForm {
         name: signal.name.clone(),

@@ -11,16 +11,12 @@ use plan::Rig;
 use record::{Device, Record};
 use std::sync::Arc;
 
-/// A decoded message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heard<'a> {
-    /// The sender.
     pub device: Device,
-    /// Name of the sender.
     pub who: &'a str,
     /// Index in [`Ears::forms`].
     pub index: usize,
-    /// The form of the message.
     pub form: &'a MessageForm,
     /// One value per signal, in its unit; `None` for a signal that this message does not carry.
     pub values: Vec<Option<f64>>,
@@ -45,28 +41,25 @@ struct Voice {
 
 #[derive(Debug)]
 enum Hearing {
-    /// The messages are unknown.
     None,
-    /// The robot's base.
     Base(Box<Overheard>),
     /// The user's own device: what it sends, and what is sent to it.
-    Device { device: Box<Decoder>, host: Box<Decoder> },
-    /// Nodes of a rig.
+    Device {
+        device: Box<Decoder>,
+        host: Box<Decoder>,
+    },
     Rig(Vec<Voice>),
 }
 
 impl Ears {
-    /// Decodes nothing.
     pub const fn deaf() -> Self {
         Self { forms: Vec::new(), hearing: Hearing::None }
     }
 
-    /// Decodes the robot's base.
     pub fn of_base() -> Self {
         Self { forms: base::forms(), hearing: Hearing::Base(Box::default()) }
     }
 
-    /// Decodes a device by its layout.
     pub fn of_device(description: &Arc<Description>) -> Self {
         let layout = description.layout();
         let decoder = |sender| Box::new(layout.decoder_for(sender));
@@ -79,7 +72,6 @@ impl Ears {
         }
     }
 
-    /// Decodes the nodes of a rig.
     pub fn of_rig(rig: &Rig) -> Self {
         let mut all = Vec::new();
         let mut decoders = Vec::new();
@@ -93,7 +85,6 @@ impl Ears {
         Self { forms: all, hearing: Hearing::Rig(decoders) }
     }
 
-    /// All messages that may occur.
     pub fn forms(&self) -> &[MessageForm] {
         &self.forms
     }

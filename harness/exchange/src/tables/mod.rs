@@ -39,7 +39,6 @@ use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::Path;
 use survey::Survey;
 
-/// File format of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Apache Parquet, zstd-compressed.
@@ -49,7 +48,6 @@ pub enum Format {
 }
 
 impl Format {
-    /// All formats.
     pub const ALL: [Self; 2] = [Self::Parquet, Self::Csv];
 
     /// Its name, which is also the extension of its files.
@@ -61,7 +59,6 @@ impl Format {
     }
 }
 
-/// Result of an export.
 #[derive(Debug)]
 pub struct Exported {
     /// The tables with their numbers of rows; one without rows has no file.

@@ -9,13 +9,11 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-/// File name of the package.
 pub const PACKAGE: &str = "datapackage.json";
 
 /// Distinguishes a package of tables from a data set.
 pub const PROFILE: &str = "hil-tables";
 
-/// The package of these tables with their numbers of rows.
 pub(super) fn package(survey: &Survey, format: Format, tables: &[(Table, u64)]) -> Value {
     let resource = |(table, rows): &(Table, u64)| {
         let columns = table.columns(survey);
@@ -41,7 +39,6 @@ pub(super) fn package(survey: &Survey, format: Format, tables: &[(Table, u64)]) 
     })
 }
 
-/// File name of a table.
 pub(super) fn file_name(table: Table, format: Format) -> String {
     format!("{}.{}", table.name(), format.name())
 }

@@ -24,10 +24,8 @@ const GROUP_ROWS_MAX: usize = 65_536;
 /// Bytes of text buffered for one row group, whatever the number of rows.
 const GROUP_TEXT_BYTES_MAX: usize = 16 * 1024 * 1024;
 
-/// Metadata key for the descriptions of the columns.
 pub const COLUMNS_KEY: &str = "hil.columns";
 
-/// Writes the rows of one table.
 pub struct ParquetTable<W: Write + Send> {
     writer: SerializedFileWriter<W>,
     columns: Vec<Kept>,

@@ -17,9 +17,7 @@ use wire::can::{CanFrame, Id};
 use wire::time::Timestamp;
 use wire::units::{AngularRate, Pose};
 
-/// Destination of rows.
 pub trait RowSink {
-    /// Error of the destination.
     type Error;
 
     /// Takes a row of `table`, with a cell per column.
@@ -44,7 +42,6 @@ impl Rows {
         Self { tags, survey, ears }
     }
 
-    /// The survey of the records.
     pub const fn survey(&self) -> &Survey {
         &self.survey
     }

@@ -12,16 +12,13 @@ pub const QUANTITIES_MAX: usize = 1_024;
 /// Most tags of one quantity: each is a column.
 pub const TAGS_MAX: usize = 256;
 
-/// Contents of a record.
 #[derive(Debug, Default)]
 pub struct Survey {
-    /// Header of the record.
     pub header: Header,
     /// The tags with which each quantity was observed.
     pub quantities: BTreeMap<String, BTreeSet<String>>,
     /// Number of observations and tags beyond [`QUANTITIES_MAX`] and [`TAGS_MAX`], which have no column.
     pub left_out: u64,
-    /// Number of records read.
     pub records: u64,
     /// Time of the last record.
     pub end: Timestamp,

@@ -41,7 +41,6 @@ pub(super) fn verify(
     Ok(())
 }
 
-/// Where two records part.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Parted {
     /// A line of each.
@@ -76,7 +75,6 @@ fn is_full(run: &RunFolder) -> Result<bool, RunFolderError> {
     Ok(run.records()?.flatten().any(|record| is_traffic(&record.kind)))
 }
 
-/// Whether a record has this, or the error, at any level.
 fn in_each_record(record: &Result<Record, RecordError>) -> bool {
     use RecordKind::{Bytes, Frame, Truth};
     let Ok(record) = record else { return true };

@@ -62,10 +62,8 @@ pub(super) struct EnvelopeArguments {
 
 /// File with the figures of an envelopes folder.
 const FIGURES: &str = "envelopes.json";
-/// File with its runs.
 const JOURNAL: &str = "runs.jsonl";
 
-/// One requested envelope.
 struct Asked {
     fault: Fault,
     at_least: Option<f64>,
@@ -73,7 +71,6 @@ struct Asked {
     runs: u64,
 }
 
-/// What all envelopes are measured with.
 pub(super) struct Means<'a> {
     pub(super) prepared: &'a Prepared,
     pub(super) executor: &'a Simulated,
@@ -256,7 +253,6 @@ impl Executor for Counting<'_> {
     }
 }
 
-/// Whether the folder contains envelopes.
 pub(super) fn are_in(folder: &Path) -> bool {
     folder.join(FIGURES).is_file()
 }

@@ -119,7 +119,6 @@ fn is_export(folder: &Path) -> bool {
     title.is_some_and(|title| title.contains(OF_THE_RUN))
 }
 
-/// Writes the bus log of a run.
 fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Failure> {
     let format = super::log_format::format_of(path, None, "--bus")?;
     let failure =

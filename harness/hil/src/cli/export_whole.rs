@@ -31,7 +31,6 @@ impl From<TableFormat> for Format {
     }
 }
 
-/// Writes the tables of a run.
 pub(super) fn tables(
     folder: &RunFolder,
     out: &Path,

@@ -63,7 +63,6 @@ impl Failure {
         Cause::Signals(source).into()
     }
 
-    /// Returns the exit status of the program.
     pub(super) const fn exit_status(&self) -> u8 {
         self.cause.exit_status()
     }

@@ -49,7 +49,6 @@ pub(super) struct ImportArguments {
     channel: Vec<OfLine>,
 }
 
-/// The channel of a line, or of all lines.
 #[derive(Debug, Clone)]
 struct OfLine {
     line: Option<String>,
@@ -100,7 +99,6 @@ impl ImportArguments {
         Ok(outcome)
     }
 
-    /// The channel stated for this line, or for all.
     fn named(&self, line: Option<&str>) -> Option<&Channel> {
         let said = self.channel.iter().find(|said| said.line.as_deref() == line);
         said.map(|said| &said.channel)

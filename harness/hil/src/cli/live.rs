@@ -41,7 +41,6 @@ pub(super) fn setting(
     Ok(asked(setup).resolve(&prepared.rig)?)
 }
 
-/// The live setting that the command line asks for.
 fn asked(setup: &LiveSetup) -> harness::run_live::LiveSetting<'_> {
     use super::setup::BusChoice;
     use harness::run_live::LiveSetting;

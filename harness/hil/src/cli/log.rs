@@ -93,14 +93,12 @@ impl ConvertArguments {
     }
 }
 
-/// Says what is doubtful in a log.
 pub(super) fn tell_notes(path: &Path, reader: &LogReader, screen: &Screen) {
     for note in reader.notes() {
         screen.note(&format!("{}: {note}", path.display()));
     }
 }
 
-/// Whether two paths name the same file.
 fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -5,7 +5,6 @@ use bus_log::Format;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::Path;
 
-/// Parses a format name.
 pub(super) fn format_parser() -> impl TypedValueParser<Value = Format> {
     PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| {
         Format::ALL.into_iter().find(|format| format.name() == name).ok_or("no such format")

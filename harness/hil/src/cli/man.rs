@@ -24,7 +24,6 @@ pub(super) struct ManArguments {
     out: Option<PathBuf>,
 }
 
-/// A page and its file name.
 struct Page {
     file: String,
     text: Vec<u8>,

@@ -29,7 +29,6 @@ pub(super) struct CredentialArguments {
 }
 
 impl CredentialArguments {
-    /// Returns the server at these addresses.
     pub(super) fn server(&self, urls: &[String]) -> Result<Server, Failure> {
         let credentials = Credentials {
             creds: self.creds.clone(),

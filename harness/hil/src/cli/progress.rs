@@ -79,7 +79,6 @@ impl Screen {
         let _ = writeln!(self.clone(), "{}", tamed(text.trim_end()));
     }
 
-    /// Prints the prompt for an answer.
     pub(super) fn prompt(&self) {
         let _ = write!(self.clone(), "> ").and_then(|()| self.clone().flush());
     }
@@ -128,12 +127,10 @@ impl Screen {
         self.aside.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Starts the progress of a plan.
     pub(super) fn plan(&self, name: &str) -> PlanProgress {
         self.plan_with(self.bar(PLAN_BAR, name))
     }
 
-    /// Starts a plan whose progress is shown elsewhere.
     pub(super) fn plan_shown_elsewhere(&self) -> PlanProgress {
         self.plan_with(ProgressBar::hidden())
     }
@@ -142,14 +139,12 @@ impl Screen {
         PlanProgress { screen: self.clone(), bar, stopwatch: Stopwatch::start() }
     }
 
-    /// Starts the progress of seeds.
     pub(super) fn seeds(&self, name: &str, seeds: u64) -> ProgressBar {
         let bar = self.bar(SEEDS_BAR, name);
         bar.set_length(seeds);
         bar
     }
 
-    /// Starts the progress of cases.
     pub(super) fn cases(&self, name: &str, cases: u64) -> ProgressBar {
         let bar = self.bar(CASES_BAR, name);
         bar.set_length(cases);
@@ -215,14 +210,12 @@ impl<'a> MakeWriter<'a> for Screen {
     }
 }
 
-/// Progress of a task as a share.
 #[derive(Debug)]
 pub(super) struct ShareProgress {
     bar: ProgressBar,
 }
 
 impl ShareProgress {
-    /// Shows the share and the current activity.
     pub(super) fn show(&self, share: f64, doing: &str) {
         if self.bar.is_hidden() {
             return;
@@ -238,7 +231,6 @@ impl ShareProgress {
     }
 }
 
-/// Progress of one plan.
 #[derive(Debug)]
 pub(super) struct PlanProgress {
     screen: Screen,
@@ -247,7 +239,6 @@ pub(super) struct PlanProgress {
 }
 
 impl PlanProgress {
-    /// Updates the bar.
     pub(super) fn show(&self, progress: Progress) {
         if self.bar.is_hidden() || self.screen.held.load(Ordering::Relaxed) {
             return;

@@ -36,7 +36,6 @@ impl RepetitionArguments {
         Ok(())
     }
 
-    /// Returns the repetition rule.
     pub(super) fn rule(&self) -> Result<Repetition, Failure> {
         Ok(Repetition::new(
             self.repeat.unwrap_or(REPEATS),

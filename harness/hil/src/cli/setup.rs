@@ -39,11 +39,9 @@ pub enum BusChoice {
 /// The device under test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Controller {
-    /// Our controller, in this process.
     InProcess,
     /// Our controller, as a separate process.
     Process,
-    /// Any program.
     Command(String),
 }
 
@@ -132,7 +130,6 @@ pub(super) struct LiveSetup {
 }
 
 impl Setup {
-    /// The file of answers that the bench names.
     pub(super) fn answer_file(&self) -> Option<PathBuf> {
         match self {
             Self::Simulated | Self::Kernel(_) => None,
@@ -288,7 +285,6 @@ impl SetupArguments {
         }
     }
 
-    /// A setup in virtual time.
     fn simulated(&self, setup: Setup) -> Result<Setup, Failure> {
         if self.bench.is_some() {
             return Err(Failure::arguments(

@@ -35,7 +35,6 @@ impl Terminal {
         Some(Self { screen: screen.clone(), name, lines: Arc::default() })
     }
 
-    /// Returns the person's name.
     pub(super) fn name(&self) -> String {
         self.name.clone()
     }

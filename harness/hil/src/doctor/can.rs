@@ -22,7 +22,6 @@ const CAN_RAW: NonZeroU32 = NonZeroU32::MIN;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Module {
-    /// Loaded.
     Loaded,
     /// Part of the kernel.
     BuiltIn,
@@ -32,14 +31,12 @@ pub enum Module {
     Missing,
 }
 
-/// CAN support of the kernel.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CanFacts {
     /// Why a raw CAN socket cannot be opened; `None` if it can.
     pub no_socket: Option<String>,
     /// State of `can_raw`, `vcan` and `slcan`.
     pub modules: BTreeMap<String, Module>,
-    /// Interfaces, sorted by name.
     pub interfaces: Vec<CanInterface>,
     /// `ip` is installed and was queried.
     pub ip: bool,

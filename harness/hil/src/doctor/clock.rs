@@ -8,11 +8,9 @@ use serde::Serialize;
 use std::fs;
 use std::time::{Duration, Instant};
 
-/// Number of measured sleeps.
 const SLEEPS: usize = 200;
 /// Length of each: about the time between two bytes on a line of 9600 baud.
 const SLEEP: Duration = Duration::from_millis(1);
-/// Number of measured clock readings.
 const READINGS: u32 = 1_000;
 /// A coarser clock is no high-resolution timer. Assumption: those have 1 ns.
 const RESOLUTION_S_MAX: f64 = 1e-6;
@@ -20,10 +18,8 @@ const RESOLUTION_S_MAX: f64 = 1e-6;
 /// base.
 const LATE_S_MAX: f64 = 5e-3;
 
-/// Properties of the clock.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ClockFacts {
-    /// Clock source of the kernel.
     pub source: Option<String>,
     /// Resolution of the monotonic clock, in seconds.
     pub resolution_s: f64,

@@ -6,7 +6,6 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
-    /// As it should be.
     Good,
     /// No given bench or plan needs it.
     Optional,
@@ -15,7 +14,6 @@ pub enum Status {
 }
 
 impl Status {
-    /// Returns its name.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
@@ -25,12 +23,10 @@ impl Status {
     }
 }
 
-/// One finding.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// Subject, in a word or two.
     pub subject: String,
-    /// Its status.
     pub status: Status,
     /// The fact, as text.
     pub what: String,
@@ -43,7 +39,6 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A good finding.
     pub fn good(subject: impl Into<String>, what: impl Into<String>) -> Self {
         let (subject, what) = (subject.into(), what.into());
         Self { subject, status: Status::Good, what, mend: None, needed_by: None }

@@ -20,11 +20,9 @@ pub enum CanState {
     ErrorWarning,
     /// Fewer than 256 errors; it may no longer destroy frames that it considers wrong.
     ErrorPassive,
-    /// It has left the bus.
     BusOff,
     /// Not started.
     Stopped,
-    /// Sleeping.
     Sleeping,
 }
 
@@ -54,12 +52,9 @@ impl CanState {
     }
 }
 
-/// A CAN interface.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct CanInterface {
-    /// Its name.
     pub name: String,
-    /// Whether it is up.
     pub up: bool,
     /// `vcan`, `slcan`, or `can` for hardware; `None` if unknown.
     pub kind: Option<String>,
@@ -76,7 +71,6 @@ pub struct CanInterface {
 }
 
 impl CanInterface {
-    /// Describes the interface in a few words.
     pub fn words(&self) -> String {
         let mut words = vec![if self.up { "up" } else { "down" }.to_owned()];
         words.extend(self.bitrate.map(|rate| format!("{} kbit/s", rate as f64 / 1e3)));
@@ -98,7 +92,6 @@ impl CanInterface {
     }
 }
 
-/// Whether the name is that of a virtual interface.
 pub(super) fn is_vcan_name(name: &str) -> bool {
     name.strip_prefix("vcan").is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }

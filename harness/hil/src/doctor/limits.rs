@@ -47,7 +47,6 @@ pub(super) fn judge(facts: &LimitFacts, findings: &mut Vec<Finding>) {
     });
 }
 
-/// Queries the kernel.
 pub(super) fn gather() -> LimitFacts {
     LimitFacts {
         real_time_priority: getrlimit(Resource::Rtprio).current,

@@ -28,10 +28,8 @@ pub use needs::{Needs, PortNeed, ProgramNeed};
 use record::outcome::Outcome;
 use serde::Serialize;
 
-/// Facts about this machine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Facts {
-    /// Kernel release.
     pub kernel: String,
     /// Whether this is a container. Kernel modules are then up to the host.
     pub container: bool,
@@ -39,13 +37,11 @@ pub struct Facts {
     pub can: can::CanFacts,
     /// Serial ports, and this user's access to them.
     pub serial: serial::SerialFacts,
-    /// Pseudo-terminals.
     pub pty: pty::PtyFacts,
     /// The clock, and how late this machine wakes a process.
     pub clock: clock::ClockFacts,
     /// Real-time limits of this user.
     pub limits: limits::LimitFacts,
-    /// Programs that runs start.
     pub programs: programs::ProgramFacts,
 }
 

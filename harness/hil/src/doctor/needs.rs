@@ -10,32 +10,26 @@ use plan::rig::{RigLine, UnderTest};
 use wire::can::BitRates;
 use wire::time::Span;
 
-/// A required port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortNeed {
     /// What needs it, such as `the gyro of bench usb`.
     pub by: String,
-    /// The port.
     pub port: PortText,
     /// Bit rates of its bus, if a rig file states them.
     pub rates: Option<BitRates>,
 }
 
-/// A required program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProgramNeed {
     /// What needs it, such as `manager of plan charge`.
     pub by: String,
-    /// Program and arguments.
     pub words: Vec<String>,
     /// Its name in a bench file; `None` if it is known by its first word.
     pub name: Option<String>,
 }
 
-/// All needs, and what has them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Needs {
-    /// Required ports.
     pub ports: Vec<PortNeed>,
     /// What needs pty pairs.
     pub ptys: Vec<String>,
@@ -45,7 +39,6 @@ pub struct Needs {
     pub our_controller: Option<String>,
     /// Plans are named, and none has a robot or a table for our controller.
     pub no_robot: bool,
-    /// Programs under test.
     pub programs: Vec<ProgramNeed>,
     /// How late the harness may be, and which file states that.
     pub late_max: Option<(Span, String)>,
@@ -148,12 +141,10 @@ impl Needs {
         }
     }
 
-    /// Returns the needs for ports of these media.
     pub(super) fn ports_on(&self, media: &[Medium]) -> impl Iterator<Item = &PortNeed> {
         self.ports.iter().filter(|need| media.contains(&need.port.medium()))
     }
 
-    /// Returns what needs CAN in the kernel.
     pub(super) fn can(&self) -> Option<String> {
         super::finding::joined(self.ports_on(&[Medium::Can]).map(|need| need.by.as_str()))
     }

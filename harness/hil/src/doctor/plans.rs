@@ -51,7 +51,6 @@ pub(super) fn unusable(subject: &str, error: &dyn Diagnostic) -> Finding {
     Finding::gap(subject, error.to_string(), mend, Some(subject.to_owned()))
 }
 
-/// Formats text as shell comments.
 fn comment(text: &str) -> String {
     text.lines().map(|line| format!("# {line}")).collect::<Vec<_>>().join("\n")
 }

@@ -9,21 +9,16 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-/// Programs and their locations.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct ProgramFacts {
     /// `k2a-controller`, our controller as a program.
     pub our_controller: Option<PathBuf>,
-    /// Programs under test.
     pub under_test: Vec<ProgramFound>,
 }
 
-/// A program under test, and what was found of it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct ProgramFound {
-    /// Program and arguments.
     pub words: Vec<String>,
-    /// Path of the program, if found.
     pub path: Option<PathBuf>,
     /// The interpreter of its first line, if missing.
     pub no_interpreter: Option<String>,
@@ -104,7 +99,6 @@ pub(super) fn gather(needs: &Needs) -> ProgramFacts {
     }
 }
 
-/// Searches for the program with these words.
 pub(super) fn look(words: &[String]) -> ProgramFound {
     let program = Path::new(words.first().map_or("", |program| program));
     let path = find(program);

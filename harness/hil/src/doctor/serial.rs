@@ -14,14 +14,10 @@ use tokio_serial::{SerialPortType, available_ports};
 /// Folder in which udev names serial ports by device.
 const BY_ID: &str = "/dev/serial/by-id";
 
-/// Identity of a USB adapter.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct UsbAdapter {
-    /// Vendor id.
     pub vendor: u16,
-    /// Product id.
     pub product: u16,
-    /// Serial number, if it has one.
     pub serial_number: Option<String>,
     /// Manufacturer and product.
     pub name: String,
@@ -45,27 +41,20 @@ impl UsbAdapter {
     }
 }
 
-/// A serial port.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct SerialPort {
-    /// Its path.
     pub path: String,
     /// Path that does not change when it is plugged in elsewhere.
     pub by_id: Option<String>,
-    /// USB adapter, if it is one.
     pub usb: Option<UsbAdapter>,
-    /// Group that owns it.
     pub group: String,
     /// Whether this user may read and write it.
     pub accessible: bool,
 }
 
-/// Serial ports, and the current user.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct SerialFacts {
-    /// User name.
     pub user: String,
-    /// Groups of this process.
     pub groups: Vec<String>,
     /// Groups of the user in `/etc/group`; those not in `groups` take effect at the next login.
     pub enrolled: Vec<String>,
@@ -110,7 +99,6 @@ pub(super) fn judge(facts: &Facts, needs: &Needs, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whether the need names this port.
 fn meant(need: &PortNeed, port: &SerialPort) -> bool {
     match need.port.address().strip_prefix("usb:") {
         Some(id) => port.usb.as_ref().is_some_and(|usb| usb.is(id)),

@@ -6,11 +6,9 @@ use record::run_folder::RunFolderError;
 /// Why a log cannot be imported as a run.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ImportError {
-    /// The log cannot be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Log(#[from] LogError),
-    /// The run folder cannot be written.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
@@ -19,24 +17,16 @@ pub enum ImportError {
     #[diagnostic(help(
         "a plan with `straight`, `turn` or `lap` is needed; `hil list plans` shows them"
     ))]
-    NothingMoves {
-        /// The plan.
-        plan: String,
-    },
-    /// The log does not fit into memory.
+    NothingMoves { plan: String },
     #[error("the log has more than {most} frames, and an import keeps all of them in memory")]
     #[diagnostic(help(
         "import a part: `hil log convert` writes it as a candump log, one line a frame, which `split -l` divides"
     ))]
-    TooLong {
-        /// The most entries.
-        most: usize,
-    },
+    TooLong { most: usize },
     /// The log lacks a line of the rig.
     #[error("which channel of the log is the line `{line}`?")]
     #[diagnostic(help("--channel {line}=CHANNEL states it, one of: {known}"))]
     NoLine {
-        /// The line.
         line: String,
         /// Channels of the log with the line's medium.
         known: String,

@@ -33,11 +33,9 @@ pub(super) fn in_words(seen: &Move) -> Segment {
 /// A part of a plan that moves the base, and its place.
 #[derive(Debug, Clone)]
 pub struct Leg {
-    /// The expected motion.
     pub expected: Segment,
     /// Place in the plan: `steps[2].repeat[1] (round 7 of 40)`.
     pub place: String,
-    /// Tags of its observations.
     pub tags: Tags,
 }
 
@@ -87,7 +85,6 @@ impl Iterator for Legs {
     }
 }
 
-/// Whether a step of the plan moves the base.
 pub fn moves_base(plan: &Plan) -> bool {
     Step::walk(&plan.steps).any(|step| step.action.segments().next().is_some())
 }

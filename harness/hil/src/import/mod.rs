@@ -45,12 +45,9 @@ use scribe::Scribe;
 use std::path::Path;
 use std::sync::Arc;
 
-/// An imported log.
 #[derive(Debug)]
 pub struct Imported {
-    /// Summary of the run.
     pub summary: Summary,
-    /// Channel of the base.
     pub channel: Channel,
     /// Moves of the base that match the plan.
     pub moves: u64,

@@ -21,7 +21,6 @@ pub const CORRECTION_ANGLE_MAX: Angle = Angle::from_deg(5.0);
 /// displacement's step of 0.1 mm is 0.5 mm/s.
 const SPEED_SPAN: Span = Span::from_millis(200);
 
-/// A move from rest to rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Move {
     /// Time of the last message at rest before it.
@@ -57,7 +56,6 @@ pub struct MoveWatch {
     lost: u64,
 }
 
-/// A period of motion.
 #[derive(Debug)]
 struct Period {
     began: Timestamp,
@@ -110,7 +108,6 @@ impl MoveWatch {
         self.open.take().map(|(open, _)| open)
     }
 
-    /// Whether the base moves.
     pub const fn is_moving(&self) -> bool {
         self.period.is_some()
     }

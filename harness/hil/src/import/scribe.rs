@@ -24,9 +24,7 @@ pub struct LeftOut {
     pub other_frames: u64,
     /// CAN FD frames; a base of this kind sends none.
     pub fd_frames: u64,
-    /// Error frames.
     pub errors: u64,
-    /// Entries of other channels.
     pub other_channels: u64,
 }
 
@@ -165,7 +163,6 @@ impl Scribe {
         }
     }
 
-    /// Ends the log.
     pub(super) fn finish(&mut self, sink: &mut impl RecordSink) {
         if let Some(done) = self.watch.finish() {
             self.moved(sink, &done);

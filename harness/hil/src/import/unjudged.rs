@@ -5,7 +5,6 @@ use plan::Plan;
 use plan::quantities::{self as q, OPERATOR_PREFIX, Quantity, SDO_PREFIX, UDS_PREFIX};
 use record::outcome::PropertySummary;
 
-/// Quantities that the frames show.
 pub static FORMED: [&Quantity; 2] = [&q::STRAIGHT_STOP_ERROR, &q::POSE_WRITE_RETRIES];
 
 /// Quantities that are not on the CAN bus, by prefix of the name. The first match counts.

@@ -17,10 +17,8 @@ pub(super) const PLAN_LEN_MAX: usize = FILE_LEN_MAX - 4096;
 const LISTENING_S_MIN: f64 = 10.0;
 const ROUNDS: f64 = 3.0;
 
-/// A generated project.
 #[derive(Debug)]
 pub struct FromDbc {
-    /// Its files.
     pub files: Vec<ProjectFile>,
     /// Notes on those parts of the DBC that are changed.
     pub notes: Vec<Note>,
@@ -35,7 +33,6 @@ pub enum FromDbcError {
     /// Several nodes send; the caller must choose the device.
     #[error("{file} has {} nodes that send messages", nodes.len())]
     Several {
-        /// The file.
         file: String,
         /// Nodes that send, and their numbers of messages.
         nodes: Vec<DbcNode>,

@@ -27,9 +27,7 @@ use std::path::{Path, PathBuf};
 static CAN: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/templates/can");
 static SERIAL: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/templates/serial");
 
-/// Name of the device in the templates.
 const DEVICE: &str = "mydevice";
-/// Node of the device in their DBC.
 const NODE: &str = "MyDevice";
 
 /// The other node of their DBC, whose name no device can have.
@@ -38,7 +36,6 @@ const OTHER_NODE: &str = "Host";
 /// Folder of the schemas that editors check files against.
 const SCHEMAS: &str = "schemas";
 
-/// A project that ships.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Template {
     /// A device on CAN, its messages in a DBC.
@@ -47,10 +44,8 @@ pub enum Template {
     Serial,
 }
 
-/// One file of a project.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ProjectFile {
-    /// Path within the project's folder.
     pub path: PathBuf,
     /// Content: text, or a DBC in any encoding.
     pub bytes: Vec<u8>,
@@ -73,7 +68,6 @@ impl Template {
         with_schemas(self.named(name))
     }
 
-    /// Returns the files of the template, with the device's name.
     fn named(self, name: &Name) -> Vec<ProjectFile> {
         let mut files = Vec::new();
         collect(if self == Self::Can { &CAN } else { &SERIAL }, &mut files);

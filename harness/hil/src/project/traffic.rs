@@ -32,7 +32,6 @@ pub(super) fn period(message: &Message, assumed: Span) -> Span {
     })
 }
 
-/// Returns the bits of all frames of a message.
 fn bits(message: &Message) -> f64 {
     let each = match message.can_id() {
         _ if message.is_fd() => BITS_FD,

@@ -9,7 +9,6 @@ pub(super) fn key(name: &str) -> String {
     }
 }
 
-/// A quoted text, with escapes.
 pub(super) fn text(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len() + 2);
     quoted.push('"');

@@ -6,7 +6,6 @@ use wire::time::Span;
 
 /// Maximum lateness that is resolved; longer ones count as this.
 const LONGEST_NS: u64 = 60_000_000_000;
-/// Significant digits of the histogram.
 const DIGITS: u8 = 3;
 const NS_PER_US: f64 = 1e3;
 

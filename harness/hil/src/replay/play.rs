@@ -30,7 +30,6 @@ const LAST_READ: Duration = Duration::from_millis(500);
 /// Destination and speed of a replay.
 #[derive(Debug, Clone)]
 pub struct Setup {
-    /// The port.
     pub port: PortSpec,
     /// Multiple of the recorded speed; above zero.
     pub speed: f64,
@@ -39,19 +38,12 @@ pub struct Setup {
 /// Why a replay failed or broke off.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ReplayError {
-    /// The port cannot be opened.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Port(#[from] PortError),
-    /// The port vanished.
     #[error("failed to play on: lost {port}")]
     #[diagnostic(help("is it plugged in, and its interface up? `hil doctor` lists what is there"))]
-    Lost {
-        /// Its name as given.
-        port: String,
-        /// The cause.
-        source: PortLost,
-    },
+    Lost { port: String, source: PortLost },
     /// The event loop or the signal handlers cannot be set up.
     #[error("failed to start the event loop")]
     #[diagnostic(help("are there file descriptors left? `ulimit -n` tells how many are allowed"))]

@@ -8,12 +8,9 @@ use serde_json::{Map, Value, json};
 use std::fmt;
 use wire::time::Span;
 
-/// Result of a replay.
 #[derive(Debug)]
 pub struct Replayed {
-    /// How it ended.
     pub ending: Ending,
-    /// Name of the port as given.
     pub port: String,
     /// The log's channel that was played; `None` if no frame was.
     pub channel: Option<String>,
@@ -25,25 +22,19 @@ pub struct Replayed {
     pub late: Late,
     /// Time from the first frame's due time to the end.
     pub took: Span,
-    /// Counters of the port.
     pub counters: Counters,
 }
 
-/// How a replay ended.
 #[derive(Debug)]
 pub enum Ending {
-    /// At the end of the log.
     Complete,
-    /// By request of the user.
     Stopped,
-    /// The port vanished.
     PortLost(PortLost),
     /// The log cannot be read any further.
     LogFailed(LogError),
 }
 
 impl Ending {
-    /// Its name in JSON.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::Complete => "complete",

@@ -4,7 +4,6 @@ use crate::mistake::Mistake;
 use crate::unit::TIMES;
 use std::ops::Range;
 
-/// A token.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Token<'a> {
     Number(f64),

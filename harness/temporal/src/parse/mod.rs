@@ -36,7 +36,6 @@ struct Parser<'a> {
     nesting: usize,
 }
 
-/// A part of a formula.
 struct Part {
     what: What,
     at: Range<usize>,
@@ -49,7 +48,6 @@ struct Part {
 enum What {
     Condition(Condition),
     Quantity(Quantity),
-    /// The name of a value.
     Named(String),
 }
 

@@ -8,7 +8,6 @@ use crate::number::{Binary, Number};
 use crate::unit::{TIMES, Unit};
 use std::ops::Range;
 
-/// A number and its unit.
 #[derive(Debug, Clone)]
 pub(super) struct Quantity {
     pub(super) number: Number,

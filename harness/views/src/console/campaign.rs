@@ -186,7 +186,6 @@ pub fn level_line(level: &Level, fault: &Fault, tells: bool) -> String {
     )
 }
 
-/// Formats the envelope as a table for a terminal.
 pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
     let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
     // Without a receiver of missions, no run announces a failure.
@@ -238,7 +237,6 @@ fn some(runs: u64) -> String {
     if runs > 0 { runs.to_string() } else { String::new() }
 }
 
-/// Formats the envelopes as JSON.
 pub fn envelopes_json(all: &[Measured]) -> String {
     serde_json::to_string_pretty(all).unwrap_or_default()
 }

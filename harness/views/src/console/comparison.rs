@@ -59,7 +59,6 @@ impl Judged<'_> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Compared {
     pub(crate) name: String,
-    /// The figure of each.
     pub(crate) figures: [String; 2],
     pub(crate) verdicts: [&'static str; 2],
     /// How far the figure moved from the first to the second.

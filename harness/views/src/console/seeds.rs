@@ -29,7 +29,6 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
     ]
 }
 
-/// Formats the shares for a terminal.
 pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
     let mut table = style.table(&HEADER);
     for share in shares {
@@ -38,7 +37,6 @@ pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
     lines(&table)
 }
 
-/// Formats the shares as a Markdown table.
 pub fn seeds_markdown(shares: &[SeedShare]) -> String {
     let mut text = markdown_row(HEADER.map(str::to_owned));
     text += &markdown_row(HEADER.map(|_| "---".to_owned()));

@@ -9,7 +9,6 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Name of the case for the campaign itself.
 const CAMPAIGN_CASE: &str = "the campaign itself";
 
 /// Returns the document for a campaign; `account` states its plan and duration. `saved` are the plans of the smallest

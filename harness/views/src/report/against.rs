@@ -9,7 +9,6 @@ const TEMPERATURE_SPAN_MIN: f64 = 1.0;
 const SECONDS_PER_MINUTE: f64 = 60.0;
 const SECONDS_PER_HOUR: f64 = 3_600.0;
 
-/// An axis for observations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Against {
     Temperature,
@@ -51,7 +50,6 @@ impl Against {
         Self::Time { unit, unit_s }
     }
 
-    /// Label of the axis.
     pub(super) fn label(self) -> String {
         match self {
             Self::Temperature => "temperature in degC".to_owned(),
@@ -68,7 +66,6 @@ impl Against {
         }
     }
 
-    /// Position of a sample on the axis.
     pub(super) fn x(self, sample: &Sample) -> f64 {
         match self {
             Self::Temperature => sample.temperature.unwrap_or_default(),

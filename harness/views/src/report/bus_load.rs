@@ -24,12 +24,10 @@ const SHORT_MAX: usize = 7_200;
 /// Amount on a line in each second, from the first.
 type Seconds = Vec<u32>;
 
-/// Amount on each line.
 #[derive(Debug, Default)]
 pub(super) struct BusLoad {
     /// Nanoseconds with frames on the bus, by index of the bus.
     busy_ns: BTreeMap<usize, Seconds>,
-    /// Bytes by sender.
     bytes: BTreeMap<Device, Seconds>,
     /// Number of frames and packets later than [`SECONDS_MAX`].
     overflowed: u64,
@@ -104,7 +102,6 @@ impl BusLoad {
     }
 }
 
-/// Scales the amounts.
 fn scaled(points: &[Point], unit: f64) -> Vec<Point> {
     points.iter().map(|(at, amount)| (*at, amount * unit)).collect()
 }

@@ -16,7 +16,6 @@ use std::collections::BTreeMap;
 /// Maximum observations of one quantity: a 16-hour log at 17 Hz.
 const SAMPLES_MAX: usize = 1_000_000;
 
-/// Maximum number of quantities.
 const QUANTITIES_MAX: usize = 256;
 
 /// Everything that the page draws.
@@ -27,7 +26,6 @@ pub(super) struct Collected {
     pub series_overflowed: u64,
     /// Path estimated by the controller.
     pub believed: Path,
-    /// True path of the base.
     pub truth: Path,
     pub steps: Steps,
     pub troubles: Troubles,

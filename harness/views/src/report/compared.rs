@@ -20,19 +20,15 @@ use record::header::{Header, Quantity};
 use record::outcome::{Outcome, Summary};
 use record::reader::RecordError;
 
-/// The most plots on a page.
 const PLOTS_MAX: usize = 40;
 /// Columns of a plot; two points of each are drawn.
 const COLUMNS: usize = 400;
 /// More samples than this over time are a line.
 const MARKS_OVER_TIME_MAX: usize = 150;
 
-/// One of the runs.
 #[derive(Debug)]
 pub struct Run<'a, R> {
-    /// How it is called.
     pub name: &'a str,
-    /// Its summary.
     pub summary: &'a Summary,
     /// What its record says of itself.
     pub header: &'a Header,

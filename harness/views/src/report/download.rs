@@ -15,7 +15,6 @@ const PLACE_DIGITS: usize = 12;
 /// Maximum rows of a table of observations: the page with all its plots stays small enough to send.
 pub(super) const ROWS_MAX: usize = 800;
 
-/// A table with its header and rows.
 #[derive(Debug)]
 pub(super) struct Table {
     writer: csv::Writer<Vec<u8>>,
@@ -29,7 +28,6 @@ impl Table {
         table
     }
 
-    /// Creates a table of a curve's points.
     pub(super) fn of_points(x: &str, y: &str, points: &[Point]) -> Self {
         let mut table = Self::new([x, y]);
         for (x, y) in points {

@@ -16,7 +16,6 @@ use record::header::{Band, Header, Quantity};
 use record::outcome::{Measurement, Summary, Verdict};
 use std::slice;
 
-/// Maximum number of figures.
 const FIGURES_MAX: usize = 6;
 
 /// Number of observations that are drawn before and after the first one outside.

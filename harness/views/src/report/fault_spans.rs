@@ -4,10 +4,8 @@ use super::download::{Table, number, place, text};
 use maud::{Markup, html};
 use record::{FaultEvent, FaultRecord};
 
-/// Maximum number of spans.
 const SPANS_MAX: usize = 1_000;
 
-/// Maximum number of spans in the list.
 const LISTED_MAX: usize = 20;
 
 /// Maximum rows for overlapping spans.
@@ -33,7 +31,6 @@ pub(super) struct FaultSpans {
 }
 
 impl FaultSpans {
-    /// Adds an event of a fault.
     pub(super) fn add(&mut self, at_s: f64, fault: &FaultRecord) {
         let FaultRecord { index, name, event } = fault;
         match event {
@@ -55,7 +52,6 @@ impl FaultSpans {
         }
     }
 
-    /// The spans, in order of their begin.
     pub(super) fn all(&self) -> &[Span] {
         &self.all
     }

@@ -52,14 +52,12 @@ pub(super) type Chart<'a> =
 /// Errors of drawing into memory; none are known.
 pub(super) type DrawError = DrawingAreaErrorKind<io::Error>;
 
-/// Result of drawing.
 pub(super) type Drawn = Result<(), DrawError>;
 
 /// Larger values lie outside the drawing: near the greatest doubles, where the range of a 64-bit float ends, the
 /// library searches for ticks without end.
 const DRAWN_MAX: f64 = 1e30;
 
-/// One axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
     /// Quantity and unit.

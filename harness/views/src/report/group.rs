@@ -17,7 +17,6 @@ pub(super) enum Look {
 }
 
 impl Look {
-    /// Returns the colour of the marks.
     pub(super) const fn colour(self) -> RGBColor {
         match self {
             Self::Disc => CCW,

@@ -53,7 +53,6 @@ fn reason(summary: &Summary) -> String {
     }
 }
 
-/// What failed, in a sentence.
 fn failed(measurements: &[Measurement]) -> String {
     let failed =
         measurements.iter().filter(|one| matches!(one.verdict, Verdict::Fail | Verdict::Unset));

@@ -12,17 +12,14 @@ const GAUGE_HEIGHT: f64 = 18.0;
 /// Expanded uncertainty: about 95 % of a normal distribution.
 const COVERAGE_FACTOR: f64 = 2.0;
 
-/// Title of the table.
 pub(super) fn heading(measurements: &[Measurement]) -> &'static str {
     if has_paper(measurements) { "Paper against measured" } else { "Measured" }
 }
 
-/// Whether the paper gives a value for any of them.
 fn has_paper(measurements: &[Measurement]) -> bool {
     measurements.iter().any(|measurement| measurement.paper.is_some())
 }
 
-/// Renders the table of all measurements.
 pub(super) fn table(measurements: &[Measurement]) -> Markup {
     let paper = has_paper(measurements);
     html! {

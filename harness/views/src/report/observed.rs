@@ -11,7 +11,6 @@ pub(super) fn is_drawable(value: f64) -> bool {
     value.abs() <= VALUE_MAX
 }
 
-/// Direction of rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Direction {
     /// Clockwise: the tag is negative.
@@ -70,7 +69,6 @@ pub(super) struct Sample {
     pub phases: u16,
 }
 
-/// The observations of one quantity.
 #[derive(Debug, Default)]
 pub(super) struct Series {
     pub samples: Vec<Sample>,

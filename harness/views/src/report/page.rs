@@ -62,7 +62,6 @@ pub(super) fn document(title: &str, body: &Markup) -> Markup {
     PreEscaped(plain::text(page.into_string()))
 }
 
-/// Renders a section if it has content.
 pub(super) fn section(title: &str, content: Option<Markup>) -> Markup {
     html! {
         @if let Some(content) = content {

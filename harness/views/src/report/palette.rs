@@ -7,7 +7,6 @@ use plotters::style::RGBColor;
 
 /// Axes and their text.
 pub(super) const INK: RGBColor = RGBColor(0x5b, 0x60, 0x6b);
-/// Grid lines.
 pub(super) const GRID: RGBColor = RGBColor(0xe4, 0xe7, 0xec);
 /// Zero and other references.
 pub(super) const REFERENCE: RGBColor = RGBColor(0xa3, 0xa9, 0xb5);
@@ -17,9 +16,7 @@ pub(super) const BAND: RGBColor = RGBColor(0x1a, 0x8f, 0x5a);
 pub(super) const CCW: RGBColor = RGBColor(0x1f, 0x66, 0xd1);
 /// Clockwise.
 pub(super) const CW: RGBColor = RGBColor(0xd9, 0x6c, 0x06);
-/// Values of the paper.
 pub(super) const PAPER: RGBColor = RGBColor(0x8a, 0x4f, 0xc9);
-/// Outside the band.
 pub(super) const OUTSIDE: RGBColor = RGBColor(0xd0, 0x2c, 0x3f);
 
 #[cfg(test)]

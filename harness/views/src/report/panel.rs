@@ -26,14 +26,12 @@ const BARS_MAX: usize = 120;
 pub(super) const DASH: (u32, u32) = (7 * SCALE, 4 * SCALE);
 const DOTS: (u32, u32) = (2 * SCALE, 3 * SCALE);
 
-/// A value of the paper in a plot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Given {
     /// A constant.
     Level(f64),
     /// A straight line: its slope, and its value at zero on the axis.
     Line(f64, f64),
-    /// A position on the axis.
     Place(f64),
 }
 
@@ -46,7 +44,6 @@ pub(super) enum Medians {
     Running,
 }
 
-/// One plot with its texts.
 #[derive(Debug)]
 pub(super) struct Panel<'a> {
     pub title: &'a str,
@@ -161,7 +158,6 @@ impl Panel<'_> {
         Ok(())
     }
 
-    /// Draws a group; returns the number of marks.
     fn draw_group(
         &self,
         chart: &mut Chart<'_>,

@@ -25,7 +25,6 @@ pub(super) struct Figures {
     shown: BTreeSet<String>,
 }
 
-/// Data for the figures.
 #[derive(Debug, Clone, Copy)]
 struct Source<'a> {
     header: &'a Header,
@@ -49,7 +48,6 @@ impl<'a> Source<'a> {
 }
 
 impl Figures {
-    /// Draws all figures for which there are observations.
     pub(super) fn of(header: &Header, collected: &Collected) -> Self {
         let source = Source { header, collected };
         let mut figures = Self::default();
@@ -71,7 +69,6 @@ impl Figures {
         self.shown.extend(quantities.iter().map(|&name| name.to_owned()));
     }
 
-    /// Whether the quantity is already shown.
     pub(super) fn show(&self, quantity: &str) -> bool {
         self.shown.contains(quantity)
     }
@@ -81,7 +78,6 @@ impl Figures {
         self.all.is_empty()
     }
 
-    /// Renders the figures.
     pub(super) fn plots(&self) -> Option<Markup> {
         (!self.is_empty()).then(|| html! { div.plots { @for figure in &self.all { (figure) } } })
     }

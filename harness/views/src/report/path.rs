@@ -17,7 +17,6 @@ const SAME_PLACE_M: f64 = 0.001;
 /// truths recorded at the level of events are 0.39 m apart.
 const JUMP_M: f64 = 0.5;
 
-/// Maximum points of a path.
 const POINTS_MAX: usize = 1_000_000;
 
 /// Maximum corners drawn; the tolerance is doubled until they suffice.
@@ -71,7 +70,6 @@ impl Path {
         self.points < 2 || x.max(y) < EXTENT_MIN_M
     }
 
-    /// Returns where the path began and ended.
     fn ends(&self) -> Option<[Point; 2]> {
         Some([*self.pieces.first()?.first()?, *self.pieces.last()?.last()?])
     }

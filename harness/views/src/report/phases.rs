@@ -17,7 +17,6 @@ struct Stretch {
     end_s: f64,
 }
 
-/// The phases of a run.
 #[derive(Debug)]
 pub(super) struct Phases {
     /// Sets of phases that observations have; the first is empty.

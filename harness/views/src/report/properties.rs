@@ -42,7 +42,6 @@ fn row(property: &PropertySummary) -> Markup {
     }
 }
 
-/// Describes the result.
 fn came_to(property: &PropertySummary) -> String {
     let what = property.what.as_deref().unwrap_or("-");
     match (property.held, property.always) {

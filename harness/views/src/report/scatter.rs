@@ -14,7 +14,6 @@ use plotters::element::{Circle, Cross, PathElement};
 use plotters::style::Color;
 use std::collections::BTreeMap;
 
-/// Maximum number of positions.
 const POSITIONS_MAX: usize = 2_000;
 
 /// Radius of the ring around a position outside the square, in pixels of the drawing.
@@ -35,7 +34,6 @@ pub(super) enum Partner {
     X(String),
     /// A y coordinate; its x has this name.
     Y(String),
-    /// Neither.
     None,
 }
 
@@ -134,14 +132,12 @@ impl Positions<'_> {
     }
 }
 
-/// Directions in the order in which they are drawn.
 const DIRECTIONS: [(Option<Direction>, Look); 3] = [
     (None, Look::Plain),
     (Some(Direction::Ccw), Look::Disc),
     (Some(Direction::Cw), Look::Triangle),
 ];
 
-/// The median of each axis, for each direction.
 fn medians(all: &[Position]) -> Vec<(Option<Direction>, Point)> {
     let of = |direction, read: fn(&Position) -> f64| {
         median_of(all.iter().filter(|one| one.direction == direction).map(read))

@@ -2,7 +2,6 @@
 
 use record::header::StepNote;
 
-/// Maximum number of steps.
 pub(super) const STEPS_MAX: usize = 50_000;
 
 /// Maximum nesting depth with a row of its own.
@@ -19,7 +18,6 @@ pub(super) struct Step {
     pub(super) begin_s: f64,
     pub(super) end_s: Option<f64>,
     pub(super) label: Option<String>,
-    /// Whether it acts on a device.
     pub(super) acts: bool,
 }
 

@@ -1,6 +1,5 @@
 //! Reduces points to fewer that look the same: extremes are kept.
 
-/// A point of a plot.
 pub(super) type Point = (f64, f64);
 
 /// Points simplified at a time: bounds the work, which in the worst case grows with their square.

@@ -23,7 +23,6 @@ const WIDTH_PERCENT_MIN: f64 = 0.12;
 const STIMULI_MAX: usize = 500;
 const LISTED_MAX: usize = 20;
 
-/// Maximum number of verdicts in the list.
 const MARKS_LISTED_MAX: usize = 30;
 
 /// Height of the row of verdicts.

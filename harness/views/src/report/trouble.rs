@@ -6,7 +6,6 @@ use maud::{Markup, html};
 use record::text::{cause_names, name_of};
 use record::{Device, Record, RecordKind};
 
-/// Maximum number of entries.
 const TROUBLES_MAX: usize = 200;
 
 /// Maximum length of a text, in characters.
@@ -27,7 +26,6 @@ pub(super) struct Troubles {
 }
 
 impl Troubles {
-    /// Adds the record if it is an entry.
     pub(super) fn add(&mut self, record: &Record) {
         let Some(text) = text(&record.kind) else {
             return;
@@ -40,7 +38,6 @@ impl Troubles {
         self.listed.push(Trouble { at_s: record.at.as_secs_f64(), device: record.device, text });
     }
 
-    /// Returns the times of the entries.
     pub(super) fn instants(&self) -> impl Iterator<Item = f64> + '_ {
         self.listed.iter().map(|trouble| trouble.at_s)
     }

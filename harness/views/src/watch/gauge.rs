@@ -12,11 +12,9 @@ use wire::time::Timestamp;
 pub struct Gauge {
     /// Name, unit, meaning and bands, as in the header of the record.
     pub quantity: Quantity,
-    /// Observed values.
     pub series: Series,
     /// Number of values outside a band that must contain every value.
     pub outside: u64,
-    /// Minimum and maximum value.
     pub range: Option<(f64, f64)>,
     strict: Vec<Strict>,
 }
@@ -59,7 +57,6 @@ impl Gauge {
         }
     }
 
-    /// Returns the last value.
     pub fn last(&self) -> Option<f64> {
         self.series.last().map(|(_, value)| value)
     }

@@ -42,12 +42,10 @@ impl Feed {
         Self(Arc::new(Mutex::new(Model::new(plan, header))))
     }
 
-    /// Returns a copy of the current model.
     pub fn snapshot(&self) -> Model {
         self.model().clone()
     }
 
-    /// Updates the progress of the run.
     pub fn progress(&self, progress: Progress) {
         self.model().progress(progress);
     }

@@ -22,14 +22,11 @@ pub const FAULTS_MAX: usize = 16;
 /// Maximum number of broken properties that are named: there are fewer kinds of them.
 pub const BROKEN_MAX: usize = 32;
 
-/// The current step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnderWay {
     /// Its place in the plan.
     pub path: String,
-    /// Its label, if it has one.
     pub label: Option<String>,
-    /// Its description.
     pub title: String,
     /// Bench time at its begin.
     pub since: Timestamp,
@@ -38,29 +35,20 @@ pub struct UnderWay {
 /// Everything that can be shown of a run, in its current state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// Name of the plan.
     pub plan: String,
-    /// Its title.
     pub title: String,
-    /// The seed.
     pub seed: u64,
     /// Whether the plan is for a custom device, not for the robot or the table.
     pub is_of_device: bool,
-    /// Current bench time.
     pub now: Timestamp,
-    /// Number of finished steps.
     pub steps_done: u64,
     /// Total number of steps so far known.
     pub steps: u64,
-    /// The current step.
     pub under_way: Option<UnderWay>,
-    /// Estimate of the remaining time.
     pub estimate: Estimate,
-    /// The robot.
     pub robot: Robot,
     /// Quantities that the plan measures, in its order.
     pub gauges: Vec<Gauge>,
-    /// Traffic on the lines.
     pub traffic: Traffic,
     /// Health that the device under test reports.
     pub health: Option<Health>,
@@ -68,11 +56,8 @@ pub struct Model {
     pub faults: Vec<(u32, String)>,
     /// Number of active faults beyond [`FAULTS_MAX`].
     pub faults_unnamed: u64,
-    /// Broken properties with their violations.
     pub broken: Vec<(String, Violation)>,
-    /// Latest events.
     pub news: News,
-    /// Number of records.
     pub records: u64,
     notes: BTreeMap<String, StepNote>,
 }

@@ -9,12 +9,9 @@ pub const NEWS_MAX: usize = 512;
 /// Maximum length of a piece.
 const TEXT_CHARS_MAX: usize = 200;
 
-/// Kind of news.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewsKind {
-    /// A step of the plan began.
     StepBegan,
-    /// A step of the plan ended.
     StepEnded,
     /// The device under test changed its health.
     Health,
@@ -22,26 +19,20 @@ pub enum NewsKind {
     Refusal,
     /// A fault of the plan began, ended, or did something.
     Fault,
-    /// A property is violated.
     Broken,
     /// A failure, a loss or a repair; or a reply of a person.
     Note,
 }
 
-/// A piece of news.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Piece {
     /// Number, counted from 1.
     pub number: u64,
-    /// Bench time.
     pub at: Timestamp,
-    /// Kind of news.
     pub kind: NewsKind,
-    /// Text on one line.
     pub text: String,
 }
 
-/// The latest pieces of news.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct News {
     pieces: VecDeque<Piece>,
@@ -65,7 +56,6 @@ impl News {
         (new, first.saturating_sub(number + 1))
     }
 
-    /// Returns the pieces, latest first.
     pub fn latest(&self) -> impl Iterator<Item = &Piece> {
         self.pieces.iter().rev()
     }

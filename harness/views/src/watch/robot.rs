@@ -11,10 +11,8 @@ const GONE_MIN_M: f64 = 0.05;
 /// Maximum corners of the commanded path.
 const CORNERS_MAX: usize = 128;
 
-/// The robot, as far as it is known.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Robot {
-    /// The last reported state.
     pub state: Option<State>,
     /// Estimated path, m; at most [`POINTS_MAX`] points.
     pub path: Vec<(f64, f64)>,
@@ -36,7 +34,6 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Whether a base drives, so that there is a path.
     pub fn drives(&self) -> bool {
         let goes = |(x, y): (f64, f64)| x.hypot(y);
         let away = |from: &(f64, f64), to: &(f64, f64)| goes((to.0 - from.0, to.1 - from.1));

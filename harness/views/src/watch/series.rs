@@ -50,7 +50,6 @@ impl Series {
         self.latest.back().copied()
     }
 
-    /// Returns the number of values.
     pub const fn count(&self) -> u64 {
         self.count
     }

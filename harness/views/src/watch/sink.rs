@@ -23,7 +23,6 @@ impl<S> Watched<S> {
         Self { inner, feed: feed.cloned(), traffic }
     }
 
-    /// Returns the inner sink.
     pub fn into_inner(self) -> S {
         self.inner
     }

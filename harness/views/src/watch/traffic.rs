@@ -12,7 +12,6 @@ const WINDOW: Span = Span::from_secs(1);
 /// Traffic sent by one device.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Way {
-    /// Total number of frames.
     pub frames: u64,
     /// Total bytes on serial lines.
     pub bytes: u64,
@@ -29,7 +28,6 @@ pub struct Way {
     line: Option<(u32, u32)>,
 }
 
-/// Traffic on the bus and the lines.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Traffic {
     /// Who sends, and the names of the nodes of rigs.

@@ -40,10 +40,8 @@ pub(super) struct Part {
     pub(super) others: Arc<[(u64, Option<u64>)]>,
 }
 
-/// A channel of a group.
 #[derive(Debug)]
 pub struct Channel {
-    /// Its name.
     pub name: String,
     /// Unit of its values in the file; empty without a unit.
     pub unit: String,

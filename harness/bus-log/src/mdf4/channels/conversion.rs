@@ -7,7 +7,6 @@ use std::io::{Read, Seek};
 /// Most levels of nested conversions.
 const DEPTH_MAX: u32 = 4;
 
-/// A conversion of numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Conversion {
     /// None (0).
@@ -33,7 +32,6 @@ pub(super) enum Ends {
     Beyond,
 }
 
-/// Meaning of a number.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Meaning {
     Text(String),
@@ -130,7 +128,6 @@ impl Conversion {
         }
     }
 
-    /// The value as a text, if it has one.
     pub(super) fn text(&self, raw: f64) -> Option<&str> {
         match self.meaning(raw)? {
             Meaning::Text(text) => Some(text),

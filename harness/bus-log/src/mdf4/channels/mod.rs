@@ -35,9 +35,7 @@ pub use write::{GroupId, Writer};
 /// Type of a channel's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Real numbers.
     Float,
-    /// Whole numbers.
     Integer,
     /// Yes or no: 1 or 0.
     Bool,
@@ -52,7 +50,6 @@ pub enum Kind {
 pub struct Form {
     /// Name, unique in its group.
     pub name: String,
-    /// Type of its values.
     pub kind: Kind,
     /// Unit of its values; empty without a unit.
     pub unit: String,
@@ -62,7 +59,6 @@ pub struct Form {
     pub names: Vec<(f64, String)>,
 }
 
-/// A value of a channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value<'a> {
     /// Unknown.
@@ -78,7 +74,6 @@ pub enum Value<'a> {
 }
 
 impl Kind {
-    /// Bytes in a record.
     const fn bytes(self) -> u32 {
         match self {
             Self::Float | Self::Integer | Self::Text => 8,

@@ -17,7 +17,6 @@ pub struct Reader<R: Read + Seek> {
     is_unfinished: bool,
 }
 
-/// A requested channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wanted {
     /// Index in its group.
@@ -30,7 +29,6 @@ pub struct Wanted {
 #[derive(Debug)]
 #[must_use]
 pub struct Found {
-    /// Number of records.
     pub records: u64,
     /// What ended the data of an unfinished file, if they do not end with a record.
     pub ended: Option<LogError>,
@@ -48,7 +46,6 @@ impl<R: Read + Seek> Reader<R> {
         Ok(Self { source, groups, is_unfinished })
     }
 
-    /// Its groups, in order.
     pub fn groups(&self) -> &[Group] {
         &self.groups
     }

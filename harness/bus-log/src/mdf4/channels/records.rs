@@ -11,7 +11,6 @@ use std::io::{Read, Seek};
 /// Most parts of a group that are read at once: each has its own buffer.
 pub(super) const PARTS_MAX: usize = 1024;
 
-/// The records of one part.
 pub(super) struct Records<'a> {
     data: Buffered,
     /// Invalidation bits that are stored by themselves, and their bytes in a record.

@@ -17,14 +17,11 @@ const CN_HAS_INVALID: u32 = 1 << 1;
 /// Longest text in signal data.
 const TEXT_BYTES_MAX: usize = 16 * 1024;
 
-/// A value read from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// Unknown: marked so in the file, or not finite.
     Missing,
-    /// A number in the channel's unit.
     Number(f64),
-    /// A text.
     Text(String),
 }
 
@@ -48,7 +45,6 @@ enum Place {
     Elsewhere(Field, Box<SignalData>, Coding),
 }
 
-/// Encoding of a text.
 #[derive(Debug, Clone, Copy)]
 enum Coding {
     Latin1,

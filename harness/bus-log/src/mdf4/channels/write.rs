@@ -32,7 +32,6 @@ pub struct Writer<W: Write + Seek> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GroupId(usize);
 
-/// A group being written.
 #[derive(Debug)]
 struct Group {
     name: String,
@@ -44,13 +43,11 @@ struct Group {
     data_at: u64,
 }
 
-/// A channel being written.
 #[derive(Debug)]
 struct Channel {
     form: Form,
     /// Whether some of its values are missing.
     has_gaps: bool,
-    /// Texts of choices with their numbers.
     choices: BTreeMap<String, u16>,
     texts: Data,
     /// Address of the texts, once written; zero if there are none.

@@ -132,7 +132,6 @@ impl FromStr for Base {
     }
 }
 
-/// A serial port and its settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct SerialPlace {
     pub(crate) path: String,
@@ -146,7 +145,6 @@ impl SerialPlace {
     }
 }
 
-/// How the base is connected.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum BasePlace {
     None,

@@ -26,7 +26,6 @@ impl Clock {
         Self { start: monotonic() }
     }
 
-    /// Returns the current time.
     pub(crate) fn now(&self) -> Timestamp {
         let now = monotonic();
         let nanos = |span: Duration| i64::try_from(span.as_nanos()).unwrap_or(i64::MAX);

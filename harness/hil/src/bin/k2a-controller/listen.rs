@@ -23,7 +23,6 @@ const RETRY: Duration = Duration::from_millis(100);
 /// Time limit for a leaving client to take the remaining reports.
 const FLUSH_MAX: Duration = Duration::from_millis(500);
 
-/// Address to listen on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ListenPlace {
     /// `unix:PATH`.
@@ -46,7 +45,6 @@ impl FromStr for ListenPlace {
     }
 }
 
-/// Waits for clients.
 pub(crate) enum Listener {
     #[cfg(unix)]
     Unix(UnixListener, std::path::PathBuf),
@@ -104,13 +102,11 @@ impl Drop for Listener {
     }
 }
 
-/// A connected client.
 pub(crate) struct Client {
     pub(crate) orders: Orders,
     pub(crate) connection: Connection,
 }
 
-/// The connection back to a client.
 pub(crate) struct Connection {
     pub(crate) reports: Outlet,
     stream: Stream,

@@ -20,7 +20,6 @@ const MISSIONS_MAX: usize = 16;
 
 /// Missions from stdin. The channel closes when stdin does.
 pub(crate) struct Orders {
-    /// Missions in order.
     pub(crate) missions: mpsc::Receiver<Mission>,
     /// Number of lines that were not missions.
     pub(crate) refused: Arc<AtomicU64>,

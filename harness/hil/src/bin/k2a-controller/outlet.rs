@@ -49,13 +49,11 @@ impl LineSender {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Returns once the writer has closed.
     pub(crate) async fn closed(&self) {
         self.queue.closed().await;
     }
 }
 
-/// The thread that writes.
 pub(crate) struct Outlet {
     sender: LineSender,
     end: mpsc::OwnedPermit<Item>,
@@ -80,7 +78,6 @@ impl Outlet {
         Ok(Self { sender, end, ended })
     }
 
-    /// Returns a sender to the queue.
     pub(crate) fn sender(&self) -> LineSender {
         self.sender.clone()
     }

@@ -29,9 +29,7 @@ const OUTGOING_MAX: usize = 16;
 /// An event from a port to the loop.
 #[derive(Debug)]
 pub(crate) enum Heard {
-    /// Serial bytes.
     Bytes(Port, Packet),
-    /// A CAN frame of the base.
     Frame(CanFrame),
     /// The port vanished and did not come back in time.
     GivenUp(Port),
@@ -204,7 +202,6 @@ fn at(path: &str, options: SerialOptions) -> SerialSpec {
     SerialSpec { device: SerialDevice::Path(path.to_owned()), options }
 }
 
-/// Task that keeps a port open.
 struct Task<Unit> {
     port: Port,
     name: String,
@@ -266,7 +263,6 @@ async fn keep_open<M: Medium>(
     }
 }
 
-/// Returns the name of a port in messages.
 pub(crate) const fn role(port: Port) -> &'static str {
     match port {
         Port::Gyro => "gyro",

@@ -24,7 +24,6 @@ const REST_MIN: Span = Span::from_millis(300);
 /// Id of the missions that the shell itself gives at the end; their answers are not forwarded.
 const SHELL_MISSION: u32 = 0;
 
-/// Link to the base.
 #[derive(Debug)]
 pub(crate) enum BaseLink {
     None,
@@ -50,14 +49,12 @@ impl BaseLink {
     }
 }
 
-/// Why the loop ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
     /// No further mission can arrive.
     MissionsClosed,
     /// No further report can be read.
     ReportsClosed,
-    /// The system asked for the end.
     Signal(&'static str),
     /// A port vanished and did not come back.
     PortLost(Port),

@@ -21,7 +21,6 @@ impl Signals {
         ]))
     }
 
-    /// Waits for the next signal.
     pub(crate) async fn next(&mut self) -> &'static str {
         let [(first, one), (second, two), (third, three)] = &mut self.0;
         tokio::select! {

@@ -27,7 +27,6 @@ pub(super) struct Kept {
 }
 
 impl CampaignArguments {
-    /// Begins the account of a campaign.
     pub(super) fn account(
         &self,
         task: &Task<'_>,
@@ -68,7 +67,6 @@ fn phases(plan: &Plan, space: &Space) -> Vec<String> {
 }
 
 impl Kept {
-    /// Name of the plan.
     pub(super) fn plan(&self) -> &str {
         &self.account.plan
     }
@@ -118,7 +116,6 @@ impl Kept {
     }
 }
 
-/// Whether the folder contains a campaign.
 pub(in crate::cli) fn is_campaign(folder: &Path) -> bool {
     folder.join(JOURNAL).is_file()
 }

@@ -38,10 +38,8 @@ impl OverArguments {
     }
 }
 
-/// What the workers have to do.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Order<'a> {
-    /// Name or path of the plan.
     pub(super) plan: &'a str,
     /// What determines the cases, as stated in the journal.
     pub(super) what: &'a str,

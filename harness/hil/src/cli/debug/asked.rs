@@ -3,10 +3,8 @@
 use described::hint;
 use wire::time::Timestamp;
 
-/// Explains a moment.
 pub(super) const MOMENT: &str = "a moment is in seconds from the begin of the run, which is 0";
 
-/// First words of the commands.
 const WORDS: [&str; 8] = ["step", "next", "to", "find", "show", "end", "quit", "help"];
 
 /// Answer to `help`.
@@ -19,16 +17,12 @@ show         what stands now
 end          on to the end
 quit         leave";
 
-/// A command.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Asked {
-    /// Continue.
     Go(Until),
-    /// Print the current state.
     Show,
     /// Print the available commands.
     Help,
-    /// Leave.
     Quit,
 }
 

@@ -30,7 +30,6 @@ pub(super) struct Session<'a, R, W, I> {
     header: &'a Header,
     moment: Moment,
     until: Until,
-    /// The user has left.
     has_left: &'a Cell<bool>,
     failed: Option<io::Error>,
 }

@@ -68,7 +68,6 @@ impl EmulateArguments {
     }
 }
 
-/// The device of this description, and its port.
 fn device(
     description: &str,
     can: Option<&str>,

@@ -31,16 +31,13 @@ pub(super) enum Cause {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Prepare(#[from] PrepareError),
-    /// A run folder cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Folder(#[from] RunFolderError),
     /// The arguments do not fit together, or do not fit the plans.
     #[error("{message}")]
     Arguments {
-        /// The error message.
         message: String,
-        /// How to fix it.
         #[help]
         help: String,
     },
@@ -49,12 +46,7 @@ pub(super) enum Cause {
     Output(#[source] io::Error),
     /// A file beside the run folders cannot be written.
     #[error("failed to write {}", path.display())]
-    File {
-        /// Its path.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
+    File { path: PathBuf, source: io::Error },
     /// A data package cannot be used.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -103,14 +95,11 @@ pub(super) enum Cause {
     /// The data and the model are valid, but do not fit each other.
     #[error("failed to identify {dataset}{}", by(model.as_deref()))]
     Identify {
-        /// Name of the data set.
         dataset: String,
         /// The file of the model, if given.
         model: Option<PathBuf>,
-        /// The cause.
         source: IdentifyError,
     },
-    /// Findings cannot be written.
     #[error("failed to write down what was found")]
     Findings(#[source] Box<dyn std::error::Error + Send + Sync>),
     /// Answers to the operator's questions cannot be used, or are missing.

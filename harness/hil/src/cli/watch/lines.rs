@@ -34,7 +34,6 @@ impl Lines {
         }
     }
 
-    /// Prints new events.
     pub(super) fn tell(&mut self) {
         let (pieces, forgotten) = self.feed.news_after(self.told);
         let Some(last) = pieces.last() else { return };

@@ -28,7 +28,6 @@ pub(super) enum Watch {
     Drawn(view::View),
 }
 
-/// One plan on display.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
     feed: Option<Feed>,
@@ -97,12 +96,10 @@ impl Watch {
 }
 
 impl Shown {
-    /// Returns the feed that the run writes to.
     pub(super) const fn feed(&self) -> Option<&Feed> {
         self.feed.as_ref()
     }
 
-    /// Updates the progress of the run.
     pub(super) fn progress(&mut self, progress: Progress) {
         if let Some(feed) = &self.feed {
             feed.progress(progress);
@@ -112,7 +109,6 @@ impl Shown {
         }
     }
 
-    /// Ends the display.
     pub(super) fn finish(mut self) {
         if let Some(lines) = &mut self.lines {
             lines.tell();

@@ -100,7 +100,6 @@ impl ReplayArguments {
     }
 }
 
-/// What is replayed.
 struct Film<'a> {
     folder: &'a RunFolder,
     plan: &'a Arc<Plan>,
@@ -109,7 +108,6 @@ struct Film<'a> {
     steps: u64,
 }
 
-/// The run as far as it is shown.
 struct Shown {
     records: Peekable<RecordReader<TellingFile>>,
     feed: Feed,

@@ -20,7 +20,6 @@ pub(super) struct PlanLine {
     pub(super) stage: Stage,
 }
 
-/// Progress of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
     Waiting,
@@ -134,7 +133,6 @@ impl Stand {
         }
     }
 
-    /// Appends a character to the answer.
     pub(super) fn type_in(&mut self, character: char) {
         if let Some(asking) = &mut self.asking
             && asking.typed.chars().count() < TYPED_CHARS_MAX
@@ -159,7 +157,6 @@ impl Stand {
         }
     }
 
-    /// Returns the next answer.
     pub(super) fn answer(&mut self) -> Option<String> {
         self.answers.pop_front()
     }

@@ -15,12 +15,10 @@ mod on_bench {
     use std::path::{Path, PathBuf};
     use std::sync::Arc;
 
-    /// The bench of a worker.
     #[derive(Debug, Clone)]
     pub(in crate::cli::worker) struct BenchHand {
         place: Place,
         setup: LiveSetup,
-        /// Text of its bench file.
         text: String,
         bench: Bench,
         log: PathBuf,

@@ -6,7 +6,6 @@ use plan::confidence::{Interval, Z_95, wilson};
 use plan::faults::{Fault, When};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Maximum number of cases with margins.
 const MARGINS_MAX: usize = 1_000_000;
 
 /// Column of a table: when a fault began.
@@ -70,7 +69,6 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// Adds one case.
     pub fn add(&mut self, line: &Line) {
         self.tally.count(line.number, &line.result);
         let broke = !line.result.violated.is_empty();

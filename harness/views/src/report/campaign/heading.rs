@@ -5,7 +5,6 @@ use campaign::Account;
 use maud::{Markup, html};
 use record::figures;
 
-/// The result in a word.
 pub(super) fn word(account: &Account, gathered: &Gathered) -> &'static str {
     match (gathered.tally.broken.is_empty(), goes_to_its_end(account)) {
         (false, _) => "broken",

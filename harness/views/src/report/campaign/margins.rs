@@ -13,7 +13,6 @@ use plotters::style::Color;
 /// Columns of a plot; two marks per column are drawn.
 const COLUMNS: usize = 280;
 
-/// Maximum number of plots on a page.
 const PLOTS_MAX: usize = 40;
 
 /// Renders one plot per property; `None` if no property had a margin.

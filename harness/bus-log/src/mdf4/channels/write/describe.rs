@@ -15,7 +15,6 @@ const UTF8: u8 = 7;
 const SYNC_TIME: u8 = 1;
 /// The channel has an invalidation bit.
 const CN_HAS_INVALID: u32 = 1 << 1;
-/// A conversion from values to texts.
 const CC_VALUE_TO_TEXT: u8 = 7;
 
 /// Makes the start of the file, and the blocks at `place` that describe `groups`.
@@ -147,7 +146,6 @@ fn conversion(blocks: &mut Blocks, channel: &Channel, unit: u64) -> u64 {
     blocks.push(b"##CC", &links, &conversion_data(CC_VALUE_TO_TEXT, texts.len() + 1, &values))
 }
 
-/// A conversion of that kind with this number of references to others.
 fn conversion_data(kind: u8, references: usize, values: &[f64]) -> Vec<u8> {
     let mut data = vec![kind, 0, 0, 0];
     // At most `CHOICES_MAX`, and one for values without a name.

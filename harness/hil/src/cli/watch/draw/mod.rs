@@ -34,7 +34,6 @@ const NEWS_ROWS: u16 = 7;
 const WINDOWS_S: [f64; 9] =
     [10.0, 30.0, 60.0, 300.0, 900.0, 3_600.0, 14_400.0, 57_600.0, f64::INFINITY];
 
-/// A part of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Panel {
     Square,
@@ -70,7 +69,6 @@ impl Look {
         }
     }
 
-    /// Handles a key that changes the look.
     pub(super) fn key(&mut self, code: KeyCode) {
         match code {
             KeyCode::Char('p' | 'P' | ' ') => self.is_paused = !self.is_paused,
@@ -105,7 +103,6 @@ impl Look {
     }
 }
 
-/// Content of the view.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scene<'a> {
     /// Model of the current run; `None` before the first.
@@ -117,7 +114,6 @@ pub(super) struct Scene<'a> {
     pub(super) notes: &'a [String],
 }
 
-/// Draws the scene.
 pub(super) fn scene(scene: &Scene<'_>, look: &Look, picture: &mut Buffer) {
     let area = picture.area;
     if area.width < WIDTH_MIN || area.height < HEIGHT_MIN {
@@ -222,7 +218,6 @@ fn draw_panel(
     }
 }
 
-/// The frame of a panel, with its key and its title.
 fn frame(panel: Panel, title: &str, look: &Look) -> Block<'static> {
     let key = PANELS.iter().position(|one| *one == panel).map_or(0, |index| index + 1);
     let title = Line::from(format!(" {key} {title} ")).style(look.palette.title());

@@ -34,17 +34,14 @@ impl Palette {
         self.colour(Color::Cyan)
     }
 
-    /// The truth.
     pub(super) fn truth(self) -> Color {
         self.colour(Color::Magenta)
     }
 
-    /// The commanded path.
     pub(super) fn ordered(self) -> Color {
         self.colour(Color::Blue)
     }
 
-    /// The limits of a band.
     pub(super) fn band(self) -> Color {
         self.colour(Color::Red)
     }

@@ -18,7 +18,6 @@ const EXTENT_MIN_M: f64 = 0.5;
 /// Arrows for the eight directions, counter-clockwise from the x axis.
 const ARROWS: [&str; 8] = ["→", "↗", "↑", "↖", "←", "↙", "↓", "↘"];
 
-/// Draws the square.
 pub(super) fn draw(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
     let robot = &model.robot;
     let block = frame(Panel::Square, title(model), look);
