@@ -5,7 +5,7 @@ use super::seen::Seen;
 use super::senses::{Fact, Senses, Topic};
 use super::sometimes::Reached;
 use super::stated::Statement;
-use super::verdict::PropertyVerdict;
+use super::verdict::{Judgement, PropertyVerdict};
 use super::{Kind, Limits, Property};
 use plan::Speaker;
 use record::Violation;
@@ -25,11 +25,28 @@ pub struct Monitor {
 #[derive(Debug, Clone)]
 struct OfRobot {
     senses: Senses,
-    judges: Vec<Box<dyn Judge>>,
+    judges: Vec<Judged>,
     /// The judges that subscribe to each topic.
     hearers: [Vec<usize>; Topic::COUNT],
     reached: Reached,
     facts: Vec<Fact>,
+}
+
+/// A built-in property, and what was judged of it so far.
+#[derive(Debug, Clone)]
+struct Judged {
+    judge: Box<dyn Judge>,
+    judgement: Judgement,
+}
+
+impl Judged {
+    /// Judges a fact, and marks a violation under a fault that no input of the controller shows.
+    fn hear(&mut self, senses: &Senses, fact: &Fact) {
+        self.judge.judge(senses, fact, &mut self.judgement);
+        if let Some(fault) = senses.unseen {
+            self.judgement.unseen(fault);
+        }
+    }
 }
 
 impl Monitor {
@@ -77,7 +94,7 @@ impl Monitor {
         let judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
         let judged = always.zip(judges);
         let built_in =
-            judged.filter_map(|(name, judge)| Some((name, judge.judgement().first_violation()?)));
+            judged.filter_map(|(name, judge)| Some((name, judge.judgement.first_violation()?)));
         built_in.chain(self.stated.iter().filter_map(Statement::broken))
     }
 
@@ -91,7 +108,7 @@ impl Monitor {
         let mut stated = self.stated.into_iter();
         let verdicts = self.properties.iter().filter_map(|property| match property {
             Property::Always(always) => {
-                judges.next().map(|judge| judge.judgement().clone().verdict(always.name()))
+                judges.next().map(|judge| judge.judgement.clone().verdict(always.name()))
             }
             Property::Sometimes(sometimes) => Some(PropertyVerdict {
                 name: sometimes.name().to_owned(),
@@ -110,13 +127,16 @@ impl Monitor {
 impl OfRobot {
     fn new(properties: &[Property], limits: &Limits) -> Self {
         let judges = properties.iter().filter_map(|property| match property {
-            Property::Always(property) => Some(always::judge(property, limits)),
+            Property::Always(property) => Some(Judged {
+                judge: always::judge(property, limits),
+                judgement: Judgement::default(),
+            }),
             Property::Sometimes(_) | Property::Stated(_) => None,
         });
-        let judges: Vec<Box<dyn Judge>> = judges.collect();
+        let judges: Vec<Judged> = judges.collect();
         let mut hearers = [const { Vec::new() }; Topic::COUNT];
         for (index, judge) in judges.iter().enumerate() {
-            for topic in judge.hears() {
+            for topic in judge.judge.hears() {
                 hearers[*topic as usize].push(index);
             }
         }

@@ -6,6 +6,8 @@ use controller::config::{
     BaseConfig, Config, GyroConfig, IntegrationClock, MotionConfig, Transport,
 };
 use hil::gyro_arguments::{self, Mode};
+use ports::PortSpec;
+use ports::spec::{SerialDevice, SerialOptions, SerialSpec};
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 use wire::base::serial_link;
@@ -132,34 +134,49 @@ impl FromStr for Base {
     }
 }
 
+/// Where a port is.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct SerialPlace {
-    pub(crate) path: String,
+pub(crate) struct PortPlace {
+    /// Its path, or the name of the interface.
+    pub(crate) name: String,
+    pub(crate) spec: PortSpec,
+    /// Of a serial line.
     pub(crate) settings: SerialSettings,
 }
 
-impl SerialPlace {
-    fn new(port: SerialPort, usual: SerialSettings) -> Self {
-        let baud = port.baud.unwrap_or(usual.baud);
-        Self { path: port.path, settings: SerialSettings { baud, ..usual } }
+impl PortPlace {
+    fn serial(port: SerialPort, usual: SerialSettings) -> Self {
+        let settings = SerialSettings { baud: port.baud.unwrap_or(usual.baud), ..usual };
+        Self { spec: PortSpec::Serial(port.at(None)), name: port.path, settings }
+    }
+
+    fn can(interface: String) -> Self {
+        let spec = PortSpec::Can { interface: interface.clone() };
+        Self { spec, name: interface, settings: SLCAN_SETTINGS }
+    }
+
+    /// A CAN adapter on a serial port.
+    fn slcan(port: SerialPort) -> Self {
+        let settings =
+            SerialSettings { baud: port.baud.unwrap_or(SLCAN_SETTINGS.baud), ..SLCAN_SETTINGS };
+        let serial = port.at(Some(settings.baud));
+        Self { spec: PortSpec::Slcan { serial, bitrate: None }, name: port.path, settings }
     }
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum BasePlace {
-    None,
-    Serial(SerialPlace),
-    Can(String),
-    /// An adapter on a serial port.
-    Slcan(SerialPlace),
+impl SerialPort {
+    fn at(&self, baud: Option<u32>) -> SerialSpec {
+        let options = SerialOptions { baud, ..SerialOptions::default() };
+        SerialSpec { device: SerialDevice::Path(self.path.clone()), options }
+    }
 }
 
 /// The parsed command line.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Setup {
     pub(crate) config: Config,
-    pub(crate) gyro: SerialPlace,
-    pub(crate) base: BasePlace,
+    pub(crate) gyro: PortPlace,
+    pub(crate) base: Option<PortPlace>,
     /// Source of missions, if not stdin.
     pub(crate) listen: Option<ListenPlace>,
 }
@@ -172,15 +189,12 @@ impl Arguments {
             return Err("--mode: this stream carries rates only; use --mode rate".to_owned());
         }
         let (base, transport) = match self.base {
-            Base::None => (BasePlace::None, None),
-            Base::Serial(port) => (
-                BasePlace::Serial(SerialPlace::new(port, serial_link::SETTINGS)),
-                Some(Transport::Serial),
-            ),
-            Base::Can(interface) => (BasePlace::Can(interface), Some(Transport::Can)),
-            Base::Slcan(port) => {
-                (BasePlace::Slcan(SerialPlace::new(port, SLCAN_SETTINGS)), Some(Transport::Can))
+            Base::None => (None, None),
+            Base::Serial(port) => {
+                (Some(PortPlace::serial(port, serial_link::SETTINGS)), Some(Transport::Serial))
             }
+            Base::Can(interface) => (Some(PortPlace::can(interface)), Some(Transport::Can)),
+            Base::Slcan(port) => (Some(PortPlace::slcan(port)), Some(Transport::Can)),
         };
         let stream = GyroStream { format, mode, reversed: self.reversed };
         let clock = match self.integrate_by {
@@ -189,14 +203,14 @@ impl Arguments {
         };
         let gyro = GyroConfig { clock, ..GyroConfig::new(stream) };
         let config = Config::new(gyro, transport.map(BaseConfig::new), MotionConfig::default());
-        let gyro = SerialPlace::new(self.gyro, format.serial());
+        let gyro = PortPlace::serial(self.gyro, format.serial());
         Ok(Setup { config, gyro, base, listen: self.listen })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Arguments, BasePlace, Setup};
+    use super::{Arguments, Setup};
     use clap::{CommandFactory as _, Parser as _};
     use controller::config::{IntegrationClock, Transport};
     use wire::gyro::{GyroFormat, OutputMode};
@@ -214,9 +228,9 @@ mod tests {
     #[test]
     fn a_port_alone_takes_the_rate_of_its_stream() {
         let setup = setup("--gyro /dev/ttyUSB0").unwrap();
-        assert_eq!((setup.gyro.path.as_str(), setup.gyro.settings.baud), ("/dev/ttyUSB0", 9_600));
+        assert_eq!((setup.gyro.name.as_str(), setup.gyro.settings.baud), ("/dev/ttyUSB0", 9_600));
         assert_eq!(setup.config.gyro.stream.format, GyroFormat::Navigator);
-        assert_eq!((setup.base, setup.config.base), (BasePlace::None, None));
+        assert_eq!((setup.base, setup.config.base), (None, None));
     }
 
     #[test]
@@ -224,28 +238,32 @@ mod tests {
         let line = "--gyro /dev/serial/by-path/pci-0:1.0-port0:57600 --stream dsp3000-ascii \
                     --mode increment --reversed --integrate-by host-time --base serial:/dev/ttyS1:38400";
         let setup = setup(line).unwrap();
-        assert_eq!(setup.gyro.path, "/dev/serial/by-path/pci-0:1.0-port0");
+        assert_eq!(setup.gyro.name, "/dev/serial/by-path/pci-0:1.0-port0");
         assert_eq!(setup.gyro.settings.baud, 57_600);
         let gyro = setup.config.gyro;
         assert_eq!((gyro.stream.mode, gyro.stream.reversed), (OutputMode::Increment, true));
         assert_eq!(gyro.clock, IntegrationClock::HostTime);
-        let BasePlace::Serial(base) = setup.base else { panic!("not serial") };
-        assert_eq!((base.path.as_str(), base.settings.baud), ("/dev/ttyS1", 38_400));
+        let base = setup.base.unwrap();
+        assert_eq!(
+            (base.spec.to_string().as_str(), base.settings.baud),
+            ("serial:/dev/ttyS1", 38_400)
+        );
         assert_eq!(setup.config.base.unwrap().transport, Transport::Serial);
     }
 
     #[test]
     fn a_colon_in_a_path_is_not_a_rate() {
         let setup = setup("--gyro /dev/serial/by-path/usb-0:1:1.0 --base can:can0").unwrap();
-        assert_eq!(setup.gyro.path, "/dev/serial/by-path/usb-0:1:1.0");
-        assert_eq!(setup.base, BasePlace::Can("can0".to_owned()));
+        assert_eq!(setup.gyro.name, "/dev/serial/by-path/usb-0:1:1.0");
+        assert_eq!(setup.base.unwrap().spec.to_string(), "can:can0");
     }
 
     #[test]
     fn a_bus_may_be_behind_an_adapter() {
         let setup = setup("--gyro /dev/x --base slcan:/dev/ttyACM0").unwrap();
-        let BasePlace::Slcan(adapter) = setup.base else { panic!("no adapter") };
-        assert_eq!((adapter.path.as_str(), adapter.settings.baud), ("/dev/ttyACM0", 115_200));
+        let adapter = setup.base.unwrap();
+        assert_eq!((adapter.name.as_str(), adapter.settings.baud), ("/dev/ttyACM0", 115_200));
+        assert_eq!(adapter.spec.to_string(), "slcan:/dev/ttyACM0?baud=115200");
         assert_eq!(setup.config.base.unwrap().transport, Transport::Can);
     }
 

@@ -5,16 +5,13 @@
 
 use crate::orders::{self, Orders};
 use crate::outlet::Outlet;
-#[cfg(unix)]
 use ports::unix_socket;
 use std::io::{self, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream as StdTcpStream};
-#[cfg(unix)]
 use std::os::unix::net::UnixStream as StdUnixStream;
 use std::str::FromStr;
 use std::time::Duration;
 use tokio::net::TcpListener;
-#[cfg(unix)]
 use tokio::net::UnixListener;
 use tracing::warn;
 
@@ -26,7 +23,6 @@ const FLUSH_MAX: Duration = Duration::from_millis(500);
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum ListenPlace {
     /// `unix:PATH`.
-    #[cfg(unix)]
     Unix(std::path::PathBuf),
     /// `tcp:ADDRESS:PORT`.
     Tcp(String),
@@ -37,7 +33,6 @@ impl FromStr for ListenPlace {
 
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
-            #[cfg(unix)]
             Some(("unix", path)) if !path.is_empty() => Ok(Self::Unix(path.into())),
             Some(("tcp", address)) if address.contains(':') => Ok(Self::Tcp(address.to_owned())),
             _ => Err("expected unix:PATH or tcp:ADDRESS:PORT".to_owned()),
@@ -46,7 +41,6 @@ impl FromStr for ListenPlace {
 }
 
 pub(crate) enum Listener {
-    #[cfg(unix)]
     Unix(UnixListener, std::path::PathBuf),
     Tcp(TcpListener),
 }
@@ -58,7 +52,6 @@ impl Listener {
     /// When the system refuses.
     pub(crate) async fn bind(place: ListenPlace) -> io::Result<Self> {
         Ok(match place {
-            #[cfg(unix)]
             ListenPlace::Unix(path) => Self::Unix(unix_socket::listen(&path)?, path),
             ListenPlace::Tcp(address) => Self::Tcp(TcpListener::bind(address).await?),
         })
@@ -77,7 +70,6 @@ impl Listener {
 
     async fn try_client(&self) -> io::Result<Client> {
         match self {
-            #[cfg(unix)]
             Self::Unix(listener, _) => {
                 let stream = listener.accept().await?.0.into_std()?;
                 stream.set_nonblocking(false)?;
@@ -95,7 +87,6 @@ impl Listener {
 
 impl Drop for Listener {
     fn drop(&mut self) {
-        #[cfg(unix)]
         if let Self::Unix(_, path) = self {
             unix_socket::remove(path);
         }
@@ -114,7 +105,6 @@ pub(crate) struct Connection {
 
 /// Kept for shutdown: the threads that read and write it may be blocked.
 enum Stream {
-    #[cfg(unix)]
     Unix(StdUnixStream),
     Tcp(StdTcpStream),
 }
@@ -137,7 +127,6 @@ impl Connection {
         self.reports.finish(FLUSH_MAX);
         // A client that has left is no longer connected.
         let _ = match self.stream {
-            #[cfg(unix)]
             Stream::Unix(stream) => stream.shutdown(Shutdown::Both),
             Stream::Tcp(stream) => stream.shutdown(Shutdown::Both),
         };

@@ -5,7 +5,6 @@
 //! signal, or when a port is lost for good. Before it ends, it brings the base to rest.
 
 mod arguments;
-mod clock;
 mod listen;
 mod log;
 mod orders;
@@ -14,15 +13,15 @@ mod port;
 mod shell;
 mod signals;
 
-use arguments::{Arguments, BasePlace, Setup};
+use arguments::{Arguments, Setup};
 use clap::{CommandFactory as _, Parser as _, error::ErrorKind};
-use clock::{Alarm, Clock};
 use controller::{Controller, Port};
 use listen::Listener;
+use live::world::{Alarm, Clock};
 use orders::Orders;
 use outlet::Outlet;
 use port::HEARD_MAX;
-use shell::{BaseLink, End, Shell};
+use shell::{End, Shell};
 use signals::Signals;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -80,14 +79,10 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
         .facts()
         .takes_commands
         .then(|| dsp3000_command::Command::Output(gyro_stream.mode).encode());
-    let gyro = port::serial(Port::Gyro, setup.gyro, greeting, sender.clone(), clock);
+    let gyro = port::open(Port::Gyro, setup.gyro, greeting, sender.clone(), clock).await;
     let base = match setup.base {
-        BasePlace::None => Ok(BaseLink::None),
-        BasePlace::Serial(place) => {
-            port::serial(Port::Base, place, None, sender, clock).map(BaseLink::Serial)
-        }
-        BasePlace::Can(interface) => port::can(interface, sender, clock).await.map(BaseLink::Can),
-        BasePlace::Slcan(place) => port::slcan(place, sender, clock).await.map(BaseLink::Can),
+        None => Ok(None),
+        Some(place) => port::open(Port::Base, place, None, sender, clock).await.map(Some),
     };
     let (gyro, base) = match (gyro, base) {
         (Ok(gyro), Ok(base)) => (gyro, base),
@@ -102,7 +97,7 @@ async fn serve(setup: Setup, clock: Clock, reports: &Outlet) -> io::Result<u8> {
     let mut shell = Shell {
         controller: Controller::new(setup.config, clock.now()),
         clock,
-        alarm: Alarm::new()?,
+        alarm: Alarm::new(clock)?,
         heard,
         // Replaced by those of each client.
         missions: mpsc::channel(1).1,

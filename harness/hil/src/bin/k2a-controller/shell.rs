@@ -1,16 +1,15 @@
 //! The loop: drives the controller on the real clock between its ports, its missions and its reports.
 
-use crate::clock::{Alarm, Clock};
 use crate::outlet::{LineSender, is_worth_telling};
 use crate::port::{HEARD_MAX, Heard, Outgoing, role};
 use crate::signals::Signals;
 use controller::mission::{Command, Mission, Report, ReportLine};
 use controller::{Controller, Input, Output, Port};
+use live::world::{Alarm, Clock};
 use std::fmt;
 use tokio::sync::mpsc;
 use tracing::{error, info, warn};
-use wire::can::CanFrame;
-use wire::packet::Packet;
+use wire::device::Transmit;
 use wire::time::{Span, Timestamp};
 
 /// Time limit for the base to come to rest at the end; then the process ends anyway. The base continues to stop by
@@ -23,31 +22,6 @@ const STOP_LOOK: Span = Span::from_millis(54);
 const REST_MIN: Span = Span::from_millis(300);
 /// Id of the missions that the shell itself gives at the end; their answers are not forwarded.
 const SHELL_MISSION: u32 = 0;
-
-#[derive(Debug)]
-pub(crate) enum BaseLink {
-    None,
-    Serial(Outgoing<Packet>),
-    Can(Outgoing<CanFrame>),
-}
-
-impl BaseLink {
-    fn is_empty(&self) -> bool {
-        match self {
-            Self::None => true,
-            Self::Serial(link) => link.is_empty(),
-            Self::Can(link) => link.is_empty(),
-        }
-    }
-
-    fn dropped(&self) -> u64 {
-        match self {
-            Self::None => 0,
-            Self::Serial(link) => link.dropped(),
-            Self::Can(link) => link.dropped(),
-        }
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
@@ -80,8 +54,9 @@ pub(crate) struct Shell {
     pub(crate) alarm: Alarm,
     pub(crate) heard: mpsc::Receiver<(Timestamp, Heard)>,
     pub(crate) missions: mpsc::Receiver<Mission>,
-    pub(crate) gyro: Outgoing<Packet>,
-    pub(crate) base: BaseLink,
+    pub(crate) gyro: Outgoing,
+    /// `None` on a rotary table.
+    pub(crate) base: Option<Outgoing>,
     pub(crate) reports: LineSender,
 }
 
@@ -105,7 +80,7 @@ impl Shell {
                     Some(mission) => self.controller.command(self.clock.now(), mission),
                     None => return End::MissionsClosed,
                 },
-                () = self.alarm.at(self.clock, due) => {}
+                () = rung(&self.alarm, self.clock, due) => {}
             }
             lost = lost.or(self.catch_up().await);
             while let Ok(mission) = self.missions.try_recv() {
@@ -137,7 +112,7 @@ impl Shell {
                         return Err(End::PortLost(port));
                     }
                 }
-                () = self.alarm.at(self.clock, due) => {}
+                () = rung(&self.alarm, self.clock, due) => {}
             }
             self.wake_if(due);
         }
@@ -177,7 +152,7 @@ impl Shell {
                 // Only the shell's own missions are kept back.
                 !matches!(report, Report::Done { id: SHELL_MISSION, .. })
             });
-            if matches!(self.base, BaseLink::None) {
+            if self.base.is_none() {
                 return true;
             }
             let now = self.clock.now();
@@ -186,7 +161,9 @@ impl Shell {
                 Some(false) => at_rest_since = at_rest_since.or(Some(now)),
                 None => {}
             }
-            if at_rest_since.is_some_and(|since| now - since >= REST_MIN) && self.base.is_empty() {
+            if at_rest_since.is_some_and(|since| now - since >= REST_MIN)
+                && self.base.as_ref().is_none_or(Outgoing::is_empty)
+            {
                 return true;
             }
             if now - begin >= STOP_MAX {
@@ -205,7 +182,7 @@ impl Shell {
                     // A port that is lost now is treated as silent.
                     let _ = self.take(at, heard);
                 }
-                () = self.alarm.at(self.clock, wake) => {
+                () = rung(&self.alarm, self.clock, wake) => {
                     let _ = self.catch_up().await;
                 }
             }
@@ -215,7 +192,8 @@ impl Shell {
 
     /// Logs how the run ended and what was lost.
     pub(crate) fn log_end(&self, end: End, at_rest: bool, lines_refused: u64) {
-        let (gyro_dropped, base_dropped) = (self.gyro.dropped(), self.base.dropped());
+        let (gyro_dropped, base_dropped) =
+            (self.gyro.dropped(), self.base.as_ref().map_or(0, Outgoing::dropped));
         let reports_lost = self.reports.lost();
         info!(lines_refused, reports_lost, gyro_dropped, base_dropped, "ended: {end}");
         if !at_rest {
@@ -229,10 +207,12 @@ impl Shell {
     /// Hands received input to the controller; returns the port if it is lost for good.
     fn take(&mut self, at: Timestamp, heard: Heard) -> Option<Port> {
         match heard {
-            Heard::Bytes(port, bytes) => {
+            Heard::Unit(port, Transmit::Bytes(bytes)) => {
                 self.controller.receive(at, port, Input::Bytes(bytes.as_slice()));
             }
-            Heard::Frame(frame) => self.controller.receive(at, Port::Base, Input::Frame(frame)),
+            Heard::Unit(port, Transmit::Frame(frame)) => {
+                self.controller.receive(at, port, Input::Frame(frame));
+            }
             Heard::GivenUp(port) => return Some(port),
         }
         None
@@ -250,12 +230,13 @@ impl Shell {
     fn pass_out(&mut self, mut wanted: impl FnMut(&Report) -> bool) {
         let now = self.clock.now();
         while let Some(output) = self.controller.transmit(now) {
-            match (output, &self.base) {
-                (Output::Bytes(Port::Gyro, packet), _) => self.gyro.send(packet),
-                (Output::Bytes(Port::Base, packet), BaseLink::Serial(link)) => link.send(packet),
-                (Output::Frame(frame), BaseLink::Can(link)) => link.send(frame),
-                // The controller's transport matches the link.
-                (Output::Bytes(Port::Base, _) | Output::Frame(_), _) => {}
+            let (link, unit) = match output {
+                Output::Bytes(Port::Gyro, packet) => (Some(&self.gyro), Transmit::Bytes(packet)),
+                Output::Bytes(Port::Base, packet) => (self.base.as_ref(), Transmit::Bytes(packet)),
+                Output::Frame(frame) => (self.base.as_ref(), Transmit::Frame(frame)),
+            };
+            if let Some(link) = link {
+                link.send(unit);
             }
         }
         while let Some(report) = self.controller.report() {
@@ -288,4 +269,11 @@ impl Shell {
 
 const fn shell_mission(command: Command) -> Mission {
     Mission { id: SHELL_MISSION, command }
+}
+
+/// Waits until `due`; a missing timer must not stop the controller.
+async fn rung(alarm: &Alarm, clock: Clock, due: Timestamp) {
+    if alarm.at(due).await.is_err() {
+        clock.sleep_until(due).await;
+    }
 }

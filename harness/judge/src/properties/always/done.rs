@@ -15,26 +15,27 @@ use wire::units::{Angle, Length};
 const STOP_AGE_MIN: Span = Span::from_millis(200);
 
 /// Judged at each answer while the gyro closes the loops, and rest also at the states after a stop.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct DoneIsDone {
-    turn_max: Angle,
-    distance_max: Length,
-    began: Option<(MissionId, Truth)>,
-    stopped: Option<Timestamp>,
-    judgement: Judgement,
+    pub(super) turn_max: Angle,
+    pub(super) distance_max: Length,
+    pub(super) began: Option<(MissionId, Truth)>,
+    pub(super) stopped: Option<Timestamp>,
 }
 
 impl DoneIsDone {
-    pub(super) fn new(turn_max: Angle, distance_max: Length) -> Self {
-        Self { turn_max, distance_max, began: None, stopped: None, judgement: Judgement::default() }
-    }
-
-    fn done(&mut self, senses: &Senses, order: Order, from: Truth, to: Truth) {
+    fn done(
+        &self,
+        senses: &Senses,
+        judgement: &mut Judgement,
+        order: Order,
+        (from, to): (Truth, Truth),
+    ) {
         match order {
             Order::Turn(ordered) => {
                 let (ordered, limit) = (ordered.deg(), self.turn_max.deg());
                 let turned = (to.pose.heading - from.pose.heading).deg();
-                self.judgement.take(senses.now, below((turned - ordered).abs(), limit), || {
+                judgement.take(senses.now, below((turned - ordered).abs(), limit), || {
                     format!(
                         "a turn of {ordered:.1} deg is called done and was one of {turned:.1} deg, \
                          expected within {limit} deg"
@@ -46,7 +47,7 @@ impl DoneIsDone {
                 let (x, y) = (to.pose.x - from.pose.x, to.pose.y - from.pose.y);
                 let along = from.pose.heading;
                 let went = (x * along.cos() + y * along.sin()).m();
-                self.judgement.take(senses.now, below((went - ordered).abs(), limit), || {
+                judgement.take(senses.now, below((went - ordered).abs(), limit), || {
                     format!(
                         "a straight of {ordered:.3} m is called done and was one of {went:.3} m, \
                          expected within {limit} m"
@@ -75,7 +76,7 @@ impl Judge for DoneIsDone {
         &[Topic::Mission, Topic::Lap, Topic::State]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         match (fact, senses.truth) {
             (Fact::Told(id, Order::Turn(_) | Order::Straight(_)), Some(truth)) => {
                 self.began = Some((*id, truth));
@@ -85,7 +86,7 @@ impl Judge for DoneIsDone {
             (Fact::State(state), Some(truth)) => {
                 let stopped = self.stopped.is_some_and(|at| senses.now - at >= STOP_AGE_MIN);
                 if stopped && !state.moving && senses.health.level == Level::Ok {
-                    stands(&mut self.judgement, senses, truth);
+                    stands(judgement, senses, truth);
                 }
             }
             (Fact::Placed, _) => self.began = None,
@@ -93,21 +94,13 @@ impl Judge for DoneIsDone {
                 let Some((began, from)) = self.began else { return };
                 let well = senses.health.level == Level::Ok;
                 if began == *id && well {
-                    stands(&mut self.judgement, senses, truth);
+                    stands(judgement, senses, truth);
                 }
                 if began == *id && well && senses.source == HeadingSource::Gyro {
-                    self.done(senses, *order, from, truth);
+                    self.done(senses, judgement, *order, (from, truth));
                 }
             }
             _ => {}
         }
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
     }
 }

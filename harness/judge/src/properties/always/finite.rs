@@ -8,31 +8,21 @@ use wire::units::{Angle, AngularRate, Temperature};
 
 /// Judged at each report.
 #[derive(Debug, Clone, Default)]
-pub(super) struct FiniteOutputs {
-    judgement: Judgement,
-}
+pub(super) struct FiniteOutputs {}
 
 impl Judge for FiniteOutputs {
     fn hears(&self) -> &'static [Topic] {
         &[Topic::State, Topic::Mission]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         let finite = match fact {
             Fact::State(state) => state_is_finite(state),
             Fact::Answered(_, _, Report::Done { result, .. }) => result_is_finite(result),
             _ => return,
         };
         let margin = if finite { 1.0 } else { -1.0 };
-        self.judgement.take(senses.now, margin, || format!("a number is none in {fact:?}"));
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
+        judgement.take(senses.now, margin, || format!("a number is none in {fact:?}"));
     }
 }
 

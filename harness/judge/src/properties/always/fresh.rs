@@ -11,14 +11,7 @@ use wire::time::Span;
 /// Judged at every velocity command while the gyro closes the loops and is not bridged.
 #[derive(Debug, Clone)]
 pub(super) struct FreshHeading {
-    age_max: Span,
-    judgement: Judgement,
-}
-
-impl FreshHeading {
-    pub(super) fn new(age_max: Span) -> Self {
-        Self { age_max, judgement: Judgement::default() }
-    }
+    pub(super) age_max: Span,
 }
 
 impl Judge for FreshHeading {
@@ -26,7 +19,7 @@ impl Judge for FreshHeading {
         &[Topic::Request]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         let Fact::Request(Request::SetVelocity { drive, steer }) = fact else { return };
         let moves = drive.m_per_s() != 0.0 || steer.rad_per_s() != 0.0;
         if !moves || senses.source != HeadingSource::Gyro || senses.is_bridged() {
@@ -34,25 +27,17 @@ impl Judge for FreshHeading {
         }
         let limit_s = self.age_max.as_secs_f64();
         match senses.gyro_heard {
-            None => self.judgement.take(senses.now, -1.0, || {
+            None => judgement.take(senses.now, -1.0, || {
                 "told to move before any good gyro sample was heard".to_owned()
             }),
             Some(heard) => {
                 let age_s = (senses.now - heard).as_secs_f64();
-                self.judgement.take(senses.now, below(age_s, limit_s), || {
+                judgement.take(senses.now, below(age_s, limit_s), || {
                     format!(
                         "told to move on a heading {age_s:.3} s old, expected at most {limit_s} s"
                     )
                 });
             }
         }
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
     }
 }

@@ -1,52 +1,45 @@
 //! Commanded and true speeds and accelerations stay within their limits.
 
 use super::Judge;
-use crate::properties::TRUE_OVER_COMMANDED_MAX;
 use crate::properties::seen::Truth;
 use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
+use crate::properties::{Limits, TRUE_OVER_COMMANDED_MAX};
 use wire::base::Request;
 use wire::time::{Span, Timestamp};
-use wire::units::{Acceleration, AngularAcceleration, AngularRate, Speed};
+use wire::units::{AngularRate, Speed};
 
 /// Changes of speed are averaged over this time: the base's path error varies by fractions of a percent from ramp to
 /// ramp, which over a shorter time would look like a jerk.
 const WINDOW: Span = Span::from_millis(50);
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Allowed {
-    pub(super) speed: Speed,
-    pub(super) steer_rate: AngularRate,
-    pub(super) acceleration: Acceleration,
-    pub(super) steer_acceleration: AngularAcceleration,
-}
-
 /// Judged at each velocity command and at every truth. Only speeding up is limited, since emergency braking
 /// may be hard.
 #[derive(Debug, Clone)]
 pub(super) struct WithinLimits {
-    allowed: Allowed,
-    before: Option<(Timestamp, Truth)>,
-    judgement: Judgement,
+    pub(super) limits: Limits,
+    pub(super) before: Option<(Timestamp, Truth)>,
 }
 
 impl WithinLimits {
-    pub(super) fn new(allowed: Allowed) -> Self {
-        Self { allowed, before: None, judgement: Judgement::default() }
-    }
-
-    fn rates(&mut self, now: Timestamp, whose: &str, speed: Speed, rate: AngularRate, share: f64) {
-        let (v, v_max) = (speed.abs().m_per_s(), self.allowed.speed.m_per_s() * share);
-        self.judgement.take(now, below(v, v_max), || {
+    fn rates(
+        &self,
+        now: Timestamp,
+        judgement: &mut Judgement,
+        (whose, share): (&str, f64),
+        (speed, rate): (Speed, AngularRate),
+    ) {
+        let (v, v_max) = (speed.abs().m_per_s(), self.limits.speed_max.m_per_s() * share);
+        judgement.take(now, below(v, v_max), || {
             format!("{whose} speed {v:.3} m/s, expected at most {v_max:.3} m/s")
         });
-        let (w, w_max) = (rate.abs().deg_per_s(), self.allowed.steer_rate.deg_per_s() * share);
-        self.judgement.take(now, below(w, w_max), || {
+        let (w, w_max) = (rate.abs().deg_per_s(), self.limits.steer_rate_max.deg_per_s() * share);
+        judgement.take(now, below(w, w_max), || {
             format!("{whose} rate {w:.2} deg/s, expected at most {w_max:.2} deg/s")
         });
     }
 
-    fn changes(&mut self, now: Timestamp, truth: Truth) {
+    fn changes(&mut self, now: Timestamp, truth: Truth, judgement: &mut Judgement) {
         let Some((at, before)) = self.before else {
             self.before = Some((now, truth));
             return;
@@ -57,14 +50,14 @@ impl WithinLimits {
         }
         self.before = Some((now, truth));
         let a = (truth.speed.abs() - before.speed.abs()) / passed;
-        let a_max = self.allowed.acceleration;
-        self.judgement.take(now, below(a.m_per_s2(), a_max.m_per_s2()), || {
+        let a_max = self.limits.acceleration_max;
+        judgement.take(now, below(a.m_per_s2(), a_max.m_per_s2()), || {
             let (a, a_max) = (a.m_per_s2(), a_max.m_per_s2());
             format!("speeds up by {a:.3} m/s^2, expected at most {a_max:.3} m/s^2")
         });
         let b = (truth.steer_rate.abs() - before.steer_rate.abs()) / passed;
-        let b_max = self.allowed.steer_acceleration;
-        self.judgement.take(now, below(b.rad_per_s2(), b_max.rad_per_s2()), || {
+        let b_max = self.limits.steer_acceleration_max;
+        judgement.take(now, below(b.rad_per_s2(), b_max.rad_per_s2()), || {
             let (b, b_max) = (b.deg_per_s2(), b_max.deg_per_s2());
             format!("steers up by {b:.2} deg/s^2, expected at most {b_max:.2} deg/s^2")
         });
@@ -76,25 +69,18 @@ impl Judge for WithinLimits {
         &[Topic::Request, Topic::Truth]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         let now = senses.now;
         match (fact, senses.truth) {
             (Fact::Request(Request::SetVelocity { drive, steer }), _) => {
-                self.rates(now, "commanded", *drive, *steer, 1.0);
+                self.rates(now, judgement, ("commanded", 1.0), (*drive, *steer));
             }
             (Fact::Truth, Some(truth)) => {
-                self.rates(now, "true", truth.speed, truth.steer_rate, TRUE_OVER_COMMANDED_MAX);
-                self.changes(now, truth);
+                let by = ("true", TRUE_OVER_COMMANDED_MAX);
+                self.rates(now, judgement, by, (truth.speed, truth.steer_rate));
+                self.changes(now, truth, judgement);
             }
             _ => {}
         }
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
     }
 }

@@ -7,18 +7,11 @@
 //! end of the bridge.
 
 use super::Judge;
+use crate::properties::Limits;
 use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::{Judgement, below};
 use controller::mission::HeadingSource;
-use wire::time::{Span, Timestamp};
-use wire::units::{Acceleration, AngularAcceleration};
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Allowed {
-    pub(super) reaction: Span,
-    pub(super) braking: Acceleration,
-    pub(super) steer_braking: AngularAcceleration,
-}
+use wire::time::Timestamp;
 
 /// Motion of drive or steering since the input was last received, in its own unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -67,25 +60,18 @@ impl Missed {
 /// Judged at every truth.
 #[derive(Debug, Clone)]
 pub(super) struct StopsOnLoss {
-    allowed: Allowed,
+    limits: Limits,
     gyro: Missed,
     base: Missed,
     last: Option<Timestamp>,
-    judgement: Judgement,
 }
 
 impl StopsOnLoss {
-    pub(super) fn new(allowed: Allowed) -> Self {
-        Self {
-            allowed,
-            gyro: Missed::new("gyro"),
-            base: Missed::new("base"),
-            last: None,
-            judgement: Judgement::default(),
-        }
+    pub(super) const fn new(limits: Limits) -> Self {
+        Self { limits, gyro: Missed::new("gyro"), base: Missed::new("base"), last: None }
     }
 
-    fn look(&mut self, senses: &Senses) {
+    fn look(&mut self, senses: &Senses, judgement: &mut Judgement) {
         let Some(truth) = senses.truth else { return };
         let now = senses.now;
         let passed_s = self.last.replace(now).map_or(0.0, |last| (now - last).as_secs_f64());
@@ -102,9 +88,9 @@ impl StopsOnLoss {
         if senses.is_bridged() {
             self.gyro.heard(now);
         }
-        let reaction_s = self.allowed.reaction.as_secs_f64();
-        let braking = self.allowed.braking.m_per_s2();
-        let steer_braking = self.allowed.steer_braking.rad_per_s2();
+        let reaction_s = self.limits.reaction_max.as_secs_f64();
+        let braking = self.limits.braking_min.m_per_s2();
+        let steer_braking = self.limits.steer_braking_min.rad_per_s2();
         for missed in [by_gyro.then_some(&self.gyro), Some(&self.base)].into_iter().flatten() {
             let time_s = (now - missed.since).as_secs_f64();
             let limit_s = (missed.drive.time_s(reaction_s, braking))
@@ -112,7 +98,7 @@ impl StopsOnLoss {
             let margin = below(time_s, limit_s)
                 .min(missed.drive.margin(limit_s, braking))
                 .min(missed.steer.margin(limit_s, steer_braking));
-            self.judgement.take(now, margin, || {
+            judgement.take(now, margin, || {
                 format!(
                     "moves {time_s:.2} s after the {} was last heard, {:.3} m and {:.1} deg on, expected \
                      to stand within {limit_s:.2} s and what its brakes need",
@@ -130,20 +116,12 @@ impl Judge for StopsOnLoss {
         &[Topic::Truth, Topic::Gyro, Topic::Motion]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         match fact {
-            Fact::Truth => self.look(senses),
+            Fact::Truth => self.look(senses, judgement),
             Fact::Gyro if senses.gyro_heard == Some(senses.now) => self.gyro.heard(senses.now),
             Fact::Motion => self.base.heard(senses.now),
             _ => {}
         }
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
     }
 }

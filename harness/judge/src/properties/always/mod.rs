@@ -20,21 +20,7 @@ pub(super) trait Judge: Debug + Copied + Send {
     fn hears(&self) -> &'static [Topic];
 
     /// Judges a fact.
-    fn judge(&mut self, senses: &Senses, fact: &Fact);
-
-    /// Judges a fact, and marks a violation under a fault that no input of the controller shows.
-    fn hear(&mut self, senses: &Senses, fact: &Fact) {
-        self.judge(senses, fact);
-        if let Some(fault) = senses.unseen {
-            self.judgement_mut().unseen(fault);
-        }
-    }
-
-    /// The judgement so far.
-    fn judgement(&self) -> &Judgement;
-
-    /// The judgement so far, to mark a violation.
-    fn judgement_mut(&mut self) -> &mut Judgement;
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement);
 }
 
 /// Copies a judge whose type is not known.
@@ -58,40 +44,45 @@ impl Clone for Box<dyn Judge> {
 pub(super) fn judge(property: &Always, limits: &Limits) -> Box<dyn Judge> {
     match *property {
         Always::FreshHeading { age_max } => {
-            Box::new(fresh::FreshHeading::new(age_max.unwrap_or(limits.heading_age_max)))
+            Box::new(fresh::FreshHeading { age_max: age_max.unwrap_or(limits.heading_age_max) })
         }
         Always::StopsOnLoss { reaction_max, braking_min, steer_braking_min } => {
-            Box::new(loss::StopsOnLoss::new(loss::Allowed {
-                reaction: reaction_max.unwrap_or(limits.reaction_max),
-                braking: braking_min.unwrap_or(limits.braking_min),
-                steer_braking: steer_braking_min.unwrap_or(limits.steer_braking_min),
+            Box::new(loss::StopsOnLoss::new(Limits {
+                reaction_max: reaction_max.unwrap_or(limits.reaction_max),
+                braking_min: braking_min.unwrap_or(limits.braking_min),
+                steer_braking_min: steer_braking_min.unwrap_or(limits.steer_braking_min),
+                ..*limits
             }))
         }
         Always::WithinLimits {
             speed_max,
             steer_rate_max,
             acceleration_max,
-            steer_acceleration_max,
-        } => Box::new(limits::WithinLimits::new(limits::Allowed {
-            speed: speed_max.unwrap_or(limits.speed_max),
-            steer_rate: steer_rate_max.unwrap_or(limits.steer_rate_max),
-            acceleration: acceleration_max.unwrap_or(limits.acceleration_max),
-            steer_acceleration: steer_acceleration_max.unwrap_or(limits.steer_acceleration_max),
-        })),
+            steer_acceleration_max: steer,
+        } => {
+            let limits = Limits {
+                speed_max: speed_max.unwrap_or(limits.speed_max),
+                steer_rate_max: steer_rate_max.unwrap_or(limits.steer_rate_max),
+                acceleration_max: acceleration_max.unwrap_or(limits.acceleration_max),
+                steer_acceleration_max: steer.unwrap_or(limits.steer_acceleration_max),
+                ..*limits
+            };
+            Box::new(limits::WithinLimits { limits, before: None })
+        }
         Always::PoseWrittenAtRest {} => Box::new(pose_write::PoseWrittenAtRest::default()),
         Always::FiniteOutputs {} => Box::new(finite::FiniteOutputs::default()),
         Always::Recovers { within_max } => {
             Box::new(recovery::Recovers::new(within_max.unwrap_or(limits.recovery_max), limits))
         }
-        Always::DoneIsDone { turn_max, distance_max } => Box::new(done::DoneIsDone::new(
-            turn_max.unwrap_or(limits.heading_band),
-            distance_max.unwrap_or(limits.distance_band),
-        )),
-        Always::NoSilentWrong { heading_max, position_max } => {
-            Box::new(silent::NoSilentWrong::new(
-                heading_max.unwrap_or(limits.heading_band),
-                position_max.unwrap_or(limits.position_band),
-            ))
-        }
+        Always::DoneIsDone { turn_max, distance_max } => Box::new(done::DoneIsDone {
+            turn_max: turn_max.unwrap_or(limits.heading_band),
+            distance_max: distance_max.unwrap_or(limits.distance_band),
+            ..done::DoneIsDone::default()
+        }),
+        Always::NoSilentWrong { heading_max, position_max } => Box::new(silent::NoSilentWrong {
+            heading_max: heading_max.unwrap_or(limits.heading_band),
+            position_max: position_max.unwrap_or(limits.position_band),
+            ..silent::NoSilentWrong::default()
+        }),
     }
 }

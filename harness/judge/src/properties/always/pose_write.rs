@@ -13,7 +13,6 @@ const AT_REST: Span = Span::from_millis(300);
 #[derive(Debug, Clone, Default)]
 pub(super) struct PoseWrittenAtRest {
     moved: Option<Timestamp>,
-    judgement: Judgement,
 }
 
 impl Judge for PoseWrittenAtRest {
@@ -21,7 +20,7 @@ impl Judge for PoseWrittenAtRest {
         &[Topic::Truth, Topic::Request]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         match fact {
             Fact::Truth if senses.is_moving() => self.moved = Some(senses.now),
             Fact::Request(Request::WritePose { .. }) => {
@@ -29,7 +28,7 @@ impl Judge for PoseWrittenAtRest {
                 let stood = self.moved.map_or(AT_REST, |moved| senses.now - moved);
                 let margin = stood.as_secs_f64() / AT_REST.as_secs_f64();
                 let margin = if truth.is_moving() { -1.0 } else { margin };
-                self.judgement.take(senses.now, margin, || {
+                judgement.take(senses.now, margin, || {
                     format!(
                         "a pose is written at {:.4} m/s and {:.3} deg/s, expected a base at rest",
                         truth.speed.m_per_s(),
@@ -39,13 +38,5 @@ impl Judge for PoseWrittenAtRest {
             }
             _ => {}
         }
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
     }
 }

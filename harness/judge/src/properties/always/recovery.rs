@@ -25,7 +25,6 @@ pub(super) struct Recovers {
     base_timeout: Span,
     trouble: bool,
     waiting: Option<Waiting>,
-    judgement: Judgement,
 }
 
 impl Recovers {
@@ -36,7 +35,6 @@ impl Recovers {
             base_timeout: limits.base.map_or(Span::MAX, |base| base.timeout_at_rest),
             trouble: false,
             waiting: None,
-            judgement: Judgement::default(),
         }
     }
 
@@ -49,34 +47,34 @@ impl Recovers {
             || missed(senses.base_heard, self.base_timeout)
     }
 
-    fn end(&mut self, senses: &Senses, since: Timestamp, how: &str) {
+    fn end(&mut self, senses: &Senses, since: Timestamp, how: &str, judgement: &mut Judgement) {
         self.waiting = None;
         let took_s = (senses.now - since).as_secs_f64();
         let within_s = self.within.as_secs_f64();
-        self.judgement.take(senses.now, below(took_s, within_s), || {
+        judgement.take(senses.now, below(took_s, within_s), || {
             format!("{how} {took_s:.2} s after the fault was over, expected within {within_s} s")
         });
     }
 
-    fn wait(&mut self, senses: &Senses, fact: &Fact) {
+    fn wait(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         let Some(waiting) = &mut self.waiting else { return };
         let since = waiting.since;
         if senses.health.level != Level::Ok {
-            self.end(senses, since, "says that it has not recovered");
+            self.end(senses, since, "says that it has not recovered", judgement);
             return;
         }
         if let Fact::State(state) = fact {
             match waiting.samples {
                 None => waiting.samples = Some(state.samples),
                 Some(samples) if state.samples > samples => {
-                    self.end(senses, since, "works again");
+                    self.end(senses, since, "works again", judgement);
                     return;
                 }
                 Some(_) => {}
             }
         }
         if senses.now - since > self.within {
-            self.end(senses, since, "calls itself well and counts no samples");
+            self.end(senses, since, "calls itself well and counts no samples", judgement);
         }
     }
 }
@@ -87,7 +85,7 @@ impl Judge for Recovers {
         &[Topic::Truth, Topic::Gyro, Topic::Motion, Topic::State, Topic::Health, Topic::Faults]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         let trouble = self.in_trouble(senses);
         if trouble {
             self.waiting = None;
@@ -95,14 +93,6 @@ impl Judge for Recovers {
             self.waiting = Some(Waiting { since: senses.now, samples: None });
         }
         self.trouble = trouble;
-        self.wait(senses, fact);
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
+        self.wait(senses, fact, judgement);
     }
 }

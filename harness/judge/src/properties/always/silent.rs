@@ -19,7 +19,7 @@ const LAG: Span = Span::from_millis(100);
 
 /// The lap under way.
 #[derive(Debug, Clone, PartialEq, Default)]
-struct Lap {
+pub(super) struct Lap {
     /// Believed and true pose at its start.
     start: Option<(Pose, Pose)>,
     /// The smallest margin that health has not reported yet, its time and the error.
@@ -36,22 +36,16 @@ struct Error {
 }
 
 /// Judged at the end of each lap while the gyro closes the loops.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct NoSilentWrong {
-    heading_max: Angle,
-    position_max: Length,
-    lap: Lap,
+    pub(super) heading_max: Angle,
+    pub(super) position_max: Length,
+    pub(super) lap: Lap,
     /// A setting without an answer so far.
-    setting: Option<MissionId>,
-    judgement: Judgement,
+    pub(super) setting: Option<MissionId>,
 }
 
 impl NoSilentWrong {
-    pub(super) fn new(heading_max: Angle, position_max: Length) -> Self {
-        let (lap, judgement) = (Lap::default(), Judgement::default());
-        Self { heading_max, position_max, lap, setting: None, judgement }
-    }
-
     fn look(&mut self, senses: &Senses, state: &State, truth: &Truth) {
         if senses.source != HeadingSource::Gyro || self.setting.is_some() {
             return;
@@ -83,16 +77,16 @@ impl NoSilentWrong {
         }
     }
 
-    fn end(&mut self, senses: &Senses) {
+    fn end(&mut self, senses: &Senses, judgement: &mut Judgement) {
         let lap = std::mem::take(&mut self.lap);
         let Some((margin, at, error)) = lap.silent else {
             if lap.judged {
                 // A reported error is as far from silent as possible.
-                self.judgement.take(senses.now, 1.0, String::new);
+                judgement.take(senses.now, 1.0, String::new);
             }
             return;
         };
-        self.judgement.take(at, margin, || {
+        judgement.take(at, margin, || {
             format!(
                 "believes to be {:.2} deg and {:.3} m from where it is, with no word of it before the \
                  lap's end at {:.2} s; expected within {:.2} deg and {:.3} m",
@@ -111,7 +105,7 @@ impl Judge for NoSilentWrong {
         &[Topic::State, Topic::Health, Topic::Lap, Topic::Mission]
     }
 
-    fn judge(&mut self, senses: &Senses, fact: &Fact) {
+    fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         match fact {
             Fact::Told(id, Order::Setting) => self.setting = Some(*id),
             Fact::Answered(id, ..) if self.setting == Some(*id) => self.setting = None,
@@ -120,7 +114,7 @@ impl Judge for NoSilentWrong {
         match (fact, senses.truth) {
             (Fact::State(state), Some(truth)) => self.look(senses, state, &truth),
             (Fact::Health, _) if senses.health.level >= Level::Degraded => self.lap.silent = None,
-            (Fact::LapBegan | Fact::LapEnded | Fact::Placed, _) => self.end(senses),
+            (Fact::LapBegan | Fact::LapEnded | Fact::Placed, _) => self.end(senses, judgement),
             (
                 Fact::Answered(
                     _,
@@ -128,17 +122,9 @@ impl Judge for NoSilentWrong {
                     Report::Done { .. },
                 ),
                 _,
-            ) => self.end(senses),
+            ) => self.end(senses, judgement),
             _ => {}
         }
-    }
-
-    fn judgement(&self) -> &Judgement {
-        &self.judgement
-    }
-
-    fn judgement_mut(&mut self) -> &mut Judgement {
-        &mut self.judgement
     }
 }
 
