@@ -8,9 +8,11 @@
     reason = "a crate of this workspace; what others use is documented where `harness` exports it"
 )]
 
-mod facts;
+mod exported;
 pub mod mcap;
 pub mod mf4;
 pub mod moment;
 pub mod tables;
 mod wide;
+
+pub use exported::{ExportError, Exported};

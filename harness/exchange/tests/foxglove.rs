@@ -3,7 +3,8 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use controller::mission::Report;
-use exchange::mcap::{Exported, export};
+use exchange::Exported;
+use exchange::mcap::export;
 use exchange::tables::{Ears, survey};
 use harness::operator::Answers;
 use harness::run::{self, Prepared, run_to_folder};
@@ -66,7 +67,7 @@ fn each_kind_of_record_has_its_messages() {
     let topics = read(&bytes);
     let counts: Vec<_> =
         topics.iter().map(|(topic, messages)| (topic.clone(), messages.len() as u64)).collect();
-    assert_eq!(counts, exported.topics);
+    assert_eq!(counts, exported.written);
     let shown = topics.iter().flat_map(|(topic, messages)| {
         messages.iter().map(move |message| format!("{topic} {message}"))
     });
@@ -180,7 +181,7 @@ fn a_run_of_a_seed_is_one_file_and_holds_its_record() {
     assert_eq!(index.attachment_indexes.len(), 1);
     assert_eq!(
         index.stats.unwrap().message_count,
-        exported.topics.iter().map(|(_, n)| n).sum::<u64>()
+        exported.written.iter().map(|(_, n)| n).sum::<u64>()
     );
 }
 
@@ -224,6 +225,6 @@ proptest! {
         let file = dir.path().join("run.mcap");
         let exported = export(&run, survey(&run).unwrap(), &file, Ears::of_base()).unwrap();
         let topics = read(&fs::read(&file).unwrap());
-        prop_assert_eq!(topics.len(), exported.topics.len());
+        prop_assert_eq!(topics.len(), exported.written.len());
     }
 }

@@ -1,4 +1,4 @@
-//! Turns records into messages, each on its topic.
+//! Turns rows into messages, each on its topic, and records into poses and lines of a log.
 
 use super::channels::Channels;
 use super::foxglove::{
@@ -10,16 +10,14 @@ use super::names::Topics;
 use super::schema::{Fields, Schema};
 use super::trail::Trail;
 use crate::tables::cell::{Cell, Column};
-use crate::tables::events::{self, Event, EventKind, Severity};
+use crate::tables::events::{Event, EventKind, Severity};
 use crate::tables::row::time;
-use crate::tables::rows;
 use crate::tables::survey::Survey;
-use crate::tables::{Ears, Heard, MessageForm, Row, Table};
+use crate::tables::{Heard, Row, RowSink, Table};
 use crate::wide::{Observed, with_signals};
 use controller::mission::Report;
-use mcap::McapResult;
+use mcap::{McapError, McapResult};
 use plan::observation::Observation;
-use record::outcome::Summary;
 use record::text::{cause_names, name_of};
 use record::{Record, RecordKind};
 use std::collections::BTreeMap;
@@ -27,11 +25,9 @@ use std::io::{Seek, Write};
 use wire::time::Timestamp;
 use wire::units::Pose;
 
-/// Makes messages from the records of one run, taken in order.
+/// Makes messages of one run, taken in order.
 pub(super) struct Messages<W: Write + Seek> {
     channels: Channels<W>,
-    survey: Survey,
-    ears: Ears,
     /// Columns of the observations of each quantity, made at the first one.
     observed: BTreeMap<String, Observed>,
     /// Format of each message of the layout, made at the first one.
@@ -45,11 +41,9 @@ pub(super) struct Messages<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Messages<W> {
-    pub(super) fn new(channels: Channels<W>, survey: Survey, ears: Ears) -> Self {
+    pub(super) fn new(channels: Channels<W>) -> Self {
         Self {
             channels,
-            survey,
-            ears,
             observed: BTreeMap::new(),
             spoken: BTreeMap::new(),
             topics: Topics::default(),
@@ -60,83 +54,19 @@ impl<W: Write + Seek> Messages<W> {
         }
     }
 
-    pub(super) fn into_parts(self) -> (Channels<W>, Survey) {
-        (self.channels, self.survey)
+    pub(super) fn into_channels(self) -> Channels<W> {
+        self.channels
     }
 
-    pub(super) fn take(&mut self, record: &Record) -> McapResult<()> {
-        let at = record.at;
-        let who = self.survey.header.name_of(record.device).to_owned();
-        match &record.kind {
-            RecordKind::Report(Report::State(state)) => {
-                self.row("/controller/state", Table::States, &rows::of_state(at, state), at)?;
-                if state.pose.is_finite() {
-                    self.believed.add(state.pose);
-                    self.pose("/base/pose", BENCH, at, state.pose)?;
-                    self.transform(BASE, at, state.pose)?;
-                }
-            }
-            RecordKind::Report(Report::Health(health)) => {
-                self.row("/controller/health", Table::Health, &rows::of_health(at, health), at)?;
-                let causes = cause_names(&health.causes).join(" ");
-                let message = format!("health {} {causes}", name_of(&health.level));
-                let level = match health.level {
-                    controller::health::Level::Fault => LogLevel::Error,
-                    controller::health::Level::Degraded => LogLevel::Warning,
-                    _ => LogLevel::Info,
-                };
-                self.log(at, level, record.device.name(), message.trim_end())?;
-            }
-            RecordKind::Truth { pose, bias_rad_per_s, coil_celsius } => {
-                let row = rows::of_truth(at, *pose, *bias_rad_per_s, *coil_celsius);
-                self.row("/base/truth", Table::Truth, &row, at)?;
-                if pose.is_finite() {
-                    self.truth.add(*pose);
-                    self.pose("/base/true_pose", BENCH, at, *pose)?;
-                    self.transform(TRUE_BASE, at, *pose)?;
-                }
-            }
-            RecordKind::Observation(observation) => self.observe(at, observation)?,
-            RecordKind::Frame(frame) => {
-                self.row("/can/frames", Table::Frames, &rows::of_frame(at, &who, frame), at)?;
-            }
-            RecordKind::Bytes(bytes) => {
-                let row = rows::of_bytes(at, &who, bytes);
-                self.row("/serial/packets", Table::Packets, &row, at)?;
-            }
-            RecordKind::StepBegan { .. } => {
-                self.believed.begin();
-                self.truth.begin();
-                self.innermost = true;
-            }
-            RecordKind::StepEnded { .. } if std::mem::take(&mut self.innermost) => {
-                let (believed, truth) = (self.believed.path(), self.truth.path());
-                self.path("/base/path", at, believed)?;
-                self.path("/base/true_path", at, truth)?;
-            }
-            _ => {}
-        }
-        if let Some(event) = events::of(record) {
-            self.event(&event)?;
-        }
-        self.hear(record)
-    }
-
-    pub(super) fn finish(&mut self, summary: &Summary) -> McapResult<()> {
-        let end = self.survey.end;
-        for measurement in &summary.measurements {
-            let row = rows::of_measurement(end, measurement);
-            self.row("/plan/measurements", Table::Measurements, &row, end)?;
-        }
-        for event in events::of_summary(end, summary) {
-            self.event(&event)?;
-        }
-        Ok(())
-    }
-
-    fn row(&mut self, topic: &str, table: Table, row: &Row<'_>, at: Timestamp) -> McapResult<()> {
+    fn send_row(
+        &mut self,
+        topic: &str,
+        at: Timestamp,
+        table: Table,
+        row: &Row<'_>,
+    ) -> McapResult<()> {
         let columns = table.fixed_columns();
-        let schema = || Schema::of_columns(schema_name(table), table.doc(), columns);
+        let schema = || Schema::of_columns(table.schema_name(), table.doc(), columns);
         self.channels.send(topic, at, schema, &Fields(columns, row))
     }
 
@@ -171,12 +101,36 @@ impl<W: Write + Seek> Messages<W> {
         let message = Log { timestamp: at.into(), level, message, name, file: "", line: 0 };
         self.channels.send("/log", at, foxglove::log, &message)
     }
+}
 
-    fn observe(&mut self, at: Timestamp, observation: &Observation) -> McapResult<()> {
+impl<W: Write + Seek> RowSink for Messages<W> {
+    type Error = McapError;
+
+    fn row(&mut self, at: Timestamp, table: Table, row: &Row<'_>) -> McapResult<()> {
+        let topic = match table {
+            Table::States => "/controller/state",
+            Table::Health => "/controller/health",
+            Table::Truth => "/base/truth",
+            Table::Frames => "/can/frames",
+            Table::Packets => "/serial/packets",
+            Table::Measurements => "/plan/measurements",
+            // They have topics of their own.
+            Table::Observations | Table::Events | Table::Signals => return Ok(()),
+        };
+        self.send_row(topic, at, table, row)
+    }
+
+    fn observe(
+        &mut self,
+        survey: &Survey,
+        at: Timestamp,
+        observation: &Observation,
+        _: &dyn Fn() -> Row<'static>,
+    ) -> McapResult<()> {
         let quantity = &observation.quantity;
         if !self.observed.contains_key(quantity) {
             // Quantities beyond the survey's limit have no messages; the survey has counted them.
-            let Some(observed) = Observed::new(&self.survey, quantity) else { return Ok(()) };
+            let Some(observed) = Observed::new(survey, quantity) else { return Ok(()) };
             self.observed.insert(quantity.clone(), observed);
         }
         let Some(observed) = self.observed.get(quantity) else { return Ok(()) };
@@ -184,7 +138,7 @@ impl<W: Write + Seek> Messages<W> {
         let columns = &observed.columns;
         let schema = || {
             let name = format!("hil.observation.{quantity}");
-            Schema::of_columns(name, self.survey.title(quantity), columns)
+            Schema::of_columns(name, survey.title(quantity), columns)
         };
         let topic = self.topics.of("/observations", quantity);
         self.channels.send(topic, at, schema, &Fields(columns, &row))?;
@@ -196,6 +150,44 @@ impl<W: Write + Seek> Messages<W> {
             }
             Some((measured, pose)) => self.pose(measured.topic, measured.frame, at, pose),
             None => Ok(()),
+        }
+    }
+
+    fn beside(&mut self, record: &Record) -> McapResult<()> {
+        let at = record.at;
+        match &record.kind {
+            RecordKind::Report(Report::State(state)) if state.pose.is_finite() => {
+                self.believed.add(state.pose);
+                self.pose("/base/pose", BENCH, at, state.pose)?;
+                self.transform(BASE, at, state.pose)
+            }
+            RecordKind::Report(Report::Health(health)) => {
+                let causes = cause_names(&health.causes).join(" ");
+                let message = format!("health {} {causes}", name_of(&health.level));
+                let level = match health.level {
+                    controller::health::Level::Fault => LogLevel::Error,
+                    controller::health::Level::Degraded => LogLevel::Warning,
+                    _ => LogLevel::Info,
+                };
+                self.log(at, level, record.device.name(), message.trim_end())
+            }
+            RecordKind::Truth { pose, .. } if pose.is_finite() => {
+                self.truth.add(*pose);
+                self.pose("/base/true_pose", BENCH, at, *pose)?;
+                self.transform(TRUE_BASE, at, *pose)
+            }
+            RecordKind::StepBegan { .. } => {
+                self.believed.begin();
+                self.truth.begin();
+                self.innermost = true;
+                Ok(())
+            }
+            RecordKind::StepEnded { .. } if std::mem::take(&mut self.innermost) => {
+                let (believed, truth) = (self.believed.path(), self.truth.path());
+                self.path("/base/path", at, believed)?;
+                self.path("/base/true_path", at, truth)
+            }
+            _ => Ok(()),
         }
     }
 
@@ -212,7 +204,7 @@ impl<W: Write + Seek> Messages<W> {
             EventKind::Note | EventKind::Reply => "/plan/notes",
             EventKind::Verdict | EventKind::Property | EventKind::Outcome => "/plan/verdicts",
         };
-        self.row(topic, Table::Events, &event.row(), event.at)?;
+        self.send_row(topic, event.at, Table::Events, &event.row())?;
         // A person does not need lines that follow from earlier ones.
         if matches!(event.kind, EventKind::StepEnded | EventKind::Command | EventKind::Done) {
             return Ok(());
@@ -225,17 +217,19 @@ impl<W: Write + Seek> Messages<W> {
         self.log(event.at, level, event.device.name(), &event.text)
     }
 
-    fn hear(&mut self, record: &Record) -> McapResult<()> {
-        let mut done = Ok(());
-        let Self { ears, channels, topics, spoken, .. } = self;
-        ears.take(record, &mut |heard| {
-            if done.is_ok() {
-                let one = spoken.entry(heard.index);
-                let one = one.or_insert_with(|| Spoken::new(heard.form, topics));
-                done = one.say(channels, record.at, heard);
-            }
+    fn hear(&mut self, at: Timestamp, heard: &Heard<'_>) -> McapResult<()> {
+        let Spoken { topic, columns } = self.spoken.entry(heard.index).or_insert_with(|| {
+            let columns = with_signals(&Table::Signals.fixed_columns()[..2], heard.form);
+            let topic = self.topics.of("/messages", &heard.form.name).to_owned();
+            Spoken { topic, columns }
         });
-        done
+        let mut row = vec![time(at), Cell::text(heard.who)];
+        row.extend(heard.values.iter().map(|value| Cell::maybe(*value)));
+        let schema = || {
+            let name = format!("hil.message.{}", heard.form.name);
+            Schema::of_columns(name, &heard.form.doc, columns)
+        };
+        self.channels.send(topic, at, schema, &Fields(columns, &row))
     }
 }
 
@@ -243,40 +237,4 @@ impl<W: Write + Seek> Messages<W> {
 struct Spoken {
     topic: String,
     columns: Vec<Column>,
-}
-
-impl Spoken {
-    fn new(form: &MessageForm, topics: &mut Topics) -> Self {
-        let columns = with_signals(&Table::Signals.fixed_columns()[..2], form);
-        Self { topic: topics.of("/messages", &form.name).to_owned(), columns }
-    }
-
-    fn say<W: Write + Seek>(
-        &self,
-        channels: &mut Channels<W>,
-        at: Timestamp,
-        heard: &Heard<'_>,
-    ) -> McapResult<()> {
-        let mut row = vec![time(at), Cell::text(heard.who)];
-        row.extend(heard.values.iter().map(|value| Cell::maybe(*value)));
-        let schema = || {
-            let name = format!("hil.message.{}", heard.form.name);
-            Schema::of_columns(name, &heard.form.doc, &self.columns)
-        };
-        channels.send(&self.topic, at, schema, &Fields(&self.columns, &row))
-    }
-}
-
-const fn schema_name(table: Table) -> &'static str {
-    match table {
-        Table::States => "hil.State",
-        Table::Truth => "hil.Truth",
-        Table::Health => "hil.Health",
-        Table::Observations => "hil.Observation",
-        Table::Events => "hil.Event",
-        Table::Measurements => "hil.Measurement",
-        Table::Frames => "hil.Frame",
-        Table::Packets => "hil.Packet",
-        Table::Signals => "hil.Signal",
-    }
 }

@@ -30,51 +30,23 @@ pub(crate) mod names;
 pub mod schema;
 mod trail;
 
-use crate::facts::facts;
+use crate::exported::{ExportError, Exported, facts};
 use crate::tables::survey::Survey;
-use crate::tables::{Ears, each_record};
+use crate::tables::{Ears, pour};
 use ::mcap::{McapError, McapResult};
 use channels::Channels;
 use messages::Messages;
 use record::outcome::Summary;
-use record::run_folder::{RunFolder, RunFolderError, SUMMARY};
+use record::run_folder::{RunFolder, SUMMARY};
 use serde_json::Value;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Largest file that is attached. Results of plans have a few kilobytes.
 const ATTACHMENT_BYTES_MAX: u64 = 16 * 1024 * 1024;
 
 const EPOCH: &str = "log time is bench time: nanoseconds since the run began";
-
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum McapExportError {
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Folder(#[from] RunFolderError),
-    /// The file cannot be written.
-    #[error("failed to write {}", path.display())]
-    Write { path: PathBuf, source: Box<dyn std::error::Error + Send + Sync> },
-}
-
-impl McapExportError {
-    /// Reports an error of the disk without the words of the library around it.
-    fn write(path: &Path, source: McapError) -> Self {
-        let source = match source {
-            McapError::Io(source) => source.into(),
-            other => other.into(),
-        };
-        Self::Write { path: path.to_owned(), source }
-    }
-}
-
-#[derive(Debug)]
-pub struct Exported {
-    pub topics: Vec<(String, u64)>,
-    /// Contents of the record, and whether it could be read to its end.
-    pub survey: Survey,
-}
 
 /// Writes a surveyed run as an MCAP file. A truncated record gives the messages before the cut; the survey and the
 /// file's metadata report the cut.
@@ -86,25 +58,25 @@ pub fn export(
     survey: Survey,
     path: &Path,
     ears: Ears,
-) -> Result<Exported, McapExportError> {
+) -> Result<Exported, ExportError> {
     let summary = folder.summary_if_any()?;
-    let failed = |source| McapExportError::write(path, source);
+    // An error of the disk is told without the words of the library around it.
+    let failed = |source| match source {
+        McapError::Io(source) => ExportError::write(path, source),
+        other => ExportError::write(path, other),
+    };
     let file = File::create(path).map_err(|source| failed(source.into()))?;
     let channels = Channels::new(BufWriter::new(file)).map_err(failed)?;
-    let is_cut = survey.cut.is_some();
-    let mut messages = Messages::new(channels, survey, ears);
-    each_record(folder, is_cut, &mut |record| messages.take(record).map_err(failed))?;
-    if let Some(summary) = &summary {
-        messages.finish(summary).map_err(failed)?;
-    }
-    let (mut channels, survey) = messages.into_parts();
+    let mut messages = Messages::new(channels);
+    let survey = pour((folder, summary.as_ref()), (survey, ears), &mut messages, failed)?;
+    let mut channels = messages.into_channels();
     attach(&mut channels, folder, summary.as_ref()).map_err(failed)?;
     let mut facts = facts(&survey, summary.as_ref());
     facts.insert("epoch".to_owned(), EPOCH.to_owned());
     channels.metadata("hil", facts).map_err(failed)?;
-    let (mut out, topics) = channels.finish().map_err(failed)?;
+    let (mut out, written) = channels.finish().map_err(failed)?;
     out.flush().map_err(|source| failed(source.into()))?;
-    Ok(Exported { topics, survey })
+    Ok(Exported { written, survey })
 }
 
 /// Attaches the summary and the results of the plan.

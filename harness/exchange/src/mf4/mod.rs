@@ -12,33 +12,16 @@
 
 mod groups;
 
-use crate::facts::facts;
+use crate::exported::{ExportError, Exported, facts};
 use crate::tables::survey::Survey;
-use crate::tables::{Ears, each_record};
+use crate::tables::{Ears, pour};
 use bus_log::LogError;
 use bus_log::mdf4::channels::Writer;
 use groups::Groups;
-use record::run_folder::{RunFolder, RunFolderError};
+use record::run_folder::RunFolder;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
-
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum Mf4ExportError {
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Folder(#[from] RunFolderError),
-    /// The file cannot be written.
-    #[error(transparent)]
-    Write(#[from] LogError),
-}
-
-#[derive(Debug)]
-pub struct Exported {
-    pub groups: Vec<(String, u64)>,
-    /// Contents of the record, and whether it could be read to its end.
-    pub survey: Survey,
-}
 
 /// Writes a surveyed run as an MDF 4 file. A truncated record gives the records before the cut; the survey and the
 /// comment of the file report the cut.
@@ -50,19 +33,14 @@ pub fn export(
     survey: Survey,
     path: &Path,
     ears: Ears,
-) -> Result<Exported, Mf4ExportError> {
+) -> Result<Exported, ExportError> {
     let summary = folder.summary_if_any()?;
     let file = File::create(path)
         .map_err(|source| LogError::Unwritable { path: path.to_owned(), source })?;
     let writer = Writer::new(path, BufWriter::new(file))?;
-    let is_cut = survey.cut.is_some();
-    let mut groups = Groups::new(writer, survey, ears);
-    each_record(folder, is_cut, &mut |record| groups.take(record).map_err(Mf4ExportError::from))?;
-    if let Some(summary) = &summary {
-        groups.finish(summary)?;
-    }
-    let (writer, survey) = groups.into_parts();
+    let mut groups = Groups::new(writer);
+    let survey = pour((folder, summary.as_ref()), (survey, ears), &mut groups, ExportError::from)?;
     let facts = facts(&survey, summary.as_ref());
     let facts: Vec<_> = facts.iter().map(|(name, fact)| (name.as_str(), fact.clone())).collect();
-    Ok(Exported { groups: writer.finish(&facts)?, survey })
+    Ok(Exported { written: groups.into_writer().finish(&facts)?, survey })
 }

@@ -8,23 +8,15 @@ use std::collections::BTreeSet;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Table {
-    /// One row per state reported by the controller.
     States,
-    /// One row per truth reported by an emulator.
     Truth,
-    /// One row per change of the controller's health.
     Health,
-    /// One row per observation; its tags are columns.
     Observations,
-    /// One row per event: steps, missions and their ends, faults, notes, replies.
     Events,
-    /// One row per measurement declared in the plan, with its verdict.
     Measurements,
-    /// One row per CAN frame. Only for a run with `--record full`.
+    /// Only for a run with `--record full`, as the two below.
     Frames,
-    /// One row per packet of a serial line. Only for a run with `--record full`.
     Packets,
-    /// One row per signal of a decoded message. Only for a run with `--record full`.
     Signals,
 }
 
@@ -152,50 +144,68 @@ impl Table {
         Self::Signals,
     ];
 
+    /// Its name, the name of its schema, what it holds, and its columns.
+    const fn form(self) -> (&'static str, &'static str, &'static str, &'static [Column]) {
+        match self {
+            Self::States => {
+                ("states", "hil.State", "one row a state that the controller told", &STATES)
+            }
+            Self::Truth => (
+                "truth",
+                "hil.Truth",
+                "one row a time when an emulator told what is really so",
+                &TRUTH,
+            ),
+            Self::Health => {
+                ("health", "hil.Health", "one row a change of the controller's health", &HEALTH)
+            }
+            Self::Observations => (
+                "observations",
+                "hil.Observation",
+                "one row an observation; its tags are columns",
+                &OBSERVATIONS,
+            ),
+            Self::Events => (
+                "events",
+                "hil.Event",
+                "one row an event: steps, missions and their ends, faults, notes, replies",
+                &EVENTS,
+            ),
+            Self::Measurements => (
+                "measurements",
+                "hil.Measurement",
+                "one row a measurement that the plan declares, with its verdict",
+                &MEASUREMENTS,
+            ),
+            Self::Frames => ("frames", "hil.Frame", "one row a CAN frame", &FRAMES),
+            Self::Packets => {
+                ("packets", "hil.Packet", "one row a packet of a serial line", &PACKETS)
+            }
+            Self::Signals => (
+                "signals",
+                "hil.Signal",
+                "one row a signal of a message that was understood",
+                &SIGNALS,
+            ),
+        }
+    }
+
     /// Its name, which is also that of its file.
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::States => "states",
-            Self::Truth => "truth",
-            Self::Health => "health",
-            Self::Observations => "observations",
-            Self::Events => "events",
-            Self::Measurements => "measurements",
-            Self::Frames => "frames",
-            Self::Packets => "packets",
-            Self::Signals => "signals",
-        }
+        self.form().0
+    }
+
+    pub(crate) const fn schema_name(self) -> &'static str {
+        self.form().1
     }
 
     pub const fn doc(self) -> &'static str {
-        match self {
-            Self::States => "one row a state that the controller told",
-            Self::Truth => "one row a time when an emulator told what is really so",
-            Self::Health => "one row a change of the controller's health",
-            Self::Observations => "one row an observation; its tags are columns",
-            Self::Events => {
-                "one row an event: steps, missions and their ends, faults, notes, replies"
-            }
-            Self::Measurements => "one row a measurement that the plan declares, with its verdict",
-            Self::Frames => "one row a CAN frame",
-            Self::Packets => "one row a packet of a serial line",
-            Self::Signals => "one row a signal of a message that was understood",
-        }
+        self.form().2
     }
 
     /// Columns that do not depend on the run. Observations have the columns of their tags after these.
-    pub fn fixed_columns(self) -> &'static [Column] {
-        match self {
-            Self::States => &STATES,
-            Self::Truth => &TRUTH,
-            Self::Health => &HEALTH,
-            Self::Observations => &OBSERVATIONS,
-            Self::Events => &EVENTS,
-            Self::Measurements => &MEASUREMENTS,
-            Self::Frames => &FRAMES,
-            Self::Packets => &PACKETS,
-            Self::Signals => &SIGNALS,
-        }
+    pub const fn fixed_columns(self) -> &'static [Column] {
+        self.form().3
     }
 
     pub fn columns(self, survey: &Survey) -> Vec<Column> {

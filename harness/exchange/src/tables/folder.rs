@@ -4,18 +4,17 @@ use super::Format;
 use super::cell::Column;
 use super::columns::Table;
 use super::csv::CsvTable;
-use super::error::TablesError;
 use super::package::{PACKAGE, file_name, is_ours, package};
 use super::parquet::ParquetTable;
 use super::row::Row;
 use super::rows::RowSink;
 use super::survey::Survey;
+use crate::exported::{Boxed, ExportError};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
-
-type Boxed = Box<dyn std::error::Error + Send + Sync>;
+use wire::time::Timestamp;
 
 /// Writes one file per table. A table without rows has no file.
 #[derive(Debug)]
@@ -39,11 +38,8 @@ impl Folder {
         path: &Path,
         format: Format,
         survey: &Survey,
-    ) -> Result<Self, TablesError> {
-        let failed = |at: &Path, source: std::io::Error| TablesError::Write {
-            path: at.to_owned(),
-            source: source.into(),
-        };
+    ) -> Result<Self, ExportError> {
+        let failed = |at: &Path, source: std::io::Error| ExportError::write(at, source);
         fs::create_dir_all(path).map_err(|source| failed(path, source))?;
         let index = path.join(PACKAGE);
         let tables = || {
@@ -53,7 +49,7 @@ impl Folder {
         let mut entries = fs::read_dir(path).map_err(|source| failed(path, source))?;
         if entries.next().is_some() {
             if !is_ours(&index) {
-                return Err(TablesError::Foreign { path: path.to_owned() });
+                return Err(ExportError::Foreign { path: path.to_owned() });
             }
             for file in tables().filter(|file| file.exists()) {
                 fs::remove_file(&file).map_err(|source| failed(&file, source))?;
@@ -77,7 +73,7 @@ impl Folder {
     }
 
     /// Ends all files, and writes the package beside them. Returns the number of rows of each table.
-    pub(super) fn finish(self, survey: &Survey) -> Result<Vec<(Table, u64)>, TablesError> {
+    pub(super) fn finish(self, survey: &Survey) -> Result<Vec<(Table, u64)>, ExportError> {
         let mut written = Vec::new();
         for (table, (open, rows)) in self.open {
             let done: Result<(), Boxed> = match open {
@@ -85,15 +81,13 @@ impl Folder {
                 OpenTable::Parquet(open) => open.finish().map_err(Boxed::from),
             };
             let path = self.path.join(file_name(table, self.format));
-            done.map_err(|source| TablesError::Write { path, source })?;
+            done.map_err(|source| ExportError::Write { path, source })?;
             written.push((table, rows));
         }
         let path = self.path.join(PACKAGE);
         let text = format!("{:#}\n", package(survey, self.format, &written));
-        match fs::write(&path, text) {
-            Ok(()) => Ok(written),
-            Err(source) => Err(TablesError::Write { path, source: source.into() }),
-        }
+        fs::write(&path, text).map_err(|source| ExportError::write(&path, source))?;
+        Ok(written)
     }
 
     fn opened(&self, table: Table) -> Result<OpenTable, Boxed> {
@@ -123,12 +117,11 @@ impl Folder {
 }
 
 impl RowSink for Folder {
-    type Error = TablesError;
+    type Error = ExportError;
 
-    fn row(&mut self, table: Table, row: &Row<'_>) -> Result<(), TablesError> {
-        self.write(table, row).map_err(|source| TablesError::Write {
-            path: self.path.join(file_name(table, self.format)),
-            source,
-        })
+    fn row(&mut self, _: Timestamp, table: Table, row: &Row<'_>) -> Result<(), ExportError> {
+        let written = self.write(table, row);
+        let path = || self.path.join(file_name(table, self.format));
+        written.map_err(|source| ExportError::write(&path(), source))
     }
 }

@@ -12,7 +12,6 @@ mod base;
 pub mod cell;
 mod columns;
 pub mod csv;
-mod error;
 pub(crate) mod events;
 mod folder;
 mod forms;
@@ -26,15 +25,15 @@ pub mod survey;
 mod tests;
 
 pub use columns::{Table, tagged};
-pub use error::TablesError;
 pub use forms::{MessageForm, SignalForm};
 pub use heard::{Ears, Heard};
 pub use package::{PACKAGE, PROFILE};
 pub use row::Row;
 pub use rows::{RowSink, Rows};
 
+use crate::{ExportError, Exported};
 use folder::Folder;
-use record::Record;
+use record::outcome::Summary;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::Path;
 use survey::Survey;
@@ -59,14 +58,6 @@ impl Format {
     }
 }
 
-#[derive(Debug)]
-pub struct Exported {
-    /// The tables with their numbers of rows; one without rows has no file.
-    pub tables: Vec<(Table, u64)>,
-    /// Contents of the record, and whether it could be read to its end.
-    pub survey: Survey,
-}
-
 /// Reads a record once to survey its contents.
 ///
 /// # Errors
@@ -77,23 +68,29 @@ pub fn survey(folder: &RunFolder) -> Result<Survey, RunFolderError> {
     Ok(Survey::of(&header, records))
 }
 
-/// Reads the surveyed records again, in order; `is_cut` if the survey could not read them to their end.
-pub(crate) fn each_record<E: From<RunFolderError>>(
-    folder: &RunFolder,
-    is_cut: bool,
-    take: &mut dyn FnMut(&Record) -> Result<(), E>,
-) -> Result<(), E> {
+/// Reads the surveyed records again, in order, and passes them and the results of the run on to `sink`; `failed` names
+/// the file. Returns the survey.
+pub(crate) fn pour<S: RowSink>(
+    (folder, summary): (&RunFolder, Option<&Summary>),
+    (survey, ears): (Survey, Ears),
+    sink: &mut S,
+    failed: impl Fn(S::Error) -> ExportError,
+) -> Result<Survey, ExportError> {
+    let mut rows = Rows::new(survey, ears);
     for record in folder.records()? {
         match record {
-            Ok(record) => take(&record)?,
-            Err(_) if is_cut => break,
+            Ok(record) => rows.take(&record, sink).map_err(&failed)?,
+            Err(_) if rows.survey().cut.is_some() => break,
             // The survey saw no damage here: the file has changed since.
             Err(source) => {
                 return Err(RunFolderError::Record { path: folder.file(RECORD), source }.into());
             }
         }
     }
-    Ok(())
+    if let Some(summary) = summary {
+        rows.finish(summary, sink).map_err(failed)?;
+    }
+    Ok(rows.into_survey())
 }
 
 /// Writes the tables of a surveyed run into a folder. A truncated record gives the rows before the cut; the survey
@@ -107,16 +104,11 @@ pub fn export(
     out: &Path,
     format: Format,
     ears: Ears,
-) -> Result<Exported, TablesError> {
+) -> Result<Exported, ExportError> {
     let summary = folder.summary_if_any()?;
     let mut sink = Folder::create(out, format, &survey)?;
-    let is_cut = survey.cut.is_some();
-    let mut rows = Rows::new(survey, ears);
-    each_record(folder, is_cut, &mut |record| rows.take(record, &mut sink))?;
-    if let Some(summary) = &summary {
-        rows.finish(summary, &mut sink)?;
-    }
-    let survey = rows.into_survey();
-    let tables = sink.finish(&survey)?;
-    Ok(Exported { tables, survey })
+    let survey = pour((folder, summary.as_ref()), (survey, ears), &mut sink, |error| error)?;
+    let written = sink.finish(&survey)?;
+    let named = |(table, rows): (Table, u64)| (table.name().to_owned(), rows);
+    Ok(Exported { written: written.into_iter().map(named).collect(), survey })
 }

@@ -2,7 +2,7 @@
 
 use super::cell::Cell;
 use super::columns::Table;
-use super::events;
+use super::events::{self, Event};
 use super::heard::{Ears, Heard};
 use super::row::{Row, time};
 use super::survey::Survey;
@@ -17,6 +17,8 @@ use wire::can::{CanFrame, Id};
 use wire::time::Timestamp;
 use wire::units::{AngularRate, Pose};
 
+/// What is written of a run. The defaults give the tables; a format with a place per quantity, per message or for poses
+/// has its own.
 pub trait RowSink {
     type Error;
 
@@ -24,7 +26,45 @@ pub trait RowSink {
     ///
     /// # Errors
     /// When the row cannot be written.
-    fn row(&mut self, table: Table, row: &Row<'_>) -> Result<(), Self::Error>;
+    fn row(&mut self, at: Timestamp, table: Table, row: &Row<'_>) -> Result<(), Self::Error>;
+
+    /// Takes an observation; `row` is that of its table.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn observe(
+        &mut self,
+        _: &Survey,
+        at: Timestamp,
+        _: &Observation,
+        row: &dyn Fn() -> Row<'static>,
+    ) -> Result<(), Self::Error> {
+        self.row(at, Table::Observations, &row())
+    }
+
+    /// Takes what a record means beside its row.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn beside(&mut self, _: &Record) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    /// Takes an event.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn event(&mut self, event: &Event<'_>) -> Result<(), Self::Error> {
+        self.row(event.at, Table::Events, &event.row())
+    }
+
+    /// Takes a decoded message.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn hear(&mut self, at: Timestamp, heard: &Heard<'_>) -> Result<(), Self::Error> {
+        of_signals(at, heard).try_for_each(|row| self.row(at, Table::Signals, &row))
+    }
 }
 
 /// Makes rows from the records of one run, taken in order.
@@ -57,38 +97,37 @@ impl Rows {
     /// Errors of `sink`.
     pub fn take<S: RowSink>(&mut self, record: &Record, sink: &mut S) -> Result<(), S::Error> {
         let at = record.at;
+        let who = || self.survey.header.name_of(record.device);
         match &record.kind {
             RecordKind::Report(Report::State(state)) => {
-                sink.row(Table::States, &of_state(at, state))?
+                sink.row(at, Table::States, &of_state(at, state))?;
             }
             RecordKind::Report(Report::Health(health)) => {
-                sink.row(Table::Health, &of_health(at, health))?;
+                sink.row(at, Table::Health, &of_health(at, health))?;
             }
             RecordKind::Truth { pose, bias_rad_per_s, coil_celsius } => {
-                sink.row(Table::Truth, &of_truth(at, *pose, *bias_rad_per_s, *coil_celsius))?;
+                sink.row(at, Table::Truth, &of_truth(at, *pose, *bias_rad_per_s, *coil_celsius))?;
             }
             RecordKind::Observation(observation) => {
-                sink.row(Table::Observations, &self.of_observation(at, observation))?;
+                let row = || self.of_observation(at, observation);
+                sink.observe(&self.survey, at, observation, &row)?;
             }
-            RecordKind::Frame(frame) => sink.row(
-                Table::Frames,
-                &of_frame(at, self.survey.header.name_of(record.device), frame),
-            )?,
-            RecordKind::Bytes(bytes) => sink.row(
-                Table::Packets,
-                &of_bytes(at, self.survey.header.name_of(record.device), bytes),
-            )?,
+            RecordKind::Frame(frame) => {
+                sink.row(at, Table::Frames, &of_frame(at, who(), frame))?;
+            }
+            RecordKind::Bytes(bytes) => {
+                sink.row(at, Table::Packets, &of_bytes(at, who(), bytes))?;
+            }
             _ => {}
         }
+        sink.beside(record)?;
         if let Some(event) = events::of(record) {
-            sink.row(Table::Events, &event.row())?;
+            sink.event(&event)?;
         }
         let mut done = Ok(());
         self.ears.take(record, &mut |heard| {
-            for row in of_signals(at, heard) {
-                if done.is_ok() {
-                    done = sink.row(Table::Signals, &row);
-                }
+            if done.is_ok() {
+                done = sink.hear(at, heard);
             }
         });
         done
@@ -99,20 +138,18 @@ impl Rows {
     /// # Errors
     /// Errors of `sink`.
     pub fn finish<S: RowSink>(&self, summary: &Summary, sink: &mut S) -> Result<(), S::Error> {
+        let end = self.survey.end;
         for measurement in &summary.measurements {
-            sink.row(Table::Measurements, &of_measurement(self.survey.end, measurement))?;
+            sink.row(end, Table::Measurements, &of_measurement(end, measurement))?;
         }
-        for event in events::of_summary(self.survey.end, summary) {
-            sink.row(Table::Events, &event.row())?;
-        }
-        Ok(())
+        events::of_summary(end, summary).try_for_each(|event| sink.event(&event))
     }
 
-    fn of_observation<'a>(&self, at: Timestamp, observation: &'a Observation) -> Row<'a> {
+    fn of_observation(&self, at: Timestamp, observation: &Observation) -> Row<'static> {
         let unit = self.survey.unit(&observation.quantity).to_owned();
         let mut row = vec![
             time(at),
-            Cell::text(&observation.quantity),
+            Cell::text(observation.quantity.clone()),
             observation.value.into(),
             observation.uncertainty.into(),
             Cell::text(unit),
@@ -122,7 +159,7 @@ impl Rows {
     }
 }
 
-pub(crate) fn of_state<'a>(at: Timestamp, state: &State) -> Row<'a> {
+fn of_state<'a>(at: Timestamp, state: &State) -> Row<'a> {
     vec![
         time(at),
         Cell::text(name_of(&state.activity)),
@@ -144,12 +181,7 @@ pub(crate) fn of_state<'a>(at: Timestamp, state: &State) -> Row<'a> {
     ]
 }
 
-pub(crate) fn of_truth<'a>(
-    at: Timestamp,
-    pose: Pose,
-    bias_rad_per_s: f64,
-    coil_celsius: f64,
-) -> Row<'a> {
+fn of_truth<'a>(at: Timestamp, pose: Pose, bias_rad_per_s: f64, coil_celsius: f64) -> Row<'a> {
     vec![
         time(at),
         pose.x.m().into(),
@@ -160,12 +192,12 @@ pub(crate) fn of_truth<'a>(
     ]
 }
 
-pub(crate) fn of_health<'a>(at: Timestamp, health: &Health) -> Row<'a> {
+fn of_health<'a>(at: Timestamp, health: &Health) -> Row<'a> {
     let causes = cause_names(&health.causes).join(" ");
     vec![time(at), Cell::text(name_of(&health.level)), Cell::text(causes)]
 }
 
-pub(crate) fn of_frame<'a>(at: Timestamp, who: &'a str, frame: &CanFrame) -> Row<'a> {
+fn of_frame<'a>(at: Timestamp, who: &'a str, frame: &CanFrame) -> Row<'a> {
     let (id, extended) = match frame.id() {
         Id::Standard(id) => (i64::from(id.as_raw()), false),
         Id::Extended(id) => (i64::from(id.as_raw()), true),
@@ -182,7 +214,7 @@ pub(crate) fn of_frame<'a>(at: Timestamp, who: &'a str, frame: &CanFrame) -> Row
     ]
 }
 
-pub(crate) fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8]) -> Row<'a> {
+fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8]) -> Row<'a> {
     vec![
         time(at),
         Cell::text(who),
@@ -191,7 +223,7 @@ pub(crate) fn of_bytes<'a>(at: Timestamp, who: &'a str, bytes: &[u8]) -> Row<'a>
     ]
 }
 
-pub(crate) fn of_measurement(at: Timestamp, measurement: &Measurement) -> Row<'_> {
+fn of_measurement(at: Timestamp, measurement: &Measurement) -> Row<'_> {
     let text = |text: &Option<String>| text.clone().map_or(Cell::Missing, Cell::text);
     vec![
         time(at),

@@ -5,6 +5,7 @@ use super::csv::CsvTable;
 use super::parquet::{COLUMNS_KEY, ParquetTable};
 use super::survey::Survey;
 use super::{Ears, Format, Row, RowSink, Rows, Table, export, survey, tagged};
+use crate::ExportError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use proptest::prelude::*;
@@ -16,6 +17,7 @@ use record::sink::{Level, RecordSink};
 use record::{Device, Record};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use wire::time::Timestamp;
 
 /// Keeps rows.
 #[derive(Default)]
@@ -24,7 +26,7 @@ struct Kept(BTreeMap<Table, Vec<Vec<Cell<'static>>>>);
 impl RowSink for Kept {
     type Error = Infallible;
 
-    fn row(&mut self, table: Table, row: &Row<'_>) -> Result<(), Infallible> {
+    fn row(&mut self, _: Timestamp, table: Table, row: &Row<'_>) -> Result<(), Infallible> {
         let owned = row.iter().map(|cell| match cell {
             Cell::Text(text) => Cell::text(text.to_string()),
             Cell::Float(number) => Cell::Float(*number),
@@ -193,9 +195,9 @@ fn an_export_replaces_its_own_files_and_no_others() {
     assert!(!out.join("states.csv").exists() && out.join("notes.txt").exists());
     let package = std::fs::read_to_string(out.join(super::PACKAGE)).unwrap();
     let package: serde_json::Value = serde_json::from_str(&package).unwrap();
-    for (table, rows) in &exported.tables {
+    for (table, rows) in &exported.written {
         let resources = package["resources"].as_array().unwrap();
-        let resource = resources.iter().find(|one| one["name"] == table.name()).unwrap();
+        let resource = resources.iter().find(|one| one["name"] == *table).unwrap();
         assert_eq!(resource["rows"], *rows);
         assert!(out.join(resource["path"].as_str().unwrap()).is_file());
     }
@@ -203,7 +205,11 @@ fn an_export_replaces_its_own_files_and_no_others() {
     std::fs::write(out.join(super::PACKAGE), r#"{"profile": "data-package"}"#).unwrap();
     let error =
         export(&run, survey(&run).unwrap(), &out, Format::Parquet, Ears::of_base()).unwrap_err();
-    assert!(error.is_bad_input() && error.to_string().starts_with("refused to replace"), "{error}");
+    assert!(
+        matches!(error, ExportError::Foreign { .. })
+            && error.to_string().starts_with("refused to replace"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -216,7 +222,8 @@ fn a_folder_of_somebody_else_stays_as_it_is() {
     let export = || export(&run, survey(&run).unwrap(), &out, Format::Parquet, Ears::of_base());
     let error = export().unwrap_err();
     assert!(
-        error.is_bad_input() && error.to_string().contains("tables: it holds files"),
+        matches!(error, ExportError::Foreign { .. })
+            && error.to_string().contains("tables: it holds files"),
         "{error}"
     );
     assert_eq!(std::fs::read_dir(&out).unwrap().count(), 1);

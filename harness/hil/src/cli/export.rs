@@ -2,7 +2,7 @@
 
 use super::completions;
 use super::export_device::{self, Fmi};
-use super::export_whole::{self, TableFormat};
+use super::export_whole::{TableFormat, Whole};
 use super::failure::Failure;
 use super::measured::{plain_name, tell};
 use super::own::ours_or_empty;
@@ -149,14 +149,11 @@ impl ExportArguments {
             return bus(&folder, path, screen);
         }
         let plan = self.plan.as_deref();
-        if let Some(out) = &self.tables {
-            return export_whole::tables(&folder, out, self.format.into(), plan, screen);
-        }
-        if let Some(path) = &self.mcap {
-            return export_whole::mcap(&folder, path, plan, screen);
-        }
-        if let Some(path) = &self.mf4 {
-            return export_whole::mf4(&folder, path, plan, screen);
+        let whole = (self.tables.as_deref().map(|out| Whole::Tables(out, self.format)))
+            .or(self.mcap.as_deref().map(Whole::Mcap))
+            .or(self.mf4.as_deref().map(Whole::Mf4));
+        if let Some(whole) = whole {
+            return whole.write(&folder, plan, screen);
         }
         if plan.is_some() {
             return Err(Failure::arguments(

@@ -5,7 +5,7 @@ use super::say;
 use clap::ValueEnum;
 use described::{Description, Files, Fmu, Steps};
 use fmu_device::{DEVICE, IDENTIFIER, LIBRARY, Version, model_description, packed};
-use plan::library::{Kind, Library, Source};
+use plan::library::{Kind, Library, LibraryError, Source};
 use record::outcome::Outcome;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -70,10 +70,10 @@ pub(super) fn fmu(
         Failure::arguments(message, format!("--library names {LIBRARY}, the library in each FMU"))
     })?;
     let known = Library::beside(&name);
-    let source = known.open(Kind::Description, &name).map_err(Failure::model)?;
+    let source = known.open(Kind::Description, &name)?;
     let mut files = Read { library: known, source: &source, files: BTreeMap::new() };
     let described = Description::parse_with(&source.origin, &source.text, &mut files);
-    let described = described.map_err(|error| Failure::model(error.into()))?;
+    let described = described.map_err(LibraryError::from)?;
     let version = match version {
         Fmi::Two => Version::Two,
         Fmi::Three => Version::Three,

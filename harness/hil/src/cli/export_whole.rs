@@ -4,6 +4,7 @@ use super::failure::Failure;
 use super::progress::Screen;
 use super::say;
 use clap::ValueEnum;
+use exchange::Exported;
 use exchange::tables::survey::Survey;
 use exchange::tables::{Ears, Format, survey};
 use harness::run::load_recorded;
@@ -31,55 +32,55 @@ impl From<TableFormat> for Format {
     }
 }
 
-pub(super) fn tables(
-    folder: &RunFolder,
-    out: &Path,
-    format: Format,
-    plan: Option<&str>,
-    screen: &Screen,
-) -> Result<Outcome, Failure> {
-    let survey = survey(folder)?;
-    let ears = ears_of(&survey, plan, screen)?;
-    let exported = exchange::tables::export(folder, survey, out, format, ears)?;
-    for (table, rows) in &exported.tables {
-        let file = out.join(format!("{}.{}", table.name(), format.name()));
-        say(&format!("{}: {rows} rows\n", file.display()))?;
+/// Where a run is written, and as what.
+pub(super) enum Whole<'a> {
+    Tables(&'a Path, TableFormat),
+    Mcap(&'a Path),
+    Mf4(&'a Path),
+}
+
+impl Whole<'_> {
+    pub(super) fn write(
+        &self,
+        folder: &RunFolder,
+        plan: Option<&str>,
+        screen: &Screen,
+    ) -> Result<Outcome, Failure> {
+        match self {
+            Self::Tables(..) => {}
+            Self::Mcap(path) => ends_in(path, "mcap")?,
+            Self::Mf4(path) => ends_in(path, "mf4")?,
+        }
+        let survey = survey(folder)?;
+        let ears = ears_of(&survey, plan, screen)?;
+        let sum = |exported: &Exported| -> (u64, usize) {
+            (exported.written.iter().map(|(_, rows)| rows).sum(), exported.written.len())
+        };
+        let exported = match *self {
+            Self::Tables(out, format) => {
+                let format = Format::from(format);
+                let exported = exchange::tables::export(folder, survey, out, format, ears)?;
+                for (table, rows) in &exported.written {
+                    let file = out.join(format!("{table}.{}", format.name()));
+                    say(&format!("{}: {rows} rows\n", file.display()))?;
+                }
+                exported
+            }
+            Self::Mcap(path) => {
+                let exported = exchange::mcap::export(folder, survey, path, ears)?;
+                let (messages, topics) = sum(&exported);
+                say(&format!("{}: {messages} messages on {topics} topics\n", path.display()))?;
+                exported
+            }
+            Self::Mf4(path) => {
+                let exported = exchange::mf4::export(folder, survey, path, ears)?;
+                let (records, groups) = sum(&exported);
+                say(&format!("{}: {records} records in {groups} groups\n", path.display()))?;
+                exported
+            }
+        };
+        ended(folder, exported.survey, screen)
     }
-    ended(folder, exported.survey, screen)
-}
-
-/// Writes a run as an MCAP file.
-pub(super) fn mcap(
-    folder: &RunFolder,
-    path: &Path,
-    plan: Option<&str>,
-    screen: &Screen,
-) -> Result<Outcome, Failure> {
-    ends_in(path, "mcap")?;
-    let survey = survey(folder)?;
-    let ears = ears_of(&survey, plan, screen)?;
-    let exported = exchange::mcap::export(folder, survey, path, ears)?;
-    let messages: u64 = exported.topics.iter().map(|(_, messages)| messages).sum();
-    let topics = exported.topics.len();
-    say(&format!("{}: {messages} messages on {topics} topics\n", path.display()))?;
-    ended(folder, exported.survey, screen)
-}
-
-/// Writes a run as an MDF file of measured channels.
-pub(super) fn mf4(
-    folder: &RunFolder,
-    path: &Path,
-    plan: Option<&str>,
-    screen: &Screen,
-) -> Result<Outcome, Failure> {
-    ends_in(path, "mf4")?;
-    let survey = survey(folder)?;
-    let ears = ears_of(&survey, plan, screen)?;
-    let exported = exchange::mf4::export(folder, survey, path, ears)?;
-    let records: u64 = exported.groups.iter().map(|(_, records)| records).sum();
-    let groups = exported.groups.len();
-    say(&format!("{}: {records} records in {groups} groups\n", path.display()))?;
-    ended(folder, exported.survey, screen)
 }
 
 /// Checks the extension, so that a slip does not overwrite a record or another file of a run folder.

@@ -5,10 +5,10 @@ mod wide;
 
 use super::annotation::Annotation;
 use super::tame;
-use cause::Cause;
+use cause::{Cause, OwnCause};
+use harness::run_live::LiveRunError;
 use identification::identify::IdentifyError;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
-use plan::library::LibraryError;
 use serde_json::{Map, Value, json};
 use std::borrow::Cow;
 use std::path::Path;
@@ -21,7 +21,7 @@ const WIDTH: usize = 100;
 /// file.
 #[derive(Debug)]
 pub(super) struct Failure {
-    cause: Box<Cause>,
+    cause: Box<dyn Cause>,
     /// Results so far, for users who want one document of everything.
     before: Map<String, Value>,
 }
@@ -29,41 +29,36 @@ pub(super) struct Failure {
 impl Failure {
     /// Bad arguments: what is wrong, and how to fix it.
     pub(super) fn arguments(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Cause::Arguments { message: message.into(), help: help.into() }.into()
-    }
-
-    /// A model file cannot be used.
-    pub(super) fn model(error: LibraryError) -> Self {
-        Cause::Model(error).into()
+        OwnCause::Arguments { message: message.into(), help: help.into() }.into()
     }
 
     /// The data cannot be identified, with the model of this file if given.
     pub(super) fn identify(dataset: &str, model: Option<&Path>, source: IdentifyError) -> Self {
         let model = model.map(Path::to_owned);
-        Cause::Identify { dataset: dataset.to_owned(), model, source }.into()
+        OwnCause::Identify { dataset: dataset.to_owned(), model, source }.into()
     }
 
     /// A finding cannot be written.
     pub(super) fn findings(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
-        Cause::Findings(source.into()).into()
+        OwnCause::Findings(source.into()).into()
     }
 
     /// The standard output cannot be written.
     pub(super) fn output(source: io::Error) -> Self {
-        Cause::Output(source).into()
+        OwnCause::Output(source).into()
     }
 
     /// A file beside the run folders cannot be written.
     pub(super) fn file(path: &Path, source: io::Error) -> Self {
-        Cause::File { path: path.to_owned(), source }.into()
+        OwnCause::File { path: path.to_owned(), source }.into()
     }
 
     /// The handler of Ctrl-C cannot be installed.
     pub(super) fn signals(source: ctrlc::Error) -> Self {
-        Cause::Signals(source).into()
+        OwnCause::Signals(source).into()
     }
 
-    pub(super) const fn exit_status(&self) -> u8 {
+    pub(super) fn exit_status(&self) -> u8 {
         self.cause.exit_status()
     }
 
@@ -136,9 +131,20 @@ impl fmt::Display for Failure {
     }
 }
 
-impl<E: Into<Cause>> From<E> for Failure {
+impl<E: Cause> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self { cause: Box::new(error.into()), before: Map::new() }
+        Self { cause: Box::new(error), before: Map::new() }
+    }
+}
+
+impl From<LiveRunError> for Failure {
+    fn from(error: LiveRunError) -> Self {
+        match error {
+            LiveRunError::Folder(error) => error.into(),
+            LiveRunError::Live { source, .. } => (*source).into(),
+            LiveRunError::Placement(error) => error.into(),
+            LiveRunError::Unfit(error) => error.into(),
+        }
     }
 }
 

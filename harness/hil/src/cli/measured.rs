@@ -40,7 +40,7 @@ pub(super) fn tell(dataset: &Dataset, screen: &Screen) {
 
 /// Reads a model file.
 pub(super) fn model(path: &Path) -> Result<Model, Failure> {
-    library::read_file(path).map_err(Failure::model)
+    Ok(library::read_file(path)?)
 }
 
 /// Returns the folder for the findings of a data set of this name.
