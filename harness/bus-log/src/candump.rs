@@ -15,10 +15,11 @@ use super::entry::{Channel, Direction, Entry, ErrorFrame, Payload};
 use super::error::{Defect, LogError};
 use super::hex;
 use super::lines::Lines;
-use super::{Format, Kept};
+use super::{Format, Kept, ReadEntries, WriteEntries};
 use embedded_can::Frame as _;
-use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::fmt;
+use std::io::{self, Read, Write};
+use std::path::Path;
 use wire::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FdFlags, Id, StandardId};
 use wire::time::Timestamp;
 
@@ -39,14 +40,10 @@ impl<R: Read> Reader<R> {
         let lines = Lines::new(path, input, Format::Candump);
         Self { lines, channel: Channel::CAN0 }
     }
+}
 
-    /// What is doubtful in the file so far.
-    pub(crate) fn note(&self) -> Option<String> {
-        self.lines.note()
-    }
-
-    /// Returns the next entry; `None` at the end.
-    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
+impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             let text = self.lines.text();
             if !text.is_empty() {
@@ -57,6 +54,10 @@ impl<R: Read> Reader<R> {
             }
         }
         Ok(None)
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.lines.note().into_iter().collect()
     }
 }
 
@@ -168,31 +169,25 @@ fn error_frame(raw: u32, digits: &[u8]) -> Option<Payload> {
 }
 
 #[derive(Debug)]
-pub struct Writer<W: Write> {
-    path: PathBuf,
+pub(crate) struct Writer<W: Write> {
     out: W,
     line: Vec<u8>,
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes to `out`; errors name `path`.
-    pub fn new(path: &Path, out: W) -> Self {
-        Self { path: path.to_owned(), out, line: Vec::new() }
+    pub(crate) fn new(out: W) -> Self {
+        Self { out, line: Vec::new() }
     }
+}
 
-    /// Appends an entry. Bytes of serial lines are left out.
-    ///
-    /// # Errors
-    /// When the file cannot be written, or when the entry is from before 1970.
-    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
-        let Ok(nanos) = u64::try_from(entry.at.as_nanos()) else {
-            return Err(LogError::before_1970(&self.path, Format::Candump));
-        };
+impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
+    /// Bytes of serial lines are left out.
+    fn write(&mut self, entry: &Entry) -> io::Result<Kept> {
+        let nanos = entry.at.as_nanos().unsigned_abs();
         let line = &mut self.line;
         line.clear();
         let (seconds, micros) = (nanos / 1_000_000_000, nanos % 1_000_000_000 / 1_000);
-        let begun = write!(line, "({seconds:010}.{micros:06}) {} ", entry.channel);
-        begun.map_err(|source| LogError::unwritable(&self.path, source))?;
+        write!(line, "({seconds:010}.{micros:06}) {} ", entry.channel)?;
         match &entry.payload {
             Payload::Frame(frame) => {
                 push_id(line, frame.id());
@@ -218,16 +213,12 @@ impl<W: Write> Writer<W> {
             Some(Direction::Rx) => b" R\n",
             Some(Direction::Tx) => b" T\n",
         });
-        self.out.write_all(line).map_err(|source| LogError::unwritable(&self.path, source))?;
+        self.out.write_all(line)?;
         Ok(Kept::Written)
     }
 
-    /// Flushes the file.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<(), LogError> {
-        self.out.flush().map_err(|source| LogError::unwritable(&self.path, source))
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
+        self.out.flush()
     }
 }
 

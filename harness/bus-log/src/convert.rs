@@ -2,7 +2,6 @@
 
 use super::{Entry, Kept, LogError, LogWriter, Payload};
 use std::fmt;
-use std::io::{Seek, Write};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Converted {
@@ -37,9 +36,9 @@ impl fmt::Display for Converted {
 ///
 /// # Errors
 /// The first error of the reader or the writer; the file then holds what came before it.
-pub fn convert<E: From<LogError>, W: Write + Seek>(
+pub fn convert<E: From<LogError>>(
     entries: impl IntoIterator<Item = Result<Entry, E>>,
-    mut writer: LogWriter<W>,
+    mut writer: LogWriter<'_>,
 ) -> Result<Converted, E> {
     let mut converted = Converted::default();
     for entry in entries {

@@ -46,9 +46,11 @@ pub use entry::{CHANNEL_BYTES_MAX, Channel, Direction, Entry, ErrorFrame, Payloa
 pub use error::{Defect, LogError, Place};
 
 use record::reading::{Teller, TellingFile};
+use std::fmt;
 use std::fs::File;
-use std::io::{BufWriter, Read, Seek, Write};
-use std::path::Path;
+use std::io::{self, BufWriter, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use wire::time::Timestamp;
 
 const BUFFER_BYTES: usize = 64 * 1024;
 
@@ -116,25 +118,37 @@ pub enum Kept {
     LeftOut,
 }
 
+/// Reads one of the formats.
+trait ReadEntries: fmt::Debug {
+    /// Returns the next entry; `None` at the end.
+    fn read(&mut self) -> Result<Option<Entry>, LogError>;
+
+    fn passed_over(&self) -> u64 {
+        0
+    }
+
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// Writes one of the formats, after the head of its file.
+trait WriteEntries: fmt::Debug {
+    /// Appends an entry of 1970 or later.
+    fn write(&mut self, entry: &Entry) -> io::Result<Kept>;
+
+    /// Writes the end of the log and flushes the file.
+    fn finish(self: Box<Self>) -> io::Result<()>;
+}
+
 /// The entries of a file, in its order; ends after an error.
 #[derive(Debug)]
-pub struct LogReader<R: Read + Seek = TellingFile> {
-    reader: Reader<R>,
+pub struct LogReader<'r> {
+    reader: Box<dyn ReadEntries + 'r>,
     ended: bool,
 }
 
-/// Readers that hold more than a line are boxed.
-#[derive(Debug)]
-enum Reader<R: Read + Seek> {
-    Candump(candump::Reader<R>),
-    Asc(Box<asc::Reader<R>>),
-    Pcapng(Box<pcapng::Reader<R>>),
-    Trc(Box<trc::Reader<R>>),
-    Blf(Box<blf::Reader<R>>),
-    Mdf4(Box<mdf4::Reader<R>>),
-}
-
-impl LogReader {
+impl LogReader<'_> {
     /// Opens a file of that format.
     ///
     /// # Errors
@@ -154,19 +168,23 @@ impl LogReader {
     }
 }
 
-impl<R: Read + Seek> LogReader<R> {
+impl<'r> LogReader<'r> {
     /// Reads from `input`; errors name `path`.
     ///
     /// # Errors
     /// When the input does not begin like a file of that format.
-    pub fn new(path: &Path, input: R, format: Format) -> Result<Self, LogError> {
-        let reader = match format {
-            Format::Candump => Reader::Candump(candump::Reader::new(path, input)),
-            Format::Asc => Reader::Asc(Box::new(asc::Reader::new(path, input))),
-            Format::Pcapng => Reader::Pcapng(Box::new(pcapng::Reader::new(path, input)?)),
-            Format::Trc => Reader::Trc(Box::new(trc::Reader::new(path, input))),
-            Format::Blf => Reader::Blf(Box::new(blf::Reader::new(path, input)?)),
-            Format::Mdf4 => Reader::Mdf4(Box::new(mdf4::Reader::new(path, input)?)),
+    pub fn new(
+        path: &Path,
+        input: impl Read + Seek + fmt::Debug + 'r,
+        format: Format,
+    ) -> Result<Self, LogError> {
+        let reader: Box<dyn ReadEntries + 'r> = match format {
+            Format::Candump => Box::new(candump::Reader::new(path, input)),
+            Format::Asc => Box::new(asc::Reader::new(path, input)),
+            Format::Pcapng => Box::new(pcapng::Reader::new(path, input)?),
+            Format::Trc => Box::new(trc::Reader::new(path, input)),
+            Format::Blf => Box::new(blf::Reader::new(path, input)?),
+            Format::Mdf4 => Box::new(mdf4::Reader::new(path, input)?),
         };
         Ok(Self { reader, ended: false })
     }
@@ -174,43 +192,23 @@ impl<R: Read + Seek> LogReader<R> {
     /// Number of lines, blocks, objects or records so far that are neither frames nor packets of a serial line:
     /// statistics, status, other buses, other link types.
     pub fn passed_over(&self) -> u64 {
-        match &self.reader {
-            Reader::Candump(_) => 0,
-            Reader::Asc(reader) => reader.passed_over(),
-            Reader::Pcapng(reader) => reader.passed_over(),
-            Reader::Trc(reader) => reader.passed_over(),
-            Reader::Blf(reader) => reader.passed_over(),
-            Reader::Mdf4(reader) => reader.passed_over(),
-        }
+        self.reader.passed_over()
     }
 
     /// What is doubtful in what has been read so far: a date that is not understood, a last line that may be cut.
     pub fn notes(&self) -> Vec<String> {
-        match &self.reader {
-            Reader::Candump(reader) => reader.note().into_iter().collect(),
-            Reader::Asc(reader) => reader.notes(),
-            Reader::Trc(reader) => reader.note().into_iter().collect(),
-            Reader::Pcapng(_) | Reader::Blf(_) | Reader::Mdf4(_) => Vec::new(),
-        }
+        self.reader.notes()
     }
 }
 
-impl<R: Read + Seek> Iterator for LogReader<R> {
+impl Iterator for LogReader<'_> {
     type Item = Result<Entry, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.ended {
             return None;
         }
-        let read = match &mut self.reader {
-            Reader::Candump(reader) => reader.read(),
-            Reader::Asc(reader) => reader.read(),
-            Reader::Pcapng(reader) => reader.read(),
-            Reader::Trc(reader) => reader.read(),
-            Reader::Blf(reader) => reader.read(),
-            Reader::Mdf4(reader) => reader.read(),
-        };
-        let read = read.transpose();
+        let read = self.reader.read().transpose();
         self.ended = !matches!(read, Some(Ok(_)));
         read
     }
@@ -218,16 +216,13 @@ impl<R: Read + Seek> Iterator for LogReader<R> {
 
 /// Writes a file of one of the formats. [`finish`](Self::finish) completes and flushes it.
 #[derive(Debug)]
-pub enum LogWriter<W: Write + Seek = BufWriter<File>> {
-    Candump(candump::Writer<W>),
-    Asc(asc::Writer<W>),
-    Pcapng(pcapng::Writer<W>),
-    Trc(trc::Writer<W>),
-    Blf(blf::Writer<W>),
-    Mdf4(mdf4::Writer<W>),
+pub struct LogWriter<'w> {
+    path: PathBuf,
+    format: Format,
+    writer: Box<dyn WriteEntries + 'w>,
 }
 
-impl LogWriter {
+impl LogWriter<'_> {
     /// Creates or truncates a file.
     ///
     /// # Errors
@@ -238,35 +233,39 @@ impl LogWriter {
     }
 }
 
-impl<W: Write + Seek> LogWriter<W> {
+impl<'w> LogWriter<'w> {
     /// Writes to `out`; errors name `path`.
     ///
     /// # Errors
     /// When the head of the file cannot be written.
-    pub fn new(path: &Path, out: W, format: Format) -> Result<Self, LogError> {
-        Ok(match format {
-            Format::Candump => Self::Candump(candump::Writer::new(path, out)),
-            Format::Asc => Self::Asc(asc::Writer::new(path, out)),
-            Format::Pcapng => Self::Pcapng(pcapng::Writer::new(path, out)?),
-            Format::Trc => Self::Trc(trc::Writer::new(path, out)),
-            Format::Blf => Self::Blf(blf::Writer::new(path, out)?),
-            Format::Mdf4 => Self::Mdf4(mdf4::Writer::new(path, out)?),
-        })
+    pub fn new(
+        path: &Path,
+        out: impl Write + Seek + fmt::Debug + 'w,
+        format: Format,
+    ) -> Result<Self, LogError> {
+        let begun = || -> io::Result<Box<dyn WriteEntries + 'w>> {
+            Ok(match format {
+                Format::Candump => Box::new(candump::Writer::new(out)),
+                Format::Asc => Box::new(asc::Writer::new(out)),
+                Format::Pcapng => Box::new(pcapng::Writer::new(out)?),
+                Format::Trc => Box::new(trc::Writer::new(out)),
+                Format::Blf => Box::new(blf::Writer::new(out)?),
+                Format::Mdf4 => Box::new(mdf4::Writer::new(out)?),
+            })
+        };
+        let writer = begun().map_err(|source| LogError::unwritable(path, source))?;
+        Ok(Self { path: path.to_owned(), format, writer })
     }
 
     /// Appends an entry.
     ///
     /// # Errors
-    /// When the file cannot be written, or when the format cannot express the time.
+    /// When the file cannot be written, or when the entry is from before 1970, which no format can express.
     pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
-        match self {
-            Self::Candump(writer) => writer.write(entry),
-            Self::Asc(writer) => writer.write(entry),
-            Self::Pcapng(writer) => writer.write(entry),
-            Self::Trc(writer) => writer.write(entry),
-            Self::Blf(writer) => writer.write(entry),
-            Self::Mdf4(writer) => writer.write(entry),
+        if entry.at < Timestamp::ZERO {
+            return Err(LogError::before_1970(&self.path, self.format));
         }
+        self.writer.write(entry).map_err(|source| LogError::unwritable(&self.path, source))
     }
 
     /// Writes the end of the log and flushes the file.
@@ -274,13 +273,6 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// When the file cannot be written.
     pub fn finish(self) -> Result<(), LogError> {
-        match self {
-            Self::Candump(writer) => writer.finish(),
-            Self::Asc(writer) => writer.finish(),
-            Self::Pcapng(writer) => writer.finish(),
-            Self::Trc(writer) => writer.finish(),
-            Self::Blf(writer) => writer.finish(),
-            Self::Mdf4(writer) => writer.finish(),
-        }
+        self.writer.finish().map_err(|source| LogError::unwritable(&self.path, source))
     }
 }

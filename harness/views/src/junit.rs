@@ -27,9 +27,19 @@ pub fn document(
     summary: &Summary,
     folder: Option<&Path>,
 ) -> Result<String, quick_junit::SerializeError> {
+    of_suite(suite(summary, &attachments(folder)))
+}
+
+fn of_suite(suite: TestSuite) -> Result<String, quick_junit::SerializeError> {
     let mut report = Report::new("hil");
-    report.add_test_suite(suite(summary, &attachments(folder)));
+    report.add_test_suite(suite);
     report.to_string()
+}
+
+fn failure(kind: NonSuccessKind, word: &str, message: &str, text: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::non_success(kind);
+    status.set_message(message).set_type(word).set_description(text);
+    status
 }
 
 /// Lists the run's files that explain a verdict, one per line.
@@ -78,11 +88,9 @@ fn run(summary: &Summary) -> TestCase {
         (Outcome::Failed, Some(_)) => Some(NonSuccessKind::Failure),
         _ => Some(NonSuccessKind::Error),
     };
+    let reason = summary.reason.as_deref().unwrap_or("no reason was given");
     let status = kind.map_or_else(TestCaseStatus::success, |kind| {
-        let mut status = TestCaseStatus::non_success(kind);
-        let reason = summary.reason.as_deref().unwrap_or("no reason was given");
-        status.set_message(reason).set_type(summary.outcome.name()).set_description(reason);
-        status
+        failure(kind, summary.outcome.name(), reason, reason)
     });
     named(RUN_CASE, summary, status)
 }
@@ -104,9 +112,9 @@ fn case(summary: &Summary, measurement: &Measurement, attachments: &str) -> Test
         case.set_system_out(sentence);
         return case;
     }
-    let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
     let text = format!("{sentence}\nplan {}, seed {}", summary.plan, summary.seed);
-    status.set_message(&*sentence).set_type(measurement.verdict.name()).set_description(text);
+    let word = measurement.verdict.name();
+    let status = failure(NonSuccessKind::Failure, word, &sentence, &text);
     let mut case = named(&measurement.name, summary, status);
     if !attachments.is_empty() {
         case.set_system_out(attachments);
@@ -125,10 +133,8 @@ fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
     let status = match &property.not_judged {
         Some(why) => skipped(why),
         None if property.is_broken() => {
-            let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
             let what = property.what.as_deref().unwrap_or("broken");
-            status.set_message(what).set_type("broken").set_description(what);
-            status
+            failure(NonSuccessKind::Failure, "broken", what, what)
         }
         None => TestCaseStatus::success(),
     };

@@ -20,6 +20,7 @@ mod frame;
 mod group;
 mod heading;
 pub mod identification;
+mod listed;
 mod marks;
 mod measurements;
 mod median;

@@ -32,7 +32,7 @@ mod read;
 mod write;
 
 pub(crate) use read::Reader;
-pub use write::Writer;
+pub(crate) use write::Writer;
 
 /// Flag of a CANFD event: extended data length, that is, a CAN FD frame.
 const EDL: u32 = 1 << 12;

@@ -3,9 +3,10 @@
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
 use super::super::lines::Lines;
-use super::super::{Format, hex};
+use super::super::{Format, ReadEntries, hex};
 use super::date;
 use super::event::{self, Base};
+use std::fmt;
 use std::io::Read;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
@@ -56,22 +57,10 @@ impl<R: Read> Reader<R> {
             passed_over: 0,
         }
     }
+}
 
-    /// Number of events so far that are not frames of a CAN bus, and of lines that are not understood.
-    pub(crate) const fn passed_over(&self) -> u64 {
-        self.passed_over
-    }
-
-    /// What is doubtful in the file so far.
-    pub(crate) fn notes(&self) -> Vec<String> {
-        let refused = self.refused.as_ref().map(|(line, date)| {
-            format!("the date `{date}` in line {line} is not understood: times count from 1970")
-        });
-        refused.into_iter().chain(self.lines.note()).collect()
-    }
-
-    /// Returns the next entry; `None` at the end.
-    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
+impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.lines.advance()? {
             let line = parse(self.lines.text()).map_err(|defect| self.lines.malformed(defect))?;
             match line {
@@ -109,6 +98,18 @@ impl<R: Read> Reader<R> {
             }
         }
         Ok(None)
+    }
+
+    /// Number of events so far that are not frames of a CAN bus, and of lines that are not understood.
+    fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let refused = self.refused.as_ref().map(|(line, date)| {
+            format!("the date `{date}` in line {line} is not understood: times count from 1970")
+        });
+        refused.into_iter().chain(self.lines.note()).collect()
     }
 }
 

@@ -1,14 +1,12 @@
 //! Writes an ASC file: `base hex  timestamps absolute`.
 
 use super::super::entry::{Direction, Entry, Payload};
-use super::super::error::LogError;
 use super::super::numbers::{CHANNELS_MAX, Numbers};
-use super::super::{Format, Kept, hex};
+use super::super::{Kept, WriteEntries, hex};
 use super::{BRS, EDL, ESI, date};
 use embedded_can::Frame as _;
 use std::fmt::{self, Display};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, FdFlags, Id};
 
 const NANOS_A_MILLISECOND: i64 = 1_000_000;
@@ -19,8 +17,7 @@ const NANOS_A_MILLISECOND: i64 = 1_000_000;
 /// channel N + 1 if that is free, any other name the lowest free one; entries beyond 32 channels are left out. An entry
 /// with unknown direction counts as received, because the format cannot express it.
 #[derive(Debug)]
-pub struct Writer<W: Write> {
-    path: PathBuf,
+pub(crate) struct Writer<W: Write> {
     out: W,
     /// Time of the date in the head, ns; `None` before the first entry.
     began: Option<i64>,
@@ -29,24 +26,19 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes to `out`; errors name `path`.
-    pub fn new(path: &Path, out: W) -> Self {
+    pub(crate) fn new(out: W) -> Self {
         let numbers = Numbers::up_to(CHANNELS_MAX);
-        Self { path: path.to_owned(), out, began: None, numbers, line: Vec::new() }
+        Self { out, began: None, numbers, line: Vec::new() }
     }
+}
 
-    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
-    ///
-    /// # Errors
-    /// When the file cannot be written, or when the entry is from before 1970.
-    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
+impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
+    /// Bytes of serial lines are left out, and so are the details of an error frame.
+    fn write(&mut self, entry: &Entry) -> io::Result<Kept> {
         if matches!(entry.payload, Payload::Serial(_)) {
             return Ok(Kept::LeftOut);
         }
         let at = entry.at.as_nanos();
-        if at < 0 {
-            return Err(LogError::before_1970(&self.path, Format::Asc));
-        }
         let Some(number) = self.numbers.of(entry.channel) else { return Ok(Kept::LeftOut) };
         let began = match self.began {
             Some(began) => began,
@@ -72,26 +64,20 @@ impl<W: Write> Writer<W> {
                 Payload::Serial(_) => Ok(()),
             });
         self.line.push(b'\n');
-        written
-            .and_then(|()| self.out.write_all(&self.line))
-            .map_err(|source| LogError::unwritable(&self.path, source))?;
+        written.and_then(|()| self.out.write_all(&self.line))?;
         Ok(Kept::Written)
     }
 
-    /// Writes the end of the measurement and flushes the file.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<(), LogError> {
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
         if self.began.is_none() {
             self.head(0)?;
         }
-        writeln!(self.out, "End TriggerBlock")
-            .and_then(|()| self.out.flush())
-            .map_err(|source| LogError::unwritable(&self.path, source))
+        writeln!(self.out, "End TriggerBlock").and_then(|()| self.out.flush())
     }
+}
 
-    fn head(&mut self, at: i64) -> Result<i64, LogError> {
+impl<W: Write> Writer<W> {
+    fn head(&mut self, at: i64) -> io::Result<i64> {
         let began = at - at % NANOS_A_MILLISECOND;
         self.began = Some(began);
         let date = date::format(began);
@@ -99,9 +85,7 @@ impl<W: Write> Writer<W> {
             "date {date}\nbase hex  timestamps absolute\ninternal events logged\n\
              Begin Triggerblock {date}\n   0.000000 Start of measurement\n"
         );
-        self.out
-            .write_all(head.as_bytes())
-            .map_err(|source| LogError::unwritable(&self.path, source))?;
+        self.out.write_all(head.as_bytes())?;
         Ok(began)
     }
 }

@@ -35,7 +35,7 @@ mod read;
 mod write;
 
 pub(crate) use read::Reader;
-pub use write::Writer;
+pub(crate) use write::Writer;
 
 const FILE_MARK: &[u8; 4] = b"LOGG";
 const OBJECT_MARK: &[u8; 4] = b"LOBJ";

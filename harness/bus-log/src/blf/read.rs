@@ -1,11 +1,13 @@
 //! Reads a BLF file.
 
+use super::super::ReadEntries;
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
 use super::super::window::Window;
 use super::containers::{Containers, PADDING_MAX};
 use super::object::{self, OBJECT_BYTES_MAX};
 use super::{BEGAN_AT, OBJECT_BASE_BYTES, OBJECT_MARK, date};
+use std::fmt;
 use std::io::Read;
 use std::path::Path;
 use wire::time::Timestamp;
@@ -22,22 +24,45 @@ pub(crate) struct Reader<R: Read> {
 
 impl<R: Read> Reader<R> {
     /// Reads from `input`; errors name `path`.
-    ///
-    /// # Errors
-    /// When the file does not begin like a BLF file.
     pub(crate) fn new(path: &Path, input: R) -> Result<Self, LogError> {
         let (containers, head) = Containers::new(path, input)?;
         let began = head[BEGAN_AT..].first_chunk().and_then(date::parse).unwrap_or(0);
         Ok(Self { containers, window: Window::new(), began, passed_over: 0 })
     }
 
-    /// Number of objects so far that are not frames of a CAN bus.
-    pub(crate) const fn passed_over(&self) -> u64 {
-        self.passed_over + self.containers.passed_over()
+    /// Advances to the next object, with its base in the buffer; `false` at the end of the last container.
+    fn find(&mut self) -> Result<bool, LogError> {
+        let whole = self.has(OBJECT_BASE_BYTES + PADDING_MAX)?;
+        let rest = self.window.bytes();
+        let near = &rest[..rest.len().min(OBJECT_MARK.len() + PADDING_MAX)];
+        if let Some(padding) = near.windows(OBJECT_MARK.len()).position(|near| near == OBJECT_MARK)
+        {
+            self.skip(padding as u32)?;
+            return if self.has(OBJECT_BASE_BYTES)? { Ok(true) } else { Err(self.cut()) };
+        }
+        if !whole && rest.len() <= PADDING_MAX && !rest.contains(&OBJECT_MARK[0]) {
+            return Ok(false);
+        }
+        let defect = Defect::new("an object that begins with `LOBJ`", near);
+        Err(self.containers.malformed(defect))
     }
 
-    /// Returns the next entry; `None` at the end.
-    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
+    fn has(&mut self, count: usize) -> Result<bool, LogError> {
+        self.window.has(count, |out| self.containers.read(out))
+    }
+
+    fn skip(&mut self, count: u32) -> Result<(), LogError> {
+        let skipped = self.window.skip(u64::from(count), |out| self.containers.read(out))?;
+        if skipped { Ok(()) } else { Err(self.cut()) }
+    }
+
+    fn cut(&self) -> LogError {
+        self.containers.malformed(Defect::new("a whole object", b"the end of the last container"))
+    }
+}
+
+impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
         while self.find()? {
             let base = self.window.bytes();
             let word = |place: usize| base[place..].first_chunk().copied().map(u32::from_le_bytes);
@@ -77,33 +102,8 @@ impl<R: Read> Reader<R> {
         Ok(None)
     }
 
-    /// Advances to the next object, with its base in the buffer; `false` at the end of the last container.
-    fn find(&mut self) -> Result<bool, LogError> {
-        let whole = self.has(OBJECT_BASE_BYTES + PADDING_MAX)?;
-        let rest = self.window.bytes();
-        let near = &rest[..rest.len().min(OBJECT_MARK.len() + PADDING_MAX)];
-        if let Some(padding) = near.windows(OBJECT_MARK.len()).position(|near| near == OBJECT_MARK)
-        {
-            self.skip(padding as u32)?;
-            return if self.has(OBJECT_BASE_BYTES)? { Ok(true) } else { Err(self.cut()) };
-        }
-        if !whole && rest.len() <= PADDING_MAX && !rest.contains(&OBJECT_MARK[0]) {
-            return Ok(false);
-        }
-        let defect = Defect::new("an object that begins with `LOBJ`", near);
-        Err(self.containers.malformed(defect))
-    }
-
-    fn has(&mut self, count: usize) -> Result<bool, LogError> {
-        self.window.has(count, |out| self.containers.read(out))
-    }
-
-    fn skip(&mut self, count: u32) -> Result<(), LogError> {
-        let skipped = self.window.skip(u64::from(count), |out| self.containers.read(out))?;
-        if skipped { Ok(()) } else { Err(self.cut()) }
-    }
-
-    fn cut(&self) -> LogError {
-        self.containers.malformed(Defect::new("a whole object", b"the end of the last container"))
+    /// Number of objects so far that are not frames of a CAN bus.
+    fn passed_over(&self) -> u64 {
+        self.passed_over + self.containers.passed_over()
     }
 }

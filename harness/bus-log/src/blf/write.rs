@@ -1,9 +1,8 @@
 //! Writes a BLF file.
 
 use super::super::entry::{Direction, Entry, Payload};
-use super::super::error::LogError;
 use super::super::numbers::{CHANNELS_MAX, Numbers};
-use super::super::{Format, Kept};
+use super::super::{Kept, WriteEntries};
 use super::{
     BEGAN_AT, BRS, CAN_ERROR_EXT, CAN_FD_MESSAGE, CAN_MESSAGE, CONTAINER_HEAD_BYTES, EDL, ESI,
     EXTENDED, FILE_HEAD_BYTES, FILE_MARK, LOG_CONTAINER, NANOS, OBJECT_BASE_BYTES,
@@ -12,8 +11,8 @@ use super::{
 use embedded_can::Frame as _;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use std::fmt;
 use std::io::{self, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, Id};
 
 /// Bytes in a container, as in Vector's tools.
@@ -27,8 +26,7 @@ const NANOS_A_MILLISECOND: i64 = 1_000_000;
 /// channel N + 1 if that is free, any other name the lowest free one; entries beyond 32 channels are left out. An entry
 /// with unknown direction counts as received, because the format cannot express it.
 #[derive(Debug)]
-pub struct Writer<W: Write + Seek> {
-    path: PathBuf,
+pub(crate) struct Writer<W: Write + Seek> {
     out: W,
     numbers: Numbers,
     /// Start and end of the measurement, ns since 1970; `None` before the first entry.
@@ -41,30 +39,22 @@ pub struct Writer<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Writer<W> {
-    /// Reserves room for the head of the file in `out`; errors name `path`.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
+    /// Reserves room for the head of the file in `out`.
+    pub(crate) fn new(out: W) -> io::Result<Self> {
         let bytes = (FILE_HEAD_BYTES as u64, FILE_HEAD_BYTES as u64);
         let numbers = Numbers::up_to(CHANNELS_MAX);
-        let path = path.to_owned();
         let waiting = Vec::with_capacity(CONTAINER_BYTES + 256);
-        let mut writer = Self { path, out, numbers, times: None, objects: 0, bytes, waiting };
+        let mut writer = Self { out, numbers, times: None, objects: 0, bytes, waiting };
         let head = writer.head();
-        writer.out.write_all(&head).map_err(|source| LogError::unwritable(&writer.path, source))?;
+        writer.out.write_all(&head)?;
         Ok(writer)
     }
+}
 
-    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
-    ///
-    /// # Errors
-    /// When the file cannot be written, or when the entry is from before 1970.
-    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
+impl<W: Write + Seek + fmt::Debug> WriteEntries for Writer<W> {
+    /// Bytes of serial lines are left out, and so are the details of an error frame.
+    fn write(&mut self, entry: &Entry) -> io::Result<Kept> {
         let at = entry.at.as_nanos();
-        if at < 0 {
-            return Err(LogError::before_1970(&self.path, Format::Blf));
-        }
         let (kind, length) = match &entry.payload {
             Payload::Frame(frame) if frame.fd_flags().is_some() => {
                 (CAN_FD_MESSAGE, 20 + FD_BYTES_MAX)
@@ -92,20 +82,12 @@ impl<W: Write + Seek> Writer<W> {
         waiting.resize(end, 0);
         self.objects = self.objects.saturating_add(1);
         if self.waiting.len() >= CONTAINER_BYTES {
-            self.flush().map_err(|source| LogError::unwritable(&self.path, source))?;
+            self.flush()?;
         }
         Ok(Kept::Written)
     }
 
-    /// Writes the last container and the head, and flushes the file.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<(), LogError> {
-        self.end().map_err(|source| LogError::unwritable(&self.path, source))
-    }
-
-    fn end(&mut self) -> io::Result<()> {
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
         if !self.waiting.is_empty() {
             self.flush()?;
         }
@@ -114,7 +96,9 @@ impl<W: Write + Seek> Writer<W> {
         self.out.write_all(&head)?;
         self.out.flush()
     }
+}
 
+impl<W: Write + Seek> Writer<W> {
     /// Writes a container. Bytes beyond its length wait for the next.
     fn flush(&mut self) -> io::Result<()> {
         let count = self.waiting.len().min(CONTAINER_BYTES);

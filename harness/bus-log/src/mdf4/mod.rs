@@ -47,7 +47,7 @@ mod variable;
 mod write;
 
 pub(crate) use read::Reader;
-pub use write::Writer;
+pub(crate) use write::Writer;
 
 /// Start of a file, finished and unfinished.
 const FILE_MARK: &[u8; 8] = b"MDF     ";

@@ -1,11 +1,13 @@
 //! Reads an MDF file.
 
+use super::super::ReadEntries;
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
 use super::blocks::Source;
 use super::groups;
 use super::opening::{Opened, open};
 use super::stream::Stream;
+use std::fmt;
 use std::io::{Read, Seek};
 use std::path::Path;
 
@@ -39,14 +41,10 @@ impl<R: Read + Seek> Reader<R> {
         let unknown = (0..streams.len()).collect();
         Ok(Self { source, streams, heads, unknown })
     }
+}
 
-    /// Number of records so far that are not frames, including those in groups of frames.
-    pub(crate) fn passed_over(&self) -> u64 {
-        self.streams.iter().map(Stream::passed_over).sum()
-    }
-
-    /// Returns the next entry; `None` at the end.
-    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
+impl<R: Read + Seek + fmt::Debug> ReadEntries for Reader<R> {
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
         for index in self.unknown.drain(..) {
             self.heads[index] = self.streams[index].next(&mut self.source)?;
         }
@@ -55,5 +53,10 @@ impl<R: Read + Seek> Reader<R> {
         let Some((_, index)) = times.min() else { return Ok(None) };
         self.unknown.push(index);
         Ok(self.heads[index].take())
+    }
+
+    /// Number of records so far that are not frames, including those in groups of frames.
+    fn passed_over(&self) -> u64 {
+        self.streams.iter().map(Stream::passed_over).sum()
     }
 }

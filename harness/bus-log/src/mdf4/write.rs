@@ -1,15 +1,14 @@
 //! Writes an MDF file of version 4.10.
 
 use super::super::entry::{Direction, Entry, Payload};
-use super::super::error::LogError;
 use super::super::numbers::{CHANNELS_MAX, Numbers};
-use super::super::{Format, Kept};
+use super::super::{Kept, WriteEntries};
 use super::Kind;
 use super::head::{self, Written};
 use super::output::{Data, Output};
 use embedded_can::Frame as _;
+use std::fmt;
 use std::io::{self, Seek, Write};
-use std::path::{Path, PathBuf};
 use wire::can::{CanFrame, Id};
 
 /// Records per data block: 344 KB of data frames.
@@ -21,8 +20,7 @@ const BLOCK_RECORDS: usize = 4_096;
 /// cannot express it. Frames, remote requests and error frames have separate groups, each with a buffer of 4,096
 /// records.
 #[derive(Debug)]
-pub struct Writer<W: Write + Seek> {
-    path: PathBuf,
+pub(crate) struct Writer<W: Write + Seek> {
     out: Output<W>,
     numbers: Numbers,
     /// Start, nanoseconds since 1970; `None` before the first entry.
@@ -43,27 +41,20 @@ impl Group {
 }
 
 impl<W: Write + Seek> Writer<W> {
-    /// Reserves room for the head of the file in `out`; errors name `path`.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
+    /// Reserves room for the head of the file in `out`.
+    pub(crate) fn new(out: W) -> io::Result<Self> {
         let head = head::head(false, 0, Default::default());
-        let out = Output::new(out, &head).map_err(|source| LogError::unwritable(path, source))?;
+        let out = Output::new(out, &head)?;
         let numbers = Numbers::up_to(CHANNELS_MAX);
         let groups = Box::new(Kind::ALL.map(Group::of));
-        Ok(Self { path: path.to_owned(), out, numbers, began: None, groups })
+        Ok(Self { out, numbers, began: None, groups })
     }
+}
 
-    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
-    ///
-    /// # Errors
-    /// When the file cannot be written, or when the entry is from before 1970.
-    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
+impl<W: Write + Seek + fmt::Debug> WriteEntries for Writer<W> {
+    /// Bytes of serial lines are left out, and so are the details of an error frame.
+    fn write(&mut self, entry: &Entry) -> io::Result<Kept> {
         let at = entry.at.as_nanos();
-        if at < 0 {
-            return Err(LogError::before_1970(&self.path, Format::Mdf4));
-        }
         let (kind, frame) = match &entry.payload {
             Payload::Frame(frame) if frame.is_remote() => (Kind::Remote, Some(frame)),
             Payload::Frame(frame) => (Kind::Data, Some(frame)),
@@ -87,20 +78,11 @@ impl<W: Write + Seek> Writer<W> {
             records.resize(end, 0);
         };
         let pushed = group.data.push(&mut self.out, push);
-        pushed.map_err(|source| LogError::unwritable(&self.path, source))?;
+        pushed?;
         Ok(Kept::Written)
     }
 
-    /// Writes pending data and the head, and flushes the file.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn finish(self) -> Result<(), LogError> {
-        let path = self.path.clone();
-        self.end().map_err(|source| LogError::unwritable(&path, source))
-    }
-
-    fn end(mut self) -> io::Result<()> {
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
         let mut written = [Written::default(); Kind::ALL.len()];
         for (written, group) in written.iter_mut().zip(self.groups.iter_mut()) {
             *written = Written { records: group.count, data: group.data.finish(&mut self.out)? };

@@ -16,7 +16,7 @@ pub mod socketcan;
 mod write;
 
 pub(crate) use read::Reader;
-pub use write::Writer;
+pub(crate) use write::Writer;
 
 use pcap_parser::Linktype;
 

@@ -2,7 +2,7 @@
 
 use super::super::entry::{Channel, Direction, Entry, Payload};
 use super::super::error::{Defect, LogError, Place};
-use super::super::{BUFFER_BYTES, Format};
+use super::super::{BUFFER_BYTES, Format, ReadEntries};
 use super::{
     EPB_FLAGS, INBOUND, INTERFACES_MAX, LINKTYPE_CAN_SOCKETCAN, LINKTYPE_USER0, OUTBOUND, socketcan,
 };
@@ -56,6 +56,45 @@ impl<R: Read> Read for Told<R> {
                 read => return read,
             }
         }
+    }
+}
+
+impl<R: Read> ReadEntries for Reader<R> {
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+        loop {
+            let begins_at = self.blocks.consumed() as u64;
+            let at = |defect| malformed(&self.path, begins_at, defect);
+            let (bytes, found) = match self.blocks.next() {
+                Ok((bytes, PcapBlockOwned::NG(block))) => {
+                    (bytes, self.section.take(&block).map_err(at)?)
+                }
+                Ok((bytes, _)) => (bytes, Found::PassedOver),
+                Err(PcapError::Eof) => return Ok(None),
+                Err(PcapError::Incomplete(_)) => {
+                    self.blocks.refill().map_err(|_| unreadable(&self.path, &self.error))?;
+                    continue;
+                }
+                Err(PcapError::UnexpectedEof) => {
+                    return Err(at(Defect::new("a whole block", b"the end of the file")));
+                }
+                Err(PcapError::BufferTooSmall) => {
+                    return Err(at(Defect::new("a block of at most 256 KiB", b"a longer one")));
+                }
+                Err(_) => return Err(at(Defect::new("a block of pcapng", b"other bytes"))),
+            };
+            self.blocks.consume(bytes);
+            match found {
+                Found::Entry(entry) => return Ok(Some(entry)),
+                Found::PassedOver => self.passed_over += 1,
+                Found::Described => {}
+            }
+        }
+    }
+
+    /// Number of blocks so far that are neither packets of a CAN bus or a serial line, nor section headers and
+    /// interfaces.
+    fn passed_over(&self) -> u64 {
+        self.passed_over
     }
 }
 
@@ -114,44 +153,6 @@ impl<R: Read> Reader<R> {
         })?;
         let section = Section::default();
         Ok(Self { path: path.to_owned(), blocks, error, section, passed_over: 0 })
-    }
-
-    /// Number of blocks so far that are neither packets of a CAN bus or a serial line, nor section headers and
-    /// interfaces.
-    pub(crate) const fn passed_over(&self) -> u64 {
-        self.passed_over
-    }
-
-    /// Returns the next entry; `None` at the end.
-    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
-        loop {
-            let begins_at = self.blocks.consumed() as u64;
-            let at = |defect| malformed(&self.path, begins_at, defect);
-            let (bytes, found) = match self.blocks.next() {
-                Ok((bytes, PcapBlockOwned::NG(block))) => {
-                    (bytes, self.section.take(&block).map_err(at)?)
-                }
-                Ok((bytes, _)) => (bytes, Found::PassedOver),
-                Err(PcapError::Eof) => return Ok(None),
-                Err(PcapError::Incomplete(_)) => {
-                    self.blocks.refill().map_err(|_| unreadable(&self.path, &self.error))?;
-                    continue;
-                }
-                Err(PcapError::UnexpectedEof) => {
-                    return Err(at(Defect::new("a whole block", b"the end of the file")));
-                }
-                Err(PcapError::BufferTooSmall) => {
-                    return Err(at(Defect::new("a block of at most 256 KiB", b"a longer one")));
-                }
-                Err(_) => return Err(at(Defect::new("a block of pcapng", b"other bytes"))),
-            };
-            self.blocks.consume(bytes);
-            match found {
-                Found::Entry(entry) => return Ok(Some(entry)),
-                Found::PassedOver => self.passed_over += 1,
-                Found::Described => {}
-            }
-        }
     }
 }
 

@@ -1,8 +1,7 @@
 //! Writes a little-endian pcapng file.
 
 use super::super::entry::{Channel, Direction, Entry, Payload};
-use super::super::error::LogError;
-use super::super::{Format, Kept};
+use super::super::{Kept, WriteEntries};
 use super::{
     EPB_FLAGS, INBOUND, INTERFACES_MAX, LINKTYPE_CAN_SOCKETCAN, LINKTYPE_USER0, OUTBOUND, socketcan,
 };
@@ -11,8 +10,8 @@ use pcap_parser::{
     SectionHeaderBlock, ToVec,
 };
 use std::borrow::Cow;
+use std::fmt;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
 
 /// `if_tsresol`: ten to the minus nine seconds.
 const NANOSECONDS: u8 = 9;
@@ -27,21 +26,16 @@ const SERIAL_NOTE: &str =
 /// Writes a pcapng file. Each channel is described before its first entry; channels beyond [`INTERFACES_MAX`] are left
 /// out.
 #[derive(Debug)]
-pub struct Writer<W: Write> {
-    path: PathBuf,
+pub(crate) struct Writer<W: Write> {
     out: W,
     interfaces: Vec<(Channel, Linktype)>,
     packet: Vec<u8>,
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes the section header to `out`; errors name `path`.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn new(path: &Path, out: W) -> Result<Self, LogError> {
-        let mut writer =
-            Self { path: path.to_owned(), out, interfaces: Vec::new(), packet: Vec::new() };
+    /// Writes the section header to `out`.
+    pub(crate) fn new(out: W) -> io::Result<Self> {
+        let mut writer = Self { out, interfaces: Vec::new(), packet: Vec::new() };
         let program = concat!("hil ", env!("CARGO_PKG_VERSION"));
         // `fix` sets magic, lengths and the end of the options.
         writer.put(&mut SectionHeaderBlock {
@@ -57,15 +51,11 @@ impl<W: Write> Writer<W> {
         })?;
         Ok(writer)
     }
+}
 
-    /// Appends an entry.
-    ///
-    /// # Errors
-    /// When the file cannot be written, or when the entry is from before 1970.
-    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
-        let Ok(nanos) = u64::try_from(entry.at.as_nanos()) else {
-            return Err(LogError::before_1970(&self.path, Format::Pcapng));
-        };
+impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
+    fn write(&mut self, entry: &Entry) -> io::Result<Kept> {
+        let nanos = entry.at.as_nanos().unsigned_abs();
         let mut packet = std::mem::take(&mut self.packet);
         packet.clear();
         let link = match &entry.payload {
@@ -108,16 +98,14 @@ impl<W: Write> Writer<W> {
         written.map(|()| Kept::Written)
     }
 
-    /// Flushes the file.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<(), LogError> {
-        self.out.flush().map_err(|source| LogError::unwritable(&self.path, source))
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
+        self.out.flush()
     }
+}
 
+impl<W: Write> Writer<W> {
     /// The number of an interface, which is described first if it is new.
-    fn interface(&mut self, channel: Channel, link: Linktype) -> Result<Option<u32>, LogError> {
+    fn interface(&mut self, channel: Channel, link: Linktype) -> io::Result<Option<u32>> {
         let known = self.interfaces.iter().position(|known| *known == (channel, link));
         if let Some(index) = known {
             return Ok(u32::try_from(index).ok());
@@ -144,12 +132,8 @@ impl<W: Write> Writer<W> {
         Ok(u32::try_from(self.interfaces.len() - 1).ok())
     }
 
-    fn put(&mut self, block: &mut impl ToVec) -> Result<(), LogError> {
-        block
-            .to_vec()
-            .map_err(io::Error::other)
-            .and_then(|bytes| self.out.write_all(&bytes))
-            .map_err(|source| LogError::unwritable(&self.path, source))
+    fn put(&mut self, block: &mut impl ToVec) -> io::Result<()> {
+        block.to_vec().map_err(io::Error::other).and_then(|bytes| self.out.write_all(&bytes))
     }
 }
 

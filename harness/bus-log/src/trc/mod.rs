@@ -39,7 +39,7 @@ mod read;
 mod write;
 
 pub(crate) use read::Reader;
-pub use write::Writer;
+pub(crate) use write::Writer;
 
 /// Nanoseconds of a day, the unit of the start.
 const NANOS_A_DAY: u64 = 86_400_000_000_000;

@@ -1,11 +1,12 @@
 //! Reads a TRC file.
 
-use super::super::Format;
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
 use super::super::lines::Lines;
+use super::super::{Format, ReadEntries};
 use super::head::Head;
 use super::message;
+use std::fmt;
 use std::io::Read;
 use std::path::Path;
 use wire::time::Timestamp;
@@ -23,28 +24,6 @@ impl<R: Read> Reader<R> {
     pub(crate) fn new(path: &Path, input: R) -> Self {
         let lines = Lines::new(path, input, Format::Trc);
         Self { lines, head: Head::default(), passed_over: 0 }
-    }
-
-    /// Number of messages so far that are not frames of a CAN bus.
-    pub(crate) const fn passed_over(&self) -> u64 {
-        self.passed_over
-    }
-
-    /// What is doubtful in the file so far.
-    pub(crate) fn note(&self) -> Option<String> {
-        self.lines.note()
-    }
-
-    /// Returns the next entry; `None` at the end.
-    pub(crate) fn read(&mut self) -> Result<Option<Entry>, LogError> {
-        while self.lines.advance()? {
-            match self.line() {
-                Ok(Some(entry)) => return Ok(Some(entry)),
-                Ok(None) => {}
-                Err(defect) => return Err(self.lines.malformed(defect)),
-            }
-        }
-        Ok(None)
     }
 
     fn line(&mut self) -> Result<Option<Entry>, Defect> {
@@ -70,5 +49,27 @@ impl<R: Read> Reader<R> {
             direction: message.direction,
             payload: message.payload,
         }))
+    }
+}
+
+impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
+    fn read(&mut self) -> Result<Option<Entry>, LogError> {
+        while self.lines.advance()? {
+            match self.line() {
+                Ok(Some(entry)) => return Ok(Some(entry)),
+                Ok(None) => {}
+                Err(defect) => return Err(self.lines.malformed(defect)),
+            }
+        }
+        Ok(None)
+    }
+
+    /// Number of messages so far that are not frames of a CAN bus.
+    fn passed_over(&self) -> u64 {
+        self.passed_over
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.lines.note().into_iter().collect()
     }
 }

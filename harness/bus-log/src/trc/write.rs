@@ -1,12 +1,11 @@
 //! Writes a TRC file of version 2.1.
 
 use super::super::entry::{Direction, Entry, Payload};
-use super::super::error::LogError;
 use super::super::numbers::Numbers;
-use super::super::{Format, Kept, hex};
+use super::super::{Kept, WriteEntries, hex};
 use super::{DAYS_TO_1970, NANOS_A_DAY};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::fmt;
+use std::io::{self, Write};
 use wire::can::{CanFrame, Id};
 
 /// Most buses that the format can name.
@@ -21,8 +20,7 @@ const DAY_DIGITS: u32 = 15;
 /// that is free, any other name the lowest free one; entries beyond 16 buses are left out. An entry with unknown
 /// direction counts as received, because the format cannot express it.
 #[derive(Debug)]
-pub struct Writer<W: Write> {
-    path: PathBuf,
+pub(crate) struct Writer<W: Write> {
     out: W,
     /// Start, us since 1970; `None` before the first entry.
     began: Option<u64>,
@@ -32,20 +30,16 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Writes to `out`; errors name `path`.
-    pub fn new(path: &Path, out: W) -> Self {
+    pub(crate) fn new(out: W) -> Self {
         let numbers = Numbers::up_to(BUSES_MAX);
-        Self { path: path.to_owned(), out, began: None, numbers, messages: 0, line: Vec::new() }
+        Self { out, began: None, numbers, messages: 0, line: Vec::new() }
     }
+}
 
-    /// Appends an entry. Bytes of serial lines are left out, and so are the details of an error frame.
-    ///
-    /// # Errors
-    /// When the file cannot be written, or when the entry is from before 1970.
-    pub fn write(&mut self, entry: &Entry) -> Result<Kept, LogError> {
-        let Ok(nanos) = u64::try_from(entry.at.as_nanos()) else {
-            return Err(LogError::before_1970(&self.path, Format::Trc));
-        };
+impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
+    /// Bytes of serial lines are left out, and so are the details of an error frame.
+    fn write(&mut self, entry: &Entry) -> io::Result<Kept> {
+        let nanos = entry.at.as_nanos().unsigned_abs();
         if matches!(entry.payload, Payload::Serial(_)) {
             return Ok(Kept::LeftOut);
         }
@@ -68,8 +62,7 @@ impl<W: Write> Writer<W> {
             _ => ("ER", None, 5),
         };
         self.line.clear();
-        write!(self.line, "{:>7} {millis:>9}.{micros:03} {kind} {bus:>2} ", self.messages)
-            .map_err(|source| LogError::unwritable(&self.path, source))?;
+        write!(self.line, "{:>7} {millis:>9}.{micros:03} {kind} {bus:>2} ", self.messages)?;
         match id {
             Some(Id::Standard(id)) => {
                 self.line.extend(b"    ");
@@ -78,32 +71,27 @@ impl<W: Write> Writer<W> {
             Some(Id::Extended(id)) => hex::push_number(&mut self.line, id.as_raw(), 8),
             None => self.line.extend(b"       -"),
         }
-        write!(self.line, " {way} -  {length:<4}")
-            .map_err(|source| LogError::unwritable(&self.path, source))?;
+        write!(self.line, " {way} -  {length:<4}")?;
         match &entry.payload {
             Payload::Frame(frame) => push_spaced(&mut self.line, frame.data()),
             // "Other" errors in PEAK's list.
             _ => push_spaced(&mut self.line, &[8, 0, 0, 0, 0]),
         }
         self.line.extend(b"\r\n");
-        self.out
-            .write_all(&self.line)
-            .map_err(|source| LogError::unwritable(&self.path, source))?;
+        self.out.write_all(&self.line)?;
         Ok(Kept::Written)
     }
 
-    /// Flushes the file.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn finish(mut self) -> Result<(), LogError> {
+    fn finish(mut self: Box<Self>) -> io::Result<()> {
         if self.began.is_none() {
             self.head(0)?;
         }
-        self.out.flush().map_err(|source| LogError::unwritable(&self.path, source))
+        self.out.flush()
     }
+}
 
-    fn head(&mut self, micros: u64) -> Result<u64, LogError> {
+impl<W: Write> Writer<W> {
+    fn head(&mut self, micros: u64) -> io::Result<u64> {
         self.began = Some(micros);
         let micros_a_day = NANOS_A_DAY / 1_000;
         let (days, of_day) = (micros / micros_a_day + DAYS_TO_1970, micros % micros_a_day);
@@ -123,8 +111,7 @@ impl<W: Write> Writer<W> {
              ;   |         |       |  |    |      |  |  |    Data [hex] ...\r\n\
              ;---+-- ------+------ +- +- --+----- +- +- +--- +- -- -- -- -- -- -- --\r\n",
             env!("CARGO_PKG_VERSION"),
-        )
-        .map_err(|source| LogError::unwritable(&self.path, source))?;
+        )?;
         Ok(micros)
     }
 }

@@ -93,7 +93,7 @@ impl ConvertArguments {
     }
 }
 
-pub(super) fn tell_notes(path: &Path, reader: &LogReader, screen: &Screen) {
+pub(super) fn tell_notes(path: &Path, reader: &LogReader<'_>, screen: &Screen) {
     for note in reader.notes() {
         screen.note(&format!("{}: {note}", path.display()));
     }

@@ -86,7 +86,7 @@ impl ReplayArguments {
         }
     }
 
-    fn count(&self, mut frames: Playable<LogReader>) -> Result<Outcome, Failure> {
+    fn count(&self, mut frames: Playable<LogReader<'_>>) -> Result<Outcome, Failure> {
         let (mut count, mut times) = (0_u64, None);
         for entry in frames.by_ref() {
             let at = entry?.at;
@@ -113,7 +113,7 @@ impl ReplayArguments {
         Ok(Outcome::Passed)
     }
 
-    fn nothing_to_send(&self, frames: &Playable<LogReader>) -> Failure {
+    fn nothing_to_send(&self, frames: &Playable<LogReader<'_>>) -> Failure {
         let help = match frames.first_seen() {
             Some(channel) => format!("its first frame is on {channel}; it has {} others", {
                 frames.left_out().total().saturating_sub(1)
@@ -127,7 +127,7 @@ impl ReplayArguments {
 
     fn play(
         &self,
-        frames: Playable<LogReader>,
+        frames: Playable<LogReader<'_>>,
         port: PortSpec,
         screen: &Screen,
     ) -> Result<Outcome, Failure> {

@@ -1,9 +1,9 @@
 //! A campaign as a suite: one case per property, with the smallest case that breaks it.
 
-use super::attachment;
+use super::{attachment, failure, of_suite, skipped};
 use campaign::{Account, Campaign};
 use judge::properties::Unjudged;
-use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
+use quick_junit::{NonSuccessKind, Property, TestCase, TestCaseStatus, TestSuite};
 use record::run_folder::REPORT;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -39,10 +39,8 @@ pub fn campaign(
         case
     };
     let ended = if done.stopped {
-        let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
         let message = format!("stopped after {} cases", tally.cases);
-        status.set_message(&*message).set_type("aborted").set_description(&*message);
-        status
+        failure(NonSuccessKind::Error, "aborted", &message, &message)
     } else {
         TestCaseStatus::success()
     };
@@ -54,7 +52,6 @@ pub fn campaign(
     for (found, path) in done.found.iter().zip(saved) {
         let what = found.shrunk.result.violated.iter().find(|one| one.property == found.property);
         let what = what.map_or("broken", |violated| &*violated.what);
-        let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
         let text = format!(
             "{what}\nbroken by {} of {} cases; the smallest again: hil run {} --seed {} {}",
             found.times,
@@ -63,7 +60,7 @@ pub fn campaign(
             found.shrunk.case.seed,
             account.replay
         );
-        status.set_message(what).set_type("broken").set_description(text.trim_end());
+        let status = failure(NonSuccessKind::Failure, "broken", what, text.trim_end());
         let mut broken = case(&found.property, status);
         broken.set_system_out(attachment(path) + &report_page);
         suite.add_test_case(broken);
@@ -86,13 +83,5 @@ pub fn campaign(
     for state in &done.never {
         suite.add_test_case(case(state, skipped("no case came to it")));
     }
-    let mut report = Report::new("hil");
-    report.add_test_suite(suite);
-    report.to_string()
-}
-
-fn skipped(why: &str) -> TestCaseStatus {
-    let mut status = TestCaseStatus::skipped();
-    status.set_message(why);
-    status
+    of_suite(suite)
 }

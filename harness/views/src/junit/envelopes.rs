@@ -1,7 +1,8 @@
 //! Envelopes as a suite: one case per fault, which fails if the plan tolerates less than it requires.
 
+use super::{failure, of_suite};
 use campaign::Measured;
-use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
+use quick_junit::{NonSuccessKind, TestCase, TestCaseStatus, TestSuite};
 use record::figures;
 
 /// Returns the document for the envelopes of `plan`.
@@ -16,17 +17,13 @@ pub fn envelopes(plan: &str, all: &[Measured]) -> Result<String, quick_junit::Se
         let status = if measured.holds() {
             TestCaseStatus::success()
         } else {
-            let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
-            status.set_message(&*said).set_type("envelope").set_description(&*said);
-            status
+            failure(NonSuccessKind::Failure, "envelope", &said, &said)
         };
         let mut case = TestCase::new(format!("{} of {}", envelope.kind, envelope.target), status);
         case.set_classname(format!("envelopes.{plan}")).set_system_out(said);
         suite.add_test_case(case);
     }
-    let mut report = Report::new("hil");
-    report.add_test_suite(suite);
-    report.to_string()
+    of_suite(suite)
 }
 
 /// Describes the tolerated and the required severity in one line.

@@ -1,7 +1,8 @@
 //! Load of the bus and the serial lines in each second.
 
-use super::download::{ROWS_MAX, Table, number, place};
+use super::download::Table;
 use super::frame::{Axis, Frame, SCALE};
+use super::listed::counted;
 use super::palette::CCW;
 use super::thin::{Point, extremes};
 use maud::{Markup, html};
@@ -148,7 +149,6 @@ fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
     };
     let line: Vec<Point> =
         extremes(points, COLUMNS).into_iter().map(|(at, load)| (at / unit_s, load)).collect();
-    let kept = extremes(points, ROWS_MAX / 2);
     let frame = Frame::wide(
         Axis::around(
             format!("bench time in {unit_of_time}"),
@@ -161,22 +161,15 @@ fn plot(title: &str, unit: &str, points: &[Point], note: &str) -> Markup {
         chart.draw_series([PathElement::new(line, CCW.stroke_width(SCALE))])?;
         Ok(())
     });
-    let left_out = points.len() - kept.len();
-    let mut data = Table::new(["time_s", unit]);
-    for (at, load) in kept {
-        data.row([place(at), number(load)]);
-    }
     html! {
         figure {
             h3 { (title) }
             (plot)
             figcaption {
                 p {
-                    (note) " " (points.len()) " second" @if points.len() != 1 { "s" }
-                    @if drawn < points.len() {
-                        "; " (drawn) " drawn, the quietest and the busiest of each column"
-                    }
-                    ". " (data.without(left_out).link(&format!("load-{title}")))
+                    (note) " "
+                    (counted(points.len(), "second", drawn, "the quietest and the busiest of each column"))
+                    ". " (Table::thinned("time_s", unit, points).link(&format!("load-{title}")))
                 }
             }
         }

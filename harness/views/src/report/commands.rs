@@ -1,5 +1,6 @@
 //! What the bench did by commands of its own.
 
+use super::listed;
 use maud::{Markup, html};
 use record::outcome::CommandSummary;
 
@@ -8,23 +9,17 @@ pub(super) fn table(commands: &[CommandSummary]) -> Option<Markup> {
     if commands.is_empty() {
         return None;
     }
-    Some(html! {
-        div.scroll {
-            table {
-                thead { tr { th { "command" } th { "run" } th { "longest" } th { "ended" } } }
-                tbody {
-                    @for one in commands {
-                        tr {
-                            td { code { (one.name) } }
-                            td.number { (one.times) }
-                            td.number { @if let Some(s) = one.longest_s { (format!("{s:.3}")) " s" } }
-                            td { (one.ended.as_deref().unwrap_or("not run: in virtual time there is no bench")) }
-                        }
-                    }
-                }
+    let rows = html! {
+        @for one in commands {
+            tr {
+                td { code { (one.name) } }
+                td.number { (one.times) }
+                td.number { @if let Some(s) = one.longest_s { (format!("{s:.3}")) " s" } }
+                td { (one.ended.as_deref().unwrap_or("not run: in virtual time there is no bench")) }
             }
         }
-    })
+    };
+    Some(listed::table(None, &["command", "run", "longest", "ended"], &rows))
 }
 
 #[cfg(test)]

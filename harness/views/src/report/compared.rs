@@ -3,8 +3,9 @@
 use super::against::Against;
 use super::collect::Collected;
 use super::frame::{Axis, Frame, SCALE};
+use super::listed;
 use super::marks::{band_texts, draw_bands, draw_marks};
-use super::observations::known;
+use super::observations::{declared, title};
 use super::observed::{Direction, Sample};
 use super::page::{document, section};
 use super::palette::{CCW, CW};
@@ -54,7 +55,6 @@ pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
         _ => "failed",
     };
     let (mut left_out, mut figures) = (0, Vec::new());
-    let header = one.header;
     let both = [Collected::of(one.header, one.records), Collected::of(other.header, other.records)];
     let [first, second] = &both;
     for (name, series) in &first.series {
@@ -66,11 +66,10 @@ pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
             left_out += 1;
             continue;
         }
-        let declared = header.quantities.iter().find(|quantity| quantity.name == *name).cloned();
         figures.push(figure(
             name,
             [&series.samples, &beside.samples],
-            declared.or_else(|| known(name)).as_ref(),
+            declared(one.header, name).as_ref(),
             &first.phases,
         ));
     }
@@ -107,29 +106,19 @@ pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
 }
 
 fn table(judged: &[Compared]) -> Markup {
-    html! {
-        div.scroll {
-            table {
-                thead {
-                    tr {
-                        th { "what" } th { "verdict" } th { "second verdict" } th.number { "first" } th.number { "second" }
-                        th.number { "change" }
-                    }
-                }
-                tbody {
-                    @for one in judged {
-                        tr.(one.verdicts[1]) {
-                            td { strong { (one.name) } }
-                            td { (one.verdicts[0]) }
-                            td { @if one.differs() { span.verdict { (one.then()) } } @else { (one.then()) } }
-                            @for figure in &one.figures { td.number { (figure) } }
-                            td.number { (one.moved.as_deref().unwrap_or_default()) }
-                        }
-                    }
-                }
+    let rows = html! {
+        @for one in judged {
+            tr.(one.verdicts[1]) {
+                td { strong { (one.name) } }
+                td { (one.verdicts[0]) }
+                td { @if one.differs() { span.verdict { (one.then()) } } @else { (one.then()) } }
+                @for figure in &one.figures { td.number { (figure) } }
+                td.number { (one.moved.as_deref().unwrap_or_default()) }
             }
         }
-    }
+    };
+    let heads = ["what", "verdict", "second verdict", "#first", "#second", "#change"];
+    listed::table(None, &heads, &rows)
 }
 
 /// A quantity of both, over the axis that says most about the first.
@@ -167,10 +156,9 @@ fn figure(
         }
         Ok(())
     });
-    let title = declared.map_or("", |quantity| quantity.title.as_str());
     html! {
         figure {
-            h3 { code { (name) } @if !title.is_empty() { " " (title) } }
+            h3 { (title(name, declared)) }
             (plot)
             figcaption {
                 p.legend {

@@ -2,7 +2,7 @@
 
 use super::group::Group;
 use super::observed::{Direction, Sample};
-use super::thin::{Point, extreme_indices};
+use super::thin::{Point, extreme_indices, extremes};
 use maud::{Markup, html};
 use std::fmt::Write;
 
@@ -34,6 +34,12 @@ impl Table {
             table.row([place(*x), number(*y)]);
         }
         table
+    }
+
+    /// The extremes of many points, and how many are left out.
+    pub(super) fn thinned(x: &str, y: &str, points: &[Point]) -> Self {
+        let kept = extremes(points, ROWS_MAX / 2);
+        Self::of_points(x, y, &kept).without(points.len() - kept.len())
     }
 
     pub(super) fn row(&mut self, cells: impl IntoIterator<Item = String>) {

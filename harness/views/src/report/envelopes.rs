@@ -2,6 +2,7 @@
 
 use super::download::{Table, number};
 use super::frame::{Axis, Drawn, Frame, SCALE};
+use super::listed;
 use super::page::{document, section};
 use super::palette::{BAND, CCW, CW, OUTSIDE};
 use campaign::{Envelope, Level, Measured};
@@ -34,48 +35,46 @@ pub fn page(plan: &str, all: &[Measured]) -> String {
 }
 
 fn table(all: &[Measured]) -> Markup {
-    html! {
-        div.scroll {
-            table {
-                thead {
-                    tr {
-                        th { "fault" } th { "target" } th { "verdict" } th { "tolerated up to" } th { "required" }
-                        th { "by a share of" } @if tells(all) { th { "silently wrong" } }
+    let heads = [
+        "fault",
+        "target",
+        "verdict",
+        "tolerated up to",
+        "required",
+        "by a share of",
+        "silently wrong",
+    ];
+    let rows = html! {
+        @for one in all {
+            @let envelope = &one.envelope;
+            tr.(class(one)) {
+                td { (envelope.kind) }
+                td { (envelope.target) }
+                td { (verdict(one)) }
+                td {
+                    @match envelope.tolerated {
+                        Some(most) => {
+                            (severity(most)) " " (envelope.unit)
+                            @if envelope.is_all { " (the largest that was tried)" }
+                        },
+                        None => @match envelope.fails_by_itself() {
+                            Some(level) => {
+                                "too few runs pass without any fault: " (level.passed) " of "
+                                (level.runs)
+                            },
+                            None => "none of those tried",
+                        },
                     }
                 }
-                tbody {
-                    @for one in all {
-                        @let envelope = &one.envelope;
-                        tr.(class(one)) {
-                            td { (envelope.kind) }
-                            td { (envelope.target) }
-                            td { (verdict(one)) }
-                            td {
-                                @match envelope.tolerated {
-                                    Some(most) => {
-                                        (severity(most)) " " (envelope.unit)
-                                        @if envelope.is_all { " (the largest that was tried)" }
-                                    },
-                                    None => @match envelope.fails_by_itself() {
-                                        Some(level) => {
-                                            "too few runs pass without any fault: " (level.passed) " of "
-                                            (level.runs)
-                                        },
-                                        None => "none of those tried",
-                                    },
-                                }
-                            }
-                            td {
-                                @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
-                            }
-                            td { (figures::exact(100.0 * envelope.share, 3)) " % of runs" }
-                            @if tells(all) { td { (silent(one)) } }
-                        }
-                    }
+                td {
+                    @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
                 }
+                td { (figures::exact(100.0 * envelope.share, 3)) " % of runs" }
+                @if tells(all) { td { (silent(one)) } }
             }
         }
-    }
+    };
+    listed::table(None, &heads[..if tells(all) { 7 } else { 6 }], &rows)
 }
 
 /// Whether a run can be silent.

@@ -68,7 +68,7 @@ fn failed(measurements: &[Measurement]) -> String {
     }
 }
 
-fn fact(name: &str, value: &str) -> Markup {
+pub(super) fn fact(name: &str, value: &str) -> Markup {
     html! { div { dt { (name) } dd { (value) } } }
 }
 

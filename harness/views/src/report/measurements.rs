@@ -1,5 +1,6 @@
 //! Measured values, against the paper if it gives any, with a gauge of each value in its band.
 
+use super::listed;
 use maud::{Markup, html};
 use plan::Proves;
 use record::figures;
@@ -22,28 +23,15 @@ fn has_paper(measurements: &[Measurement]) -> bool {
 
 pub(super) fn table(measurements: &[Measurement]) -> Markup {
     let paper = has_paper(measurements);
-    html! {
-        @if measurements.is_empty() {
-            p.missing { "The plan declares no measurement." }
-        } @else {
-            div.scroll {
-                table.measurements {
-                    thead {
-                        tr {
-                            th { "measurement" }
-                            th { "verdict" }
-                            th.number { "measured" }
-                            th.number { "band" }
-                            @if paper { th { "paper" } }
-                            th { "in the band" }
-                            th.number { "margin" }
-                        }
-                    }
-                    tbody { @for measurement in worst_first(measurements) { (row(measurement, paper)) } }
-                }
-            }
-        }
+    if measurements.is_empty() {
+        return html! { p.missing { "The plan declares no measurement." } };
     }
+    let mut heads = vec!["measurement", "verdict", "#measured", "#band"];
+    heads.extend(paper.then_some("paper"));
+    heads.extend(["in the band", "#margin"]);
+    let rows =
+        html! { @for measurement in worst_first(measurements) { (row(measurement, paper)) } };
+    listed::table(Some("measurements"), &heads, &rows)
 }
 
 /// Those that failed first, otherwise in the order of the plan.

@@ -5,6 +5,7 @@ use super::collect::Collected;
 use super::download;
 use super::frame::{Axis, Frame, SCALE};
 use super::group::by_direction;
+use super::listed::{LOWEST_AND_HIGHEST, counted};
 use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
 use super::observed::{Direction, Sample, Series};
 use super::palette::{CCW, CW, OUTSIDE};
@@ -37,10 +38,6 @@ const SQUARE_TEXT: &str = "the paper's square of 10 x 10 cm (Fig. 8)";
 
 /// Plots all observations that no figure of the paper shows.
 pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> Option<Markup> {
-    let declared = |name: &str| {
-        let found = header.quantities.iter().find(|quantity| quantity.name == name).cloned();
-        found.or_else(|| known(name))
-    };
     let all = &collected.series;
     let mut figures: Vec<Markup> = Vec::new();
     let mut left_out = 0_usize;
@@ -63,7 +60,7 @@ pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> 
                     None => continue,
                 }
             }
-            None => figure(name, series, declared(name).as_ref(), collected),
+            None => figure(name, series, declared(header, name).as_ref(), collected),
         });
     }
     if figures.is_empty() && !paper.is_empty() {
@@ -83,11 +80,14 @@ pub(super) fn plots(header: &Header, collected: &Collected, paper: &Figures) -> 
     })
 }
 
-/// Describes a quantity that the plan does not judge.
-pub(super) fn known(name: &str) -> Option<Quantity> {
-    let found = quantities::find(name)?;
-    let (unit, title) = (found.unit.to_owned(), found.doc.to_owned());
-    Some(Quantity { name: name.to_owned(), unit, title, ..Quantity::default() })
+/// A quantity as the plan declares it, or as it is known where the plan does not judge it.
+pub(super) fn declared(header: &Header, name: &str) -> Option<Quantity> {
+    let declared = header.quantities.iter().find(|quantity| quantity.name == name).cloned();
+    declared.or_else(|| {
+        let found = quantities::find(name)?;
+        let (unit, title) = (found.unit.to_owned(), found.doc.to_owned());
+        Some(Quantity { name: name.to_owned(), unit, title, ..Quantity::default() })
+    })
 }
 
 fn figure(
@@ -149,7 +149,7 @@ fn figure(
     }
 }
 
-fn title(name: &str, declared: Option<&Quantity>) -> Markup {
+pub(super) fn title(name: &str, declared: Option<&Quantity>) -> Markup {
     let title = declared.map_or("", |quantity| quantity.title.as_str());
     html! { code { (name) } @if !title.is_empty() { " " (title) } }
 }
@@ -177,10 +177,7 @@ fn caption(
                 (stimuli::legend(against, collected, 0.0..=collected.end_s))
             }
             p {
-                (samples.len()) " observation" @if samples.len() != 1 { "s" }
-                @if drawn < samples.len() {
-                    "; " (drawn) " drawn, the lowest and the highest of each column"
-                }
+                (counted(samples.len(), "observation", drawn, LOWEST_AND_HIGHEST))
                 @if has_bars { "; bars are standard uncertainties" }
                 "."
                 @if !samples.is_empty() { " " (download::samples(&by_direction(samples), unit).link(name)) }

@@ -4,6 +4,7 @@ use super::against::Against;
 use super::download;
 use super::frame::{Axis, Chart, DrawError, Drawn, Frame, SCALE};
 use super::group::{Group, Look};
+use super::listed::{LOWEST_AND_HIGHEST, counted};
 use super::marks::{band_texts, draw_bands, draw_bars, draw_marks, is_outside};
 use super::median::{median, running};
 use super::observed::{Direction, Sample};
@@ -96,10 +97,7 @@ impl Panel<'_> {
                         @for text in self.paper_texts() { span { i.line.paper {} (text) } }
                     }
                     p {
-                        (samples.len()) " observation" @if samples.len() != 1 { "s" }
-                        @if drawn < samples.len() {
-                            "; " (drawn) " drawn, the lowest and the highest of each column"
-                        }
+                        (counted(samples.len(), "observation", drawn, LOWEST_AND_HIGHEST))
                         @if has_bars && samples.iter().any(|sample| sample.uncertainty > 0.0) {
                             "; bars are standard uncertainties"
                         }

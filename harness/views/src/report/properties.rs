@@ -1,5 +1,6 @@
 //! Results of the plan's properties, and those that this bench could not judge.
 
+use super::listed;
 use maud::{Markup, html};
 use record::outcome::PropertySummary;
 
@@ -8,21 +9,9 @@ pub(super) fn table(properties: &[PropertySummary]) -> Option<Markup> {
     if properties.is_empty() {
         return None;
     }
-    Some(html! {
-        div.scroll {
-            table.properties {
-                thead {
-                    tr {
-                        th { "property" }
-                        th { "must hold" }
-                        th.number { "least margin" }
-                        th { "came to" }
-                    }
-                }
-                tbody { @for property in properties { (row(property)) } }
-            }
-        }
-    })
+    let rows = html! { @for property in properties { (row(property)) } };
+    let heads = ["property", "must hold", "#least margin", "came to"];
+    Some(listed::table(Some("properties"), &heads, &rows))
 }
 
 fn row(property: &PropertySummary) -> Markup {

@@ -3,6 +3,7 @@
 use super::download::{ROWS_MAX, Table, number, place};
 use super::frame::{Axis, Frame, SCALE};
 use super::group::Look;
+use super::listed::counted;
 use super::marks::draw_marks;
 use super::median::median_of;
 use super::observed::{Direction, Sample};
@@ -120,9 +121,7 @@ impl Positions<'_> {
                         span { i.line.paper {} (square) }
                     }
                     p {
-                        (paired) " position" @if paired != 1 { "s" }
-                        @if all.len() < paired { "; " (all.len()) " drawn, those outside first" }
-                        "."
+                        (counted(paired, "position", all.len(), "those outside first")) "."
                         @if unpaired > 0 { " " (unpaired) " observations have no partner." }
                         " " (table(&all).without(paired - all.len()).link(file))
                     }

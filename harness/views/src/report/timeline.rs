@@ -134,23 +134,12 @@ fn table(steps: &Steps) -> Table {
 }
 
 fn fault_box(span: &Span, y: usize, end_s: f64) -> Markup {
-    let share = (span.end_s.unwrap_or(end_s) - span.begin_s).max(0.0) / end_s;
-    let x = 100.0 * span.begin_s / end_s;
-    let fits = span.name.chars().count() as f64 * CHARACTER_SHARE < share;
-    html! {
-        g.fault {
-            title { (span.name) }
-            rect x={ (format!("{x:.3}")) "%" } y=(y) height=(ROW_PX - 4) rx="2"
-                width={ (format!("{:.3}", (100.0 * share - GAP_PERCENT).max(WIDTH_PERCENT_MIN))) "%" } {}
-            @if fits { text x={ (format!("{:.3}", x + 0.4)) "%" } y=(y + 14) { (span.name) } }
-        }
-    }
+    let shown = (span.begin_s, span.end_s.unwrap_or(end_s));
+    let inner = named_box(&span.name, shown, y, end_s);
+    html! { g.fault { title { (span.name) } (inner) } }
 }
 
 fn step_box(step: &Step, top: usize, end_s: f64) -> Markup {
-    let share = (step.end_s.unwrap_or(end_s) - step.begin_s).max(0.0) / end_s;
-    let x = 100.0 * step.begin_s / end_s;
-    let y = top + step.depth * ROW_PX;
     let took = match step.end_s {
         Some(step_end_s) => figures::duration(step_end_s - step.begin_s),
         None => "did not end".to_owned(),
@@ -160,19 +149,28 @@ fn step_box(step: &Step, top: usize, end_s: f64) -> Markup {
         (_, 0) => "even",
         _ => "odd",
     };
-    let fits = step.name().chars().count() as f64 * CHARACTER_SHARE < share;
+    let shown = (step.begin_s, step.end_s.unwrap_or(end_s));
+    let inner = named_box(step.name(), shown, top + step.depth * ROW_PX, end_s);
     html! {
         g.step.(class) {
             title {
                 (step.path) ": " @if let Some(label) = &step.label { (label) ", " }
                 (step.title) " (" (took) ")"
             }
-            rect x={ (format!("{x:.3}")) "%" } y=(y) height=(ROW_PX - 4) rx="2"
-                width={ (format!("{:.3}", (100.0 * share - GAP_PERCENT).max(WIDTH_PERCENT_MIN))) "%" } {}
-            @if fits {
-                text x={ (format!("{:.3}", x + 0.4)) "%" } y=(y + 14) { (step.name()) }
-            }
+            (inner)
         }
+    }
+}
+
+/// A box, with its name where that fits.
+fn named_box(name: &str, (begin_s, until_s): (f64, f64), y: usize, end_s: f64) -> Markup {
+    let share = (until_s - begin_s).max(0.0) / end_s;
+    let x = 100.0 * begin_s / end_s;
+    let fits = name.chars().count() as f64 * CHARACTER_SHARE < share;
+    html! {
+        rect x={ (format!("{x:.3}")) "%" } y=(y) height=(ROW_PX - 4) rx="2"
+            width={ (format!("{:.3}", (100.0 * share - GAP_PERCENT).max(WIDTH_PERCENT_MIN))) "%" } {}
+        @if fits { text x={ (format!("{:.3}", x + 0.4)) "%" } y=(y + 14) { (name) } }
     }
 }
 

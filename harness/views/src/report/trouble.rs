@@ -1,5 +1,6 @@
 //! Notes, refusals, aborted missions and degraded health: where to look first when a run failed.
 
+use super::listed;
 use controller::health::Level;
 use controller::mission::Report;
 use maud::{Markup, html};
@@ -66,21 +67,17 @@ pub(super) fn list(troubles: &Troubles) -> Option<Markup> {
     if troubles.listed.is_empty() {
         return None;
     }
-    Some(html! {
-        div.scroll {
-            table.troubles {
-                thead { tr { th { "bench time" } th { "device" } th { "what" } } }
-                tbody {
-                    @for trouble in &troubles.listed {
-                        tr {
-                            td.number { (format!("{:.3}", trouble.at_s)) " s" }
-                            td { (trouble.device.name()) }
-                            td { (trouble.text) }
-                        }
-                    }
-                }
+    let rows = html! {
+        @for trouble in &troubles.listed {
+            tr {
+                td.number { (format!("{:.3}", trouble.at_s)) " s" }
+                td { (trouble.device.name()) }
+                td { (trouble.text) }
             }
         }
+    };
+    Some(html! {
+        (listed::table(Some("troubles"), &["bench time", "device", "what"], &rows))
         @if troubles.overflowed > 0 {
             p.missing { "and " (troubles.overflowed) " more, which the record holds." }
         }

@@ -1,6 +1,6 @@
 //! The robot on its square: its commanded, estimated and true path; and its gyro.
 
-use super::series::{POINTS_MAX, Series};
+use super::series::{POINTS_MAX, Series, halve};
 use controller::mission::{Activity, Command, State};
 use wire::time::Timestamp;
 use wire::units::Pose;
@@ -113,11 +113,7 @@ impl Robot {
 /// Adds a position; a long path is thinned to every other point.
 fn add(path: &mut Vec<(f64, f64)>, pose: Pose) {
     if path.len() == POINTS_MAX {
-        let mut index = 0;
-        path.retain(|_| {
-            index += 1;
-            index % 2 == 1
-        });
+        halve(path);
     }
     path.push((pose.x.m(), pose.y.m()));
 }

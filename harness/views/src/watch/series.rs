@@ -15,6 +15,15 @@ pub struct Series {
     count: u64,
 }
 
+/// Drops every other point.
+pub(super) fn halve(points: &mut Vec<(f64, f64)>) {
+    let mut index = 0;
+    points.retain(|_| {
+        index += 1;
+        index % 2 == 1
+    });
+}
+
 impl Default for Series {
     fn default() -> Self {
         Self { latest: VecDeque::new(), whole: Vec::new(), stride: 1, count: 0 }
@@ -33,11 +42,7 @@ impl Series {
         self.latest.push_back((at_s, value));
         if self.count.is_multiple_of(self.stride) {
             if self.whole.len() == POINTS_MAX {
-                let mut index = 0;
-                self.whole.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
+                halve(&mut self.whole);
                 self.stride *= 2;
             }
             self.whole.push((at_s, value));

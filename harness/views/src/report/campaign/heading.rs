@@ -1,5 +1,6 @@
 //! Identity, progress and result of the campaign.
 
+use super::super::heading::fact;
 use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
@@ -66,8 +67,4 @@ pub(super) fn heading(account: &Account, gathered: &Gathered) -> Markup {
             }
         }
     }
-}
-
-fn fact(name: &str, value: &str) -> Markup {
-    html! { div { dt { (name) } dd { (value) } } }
 }

@@ -1,7 +1,8 @@
 //! The margin of each property, case by case.
 
-use super::super::download::{ROWS_MAX, Table, number, place};
+use super::super::download::Table;
 use super::super::frame::{Axis, Frame, SCALE};
+use super::super::listed::{LOWEST_AND_HIGHEST, counted};
 use super::super::marks::draw_marks;
 use super::super::palette::{CCW, OUTSIDE, REFERENCE};
 use super::super::thin::{Point, extremes};
@@ -35,7 +36,6 @@ fn plot(property: &str, points: &[Point]) -> Markup {
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let broken = points.iter().filter(|(_, margin)| *margin < 0.0).count();
     let drawn = extremes(&points, COLUMNS);
-    let kept = extremes(&points, ROWS_MAX / 2);
     let frame = Frame::wide(
         Axis::around("case", points.iter().map(|point| point.0)),
         Axis::around("least margin", points.iter().map(|point| point.1).chain([0.0, 1.0])),
@@ -50,11 +50,6 @@ fn plot(property: &str, points: &[Point]) -> Markup {
         draw_marks(chart, held, None, CCW.filled())?;
         draw_marks(chart, broke, None, OUTSIDE.filled())
     });
-    let left_out = points.len() - kept.len();
-    let mut data = Table::new(["case", "margin"]);
-    for (case, margin) in kept {
-        data.row([place(case), number(margin)]);
-    }
     html! {
         figure {
             h3 { (property) }
@@ -65,11 +60,8 @@ fn plot(property: &str, points: &[Point]) -> Markup {
                     @if broken > 0 { span { i.mark.outside { "●" } (broken) " broken" } }
                 }
                 p {
-                    (points.len()) " case" @if points.len() != 1 { "s" }
-                    @if drawn.len() < points.len() {
-                        "; " (drawn.len()) " drawn, the lowest and the highest of each column"
-                    }
-                    ". " (data.without(left_out).link(&format!("margin-{property}")))
+                    (counted(points.len(), "case", drawn.len(), LOWEST_AND_HIGHEST))
+                    ". " (Table::thinned("case", "margin", &points).link(&format!("margin-{property}")))
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! How often each property broke, its smallest margin, and how often each state was reached.
 
+use super::super::listed;
 use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
@@ -14,27 +15,19 @@ pub(super) fn always(account: &Account, gathered: &Gathered) -> Option<Markup> {
     if names.is_empty() && not_judged.is_none_or(|none| none.is_empty()) {
         return None;
     }
-    Some(html! {
-        div.scroll {
-            table {
-                thead {
-                    tr {
-                        th { "property" } th { "verdict" } th.number { "broken by" } th { "" }
-                        th.number { "least margin" } th.number { "in case" }
-                    }
-                }
-                tbody {
-                    @for name in names { (row(name, gathered)) }
-                    @for (name, why) in not_judged.into_iter().flatten() {
-                        tr.unset {
-                            td { strong { (name) } div.small { "not judged: " (why) } }
-                            td { span.verdict { "not judged" } }
-                            td.number { "-" } td {} td.number { "-" } td.number { "-" }
-                        }
-                    }
-                }
+    let rows = html! {
+        @for name in names { (row(name, gathered)) }
+        @for (name, why) in not_judged.into_iter().flatten() {
+            tr.unset {
+                td { strong { (name) } div.small { "not judged: " (why) } }
+                td { span.verdict { "not judged" } }
+                td.number { "-" } td {} td.number { "-" } td.number { "-" }
             }
         }
+    };
+    let heads = ["property", "verdict", "#broken by", "", "#least margin", "#in case"];
+    Some(html! {
+        (listed::table(None, &heads, &rows))
         p.small { "The interval is that of the share of cases that break the property (95 %, Wilson). A margin is the smallest distance to a violation, as a share of the limit; below zero, the property broke." }
     })
 }
@@ -70,27 +63,19 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
 pub(super) fn sometimes(account: &Account, gathered: &Gathered) -> Option<Markup> {
     let tally = &gathered.tally;
     let names: BTreeSet<&String> = account.states.iter().chain(tally.reached.keys()).collect();
-    (!names.is_empty()).then(|| {
-        html! {
-            div.scroll {
-                table {
-                    thead { tr { th { "state" } th.number { "reached by" } th { "" } } }
-                    tbody {
-                        @for name in names {
-                            @let times = tally.reached.get(name).copied().unwrap_or_default();
-                            tr.(if times == 0 { "marginal" } else { "pass" }) {
-                                td { strong { (name) } }
-                                td.number {
-                                    @if times == 0 { span.reason { "no case" } } @else { (times) " of " (tally.cases) }
-                                }
-                                td { (bar(times, tally.cases, "state")) }
-                            }
-                        }
-                    }
+    let rows = html! {
+        @for &name in &names {
+            @let times = tally.reached.get(name).copied().unwrap_or_default();
+            tr.(if times == 0 { "marginal" } else { "pass" }) {
+                td { strong { (name) } }
+                td.number {
+                    @if times == 0 { span.reason { "no case" } } @else { (times) " of " (tally.cases) }
                 }
+                td { (bar(times, tally.cases, "state")) }
             }
         }
-    })
+    };
+    (!names.is_empty()).then(|| listed::table(None, &["state", "#reached by", ""], &rows))
 }
 
 fn bar(times: u64, of: u64, class: &str) -> Markup {
