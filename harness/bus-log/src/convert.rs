@@ -6,7 +6,6 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Converted {
     pub written: u64,
-    /// Frames that the format cannot hold.
     pub frames_left_out: u64,
     /// Packets of serial lines that the format cannot hold.
     pub packets_left_out: u64,

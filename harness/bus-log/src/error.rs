@@ -11,14 +11,11 @@ const FOUND_CHARS_MAX: usize = 40;
 /// Why a bus log cannot be read or written. Everything before the error is good.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum LogError {
-    /// The file cannot be read.
     #[error("failed to read {}", path.display())]
     Unreadable { path: PathBuf, source: io::Error },
-    /// The contents do not match the format.
     #[error("failed to read {} as {}: {place}: {defect}", path.display(), format.name())]
     #[diagnostic(help("--from {} says what the file is", Format::any_name()))]
     Malformed { path: PathBuf, format: Format, place: Place, defect: Defect },
-    /// The file cannot be written.
     #[error("failed to write {}", path.display())]
     Unwritable { path: PathBuf, source: io::Error },
     /// A time that the format cannot express.

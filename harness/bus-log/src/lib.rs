@@ -118,7 +118,6 @@ pub enum Kept {
     LeftOut,
 }
 
-/// Reads one of the formats.
 trait ReadEntries: fmt::Debug {
     /// Returns the next entry; `None` at the end.
     fn read(&mut self) -> Result<Option<Entry>, LogError>;

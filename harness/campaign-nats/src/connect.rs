@@ -39,7 +39,6 @@ pub struct Server {
 /// Notices during a campaign or a worker's run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum News {
-    /// The server does not answer.
     Away,
     /// The server answers again.
     Back,
@@ -47,9 +46,7 @@ pub enum News {
     Refuses(String),
     Waiting {
         place: Place,
-        /// Number of cases that no worker has taken.
         queued: u64,
-        /// Number of cases that workers have taken.
         taken: u64,
         /// Number of workers that request a case.
         idle: u64,
@@ -72,7 +69,6 @@ pub enum News {
     CarriedOut(u64),
     /// Number of results that wait for the server.
     Unreported(usize),
-    /// This worker holds the bench.
     Holds(String),
     /// Another process holds the bench or the campaign; this one waits for it.
     Held {

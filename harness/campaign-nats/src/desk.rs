@@ -20,7 +20,6 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tokio::time::{interval, sleep, timeout};
 
-/// A file that the campaign stores on the server.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredFile {
     pub name: String,
@@ -36,7 +35,6 @@ const FINISHES_MAX: usize = 5;
 
 #[derive(Debug)]
 pub(super) enum Ask {
-    /// Carry out a job and return its result.
     Execute {
         id: String,
         body: Vec<u8>,

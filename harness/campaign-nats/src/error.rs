@@ -25,37 +25,22 @@ pub enum NatsError {
     NoJetStream {
         /// Its address, without a password.
         server: String,
-        /// Its answer.
         cause: String,
     },
     #[error("failed to {what}: {cause}")]
     #[diagnostic(help("`nats stream report` shows what the server holds"))]
-    Server {
-        /// What it was asked to do.
-        what: String,
-        cause: String,
-    },
+    Server { what: String, cause: String },
     #[error(
         "the stream {stream} is of another version: \"{found}\", this is message format {FORMAT}"
     )]
     #[diagnostic(help(
         "use the version that made it, or a server of your own; `nats stream rm {stream}` removes it with all that it holds"
     ))]
-    OtherFormat {
-        stream: String,
-        /// Its description.
-        found: String,
-    },
+    OtherFormat { stream: String, found: String },
     /// This worker and a campaign have different versions.
     #[error("this worker is version {ours}, the campaign {campaign} is of version {theirs}")]
     #[diagnostic(help("results of two versions do not mix: start a worker of version {theirs}"))]
-    OtherVersion {
-        /// Version of the worker.
-        ours: String,
-        /// Version of the campaign.
-        theirs: String,
-        campaign: String,
-    },
+    OtherVersion { ours: String, theirs: String, campaign: String },
     /// Another process holds the lease.
     #[error("{what} is held by {holder}")]
     #[diagnostic(help(
@@ -73,11 +58,7 @@ pub enum NatsError {
     #[diagnostic(help(
         "this machine did not reach the server for too long, and another took over"
     ))]
-    Lost {
-        /// A bench or a campaign.
-        what: String,
-        holder: String,
-    },
+    Lost { what: String, holder: String },
     /// A worker cannot carry out the campaign.
     #[error("the worker {worker} cannot carry out this campaign: {cause}")]
     #[diagnostic(help(

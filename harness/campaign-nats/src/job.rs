@@ -46,7 +46,6 @@ impl Done {
         Self { result, ..Self::default() }
     }
 
-    /// The result of a job that was interrupted.
     pub(super) fn given_up() -> Self {
         Self::of(CaseResult::given_up())
     }

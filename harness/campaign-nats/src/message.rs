@@ -49,7 +49,6 @@ impl Place {
         format!("{}.{}.{campaign}.{id}", self.subject(), word(version))
     }
 
-    /// Subject of all cases of a campaign.
     pub(super) fn campaign(&self, campaign: &str) -> String {
         format!("{}.*.{campaign}.>", self.subject())
     }

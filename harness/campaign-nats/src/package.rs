@@ -98,7 +98,6 @@ impl Package {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Its name, derived from its content.
     pub(super) fn id(&self) -> String {
         content(&self.to_json())
     }
@@ -108,7 +107,6 @@ impl Package {
     }
 }
 
-/// The name of a text, derived from its content.
 fn content(text: &str) -> String {
     CaseId::of(&[text]).to_string()
 }

@@ -24,7 +24,6 @@ pub(super) const ACK_WAIT: Duration = Duration::from_secs(5);
 pub(super) const STILL_AT_IT: Duration = Duration::from_millis(1_500);
 /// Time after which a result that the coordinator has not stored is delivered again.
 const RESULT_WAIT: Duration = Duration::from_secs(5);
-/// Time limit for an answer of the server.
 const ANSWER: Duration = Duration::from_secs(3);
 /// How long message names are remembered, so that no message is on a stream twice. Assumption: messages are sent again
 /// within this time after the server was unreachable.
@@ -215,7 +214,6 @@ impl Room {
         put.map(|_| ()).map_err(|error| NatsError::server(format!("store {name}"), error))
     }
 
-    /// Reads an object.
     pub(super) async fn get(&self, name: &str) -> Result<Vec<u8>, NatsError> {
         let failed =
             |cause: &dyn std::fmt::Display| NatsError::server(format!("fetch {name}"), cause);

@@ -123,6 +123,5 @@ impl Tray {
 pub(super) enum Asking {
     /// It has been handed out, or its result is here.
     Known,
-    /// It has to be handed out.
     New(oneshot::Sender<Done>),
 }

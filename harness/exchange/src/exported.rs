@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 
 pub(crate) type Boxed = Box<dyn std::error::Error + Send + Sync>;
 
-/// Why a run is not exported, or not completely.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ExportError {
     #[error(transparent)]

@@ -46,7 +46,6 @@ impl Network {
         self.streams.iter_mut().for_each(|stream| stream.start(at));
     }
 
-    /// The stream of the whole condition.
     pub(crate) fn root(&mut self) -> &mut Stream {
         let root = self.streams.len() - 1;
         &mut self.streams[root]

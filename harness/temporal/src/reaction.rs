@@ -25,9 +25,7 @@ pub struct Reaction {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Answer {
-    /// Time of the trigger.
     pub asked: Timestamp,
-    /// Response time.
     pub after: Span,
 }
 

@@ -20,7 +20,6 @@ pub trait Signals {
     }
 }
 
-/// The way a signal protects its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protecting {
     /// A counter that continues the previous one.

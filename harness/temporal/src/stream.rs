@@ -63,7 +63,6 @@ impl Stream {
         self.steps.front().map(|step| step.at).filter(|at| *at < self.known)
     }
 
-    /// Takes the next step, if final.
     pub(crate) fn pop(&mut self) -> Option<Step> {
         self.next_at().and_then(|_| self.steps.pop_front())
     }

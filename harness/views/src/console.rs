@@ -174,7 +174,6 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
     text + &closing_line(summaries) + "\n"
 }
 
-/// Value of a measurement with its uncertainty.
 fn measured(measurement: &Measurement) -> String {
     match measurement.value {
         Some(value) => figures::quantity(value, measurement.uncertainty, &measurement.unit),
@@ -260,7 +259,6 @@ fn properties(summaries: &[Summary]) -> Option<String> {
     (!judged.is_empty()).then(|| format!("{held} of {} properties held", judged.len()))
 }
 
-/// Returns the worst outcome of several runs.
 pub fn worst(summaries: &[Summary]) -> Outcome {
     summaries.iter().map(|summary| summary.outcome).max().unwrap_or(Outcome::Passed)
 }

@@ -206,7 +206,6 @@ fn text(x: usize, y: usize, class: &str, what: &str) -> Markup {
     html! { text class=(class) x=(x) y=(y) { (what) } }
 }
 
-/// Shortens a text for the picture.
 fn shown(text: &str) -> String {
     cut(text, CHARACTERS_MAX)
 }

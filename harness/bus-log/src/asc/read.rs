@@ -25,7 +25,6 @@ pub(crate) struct Reader<R: Read> {
     lines: Lines<R>,
     base: Base,
     times: Times,
-    /// Start of the measurement.
     began: Timestamp,
     /// Line and text of a date that is not understood, as long as no other is.
     refused: Option<(u64, String)>,

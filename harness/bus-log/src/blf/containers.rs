@@ -19,7 +19,6 @@ pub(super) struct Containers<R: Read> {
     input: BufReader<R>,
     /// Length of the file according to its head; a file that was not finished says less than it has.
     said: u64,
-    /// Bytes read so far.
     offset: u64,
     began: u64,
     /// Its bytes that are not read yet.
@@ -213,7 +212,6 @@ impl<R: Read> Containers<R> {
         if skipped < count { Err(self.cut()) } else { Ok(()) }
     }
 
-    /// Containers that the head counts are missing.
     fn shorter(&self) -> LogError {
         let found = format!("the end after {} of {} bytes", self.offset, self.said);
         self.malformed(Defect::new("as many bytes as the head says", found.as_bytes()))

@@ -69,7 +69,6 @@ const TEN_MICROS: u32 = 1;
 /// Object flag: time in nanoseconds.
 const NANOS: u32 = 2;
 
-/// Flag of an extended identifier.
 const EXTENDED: u32 = 1 << 31;
 const SENT: u8 = 1;
 /// Frame flag: remote request.

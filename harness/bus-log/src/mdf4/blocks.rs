@@ -6,7 +6,6 @@ use super::BLOCK_HEAD_BYTES;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-/// Most links of a block that are kept.
 const LINKS_MAX: usize = 8;
 /// Most bytes of a block after its links that are kept.
 const DATA_MAX: usize = 256;
@@ -43,7 +42,6 @@ impl<R: Read + Seek> Source<R> {
         self.length
     }
 
-    /// An error for a defect in what begins at that byte.
     pub(super) fn malformed(&self, address: u64, defect: Defect) -> LogError {
         LogError::malformed(&self.path, Format::Mdf4, Place::Byte(address), defect)
     }

@@ -18,7 +18,6 @@ impl Buffered {
         Self { chain, window: Window::new() }
     }
 
-    /// Start of the current block.
     pub(super) const fn began(&self) -> u64 {
         self.chain.began()
     }

@@ -15,10 +15,8 @@ const DZ_HEAD_BYTES: u64 = 48;
 /// Flag of an `LD` block: it has links to invalidation bits, after those to values.
 const LD_INVALIDATION: u32 = 1 << 31;
 
-/// A sequence of data blocks.
 #[derive(Debug)]
 pub(super) struct Chain {
-    /// Start of the current block.
     began: u64,
     list: List,
     piece: Piece,
@@ -40,7 +38,6 @@ pub(super) enum Content {
     Invalidation,
 }
 
-/// Blocks still to come.
 #[derive(Debug, Default)]
 struct List {
     /// Place of the next link to a block.
@@ -74,13 +71,11 @@ impl Chain {
         Self::of(Content::Whole, address, unfinished)
     }
 
-    /// That content of the data at that address.
     pub(super) fn of(content: Content, address: u64, unfinished: bool) -> Self {
         let list = List { next: address, ..List::default() };
         Self { began: address, list, piece: Piece::None, blocks: 0, unfinished, content }
     }
 
-    /// Start of the current block.
     pub(super) const fn began(&self) -> u64 {
         self.began
     }

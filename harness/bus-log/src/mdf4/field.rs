@@ -49,7 +49,6 @@ impl Field {
         Self { byte: channel.u32(4) as usize, bit: 0, bits: 64, kind }
     }
 
-    /// Length that a record must have.
     pub(super) const fn end(&self) -> usize {
         self.byte + (self.bit as usize + self.bits as usize).div_ceil(8)
     }

@@ -36,7 +36,6 @@ pub(super) enum Data {
 }
 
 impl Frames {
-    /// Length that a record must have.
     pub(super) fn end(&self) -> usize {
         let fields = [self.channel, self.id, self.ide, self.code, self.length, self.direction];
         let data = self.data.map(|data| match data {

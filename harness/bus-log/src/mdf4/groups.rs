@@ -13,7 +13,6 @@ use std::io::{Read, Seek};
 /// Limits for the groups and channels of a file: one with every message of a large DBC has thousands of groups.
 pub(super) const GROUPS_MAX: usize = 65_536;
 pub(super) const CHANNELS_MAX: usize = 262_144;
-/// Longest record of a frame group.
 const RECORD_BYTES_MAX: usize = 16 * 1024;
 /// Most data groups with frames: each has its own buffer.
 const STREAMS_MAX: usize = 256;
@@ -22,7 +21,6 @@ pub(super) const DEPTH_MAX: u32 = 3;
 
 #[derive(Debug)]
 pub(super) struct DataGroup {
-    /// Address of the data.
     pub(super) data: u64,
     /// Length of the record number before each record.
     pub(super) number_bytes: usize,

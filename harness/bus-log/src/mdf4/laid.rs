@@ -29,7 +29,6 @@ impl Blocks {
         self.bytes
     }
 
-    /// Appends a block; returns its address.
     pub(super) fn push(&mut self, mark: &[u8; 4], links: &[u64], data: &[u8]) -> u64 {
         let address = self.place + self.bytes.len() as u64;
         push_block(&mut self.bytes, *mark, links, data);

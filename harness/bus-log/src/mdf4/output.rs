@@ -18,7 +18,6 @@ pub(super) struct Output<W> {
 }
 
 impl<W: Write + Seek> Output<W> {
-    /// A file that begins with these bytes.
     pub(super) fn new(mut out: W, begin: &[u8]) -> io::Result<Self> {
         out.write_all(begin)?;
         Ok(Self { out, place: begin.len() as u64 })
@@ -36,7 +35,6 @@ impl<W: Write + Seek> Output<W> {
         Ok(())
     }
 
-    /// Appends a block; returns its address.
     pub(super) fn block(&mut self, mark: [u8; 4], links: &[u64], data: &[u8]) -> io::Result<u64> {
         let mut bytes = Vec::new();
         push_block(&mut bytes, mark, links, data);

@@ -12,7 +12,6 @@ use std::collections::{HashMap, VecDeque};
 use std::io::{Read, Seek};
 use wire::can::FD_BYTES_MAX;
 
-/// The records of a data group.
 #[derive(Debug)]
 pub(super) struct Stream {
     data: Buffered,

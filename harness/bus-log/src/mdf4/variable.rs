@@ -17,7 +17,6 @@ pub(super) type Bytes = Vec<u8>;
 #[derive(Debug)]
 pub(super) struct SignalData {
     data: Buffered,
-    /// Most bytes of a value that are kept.
     most: usize,
     /// Offset of the window.
     at: u64,
@@ -81,9 +80,7 @@ impl SignalData {
 /// Records of a variable-length group among the records that refer to them.
 #[derive(Debug, Default)]
 pub(super) struct Among {
-    /// The last records by offset.
     waiting: VecDeque<(u64, Bytes)>,
-    /// Offset of the next record.
     next: u64,
 }
 

@@ -79,7 +79,6 @@ pub fn export(
     Ok(Exported { written, survey })
 }
 
-/// Attaches the summary and the results of the plan.
 fn attach(
     channels: &mut Channels<BufWriter<File>>,
     folder: &RunFolder,

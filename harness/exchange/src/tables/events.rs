@@ -24,7 +24,8 @@ pub struct Event<'a> {
     pub details: Option<Value>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum EventKind {
     /// A step of the plan began; the subject is its place in the plan.
     StepBegan,
@@ -59,34 +60,12 @@ pub enum Severity {
     Error,
 }
 
-impl EventKind {
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::StepBegan => "step_began",
-            Self::StepEnded => "step_ended",
-            Self::Command => "command",
-            Self::Done => "done",
-            Self::Refused => "refused",
-            Self::Aborted => "aborted",
-            Self::Note => "note",
-            Self::Reply => "reply",
-            Self::FaultBegan => "fault_began",
-            Self::FaultEnded => "fault_ended",
-            Self::FaultNeverHappened => "fault_never_happened",
-            Self::Confinement => "confinement",
-            Self::Verdict => "verdict",
-            Self::Property => "property",
-            Self::Outcome => "outcome",
-        }
-    }
-}
-
 impl Event<'_> {
     pub fn row(&self) -> Row<'_> {
         vec![
             time(self.at),
             Cell::text(self.device.name()),
-            Cell::text(self.kind.name()),
+            Cell::text(name_of(&self.kind)),
             Cell::text(&*self.subject),
             self.id.map_or(Cell::Missing, Cell::Integer),
             Cell::text(&*self.text),

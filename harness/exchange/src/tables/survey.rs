@@ -24,7 +24,6 @@ pub struct Survey {
     pub end: Timestamp,
     /// Whether it holds records of the user's own device.
     pub of_device: bool,
-    /// Why the record could not be read to its end.
     pub cut: Option<RecordError>,
 }
 

@@ -7,7 +7,6 @@ use std::env;
 /// `true` on GitHub.
 const ACTIONS: &str = "GITHUB_ACTIONS";
 
-/// An error message and its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Annotation {
     /// File and line, counted from 1, if the error is in a file.

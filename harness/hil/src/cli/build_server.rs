@@ -21,7 +21,6 @@ pub(super) struct SummaryArguments {
 }
 
 impl SummaryArguments {
-    /// Appends the text to the summary file, if there is one.
     pub(super) fn append(&self, markdown: &str) -> Result<(), Failure> {
         let named = || env::var_os(STEP_SUMMARY).filter(|name| !name.is_empty()).map(PathBuf::from);
         let Some(path) = self.summary.clone().or_else(named) else { return Ok(()) };

@@ -132,14 +132,12 @@ const JOURNAL: &str = "cases.jsonl";
 /// What a campaign tests, and whom it reports to.
 #[derive(Clone, Copy)]
 struct Task<'a> {
-    /// Text of the plan.
     source: &'a str,
     pub(super) prepared: &'a Prepared,
     pub(super) interrupt: &'a Interrupt,
     pub(super) screen: &'a Screen,
 }
 
-/// A campaign whose folder is open.
 struct Begun {
     folder: PathBuf,
     journal: Journal,
@@ -380,7 +378,6 @@ impl CampaignArguments {
         })
     }
 
-    /// Checks that the fault kinds exist.
     fn known(&self) -> Result<(), Failure> {
         self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
     }

@@ -8,7 +8,6 @@ use super::series::tell;
 use clap::Args;
 use harness::run::{judge_again, load_recorded, write_documents};
 use record::outcome::{Outcome, Summary};
-use record::run_folder::RunFolder;
 use std::path::{Path, PathBuf};
 use views::console;
 
@@ -49,8 +48,7 @@ impl CheckArguments {
     }
 
     fn check(&self, run: &Path, screen: &Screen) -> Result<Summary, Failure> {
-        let name = run.display().to_string();
-        let folder = RunFolder::open(run)?.telling(screen.reading(&name));
+        let (name, folder) = screen.opened(run)?;
         let was = folder.summary_if_any()?;
         let records = folder.records()?;
         let recorded = records.header().clone();

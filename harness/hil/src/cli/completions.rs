@@ -55,7 +55,6 @@ pub(super) fn answer() {
     CompleteEnv::with_factory(Cli::command).var(ASKED).complete();
 }
 
-/// Completes the name or the path of a plan.
 pub(super) fn plan() -> ArgValueCompleter {
     ArgValueCompleter::new(plans)
 }

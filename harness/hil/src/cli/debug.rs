@@ -20,7 +20,7 @@ use plan::made::Made;
 use record::RecordKind;
 use record::header::Header;
 use record::outcome::Outcome;
-use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::run_folder::{RECORD, RunFolderError};
 use session::Session;
 use std::cell::Cell;
 use std::io::{self, IsTerminal};
@@ -60,8 +60,7 @@ pub(super) struct DebugArguments {
 impl DebugArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let at = asked::moment(self.at).map_err(|why| Failure::arguments(why, asked::MOMENT))?;
-        let name = self.run.display().to_string();
-        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
+        let (name, folder) = screen.opened(&self.run)?;
         if let Some(summary) = folder.summary_if_any()?
             && summary.clock != VIRTUAL
         {
@@ -116,15 +115,7 @@ impl DebugArguments {
     /// The recorded plan, or the one given, with the given controller.
     fn prepared(&self, header: &Header, name: &str) -> Result<Prepared, Failure> {
         let mut prepared = recorded(self.plan.as_deref(), header, name)?;
-        if self.controller.is_some() && prepared.rig.robot.is_none() {
-            let message =
-                format!("--controller has no meaning for {name}: it has no controller of a robot");
-            return Err(Failure::arguments(
-                message,
-                "leave it out: the rig names what is under test",
-            ));
-        }
-        prepared.hosting = Controller::hosting(self.controller.as_ref());
+        prepared.hosting = Controller::of_robot(self.controller.as_ref(), &prepared.rig, name)?;
         Ok(prepared)
     }
 }

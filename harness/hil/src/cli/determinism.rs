@@ -43,7 +43,6 @@ pub(super) fn verify(
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Parted {
-    /// A line of each.
     pub(super) sides: [String; 2],
     /// From there on, one of them cannot be read to its end.
     pub(super) damaged: bool,
@@ -75,13 +74,14 @@ fn is_full(run: &RunFolder) -> Result<bool, RunFolderError> {
     Ok(run.records()?.flatten().any(|record| is_traffic(&record.kind)))
 }
 
-fn in_each_record(record: &Result<Record, RecordError>) -> bool {
+/// Whether a record has this at any level.
+pub(super) const fn is_in_each_record(kind: &RecordKind) -> bool {
     use RecordKind::{Bytes, Frame, Truth};
-    let Ok(record) = record else { return true };
-    !matches!(
-        record.kind,
-        Bytes(_) | Frame(_) | Truth { .. } | RecordKind::Report(Report::State(_))
-    )
+    !matches!(kind, Bytes(_) | Frame(_) | Truth { .. } | RecordKind::Report(Report::State(_)))
+}
+
+fn in_each_record(record: &Result<Record, RecordError>) -> bool {
+    record.as_ref().map_or(true, |record| is_in_each_record(&record.kind))
 }
 
 fn first(

@@ -60,7 +60,6 @@ pub(super) struct EnvelopeArguments {
     at_least: Option<f64>,
 }
 
-/// File with the figures of an envelopes folder.
 const FIGURES: &str = "envelopes.json";
 const JOURNAL: &str = "runs.jsonl";
 

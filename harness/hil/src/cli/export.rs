@@ -143,8 +143,7 @@ impl ExportArguments {
         if let Some(out) = &self.fmu {
             return export_device::fmu(&self.run, out, self.fmi, self.library.as_deref());
         }
-        let name = self.run.display().to_string();
-        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
+        let (_, folder) = screen.opened(&self.run)?;
         if let Some(path) = &self.bus {
             return bus(&folder, path, screen);
         }

@@ -38,12 +38,10 @@ impl Failure {
         OwnCause::Identify { dataset: dataset.to_owned(), model, source }.into()
     }
 
-    /// A finding cannot be written.
     pub(super) fn findings(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         OwnCause::Findings(source.into()).into()
     }
 
-    /// The standard output cannot be written.
     pub(super) fn output(source: io::Error) -> Self {
         OwnCause::Output(source).into()
     }

@@ -13,7 +13,6 @@ const ASK_AGAIN: Duration = Duration::from_millis(200);
 /// Kept of the command line.
 const COMMAND_CHARS_MAX: usize = 200;
 
-/// This process, from now on.
 fn holder() -> Holder {
     let words: Vec<_> = std::env::args_os().skip(1).collect();
     let words: Vec<_> = words.iter().map(|word| word.to_string_lossy()).collect();

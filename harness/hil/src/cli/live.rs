@@ -11,6 +11,15 @@ use views::watch::Feed;
 /// The interface that `--bus vcan` means.
 const VCAN: &str = "vcan0";
 
+#[cfg(feature = "nats")]
+impl LiveSetup {
+    /// A setup from a bench file that describes a whole bench; defaults for the rest.
+    pub(super) const fn of(bench: plan::bench_file::BenchFile) -> Self {
+        let bus = super::setup::BusChoice::Pty;
+        Self { controller: Controller::Process, bench, bus, realtime: false }
+    }
+}
+
 /// Runs a prepared plan in real time and writes its run folder, as
 /// [`run_to_folder`](harness::run::run_to_folder) does in virtual time.
 ///

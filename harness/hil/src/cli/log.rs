@@ -52,7 +52,6 @@ struct ConvertArguments {
     to: Option<Format>,
 }
 
-/// Reports what was written and what was not.
 pub(super) fn tell(path: &Path, converted: Converted, screen: &Screen) -> Result<Outcome, Failure> {
     if !converted.is_whole() {
         screen.note("the format has no place for everything; pcapng has");

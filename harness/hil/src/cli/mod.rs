@@ -235,7 +235,6 @@ fn start_log(screen: &Screen) {
     }
 }
 
-/// Writes text to the standard output.
 fn say(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(tame::tamed(text).as_bytes()).and_then(|()| out.flush()) {

@@ -7,7 +7,9 @@ use record::Progress;
 use record::figures;
 use record::outcome::Summary;
 use record::reading::Teller;
+use record::run_folder::{RunFolder, RunFolderError};
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tracing_subscriber::fmt::MakeWriter;
@@ -68,7 +70,6 @@ impl Screen {
         self.quiet
     }
 
-    /// Whether colours and lines are wanted.
     pub(super) fn fancy(&self) -> bool {
         is_colour_wanted(self.terminal)
     }
@@ -107,7 +108,6 @@ impl Screen {
         self.lock_aside().get_or_insert_default();
     }
 
-    /// Returns the last buffered lines.
     pub(super) fn aside(&self) -> Vec<String> {
         let aside = self.lock_aside();
         let text = String::from_utf8_lossy(aside.as_deref().unwrap_or_default()).into_owned();
@@ -179,6 +179,13 @@ impl Screen {
         })
     }
 
+    /// Opens a run folder, and shows how much of its record has been read; also returns its name.
+    pub(super) fn opened(&self, run: &Path) -> Result<(String, RunFolder), RunFolderError> {
+        let name = run.display().to_string();
+        let folder = RunFolder::open(run)?.telling(self.reading(&name));
+        Ok((name, folder))
+    }
+
     fn bar(&self, template: &str, name: &str) -> ProgressBar {
         let style = ProgressStyle::with_template(template);
         let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -225,7 +232,6 @@ impl ShareProgress {
         self.bar.set_message(doing.to_owned());
     }
 
-    /// Removes the bar.
     pub(super) fn finish(self) {
         self.bar.finish_and_clear();
     }
@@ -258,7 +264,6 @@ impl PlanProgress {
         self.bar.set_message(message);
     }
 
-    /// Removes the bar and prints the outcome.
     pub(super) fn finish(self, summary: &Summary) {
         self.bar.finish_and_clear();
         let Summary { plan, outcome, simulated_s, wall_s, .. } = summary;

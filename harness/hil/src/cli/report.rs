@@ -42,8 +42,7 @@ impl ReportArguments {
 }
 
 fn draw(run: &Path, screen: &Screen) -> Result<PathBuf, Failure> {
-    let name = run.display().to_string();
-    let folder = RunFolder::open(run)?.telling(screen.reading(&name));
+    let (_, folder) = screen.opened(run)?;
     let summary = match folder.summary_if_any()? {
         Some(summary) => summary,
         None => killed(&folder)?,

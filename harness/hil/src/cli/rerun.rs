@@ -10,7 +10,6 @@ use plan::Rig;
 use plan::rig::{NodePart, RigNode, UnderTest};
 use record::header::Header;
 use record::outcome::Outcome;
-use record::run_folder::RunFolder;
 use record::text::Line;
 use record::{Device, Record};
 use serde_json::{Value, json};
@@ -44,24 +43,16 @@ pub(super) struct RerunArguments {
 
 impl RerunArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
-        let name = self.run.display().to_string();
-        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
+        let (name, folder) = screen.opened(&self.run)?;
         let records = folder.records()?;
         let header = records.header().clone();
         let Some((plan, rig)) = load_recorded(&header, self.plan.as_deref())? else {
             let message = format!("the record of {name} holds no plan");
             return Err(Failure::arguments(message, "run the plan again with this version"));
         };
-        if self.controller.is_some() && rig.robot.is_none() {
-            let message =
-                format!("--controller has no meaning for {name}: it has no controller of a robot");
-            return Err(Failure::arguments(
-                message,
-                "leave it out: the rig names what is under test",
-            ));
-        }
-        let mut prepared = Prepared::new(Arc::new(plan), rig, <_>::default(), <_>::default());
-        prepared.hosting = Controller::hosting(self.controller.as_ref());
+        let hosting = Controller::of_robot(self.controller.as_ref(), &rig, &name)?;
+        let prepared = Prepared::new(Arc::new(plan), rig, <_>::default(), <_>::default());
+        let prepared = Prepared { hosting, ..prepared };
         let (clock, started) = (clock_of(&folder)?, started(&prepared.rig));
         let came = rerun(&prepared, header.seed, clock, records)?;
         let is_same = came.difference.is_none() && came.ended.is_none();
@@ -81,7 +72,6 @@ impl RerunArguments {
     }
 }
 
-/// The programs under test that the rig names, with their commands.
 fn started(rig: &Rig) -> Vec<(String, String)> {
     let command = |node: &RigNode| match &node.part {
         NodePart::UnderTest(UnderTest::Command(words)) => {

@@ -44,7 +44,6 @@ pub(super) fn range(first: u64, count: u64) -> Result<Range<u64>, Failure> {
 /// How the result is reported.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Told<'a> {
-    /// Also written to this file, as Markdown.
     pub(super) markdown: Option<&'a Path>,
     pub(super) summary: &'a SummaryArguments,
     /// Print a document instead of a table.

@@ -29,13 +29,10 @@ use std::path::{Path, PathBuf};
 use views::console::{self, Style};
 use views::watch::Feed;
 
-/// Default folder of run folders.
 pub(super) const RUNS: &str = "runs";
 
-/// Destination of run folders.
 #[derive(Debug, Clone)]
 pub(super) enum Out {
-    /// The run folder itself.
     Folder(PathBuf),
     /// Parent folder; each plan has its own run folder.
     Parent(PathBuf),
@@ -53,7 +50,6 @@ impl Out {
 /// Plans to run in order.
 #[derive(Debug)]
 pub(super) struct Series<'a> {
-    /// Names or paths.
     pub(super) plans: &'a [&'a str],
     pub(super) setup: &'a Setup,
     /// Controller under test in virtual time.

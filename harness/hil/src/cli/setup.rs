@@ -7,6 +7,7 @@ use clap::{Args, ValueEnum};
 use harness::hosted::{ControllerProgram, Hosting};
 use harness::run::Prepared;
 use live::lease::Lease;
+use plan::Rig;
 use plan::bench_file::BenchFile;
 use plan::rig::UnderTest;
 use rig::crossing::KernelBus;
@@ -56,6 +57,20 @@ impl Controller {
                 Hosting::program(ControllerProgram::Words(words))
             }
         }
+    }
+
+    /// The same for a run called `name`, which must have a robot if a controller is named.
+    pub(super) fn of_robot(
+        named: Option<&Self>,
+        rig: &Rig,
+        name: &str,
+    ) -> Result<Hosting, Failure> {
+        if named.is_none() || rig.robot.is_some() {
+            return Ok(Self::hosting(named));
+        }
+        let message =
+            format!("--controller has no meaning for {name}: it has no controller of a robot");
+        Err(Failure::arguments(message, "leave it out: the rig names what is under test"))
     }
 }
 
@@ -107,14 +122,6 @@ pub(super) enum Setup {
     Kernel(KernelBus),
     /// Real time and ports.
     Live(Box<LiveSetup>),
-}
-
-impl LiveSetup {
-    /// A setup from a bench file that describes a whole bench; defaults for the rest.
-    #[cfg(feature = "nats")]
-    pub(super) const fn of(bench: BenchFile) -> Self {
-        Self { controller: Controller::Process, bench, bus: BusChoice::Pty, realtime: false }
-    }
 }
 
 /// Settings of the live world beyond the plan.
@@ -256,7 +263,6 @@ impl SetupArguments {
         }
     }
 
-    /// Controller under test in virtual time.
     pub(super) fn hosting(&self) -> Hosting {
         Controller::hosting(self.controller.as_ref())
     }

@@ -27,7 +27,6 @@ pub enum Module {
     BuiltIn,
     /// On disk, and loadable.
     Available,
-    /// Not found.
     Missing,
 }
 

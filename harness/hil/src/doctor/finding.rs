@@ -13,16 +13,6 @@ pub enum Status {
     Missing,
 }
 
-impl Status {
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Optional => "optional",
-            Self::Missing => "missing",
-        }
-    }
-}
-
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// Subject, in a word or two.

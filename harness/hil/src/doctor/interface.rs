@@ -1,6 +1,7 @@
 //! CAN interfaces, as the kernel and `ip` describe them.
 
-use serde::Serialize;
+use record::text::name_of;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -11,7 +12,7 @@ const ARPHRD_CAN: &str = "280";
 const IFF_UP: u32 = 1;
 
 /// State of a CAN controller (`enum can_state` of `linux/can/netlink.h`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum CanState {
     /// Fewer than 96 errors.
@@ -24,32 +25,6 @@ pub enum CanState {
     /// Not started.
     Stopped,
     Sleeping,
-}
-
-impl CanState {
-    /// Returns the name that `ip` prints, in lower case.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::ErrorActive => "error-active",
-            Self::ErrorWarning => "error-warning",
-            Self::ErrorPassive => "error-passive",
-            Self::BusOff => "bus-off",
-            Self::Stopped => "stopped",
-            Self::Sleeping => "sleeping",
-        }
-    }
-
-    fn of_ip(text: &str) -> Option<Self> {
-        let all = [
-            Self::ErrorActive,
-            Self::ErrorWarning,
-            Self::ErrorPassive,
-            Self::BusOff,
-            Self::Stopped,
-            Self::Sleeping,
-        ];
-        all.into_iter().find(|state| state.name().eq_ignore_ascii_case(text))
-    }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
@@ -76,7 +51,7 @@ impl CanInterface {
         words.extend(self.bitrate.map(|rate| format!("{} kbit/s", rate as f64 / 1e3)));
         words
             .extend(self.data_bitrate.map(|rate| format!("{} kbit/s for data", rate as f64 / 1e3)));
-        words.extend(self.state.map(|state| state.name().to_owned()));
+        words.extend(self.state.map(|state| name_of(&state)));
         words.extend(
             self.errors
                 .filter(|errors| *errors != (0, 0))
@@ -105,7 +80,9 @@ pub(super) fn add_details(interfaces: &mut [CanInterface], json: &str) {
         let info = &link["linkinfo"];
         let data = &info["info_data"];
         interface.kind = info["info_kind"].as_str().map(str::to_owned);
-        interface.state = data["state"].as_str().and_then(CanState::of_ip);
+        // `ip` prints it in capitals.
+        let state = data["state"].as_str().unwrap_or_default().to_lowercase();
+        interface.state = serde_json::from_value(state.into()).ok();
         interface.bitrate = data["bittiming"]["bitrate"].as_u64();
         interface.data_bitrate = data["data_bittiming"]["bitrate"].as_u64();
         interface.restart_ms = data["restart_ms"].as_u64();

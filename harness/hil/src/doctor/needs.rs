@@ -31,18 +31,15 @@ pub struct ProgramNeed {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Needs {
     pub ports: Vec<PortNeed>,
-    /// What needs pty pairs.
     pub ptys: Vec<String>,
     /// The bench whose `setup` may create what is missing.
     pub set_up_by: Option<String>,
-    /// What needs our controller as a program.
     pub our_controller: Option<String>,
     /// Plans are named, and none has a robot or a table for our controller.
     pub no_robot: bool,
     pub programs: Vec<ProgramNeed>,
     /// How late the harness may be, and which file states that.
     pub late_max: Option<(Span, String)>,
-    /// Findings on the benches and plans themselves.
     pub findings: Vec<Finding>,
 }
 

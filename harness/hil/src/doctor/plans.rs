@@ -11,9 +11,7 @@ use miette::Diagnostic;
 use plan::bench_file::{self, BenchFile, PortText, ROLES};
 use plan::made::Made;
 
-/// Connection of a base by CAN.
 const ON_CAN: &str = "on CAN";
-/// Connection of a base by a serial line.
 const ON_A_SERIAL_LINE: &str = "on a serial line";
 
 /// Reads the plans in order, each with the calibrations that the earlier ones promise.
@@ -44,7 +42,6 @@ pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prep
     prepared
 }
 
-/// Finding for a file that cannot be used.
 pub(super) fn unusable(subject: &str, error: &dyn Diagnostic) -> Finding {
     let help = error.help().map(|help| comment(&help.to_string()));
     let mend = help.unwrap_or_else(|| "# mend the file; what ships:\nhil list".to_owned());
@@ -77,7 +74,6 @@ impl Needed<'_> {
         }
     }
 
-    /// Returns its table in a bench file.
     fn table(self) -> String {
         match self {
             Self::Role(role, _) => role.to_owned(),

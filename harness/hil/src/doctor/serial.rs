@@ -174,7 +174,6 @@ fn user_name(text: &str, id: u32) -> Option<String> {
     line.split(':').next().map(str::to_owned)
 }
 
-/// Queries the ports and the current user.
 pub(super) fn gather(needs: &Needs) -> SerialFacts {
     let read = |path| fs::read_to_string(path).unwrap_or_default();
     let id = rustix::process::getuid().as_raw();

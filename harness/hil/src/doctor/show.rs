@@ -4,7 +4,7 @@ use super::table::findings_table;
 use super::{Facts, Finding, Status, outcome};
 use serde::Serialize;
 use std::fmt::Write as _;
-use views::console::Style;
+use views::console::{Style, printable};
 
 /// Formats all findings as a table, then the fix for each gap, needed ones first.
 pub fn text(findings: &[Finding], style: Style) -> String {
@@ -38,11 +38,6 @@ pub fn text(findings: &[Finding], style: Style) -> String {
     };
     let _ = writeln!(text, "\n{closing}; exit status {}", outcome(findings).exit_status());
     text
-}
-
-/// Names of adapters are foreign text: they must not move the cursor.
-fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 /// Formats everything for a program: `outcome`, `findings` and the `facts` behind them.

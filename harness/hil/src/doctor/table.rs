@@ -2,6 +2,7 @@
 
 use super::{Finding, Status};
 use comfy_table::{Cell, Color};
+use record::text::name_of;
 use views::console::{Style, in_cell, keep_whole, lines};
 
 /// Columns that must not wrap: subject and status, which are short.
@@ -16,7 +17,7 @@ pub fn findings_table(findings: &[Finding], style: Style) -> String {
             Status::Optional => Color::Yellow,
             Status::Missing => Color::Red,
         };
-        let word = Cell::new(status.name());
+        let word = Cell::new(name_of(status));
         let word = if style.colour { word.fg(colour) } else { word };
         table.add_row([Cell::new(in_cell(subject)), word, Cell::new(in_cell(what))]);
     }

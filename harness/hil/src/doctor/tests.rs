@@ -9,6 +9,7 @@ use super::serial::{SerialFacts, SerialPort, UsbAdapter};
 use super::{CanInterface, CanState, Facts, Needs, ProgramNeed, Status, examine, outcome, show};
 use plan::bench_file::{BenchFile, ROLES};
 use record::outcome::Outcome;
+use record::text::name_of;
 use std::os::unix::fs::PermissionsExt as _;
 use views::console::Style;
 
@@ -247,7 +248,12 @@ fn plans_are_held_against_the_bench() {
     let told = |needs: &Needs| {
         let line = |finding: &super::Finding| {
             let mend = finding.mend.as_deref().unwrap_or("-").lines().next().unwrap_or_default();
-            format!("{} | {} | {} | {mend}", finding.subject, finding.status.name(), finding.what)
+            format!(
+                "{} | {} | {} | {mend}",
+                finding.subject,
+                name_of(&finding.status),
+                finding.what
+            )
         };
         needs.findings.iter().map(line).collect::<Vec<_>>().join("\n")
     };

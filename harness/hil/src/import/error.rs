@@ -3,7 +3,6 @@
 use bus_log::LogError;
 use record::run_folder::RunFolderError;
 
-/// Why a log cannot be imported as a run.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ImportError {
     #[error(transparent)]
@@ -23,7 +22,6 @@ pub enum ImportError {
         "import a part: `hil log convert` writes it as a candump log, one line a frame, which `split -l` divides"
     ))]
     TooLong { most: usize },
-    /// The log lacks a line of the rig.
     #[error("which channel of the log is the line `{line}`?")]
     #[diagnostic(help("--channel {line}=CHANNEL states it, one of: {known}"))]
     NoLine {

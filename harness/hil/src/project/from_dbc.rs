@@ -24,7 +24,6 @@ pub struct FromDbc {
     pub notes: Vec<Note>,
 }
 
-/// Why no project can be generated from a DBC.
 #[derive(Debug, thiserror::Error)]
 pub enum FromDbcError {
     /// The DBC cannot be read, or has no such node.
@@ -32,15 +31,9 @@ pub enum FromDbcError {
     Description(#[from] Box<FileError>),
     /// Several nodes send; the caller must choose the device.
     #[error("{file} has {} nodes that send messages", nodes.len())]
-    Several {
-        file: String,
-        /// Nodes that send, and their numbers of messages.
-        nodes: Vec<DbcNode>,
-    },
-    /// No node sends a message.
+    Several { file: String, nodes: Vec<DbcNode> },
     #[error("{0} has no messages")]
     Empty(String),
-    /// All sending nodes are real.
     #[error("{0} has no other node that sends messages")]
     Alone(String),
 }
@@ -257,7 +250,6 @@ fn rounded(seconds: f64) -> f64 {
 /// A sender on a rig, its layout and the waits of its messages; no name if the device is the only one of the plan.
 type Of<'a> = (Option<&'a Name>, &'a Layout, &'a Waits);
 
-/// The measurements at the end of a plan.
 pub(super) struct Measured<'a> {
     plan: &'a mut String,
     names: BTreeSet<String>,
@@ -280,7 +272,6 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// Says what is left out.
     pub(super) fn finish(self) {
         if self.left_out > 0 {
             let count = self.left_out;

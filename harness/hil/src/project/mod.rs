@@ -63,7 +63,6 @@ impl ProjectFile {
 }
 
 impl Template {
-    /// Returns its files for a device of this name, and the schemas for editors.
     pub fn files(self, name: &Name) -> Vec<ProjectFile> {
         with_schemas(self.named(name))
     }

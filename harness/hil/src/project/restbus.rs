@@ -20,7 +20,6 @@ const TAKEN: [&str; 8] =
 /// Most nodes of a rig file.
 const MEMBERS_MAX: usize = NODES_MAX - 2;
 
-/// A node of the DBC and its name in the rig.
 struct Member {
     dbc_node: String,
     name: Name,

@@ -27,7 +27,6 @@ const LEAD: Span = Span::from_millis(10);
 /// program that keeps up needs; unread data are lost when a pty closes.
 const LAST_READ: Duration = Duration::from_millis(500);
 
-/// Destination and speed of a replay.
 #[derive(Debug, Clone)]
 pub struct Setup {
     pub port: PortSpec,
@@ -35,7 +34,6 @@ pub struct Setup {
     pub speed: f64,
 }
 
-/// Why a replay failed or broke off.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ReplayError {
     #[error(transparent)]

@@ -128,7 +128,6 @@ pub fn campaign_table(
     text
 }
 
-/// Formats the same results as JSON.
 pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_>>) -> String {
     let tally = &done.tally;
     let found: Vec<Value> = done

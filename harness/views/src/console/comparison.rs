@@ -8,7 +8,6 @@ use record::outcome::{Measurement, PropertySummary, Summary, Verdict};
 /// Columns that should not wrap.
 const WHOLE_COLUMNS: [usize; 3] = [0, 3, 4];
 
-/// A measurement or a property of one of the runs.
 enum Judged<'a> {
     Measurement(&'a Measurement),
     Property(&'a PropertySummary),
@@ -91,7 +90,6 @@ impl Compared {
         })
     }
 
-    /// Its verdicts are two.
     pub(crate) fn differs(&self) -> bool {
         self.verdicts[0] != self.verdicts[1]
     }

@@ -108,7 +108,6 @@ pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> Stri
     text
 }
 
-/// Formats the tolerated and the required severity of each fault.
 pub fn envelopes_markdown(plan: &str, all: &[Measured]) -> String {
     const DIGITS: i32 = 3;
     let mut text = format!("### Envelopes {}\n\n", escaped(plan));

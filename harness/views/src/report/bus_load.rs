@@ -37,7 +37,6 @@ pub(super) struct BusLoad {
 }
 
 impl BusLoad {
-    /// Counts a frame or bytes.
     pub(super) fn add(&mut self, header: &Header, record: &Record) {
         self.end_s = self.end_s.max(record.at.as_secs_f64());
         let (seconds, amount) = match &record.kind {

@@ -31,7 +31,6 @@ const MARKS_OVER_TIME_MAX: usize = 150;
 pub struct Run<'a, R> {
     pub name: &'a str,
     pub summary: &'a Summary,
-    /// What its record says of itself.
     pub header: &'a Header,
     /// The record, which is read once.
     pub records: R,

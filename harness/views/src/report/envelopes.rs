@@ -77,7 +77,6 @@ fn table(all: &[Measured]) -> Markup {
     listed::table(None, &heads[..if tells(all) { 7 } else { 6 }], &rows)
 }
 
-/// Whether a run can be silent.
 fn tells(all: &[Measured]) -> bool {
     all.iter().any(|one| one.envelope.tells())
 }

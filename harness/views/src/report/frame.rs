@@ -130,12 +130,10 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Creates a plot over an axis.
     pub(super) const fn wide(x: Axis, y: Axis) -> Self {
         Self { x, y, size: (WIDTH, HEIGHT), ticks: TICKS }
     }
 
-    /// Creates one of several plots side by side.
     pub(super) const fn small(x: Axis, y: Axis) -> Self {
         Self { x, y, size: (SMALL_WIDTH, SMALL_HEIGHT), ticks: SMALL_TICKS }
     }

@@ -5,7 +5,6 @@ use super::palette::{CCW, CW, INK};
 use maud::{Markup, html};
 use plotters::style::RGBColor;
 
-/// Look of the marks of one group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Look {
     /// Counter-clockwise, or the first group.
@@ -33,7 +32,6 @@ impl Look {
         }
     }
 
-    /// Returns the mark of a direction, for a legend.
     pub(super) fn mark(self) -> Markup {
         self.labelled(match self {
             Self::Disc => Direction::Ccw.name(),
@@ -54,7 +52,6 @@ impl Look {
     }
 }
 
-/// Observations with the same look.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
     pub label: &'static str,

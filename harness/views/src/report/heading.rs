@@ -6,7 +6,6 @@ use maud::{Markup, html};
 use record::figures;
 use record::outcome::{Counts, Measurement, Outcome, Summary, Verdict};
 
-/// The top of the page.
 pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
     let outcome = summary.outcome;
     let counts = Counts::of(&summary.measurements);

@@ -15,7 +15,6 @@ use record::header::Band;
 /// Radius of a mark, in CSS pixels times [`SCALE`].
 const MARK_RADIUS: i32 = 3 * SCALE as i32;
 
-/// Describes each band once.
 pub(super) fn band_texts(bands: &[Band], unit: &str) -> Vec<String> {
     let mut texts = Vec::new();
     for band in bands {

@@ -29,7 +29,6 @@ const DOTS: (u32, u32) = (2 * SCALE, 3 * SCALE);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Given {
-    /// A constant.
     Level(f64),
     /// A straight line: its slope, and its value at zero on the axis.
     Line(f64, f64),
@@ -57,7 +56,6 @@ pub(super) struct Panel<'a> {
     /// Values of the paper with their texts; equal texts appear once.
     pub paper: &'a [(Given, &'a str)],
     pub medians: Medians,
-    /// File name of its data.
     pub file: &'a str,
 }
 

@@ -28,7 +28,6 @@ const PAPER_SQUARE_SIDE_CM: f64 = 10.0;
 
 const CM_PER_M: f64 = 100.0;
 
-/// Role of a quantity, from its name.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Partner {
     /// An x coordinate; its y has this name.
@@ -60,7 +59,6 @@ impl Position {
     }
 }
 
-/// Two paired quantities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Positions<'a> {
     pub x: &'a [Sample],

@@ -28,7 +28,6 @@ impl Step {
     }
 }
 
-/// The steps of a run, in order of their begin.
 #[derive(Debug, Default)]
 pub(super) struct Steps {
     pub(super) all: Vec<Step>,
@@ -72,7 +71,6 @@ impl Steps {
         self.all.iter().filter(is_under_way).max_by_key(|step| step.depth)
     }
 
-    /// Name of the innermost step that did not end.
     pub(super) fn unfinished(&self) -> Option<&str> {
         self.open.last().map(|&index| self.all[index].name())
     }

@@ -118,7 +118,6 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
     })
 }
 
-/// Returns the steps as a table, in order of their begin.
 fn table(steps: &Steps) -> Table {
     let mut table = Table::new(["step", "label", "title", "begin_s", "end_s"]);
     for step in steps.all.iter().take(ROWS_MAX) {

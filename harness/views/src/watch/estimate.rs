@@ -21,7 +21,6 @@ pub struct Estimate {
     done_s: f64,
     /// Bench time when the last step ended.
     ended_s: f64,
-    /// Nominal seconds of the current step.
     current_s: f64,
 }
 
@@ -73,7 +72,6 @@ impl Estimate {
         self.current_s = 0.0;
     }
 
-    /// Returns the nominal bench time of the whole plan.
     pub const fn nominal_s(&self) -> f64 {
         self.total_s
     }

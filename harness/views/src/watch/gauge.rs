@@ -7,7 +7,6 @@ use record::Observation;
 use record::header::{Band, Quantity};
 use wire::time::Timestamp;
 
-/// A quantity that the plan measures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gauge {
     /// Name, unit, meaning and bands, as in the header of the record.

@@ -24,7 +24,6 @@ pub const BROKEN_MAX: usize = 32;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnderWay {
-    /// Its place in the plan.
     pub path: String,
     pub label: Option<String>,
     pub title: String,

@@ -13,7 +13,6 @@ const TEXT_CHARS_MAX: usize = 200;
 pub enum NewsKind {
     StepBegan,
     StepEnded,
-    /// The device under test changed its health.
     Health,
     /// The device under test refused a mission or broke it off.
     Refusal,

@@ -28,7 +28,6 @@ pub struct Group {
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) address: u64,
-    /// Address of the data.
     pub(super) data: u64,
     /// Length of the record number before each record, and the own number.
     pub(super) number_bytes: usize,

@@ -61,7 +61,6 @@ pub struct Form {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value<'a> {
-    /// Unknown.
     Missing,
     /// In a [`Kind::Float`] channel. NaN counts as missing.
     Float(f64),

@@ -19,13 +19,11 @@ pub struct Reader<R: Read + Seek> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wanted {
-    /// Index in its group.
     pub channel: usize,
     /// Whether to read texts: those that its numbers stand for, if any.
     pub as_text: bool,
 }
 
-/// Result of reading a group.
 #[derive(Debug)]
 #[must_use]
 pub struct Found {

@@ -134,7 +134,6 @@ impl FromStr for Base {
     }
 }
 
-/// Where a port is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct PortPlace {
     /// Its path, or the name of the interface.

@@ -91,7 +91,6 @@ fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option
     Ok(Some(LineEnd::Overlong))
 }
 
-/// Why a line is not a mission.
 #[derive(Debug)]
 pub(crate) enum BadLine {
     /// Longer than [`LINE_BYTES_MAX`].

@@ -25,7 +25,6 @@ pub(crate) const HEARD_MAX: usize = 256;
 /// here is not old.
 const OUTGOING_MAX: usize = 16;
 
-/// An event from a port to the loop.
 #[derive(Debug)]
 pub(crate) enum Heard {
     Unit(Port, Transmit),
@@ -99,7 +98,6 @@ pub(crate) async fn open(
     Ok(Outgoing { port, queue, dropped })
 }
 
-/// Keeps a port open.
 struct Task {
     port: Port,
     name: String,

@@ -25,7 +25,6 @@ const SHELL_MISSION: u32 = 0;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
-    /// No further mission can arrive.
     MissionsClosed,
     /// No further report can be read.
     ReportsClosed,

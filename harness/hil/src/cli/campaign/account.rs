@@ -71,7 +71,6 @@ impl Kept {
         &self.account.plan
     }
 
-    /// Writes the result and the page.
     pub(super) fn end(
         mut self,
         done: &Campaign,

@@ -40,7 +40,6 @@ struct Hands<'a, E> {
     executor: &'a E,
     /// What the bench offers for observation and faults.
     bench: &'a OnBench,
-    /// Its description.
     name: &'a str,
     /// Error that prevents further cases.
     broken: &'a dyn Fn() -> Result<(), Failure>,

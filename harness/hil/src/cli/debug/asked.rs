@@ -26,7 +26,6 @@ pub(super) enum Asked {
     Quit,
 }
 
-/// Where to stop again.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Until {
     /// After this many records, which are printed.
@@ -37,7 +36,6 @@ pub(super) enum Until {
     Moment(Timestamp),
     /// At a record whose line contains this text.
     Line(String),
-    /// Nowhere.
     End,
 }
 

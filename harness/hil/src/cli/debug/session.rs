@@ -1,10 +1,10 @@
 //! A run that stops where the user asks: the sink of the run's record, which does not return before the run may
 //! continue.
 
+use super::super::determinism::is_in_each_record;
 use super::super::tame::tamed;
 use super::asked::{Asked, HELP, Until, asked};
 use super::seconds;
-use controller::mission::Report;
 use exchange::moment::Moment;
 use record::header::Header;
 use record::sink::{Level, RecordSink};
@@ -158,14 +158,7 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
             self.then = self.recorded.next();
             return;
         }
-        let is_left_out = matches!(
-            record.kind,
-            RecordKind::Bytes(_)
-                | RecordKind::Frame(_)
-                | RecordKind::Truth { .. }
-                | RecordKind::Report(Report::State(_))
-        );
-        if is_left_out && !self.is_full {
+        if !is_in_each_record(&record.kind) && !self.is_full {
             return;
         }
         self.differs = true;

@@ -102,7 +102,6 @@ fn fits(name: &str, port: &PortSpec, medium: Medium) -> Result<(), Failure> {
     ))
 }
 
-/// The rig of this name or path, and the ports of its lines.
 fn of_rig(name: &str, lines: &[String]) -> Result<(Rig, Vec<(String, PortSpec)>), Failure> {
     let rig = load_rig_named(&Library::beside_rig(name), name).map_err(PrepareError::from)?;
     if rig.robot.is_some() || rig.described_names().is_empty() {

@@ -57,8 +57,7 @@ impl ReplayArguments {
             let message = "expected a speed above 0, and a time of 0 s or later".to_owned();
             return Err(Failure::arguments(message, "for instance --speed 10 --at 60"));
         }
-        let name = self.run.display().to_string();
-        let folder = RunFolder::open(&self.run)?.telling(screen.reading(&name));
+        let (name, folder) = screen.opened(&self.run)?;
         let records = folder.records()?;
         let header = records.header().clone();
         let (mut end_s, mut steps) = (0.0_f64, 0);

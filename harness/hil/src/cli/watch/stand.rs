@@ -148,7 +148,6 @@ impl Stand {
         }
     }
 
-    /// Completes the answer.
     pub(super) fn enter(&mut self) {
         if let Some(asking) = &mut self.asking
             && self.answers.len() < LINES_MAX

@@ -39,7 +39,6 @@ mod on_bench {
             &self.place
         }
 
-        /// Returns the maker of executors for the cases of a package.
         pub(in crate::cli::worker) fn maker(&self) -> Maker {
             let hand = self.clone();
             Arc::new(move |package: &Package, _: &Place, stopping: Stopping| {

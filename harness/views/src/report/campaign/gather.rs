@@ -11,11 +11,8 @@ const MARGINS_MAX: usize = 1_000_000;
 /// Column of a table: when a fault began.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Column {
-    /// From the begin of the run.
     Always,
-    /// At a time, regardless of the plan's phase.
     At,
-    /// At or within a phase of the plan.
     Phase(String),
 }
 

@@ -15,7 +15,6 @@ const HEADING: &str = "lap.return_heading";
 /// The paper: return orientation of corrected laps, deg.
 const ORIENTATION_DEG: f64 = 1.2;
 
-/// Figures of the laps steered by one heading.
 struct Laps {
     source: HeadingSource,
     positions: &'static str,

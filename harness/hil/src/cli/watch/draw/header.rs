@@ -15,7 +15,6 @@ use views::watch::Model;
 /// Below this share of a plan, an estimate of its end is a guess.
 const SHARE_MIN: f64 = 0.002;
 
-/// Returns the rows that the header takes.
 pub(super) fn rows(scene: &Scene<'_>, _width: u16) -> u16 {
     4 + u16::from(scene.stand.plans.len() > 1)
 }
