@@ -4,11 +4,11 @@ use super::connect::{News, Tell};
 use super::error::NatsError;
 use super::job::Done;
 use super::lease::Lease;
-use super::message::{Again, CASES, Place, RESULTS, Said, id_of, result_subject};
+use super::message::{CASES, Place, RESULTS, Said, id_of, result_subject};
 use super::publish::Letter;
 use super::results;
 use super::room::{PAUSE, Room};
-use super::tray::{Asking, Read, Tray};
+use super::tray::{Read, Tray};
 use super::worker::LISTEN;
 use async_nats::jetstream::Message;
 use campaign::WINDOW;
@@ -141,7 +141,7 @@ impl Desk {
             let _ = answer.send(Done::given_up());
             return;
         }
-        if let Asking::New(answer) = self.tray.ask(&id, answer) {
+        if let Some(answer) = self.tray.ask(&id, answer) {
             let handing_out = reported(trouble, self.handing_out(&id, &body).go());
             self.tray.out(id, body, handing_out, answer);
         }
@@ -311,7 +311,8 @@ impl HandingOut {
         let name = self.letter.name.clone();
         while self.room.send(&self.letter).await? && !self.is_on_its_way().await {
             let count = self.again.fetch_add(1, Ordering::Relaxed);
-            self.letter.name = format!("{name}.{}", Again { lease: self.lease, count });
+            // No other case sent again has this name: the lease and the count are its own.
+            self.letter.name = format!("{name}.{}-{count}", self.lease);
         }
         Ok(())
     }

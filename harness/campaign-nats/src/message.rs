@@ -165,20 +165,6 @@ pub(super) fn id_of(subject: &str) -> &str {
     subject.rsplit('.').next().unwrap_or_default()
 }
 
-/// Distinguishes a case sent again from one sent earlier that was lost: the lease of the coordinator and the number of
-/// cases it has sent again.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Again {
-    pub(super) lease: u64,
-    pub(super) count: u64,
-}
-
-impl fmt::Display for Again {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}-{}", self.lease, self.count)
-    }
-}
-
 impl FromStr for Place {
     type Err = String;
 

@@ -50,20 +50,24 @@ pub(super) enum Read {
 }
 
 impl Tray {
-    /// Requests the result of a case.
-    pub(super) fn ask(&mut self, id: &str, answer: oneshot::Sender<Done>) -> Asking {
+    /// Requests the result of a case; returns `answer` if it has not been handed out.
+    pub(super) fn ask(
+        &mut self,
+        id: &str,
+        answer: oneshot::Sender<Done>,
+    ) -> Option<oneshot::Sender<Done>> {
         if let Some(arrived) = self.early.remove(id) {
             self.told.entry(id.to_owned()).or_default().push(arrived.message);
             // The receiver may be gone.
             let _ = answer.send(arrived.done);
-            return Asking::Known;
+            return None;
         }
         match self.asked.get_mut(id) {
             Some(asked) => {
                 asked.waiting.push(answer);
-                Asking::Known
+                None
             }
-            None => Asking::New(answer),
+            None => Some(answer),
         }
     }
 
@@ -118,10 +122,4 @@ impl Tray {
             }
         }
     }
-}
-
-pub(super) enum Asking {
-    /// It has been handed out, or its result is here.
-    Known,
-    New(oneshot::Sender<Done>),
 }

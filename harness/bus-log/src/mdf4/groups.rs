@@ -4,20 +4,15 @@ use super::super::error::{Defect, LogError};
 use super::blocks::{Block, Source};
 use super::field::{Clock, Field};
 use super::frames::{Data, Frames};
+use super::walk::{self, DEPTH_MAX};
 use super::{
-    BLOCK_HEAD_BYTES, CG_BUS_EVENT, CG_REMOTE_MASTER, CG_VARIABLE, CN_FIXED, CN_MASTER, CN_MOST,
-    CN_VARIABLE, Kind,
+    CG_BUS_EVENT, CG_REMOTE_MASTER, CG_VARIABLE, CN_FIXED, CN_MASTER, CN_MOST, CN_VARIABLE, Kind,
 };
 use std::io::{Read, Seek};
 
-/// Limits for the groups and channels of a file: one with every message of a large DBC has thousands of groups.
-pub(super) const GROUPS_MAX: usize = 65_536;
-pub(super) const CHANNELS_MAX: usize = 262_144;
 const RECORD_BYTES_MAX: usize = 16 * 1024;
 /// Most data groups with frames: each has its own buffer.
 const STREAMS_MAX: usize = 256;
-/// Most levels of nested structures.
-pub(super) const DEPTH_MAX: u32 = 3;
 
 #[derive(Debug)]
 pub(super) struct DataGroup {
@@ -48,51 +43,18 @@ pub(super) fn all<R: Read + Seek>(
     source: &mut Source<R>,
     first: u64,
 ) -> Result<Vec<DataGroup>, LogError> {
-    let (mut all, mut next, mut count, mut channels) = (Vec::new(), first, 0, 0);
-    while next != 0 {
-        let block = source.block(next, "##DG")?;
-        let mut groups = Vec::new();
-        let mut next_group = block.link(1);
-        while next_group != 0 {
-            let group = source.block(next_group, "##CG")?;
-            groups.push(group_of(source, &group, &mut channels)?);
-            bounded(source, next_group, groups.len() + count, GROUPS_MAX)?;
-            next_group = group.link(0);
-        }
-        // A data group without channel groups also counts.
-        count += groups.len() + 1;
-        bounded(source, next, count, 2 * GROUPS_MAX)?;
-        let number_bytes = usize::from(block.u8(0));
-        if !matches!(number_bytes, 0 | 1 | 2 | 4 | 8) || (number_bytes == 0 && groups.len() > 1) {
-            let found = format!("{number_bytes} bytes for {} groups", groups.len());
-            let defect = Defect::new("record numbers of 0, 1, 2, 4 or 8 bytes", found.as_bytes());
-            return Err(source.malformed(next, defect));
-        }
+    let (mut all, mut channels) = (Vec::new(), 0);
+    walk::data_groups(source, first, |source, block, groups| {
+        let groups = groups.iter().map(|group| group_of(source, group, &mut channels));
+        let groups: Vec<Group> = groups.collect::<Result<_, _>>()?;
         if groups.iter().any(|group| matches!(group.records, Records::Frames(..))) {
+            let number_bytes = usize::from(block.u8(0));
             all.push(DataGroup { data: block.link(2), number_bytes, groups });
-            bounded(source, next, all.len(), STREAMS_MAX)?;
+            walk::bounded(source, block.address, all.len(), STREAMS_MAX)?;
         }
-        next = block.link(0);
-    }
+        Ok(())
+    })?;
     Ok(all)
-}
-
-/// Refuses more groups or channels than `most`.
-pub(super) fn bounded<R: Read + Seek>(
-    source: &Source<R>,
-    address: u64,
-    count: usize,
-    most: usize,
-) -> Result<(), LogError> {
-    // A cycle of links has more than fit into the file.
-    let room = source.length() / BLOCK_HEAD_BYTES as u64;
-    let most = most.min(usize::try_from(room).unwrap_or(usize::MAX));
-    if count <= most {
-        return Ok(());
-    }
-    let found = format!("more than {most}");
-    Err(source
-        .malformed(address, Defect::new("a file with fewer groups or channels", found.as_bytes())))
 }
 
 fn group_of<R: Read + Seek>(
@@ -114,7 +76,10 @@ fn group_of<R: Read + Seek>(
             return Err(source.malformed(address, defect));
         }
         let mut found = Found::default();
-        found.take(source, block.link(1), DEPTH_MAX, channels)?;
+        walk::channels(source, block.link(1), DEPTH_MAX, channels, &mut |source, channel| {
+            let name = source.text(channel.link(2))?;
+            found.channel(source, channel, &name)
+        })?;
         if let Some(frames) = found.frames().map_err(|defect| source.malformed(address, defect))? {
             let length = usize::try_from(bytes).ok().filter(|length| *length <= RECORD_BYTES_MAX);
             let Some(length) = length.filter(|length| frames.end() <= *length) else {
@@ -144,31 +109,6 @@ const NAMES: [&str; 9] =
     ["BusChannel", "ID", "IDE", "DLC", "DataLength", "Dir", "EDL", "BRS", "ESI"];
 
 impl Found {
-    /// Takes the channels from that one on, and their components.
-    fn take<R: Read + Seek>(
-        &mut self,
-        source: &mut Source<R>,
-        first: u64,
-        depth: u32,
-        channels: &mut usize,
-    ) -> Result<(), LogError> {
-        let mut next = first;
-        while next != 0 {
-            *channels += 1;
-            bounded(source, next, *channels, CHANNELS_MAX)?;
-            let channel = source.block(next, "##CN")?;
-            let name = source.text(channel.link(2))?;
-            self.channel(source, &channel, &name)?;
-            // The components of an array (`CA`) have no names.
-            let parts = channel.link(1);
-            if parts != 0 && depth > 0 && source.any_block(parts)?.mark() == b"##CN" {
-                self.take(source, parts, depth - 1, channels)?;
-            }
-            next = channel.link(0);
-        }
-        Ok(())
-    }
-
     fn channel<R: Read + Seek>(
         &mut self,
         source: &mut Source<R>,

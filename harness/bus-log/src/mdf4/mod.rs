@@ -44,6 +44,7 @@ mod output;
 mod read;
 mod stream;
 mod variable;
+mod walk;
 mod write;
 
 pub(crate) use read::Reader;

@@ -11,7 +11,6 @@ mod build_server;
 mod campaign;
 mod check;
 mod completions;
-mod crossing;
 mod debug;
 mod determinism;
 mod diff;

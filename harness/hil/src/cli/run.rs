@@ -3,15 +3,14 @@
 use super::EXIT_STATUSES;
 use super::build_server::SummaryArguments;
 use super::completions;
-use super::crossing;
 use super::failure::Failure;
-use super::live;
 use super::operator::OperatorArguments;
 use super::progress::Screen;
 use super::seeds;
 use super::series::{Out, RUNS, Series, prepare_all};
 use super::setup::{Setup, SetupArguments};
 use clap::{Args, ValueEnum};
+use live::crossing::Kernel;
 use plan::Plan;
 use record::outcome::Outcome;
 use record::sink::Level;
@@ -95,7 +94,7 @@ impl RunArguments {
         self.setup.fits(&prepared)?;
         if let Setup::Live(bench) = &setup {
             for one in &prepared {
-                live::setting(one, bench)?.fits(&one.plan)?;
+                bench.of_plan(one)?.fits(&one.plan)?;
             }
         }
         let declared: Vec<&Plan> = prepared.iter().map(|one| &*one.plan).collect();
@@ -125,7 +124,10 @@ impl RunArguments {
             return seeds::execute(&plans, &declared, range, &answers, told, screen);
         }
         if let Setup::Kernel(bus) = setup {
-            crossing::check(bus, &prepared)?;
+            // A missing bus does not cost the hours of the plans before it.
+            for one in &prepared {
+                Kernel::open(bus, &one.crossed_lines())?;
+            }
         }
         let out = match (&self.out, plans.len()) {
             (Some(path), 1) => Out::Folder(path.clone()),

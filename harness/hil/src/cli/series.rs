@@ -2,11 +2,9 @@
 
 use super::annotation::Annotation;
 use super::build_server::SummaryArguments;
-use super::crossing;
 use super::determinism;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
-use super::live;
 use super::progress::Screen;
 use super::setup::Setup;
 use super::terminal::Terminal;
@@ -16,8 +14,9 @@ use harness::hosted::Hosting;
 use harness::operator::Answers;
 use harness::program::Programs;
 use harness::run::{Completed, Options, Prepared, run_to_folder_watched};
-use harness::run_live::LiveRunError;
+use harness::run_live::{LiveRunError, run_live_to_folder_watched};
 use harness::stopwatch::Stopwatch;
+use live::crossing::Kernel;
 use plan::calibrations;
 use plan::made::Made;
 use record::outcome::{Outcome, Summary};
@@ -185,11 +184,14 @@ impl Series<'_> {
                 run_to_folder_watched(Memory, prepared, &options, feed, &mut pulse, &wall_s)?
             }
             Setup::Kernel(bus) => {
-                crossing::run(*bus, prepared, &options, feed, &mut pulse, &wall_s)?
+                let kernel = Kernel::open(*bus, &prepared.crossed_lines())?;
+                run_to_folder_watched(kernel, prepared, &options, feed, &mut pulse, &wall_s)?
             }
             Setup::Live(setup) => {
                 let person = self.person.as_ref().map(|terminal| watch.person(terminal));
-                let done = live::run(prepared, &options, setup, person, feed, &mut pulse);
+                let asked = &setup.asked();
+                let done =
+                    run_live_to_folder_watched(prepared, &options, asked, person, feed, &mut pulse);
                 if let Err(LiveRunError::Live { summary, .. }) = &done {
                     summaries.push(Summary::clone(summary));
                 }

@@ -2,7 +2,7 @@
 
 use super::super::super::error::{Defect, LogError};
 use super::super::blocks::{Block, Source};
-use super::super::groups::{CHANNELS_MAX, DEPTH_MAX, GROUPS_MAX, bounded};
+use super::super::walk::{self, DEPTH_MAX};
 use super::super::{CG_REMOTE_MASTER, CG_VARIABLE, CN_MASTER, CN_VIRTUAL_MASTER};
 use std::collections::HashMap;
 use std::io::{Read, Seek};
@@ -56,49 +56,29 @@ pub(super) fn all<R: Read + Seek>(
     source: &mut Source<R>,
     first: u64,
 ) -> Result<Vec<Group>, LogError> {
-    let (mut all, mut next, mut blocks, mut channels) = (Vec::<Group>::new(), first, 0, 0);
+    let (mut all, mut channels) = (Vec::<Group>::new(), 0);
     // Groups whose times are in that one, in the order of the file.
     let mut columns: Vec<(u64, Group)> = Vec::new();
-    while next != 0 {
-        let block = source.block(next, "##DG")?;
-        let number_bytes = usize::from(block.u8(0));
-        let mut groups = Vec::new();
-        let mut next_group = block.link(1);
-        let mut lengths = Vec::new();
-        while next_group != 0 {
-            let group = source.block(next_group, "##CG")?;
-            let at = std::mem::replace(&mut next_group, group.link(0));
-            let is_variable = group.u16(16) & CG_VARIABLE != 0;
+    walk::data_groups(source, first, |source, block, groups| {
+        let is_variable = |group: &Block| group.u16(16) & CG_VARIABLE != 0;
+        let length = |group: &Block| {
             let bytes = u64::from(group.u32(24)) + u64::from(group.u32(28));
-            lengths.push((group.u64(0), (!is_variable).then_some(bytes)));
-            blocks += 1;
-            bounded(source, at, blocks, GROUPS_MAX)?;
-            // Records of variable length are values of channels of other groups.
-            if !is_variable {
-                groups.push(group);
-            }
-        }
-        let is_known = matches!(number_bytes, 0 | 1 | 2 | 4 | 8);
-        if !is_known || (number_bytes == 0 && lengths.len() > 1) {
-            let found = format!("{number_bytes} bytes for {} groups", lengths.len());
-            let defect = Defect::new("record numbers of 0, 1, 2, 4 or 8 bytes", found.as_bytes());
-            return Err(source.malformed(next, defect));
-        }
+            (group.u64(0), (!is_variable(group)).then_some(bytes))
+        };
+        let mut lengths: Vec<_> = groups.iter().map(length).collect();
         lengths.sort_by_key(|(number, _)| *number);
         lengths.dedup_by_key(|(number, _)| *number);
         let others: Arc<[_]> = lengths.into();
-        for block_of_group in groups {
-            let group = group_of(source, &block_of_group, &block, &others, &mut channels)?;
+        // Records of variable length are values of channels of other groups.
+        for block_of_group in groups.iter().filter(|group| !is_variable(group)) {
+            let group = group_of(source, block_of_group, block, &others, &mut channels)?;
             match block_of_group.u16(16) & CG_REMOTE_MASTER {
                 0 => all.push(group),
                 _ => columns.push((block_of_group.link(6), group)),
             }
         }
-        // A data group without channel groups also counts, as links may form a cycle.
-        blocks += 1;
-        bounded(source, next, blocks, 2 * GROUPS_MAX)?;
-        next = block.link(0);
-    }
+        Ok(())
+    })?;
     join(source, &mut all, columns)?;
     Ok(all)
 }
@@ -139,7 +119,10 @@ fn group_of<R: Read + Seek>(
     count: &mut usize,
 ) -> Result<Group, LogError> {
     let mut channels = Vec::new();
-    take(source, block.link(1), DEPTH_MAX, count, &mut channels)?;
+    walk::channels(source, block.link(1), DEPTH_MAX, count, &mut |source, channel| {
+        channels.push(channel_of(source, channel)?);
+        Ok(())
+    })?;
     let part = Part {
         address: block.address,
         data: data_group.link(2),
@@ -153,39 +136,22 @@ fn group_of<R: Read + Seek>(
     Ok(Group { name, channels, records: block.u64(8), parts: vec![part] })
 }
 
-/// Takes the channels from that one on, and their components.
-fn take<R: Read + Seek>(
+fn channel_of<R: Read + Seek>(
     source: &mut Source<R>,
-    first: u64,
-    depth: u32,
-    count: &mut usize,
-    channels: &mut Vec<Channel>,
-) -> Result<(), LogError> {
-    let mut next = first;
-    while next != 0 {
-        *count += 1;
-        bounded(source, next, *count, CHANNELS_MAX)?;
-        let channel = source.block(next, "##CN")?;
-        let is_master = matches!(channel.u8(0), CN_MASTER | CN_VIRTUAL_MASTER);
-        let mut unit = source.whole_text(channel.link(6))?;
-        let conversion = channel.link(4);
-        if unit.is_empty() && conversion != 0 {
-            let conversion = source.block(conversion, "##CC")?;
-            unit = source.whole_text(conversion.link(1))?;
-        }
-        channels.push(Channel {
-            name: source.whole_text(channel.link(2))?,
-            unit,
-            is_time: is_master && channel.u8(1) == SYNC_TIME,
-            address: next,
-            part: 0,
-        });
-        let parts = channel.link(1);
-        // The components of an array (`CA`) have no names.
-        if parts != 0 && depth > 0 && source.any_block(parts)?.mark() == b"##CN" {
-            take(source, parts, depth - 1, count, channels)?;
-        }
-        next = channel.link(0);
+    channel: &Block,
+) -> Result<Channel, LogError> {
+    let is_master = matches!(channel.u8(0), CN_MASTER | CN_VIRTUAL_MASTER);
+    let mut unit = source.whole_text(channel.link(6))?;
+    let conversion = channel.link(4);
+    if unit.is_empty() && conversion != 0 {
+        let conversion = source.block(conversion, "##CC")?;
+        unit = source.whole_text(conversion.link(1))?;
     }
-    Ok(())
+    Ok(Channel {
+        name: source.whole_text(channel.link(2))?,
+        unit,
+        is_time: is_master && channel.u8(1) == SYNC_TIME,
+        address: channel.address,
+        part: 0,
+    })
 }

@@ -5,7 +5,6 @@ use super::account::{Kept, Place};
 use super::over;
 use super::{Begun, CampaignArguments, JOURNAL, Task, states};
 use crate::cli::failure::Failure;
-use crate::cli::live;
 use crate::cli::setup::{LiveSetup, Setup};
 #[cfg(feature = "nats")]
 use crate::cli::worker::bench_place;
@@ -60,7 +59,7 @@ impl CampaignArguments {
             Some(server) => Some((server, self.setup.bench_elsewhere()?)),
             None => None,
         };
-        let setting = live::setting(prepared, live)?;
+        let setting = live.of_plan(prepared)?;
         setting.fits(&prepared.plan)?;
         let folder = self.opened(prepared)?;
         // Origin of the journal: on another bench, or by another rule, a case has another result.

@@ -1,85 +1,79 @@
 //! `hil worker --bench`: cases in real time, on the bench of this machine.
 
-pub(super) use on_bench::BenchHand;
+use crate::cli::failure::Failure;
+use crate::cli::setup::LiveSetup;
+use crate::cli::worker::bench_place;
+use campaign::Repeatedly;
+use campaign_nats::{Maker, Package, Place, Stopping};
+use harness::executors::{Bench, OnBench, Site};
+use harness::run_live::DEVICE_LOG;
+use plan::bench_file::BenchFile;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-mod on_bench {
-    use crate::cli::failure::Failure;
-    use crate::cli::live;
-    use crate::cli::setup::LiveSetup;
-    use crate::cli::worker::bench_place;
-    use campaign::Repeatedly;
-    use campaign_nats::{Maker, Package, Place, Stopping};
-    use harness::executors::{Bench, OnBench, Site};
-    use harness::run_live::DEVICE_LOG;
-    use plan::bench_file::BenchFile;
-    use std::path::{Path, PathBuf};
-    use std::sync::Arc;
+#[derive(Debug, Clone)]
+pub(super) struct BenchHand {
+    place: Place,
+    setup: LiveSetup,
+    text: String,
+    bench: Bench,
+    log: PathBuf,
+}
 
-    #[derive(Debug, Clone)]
-    pub(in crate::cli::worker) struct BenchHand {
-        place: Place,
-        setup: LiveSetup,
-        text: String,
-        bench: Bench,
-        log: PathBuf,
+impl BenchHand {
+    /// Opens the bench of this file; the stderr of the device under test goes to the folder `out`.
+    pub(super) fn new(name: &str, out: Option<&Path>) -> Result<Self, Failure> {
+        let (setup, text) = (LiveSetup::of(BenchFile::load(name)?), BenchFile::text(name)?);
+        let place = bench_place(name)?;
+        let usual = || PathBuf::from("runs").join(format!("worker-{}", bench_name(&place)));
+        let folder = out.map_or_else(usual, Path::to_owned);
+        std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
+        Ok(Self { place, setup, text, bench: Bench::default(), log: folder.join(DEVICE_LOG) })
     }
 
-    impl BenchHand {
-        /// Opens the bench of this file; the stderr of the device under test goes to the folder `out`.
-        pub(in crate::cli::worker) fn new(name: &str, out: Option<&Path>) -> Result<Self, Failure> {
-            let (setup, text) = (LiveSetup::of(BenchFile::load(name)?), BenchFile::text(name)?);
-            let place = bench_place(name)?;
-            let usual = || PathBuf::from("runs").join(format!("worker-{}", bench_name(&place)));
-            let folder = out.map_or_else(usual, Path::to_owned);
-            std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
-            Ok(Self { place, setup, text, bench: Bench::default(), log: folder.join(DEVICE_LOG) })
-        }
-
-        pub(in crate::cli::worker) const fn place(&self) -> &Place {
-            &self.place
-        }
-
-        pub(in crate::cli::worker) fn maker(&self) -> Maker {
-            let hand = self.clone();
-            Arc::new(move |package: &Package, _: &Place, stopping: Stopping| {
-                let (plan, executor) = hand.made(package, stopping)?;
-                Ok((plan, Arc::new(executor)))
-            })
-        }
-
-        /// Returns the error if the bench ever failed to come up.
-        pub(in crate::cli::worker) fn came_up(&self) -> Result<(), Failure> {
-            self.bench.take_broken().map_or(Ok(()), |error| Err(error.into()))
-        }
-
-        fn made(
-            &self,
-            package: &Package,
-            stopping: Stopping,
-        ) -> Result<(String, Repeatedly<OnBench>), String> {
-            let repetition = package.repetition_on(bench_name(&self.place), &self.text);
-            let repetition = repetition.map_err(|error| error.to_string())?;
-            let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
-            let setting =
-                live::setting(&prepared, &self.setup).map_err(|error| error.to_string())?;
-            setting.fits(&prepared.plan).map_err(|error| error.to_string())?;
-            let site = Site {
-                bench: self.bench.clone(),
-                answers,
-                // A person to be asked would sit at the coordinator.
-                person: None,
-                stop: Box::new(move || stopping.is_so()),
-                log: self.log.clone(),
-            };
-            let plan = prepared.plan.name.to_string();
-            Ok((plan, Repeatedly::new(OnBench::new(prepared, setting, site), repetition)))
-        }
+    pub(super) const fn place(&self) -> &Place {
+        &self.place
     }
 
-    fn bench_name(place: &Place) -> &str {
-        match place {
-            Place::Virtual => "",
-            Place::Bench(name) => name,
-        }
+    pub(super) fn maker(&self) -> Maker {
+        let hand = self.clone();
+        Arc::new(move |package: &Package, _: &Place, stopping: Stopping| {
+            let (plan, executor) = hand.made(package, stopping)?;
+            Ok((plan, Arc::new(executor)))
+        })
+    }
+
+    /// Returns the error if the bench ever failed to come up.
+    pub(super) fn came_up(&self) -> Result<(), Failure> {
+        self.bench.take_broken().map_or(Ok(()), |error| Err(error.into()))
+    }
+
+    fn made(
+        &self,
+        package: &Package,
+        stopping: Stopping,
+    ) -> Result<(String, Repeatedly<OnBench>), String> {
+        let repetition = package.repetition_on(bench_name(&self.place), &self.text);
+        let repetition = repetition.map_err(|error| error.to_string())?;
+        let (prepared, answers) = package.prepare().map_err(|error| error.to_string())?;
+        let setting = self.setup.of_plan(&prepared).map_err(|error| error.to_string())?;
+        setting.fits(&prepared.plan).map_err(|error| error.to_string())?;
+        let site = Site {
+            bench: self.bench.clone(),
+            answers,
+            // A person to be asked would sit at the coordinator.
+            person: None,
+            stop: Box::new(move || stopping.is_so()),
+            log: self.log.clone(),
+        };
+        let plan = prepared.plan.name.to_string();
+        Ok((plan, Repeatedly::new(OnBench::new(prepared, setting, site), repetition)))
+    }
+}
+
+fn bench_name(place: &Place) -> &str {
+    match place {
+        Place::Virtual => "",
+        Place::Bench(name) => name,
     }
 }
