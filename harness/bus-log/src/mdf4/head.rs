@@ -1,12 +1,8 @@
 //! Writes the blocks at the start of an MDF file, which describe its groups and channels.
 
-use super::laid::{BEGIN_BYTES, Blocks, begin};
+use super::laid::{BEGIN_BYTES, BYTES, Blocks, Records, SIGNED, UNSIGNED, Values, begin};
 use super::{CG_BUS_EVENT, CG_PLAIN, CN_FIXED, CN_MASTER, Kind};
 
-/// Data types of channels.
-const UNSIGNED: u8 = 0;
-const SIGNED: u8 = 2;
-const BYTES: u8 = 10;
 const CN_BUS_EVENT: u32 = 1 << 10;
 /// Bytes of a time, the first value of every record.
 const TIME_BYTES: u32 = 8;
@@ -53,7 +49,7 @@ pub(super) fn head(is_finished: bool, began: u64, groups: [Written; Kind::ALL.le
     let mut blocks = Blocks::behind_begin();
     let mut next = 0;
     for (kind, written) in Kind::ALL.into_iter().zip(groups).rev() {
-        next = data_group(&mut blocks, kind, written, next);
+        next = group(&mut blocks, kind, written, next);
     }
     let history = blocks.history(began);
     let mut bytes = blocks.into_bytes();
@@ -61,12 +57,7 @@ pub(super) fn head(is_finished: bool, began: u64, groups: [Written; Kind::ALL.le
     bytes
 }
 
-fn data_group(blocks: &mut Blocks, kind: Kind, written: Written, next: u64) -> u64 {
-    let channel_group = channel_group(blocks, kind, written.records);
-    blocks.push(b"##DG", &[next, channel_group, written.data, 0], &[0; 8])
-}
-
-fn channel_group(blocks: &mut Blocks, kind: Kind, records: u64) -> u64 {
+fn group(blocks: &mut Blocks, kind: Kind, written: Written, next: u64) -> u64 {
     let bytes = record_bytes(kind) as u32;
     let name = blocks.text(kind.name());
     // Type bus; bus type CAN.
@@ -76,52 +67,27 @@ fn channel_group(blocks: &mut Blocks, kind: Kind, records: u64) -> u64 {
     for (value, length) in values(kind).iter().rev() {
         at -= length;
         let data_type = if *length > 8 { BYTES } else { UNSIGNED };
-        let full = format!("{}.{value}", kind.name());
-        first = channel(blocks, &full, [first, 0, 0, 0], source, CN_FIXED, data_type, at, *length);
+        let name = blocks.text(&format!("{}.{value}", kind.name()));
+        let links = [first, 0, name, source, 0, 0, 0, 0];
+        first = blocks.channel(links, of_frame(data_type, at, *length));
     }
-    let all = bytes - TIME_BYTES;
-    let frame = [0, first, 0, 0];
-    let frame = channel(blocks, kind.name(), frame, source, CN_FIXED, BYTES, TIME_BYTES, all);
+    let frame_name = blocks.text(kind.name());
+    let links = [0, first, frame_name, source, 0, 0, 0, 0];
+    let frame = blocks.channel(links, of_frame(BYTES, TIME_BYTES, bytes - TIME_BYTES));
     let unit = blocks.text("s");
     // Linear: seconds are the number times 1e-9, without an offset.
-    let mut linear = vec![1, 0, 0, 0, 0, 0, 2, 0];
-    linear.extend([0; 16]);
-    linear.extend(0f64.to_le_bytes());
-    linear.extend(1e-9f64.to_le_bytes());
-    let seconds = blocks.push(b"##CC", &[0, unit, 0, 0], &linear);
-    let links = [frame, 0, seconds, unit];
-    let time = channel(blocks, "Timestamp", links, 0, CN_MASTER, SIGNED, 0, TIME_BYTES);
-    let mut data = Vec::new();
-    // Its records have no record number.
-    data.extend(0u64.to_le_bytes());
-    data.extend(records.to_le_bytes());
-    data.extend((CG_BUS_EVENT | CG_PLAIN).to_le_bytes());
-    data.extend([b'.', 0, 0, 0, 0, 0]);
-    data.extend(bytes.to_le_bytes());
-    data.extend([0; 4]);
-    blocks.push(b"##CG", &[0, time, name, source, 0, 0], &data)
+    let seconds = blocks.conversion(1, unit, &[], &[0.0, 1e-9]);
+    let time_name = blocks.text("Timestamp");
+    let time =
+        Values { kind: CN_MASTER, data_type: SIGNED, flags: 0, ..of_frame(0, 0, TIME_BYTES) };
+    let time = blocks.channel([frame, 0, time_name, 0, seconds, 0, unit, 0], time);
+    // The parts of names are separated by dots.
+    let flags = u64::from(CG_BUS_EVENT | CG_PLAIN) | u64::from(b'.') << 16;
+    let records = Records { count: written.records, flags, bytes, invalid_bytes: 0 };
+    blocks.group([time, name, source, 0], records, written.data, next)
 }
 
-/// `links` are the next channel, the components, the conversion and the unit.
-#[expect(clippy::too_many_arguments, reason = "a channel has as many properties")]
-fn channel(
-    blocks: &mut Blocks,
-    name: &str,
-    links: [u64; 4],
-    source: u64,
-    kind: u8,
-    data_type: u8,
-    at: u32,
-    bytes: u32,
-) -> u64 {
-    let name = blocks.text(name);
-    let [next, parts, conversion, unit] = links;
-    let is_master = kind == CN_MASTER;
-    let flags = if is_master { 0 } else { CN_BUS_EVENT };
-    let mut data = vec![kind, u8::from(is_master), data_type, 0];
-    data.extend(at.to_le_bytes());
-    data.extend((8 * bytes).to_le_bytes());
-    data.extend(flags.to_le_bytes());
-    data.extend([0; 56]);
-    blocks.push(b"##CN", &[next, parts, name, source, conversion, 0, unit, 0], &data)
+/// Values of a bus event.
+const fn of_frame(data_type: u8, at: u32, bytes: u32) -> Values {
+    Values { kind: CN_FIXED, data_type, at, bytes, flags: CN_BUS_EVENT, invalid_bit: 0 }
 }

@@ -1,11 +1,36 @@
 //! Lays out the blocks of a file, and the common start of all files.
 
-use super::{BLOCK_HEAD_BYTES, FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
+use super::{BLOCK_HEAD_BYTES, CN_MASTER, FILE_MARK, IDENTIFICATION_BYTES, UNFINISHED_MARK};
 
 const HEADER_BYTES: usize = 104;
 
 /// Length of identification and header, which precede all other blocks.
 pub(super) const BEGIN_BYTES: usize = IDENTIFICATION_BYTES + HEADER_BYTES;
+
+/// Data types of channels.
+pub(super) const UNSIGNED: u8 = 0;
+pub(super) const SIGNED: u8 = 2;
+pub(super) const FLOAT: u8 = 4;
+pub(super) const UTF8: u8 = 7;
+pub(super) const BYTES: u8 = 10;
+
+/// The records of a group.
+pub(super) struct Records {
+    pub(super) count: u64,
+    pub(super) flags: u64,
+    pub(super) bytes: u32,
+    pub(super) invalid_bytes: u32,
+}
+
+/// The values of a channel, from byte `at` of a record on.
+pub(super) struct Values {
+    pub(super) kind: u8,
+    pub(super) data_type: u8,
+    pub(super) at: u32,
+    pub(super) bytes: u32,
+    pub(super) flags: u32,
+    pub(super) invalid_bit: u32,
+}
 
 /// Blocks in file order, with the targets of links first.
 pub(super) struct Blocks {
@@ -42,6 +67,43 @@ impl Blocks {
             "" => 0,
             text => self.push(b"##TX", &[], format!("{text}\0").as_bytes()),
         }
+    }
+
+    /// Appends a group of channels with one kind of record, and the data group around it. `links` are its first
+    /// channel, name, source and comment; `data` is the address of its records, zero if there are none.
+    pub(super) fn group(&mut self, links: [u64; 4], records: Records, data: u64, next: u64) -> u64 {
+        let Records { count, flags, bytes, invalid_bytes } = records;
+        let [first, name, source, comment] = links;
+        // Its records have no record number.
+        let mut content = [0, count, flags].map(u64::to_le_bytes).concat();
+        content.extend([bytes, invalid_bytes].map(u32::to_le_bytes).concat());
+        let group = self.push(b"##CG", &[0, first, name, source, 0, comment], &content);
+        self.push(b"##DG", &[next, group, data, 0], &[0; 8])
+    }
+
+    /// Appends a channel. `links` are the next channel, the components, the name, the source, the conversion, the data,
+    /// the unit and the comment.
+    pub(super) fn channel(&mut self, links: [u64; 8], values: Values) -> u64 {
+        let Values { kind, data_type, at, bytes, flags, invalid_bit } = values;
+        // The master channel is a time.
+        let mut content = vec![kind, u8::from(kind == CN_MASTER), data_type, 0];
+        content.extend([at, 8 * bytes, flags, invalid_bit].map(u32::to_le_bytes).concat());
+        content.resize(72, 0);
+        self.push(b"##CN", &links, &content)
+    }
+
+    /// Appends a conversion of that type, to what `references` refer to.
+    pub(super) fn conversion(
+        &mut self,
+        kind: u8,
+        unit: u64,
+        references: &[u64],
+        values: &[f64],
+    ) -> u64 {
+        let counts = [references.len() as u16, values.len() as u16].map(u16::to_le_bytes).concat();
+        let mut content = [&[kind, 0, 0, 0], &counts[..], &[0; 16]].concat();
+        content.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+        self.push(b"##CC", &[&[0, unit, 0, 0], references].concat(), &content)
     }
 
     /// Appends the file history. `began` is in nanoseconds since 1970: no clock is read here, so the file is as old as

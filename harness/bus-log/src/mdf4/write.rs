@@ -13,6 +13,7 @@ use wire::can::{CanFrame, Id};
 
 /// Records per data block: 344 KB of data frames.
 const BLOCK_RECORDS: usize = 4_096;
+
 /// Writes an MDF file of version 4.10.
 ///
 /// The measurement begins with the first entry. `canN` gets bus N + 1 if that is free, any other name the lowest free
@@ -77,8 +78,7 @@ impl<W: Write + Seek + fmt::Debug> WriteEntries for Writer<W> {
             // Pads a frame with less than 64 bytes, and a remote request without flags.
             records.resize(end, 0);
         };
-        let pushed = group.data.push(&mut self.out, push);
-        pushed?;
+        group.data.push(&mut self.out, push)?;
         Ok(Kept::Written)
     }
 

@@ -90,8 +90,9 @@ impl<W: Write + Seek> Writer<W> {
 
     /// Appends a record, with a value per channel. Times of a group must ascend.
     ///
-    /// # Errors When the file cannot be written; when a value is not of its channel's type, when the number of values
-    /// is wrong, or when the group belongs to another writer.
+    /// # Errors
+    /// When the file cannot be written; when a value is not of its channel's type, when the number of values is wrong,
+    /// or when the group belongs to another writer.
     pub fn record(&mut self, group: GroupId, values: &[Value<'_>]) -> Result<(), LogError> {
         let unwritable = |source| LogError::unwritable(&self.path, source);
         let Some(group) = self.groups.get_mut(group.0) else {

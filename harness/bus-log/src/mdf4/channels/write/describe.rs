@@ -2,17 +2,10 @@
 
 use super::{CHOICES_MAX, Channel, Group};
 use crate::mdf4::channels::{Form, Kind};
-use crate::mdf4::laid::{self, Blocks};
+use crate::mdf4::laid::{self, Blocks, FLOAT, Records, SIGNED, UNSIGNED, UTF8, Values};
 use crate::mdf4::{CN_FIXED, CN_MASTER, CN_VARIABLE};
 use std::fmt::Write as _;
 
-/// Data types of channels.
-const UNSIGNED: u8 = 0;
-const SIGNED: u8 = 2;
-const FLOAT: u8 = 4;
-const UTF8: u8 = 7;
-/// The master channel is a time.
-const SYNC_TIME: u8 = 1;
 /// The channel has an invalidation bit.
 const CN_HAS_INVALID: u32 = 1 << 1;
 const CC_VALUE_TO_TEXT: u8 = 7;
@@ -26,7 +19,7 @@ pub(super) fn describe(
     let mut blocks = Blocks::at(place);
     let mut next = 0;
     for group in groups.iter().rev() {
-        next = data_group(&mut blocks, group, next);
+        next = group_of(&mut blocks, group, next);
     }
     let history = blocks.history(0);
     let comment = blocks.push(b"##MD", &[], comment(facts).as_bytes());
@@ -63,12 +56,7 @@ fn escaped(text: &str) -> String {
     escaped
 }
 
-fn data_group(blocks: &mut Blocks, group: &Group, next: u64) -> u64 {
-    let channel_group = channel_group(blocks, group);
-    blocks.push(b"##DG", &[next, channel_group, group.data_at, 0], &[0; 8])
-}
-
-fn channel_group(blocks: &mut Blocks, group: &Group) -> u64 {
+fn group_of(blocks: &mut Blocks, group: &Group, next: u64) -> u64 {
     let bytes: u32 = group.channels.iter().map(|channel| channel.form.kind.bytes()).sum();
     let (mut first, mut at) = (0, bytes);
     for (place, one) in group.channels.iter().enumerate().rev() {
@@ -77,14 +65,9 @@ fn channel_group(blocks: &mut Blocks, group: &Group) -> u64 {
     }
     let name = blocks.text(&group.name);
     let doc = blocks.text(&group.doc);
-    let mut data = Vec::new();
-    // Its records have no record number.
-    data.extend(0u64.to_le_bytes());
-    data.extend(group.records.to_le_bytes());
-    data.extend([0; 8]);
-    data.extend(bytes.to_le_bytes());
-    data.extend((group.channels.len().div_ceil(8) as u32).to_le_bytes());
-    blocks.push(b"##CG", &[0, first, name, 0, 0, doc], &data)
+    let invalid_bytes = group.channels.len().div_ceil(8) as u32;
+    let records = Records { count: group.records, flags: 0, bytes, invalid_bytes };
+    blocks.group([first, name, 0, doc], records, group.data_at, next)
 }
 
 /// The channel of that index in its group, with its values at byte `at` of a record.
@@ -94,9 +77,8 @@ fn channel(blocks: &mut Blocks, channel: &Channel, place: usize, at: u32, next: 
     let unit = blocks.text(&form.unit);
     let doc = blocks.text(&form.doc);
     let conversion = conversion(blocks, channel, unit);
-    let is_master = place == 0;
     let kind = match form.kind {
-        _ if is_master => CN_MASTER,
+        _ if place == 0 => CN_MASTER,
         Kind::Text => CN_VARIABLE,
         _ => CN_FIXED,
     };
@@ -106,16 +88,11 @@ fn channel(blocks: &mut Blocks, channel: &Channel, place: usize, at: u32, next: 
         Kind::Bool | Kind::Choice => UNSIGNED,
         Kind::Text => UTF8,
     };
-    let sync = if is_master { SYNC_TIME } else { 0 };
     let flags = if channel.has_gaps { CN_HAS_INVALID } else { 0 };
-    let mut data = vec![kind, sync, data_type, 0];
-    data.extend(at.to_le_bytes());
-    data.extend((8 * form.kind.bytes()).to_le_bytes());
-    data.extend(flags.to_le_bytes());
-    data.extend((place as u32).to_le_bytes());
-    data.resize(72, 0);
+    let bytes = form.kind.bytes();
+    let values = Values { kind, data_type, at, bytes, flags, invalid_bit: place as u32 };
     let links = [next, 0, name, 0, conversion, channel.texts_at, unit, doc];
-    blocks.push(b"##CN", &links, &data)
+    blocks.channel(links, values)
 }
 
 /// Conversion from values to names; zero if there are none.
@@ -135,23 +112,13 @@ fn conversion(blocks: &mut Blocks, channel: &Channel, unit: u64) -> u64 {
     if named.is_empty() {
         return 0;
     }
-    let texts: Vec<u64> = named.iter().map(|(_, name)| blocks.text(name)).collect();
+    let mut texts: Vec<u64> = named.iter().map(|(_, name)| blocks.text(name)).collect();
     // A value without a name is not changed: the conversion for it is the identity.
-    let same = match kind {
+    texts.push(match kind {
         Kind::Choice => 0,
-        _ => blocks.push(b"##CC", &[0, unit, 0, 0], &conversion_data(0, 0, &[])),
-    };
+        _ => blocks.conversion(0, unit, &[], &[]),
+    });
     let values: Vec<f64> = named.iter().map(|(value, _)| *value).collect();
-    let links = [&[0, unit, 0, 0], &texts[..], &[same]].concat();
-    blocks.push(b"##CC", &links, &conversion_data(CC_VALUE_TO_TEXT, texts.len() + 1, &values))
-}
-
-fn conversion_data(kind: u8, references: usize, values: &[f64]) -> Vec<u8> {
-    let mut data = vec![kind, 0, 0, 0];
-    // At most `CHOICES_MAX`, and one for values without a name.
-    data.extend((references as u16).to_le_bytes());
-    data.extend((values.len() as u16).to_le_bytes());
-    data.extend([0; 16]);
-    data.extend(values.iter().flat_map(|value| value.to_le_bytes()));
-    data
+    // At most `CHOICES_MAX` references, and one for values without a name.
+    blocks.conversion(CC_VALUE_TO_TEXT, unit, &texts, &values)
 }
