@@ -54,35 +54,39 @@ impl FileKind {
         Self::TableModel,
     ];
 
-    pub const fn schema_file(self) -> &'static str {
+    /// The file of its schema, and what makes that.
+    fn form(self) -> (&'static str, fn(SchemaGenerator) -> Schema) {
         match self {
-            Self::Plan => "plan.schema.json",
-            Self::Bench => "bench.schema.json",
-            Self::Rig => "rig.schema.json",
-            Self::Devices => "devices.schema.json",
-            Self::Device => "device.schema.json",
-            Self::Model => "model.schema.json",
-            Self::GyroModel => "gyro-model.schema.json",
-            Self::BaseModel => "base-model.schema.json",
-            Self::TableModel => "table-model.schema.json",
+            Self::Plan => ("plan.schema.json", SchemaGenerator::into_root_schema_for::<Plan>),
+            Self::Bench => {
+                ("bench.schema.json", SchemaGenerator::into_root_schema_for::<BenchFile>)
+            }
+            Self::Rig => ("rig.schema.json", SchemaGenerator::into_root_schema_for::<RigFile>),
+            Self::Devices => {
+                ("devices.schema.json", SchemaGenerator::into_root_schema_for::<DeviceFile>)
+            }
+            Self::Device => ("device.schema.json", described::schema),
+            Self::Model => ("model.schema.json", SchemaGenerator::into_root_schema_for::<Model>),
+            Self::GyroModel => {
+                ("gyro-model.schema.json", SchemaGenerator::into_root_schema_for::<GyroModel>)
+            }
+            Self::BaseModel => {
+                ("base-model.schema.json", SchemaGenerator::into_root_schema_for::<BaseModel>)
+            }
+            Self::TableModel => {
+                ("table-model.schema.json", SchemaGenerator::into_root_schema_for::<TableModel>)
+            }
         }
+    }
+
+    pub fn schema_file(self) -> &'static str {
+        self.form().0
     }
 
     pub fn schema(self) -> Schema {
         let settings =
             SchemaSettings::draft2020_12().with_transform(NoNull).with_transform(PlainWords);
-        let generator = SchemaGenerator::new(settings);
-        match self {
-            Self::Plan => generator.into_root_schema_for::<Plan>(),
-            Self::Bench => generator.into_root_schema_for::<BenchFile>(),
-            Self::Rig => generator.into_root_schema_for::<RigFile>(),
-            Self::Devices => generator.into_root_schema_for::<DeviceFile>(),
-            Self::Device => described::schema(generator),
-            Self::Model => generator.into_root_schema_for::<Model>(),
-            Self::GyroModel => generator.into_root_schema_for::<GyroModel>(),
-            Self::BaseModel => generator.into_root_schema_for::<BaseModel>(),
-            Self::TableModel => generator.into_root_schema_for::<TableModel>(),
-        }
+        self.form().1(SchemaGenerator::new(settings))
     }
 
     pub fn text(self) -> String {

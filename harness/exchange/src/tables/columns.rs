@@ -131,6 +131,37 @@ static SIGNALS: [Column; 6] = [
     column("unit", Text, "", "unit of the value"),
 ];
 
+/// Name of a table, name of its schema, what it holds, and its columns.
+type Form = (&'static str, &'static str, &'static str, &'static [Column]);
+
+/// In the order of [`Table::ALL`].
+static FORMS: [Form; Table::ALL.len()] = [
+    ("states", "hil.State", "one row a state that the controller told", &STATES),
+    ("truth", "hil.Truth", "one row a time when an emulator told what is really so", &TRUTH),
+    ("health", "hil.Health", "one row a change of the controller's health", &HEALTH),
+    (
+        "observations",
+        "hil.Observation",
+        "one row an observation; its tags are columns",
+        &OBSERVATIONS,
+    ),
+    (
+        "events",
+        "hil.Event",
+        "one row an event: steps, missions and their ends, faults, notes, replies",
+        &EVENTS,
+    ),
+    (
+        "measurements",
+        "hil.Measurement",
+        "one row a measurement that the plan declares, with its verdict",
+        &MEASUREMENTS,
+    ),
+    ("frames", "hil.Frame", "one row a CAN frame", &FRAMES),
+    ("packets", "hil.Packet", "one row a packet of a serial line", &PACKETS),
+    ("signals", "hil.Signal", "one row a signal of a message that was understood", &SIGNALS),
+];
+
 impl Table {
     pub const ALL: [Self; 9] = [
         Self::States,
@@ -144,67 +175,25 @@ impl Table {
         Self::Signals,
     ];
 
-    /// Its name, the name of its schema, what it holds, and its columns.
-    const fn form(self) -> (&'static str, &'static str, &'static str, &'static [Column]) {
-        match self {
-            Self::States => {
-                ("states", "hil.State", "one row a state that the controller told", &STATES)
-            }
-            Self::Truth => (
-                "truth",
-                "hil.Truth",
-                "one row a time when an emulator told what is really so",
-                &TRUTH,
-            ),
-            Self::Health => {
-                ("health", "hil.Health", "one row a change of the controller's health", &HEALTH)
-            }
-            Self::Observations => (
-                "observations",
-                "hil.Observation",
-                "one row an observation; its tags are columns",
-                &OBSERVATIONS,
-            ),
-            Self::Events => (
-                "events",
-                "hil.Event",
-                "one row an event: steps, missions and their ends, faults, notes, replies",
-                &EVENTS,
-            ),
-            Self::Measurements => (
-                "measurements",
-                "hil.Measurement",
-                "one row a measurement that the plan declares, with its verdict",
-                &MEASUREMENTS,
-            ),
-            Self::Frames => ("frames", "hil.Frame", "one row a CAN frame", &FRAMES),
-            Self::Packets => {
-                ("packets", "hil.Packet", "one row a packet of a serial line", &PACKETS)
-            }
-            Self::Signals => (
-                "signals",
-                "hil.Signal",
-                "one row a signal of a message that was understood",
-                &SIGNALS,
-            ),
-        }
+    fn form(self) -> &'static Form {
+        &FORMS[self as usize]
     }
 
     /// Its name, which is also that of its file.
-    pub const fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         self.form().0
     }
 
-    pub(crate) const fn schema_name(self) -> &'static str {
+    pub(crate) fn schema_name(self) -> &'static str {
         self.form().1
     }
 
-    pub const fn doc(self) -> &'static str {
+    pub fn doc(self) -> &'static str {
         self.form().2
     }
 
     /// Columns that do not depend on the run. Observations have the columns of their tags after these.
-    pub const fn fixed_columns(self) -> &'static [Column] {
+    pub fn fixed_columns(self) -> &'static [Column] {
         self.form().3
     }
 
