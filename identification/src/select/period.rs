@@ -4,7 +4,9 @@ use super::scene::Scene;
 use crate::candidates::{Candidate, periodic};
 use crate::model::{Acts, exposure};
 use crate::problem::Aggregate;
-use realfft::RealFftPlanner;
+use rustfft::algorithm::Radix4;
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftDirection};
 
 /// Maximum number of samples of the transform.
 const SAMPLES_MAX: usize = 1 << 21;
@@ -27,8 +29,8 @@ pub fn periods(scene: &Scene<'_>) -> (Vec<Candidate>, f64) {
         return (Vec::new(), 1.0);
     }
     let length = (2 * bins).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let transform = planner.plan_fft_forward(length);
+    // Without the planner, whose every algorithm would be compiled for this one length.
+    let transform = Radix4::new(length, FftDirection::Forward);
     let lowest = (CYCLES_MIN * length as f64 / bins as f64).ceil() as usize;
     let highest = length / 2;
     let mut found = Vec::new();
@@ -36,18 +38,18 @@ pub fn periods(scene: &Scene<'_>) -> (Vec<Candidate>, f64) {
     for on in [Acts::Bias, Acts::Scale, Acts::Turn, Acts::Curvature, Acts::Drive] {
         let Some(exposed) = exposure(block, on) else { continue };
         kinds += 1.0;
-        let mut grid = transform.make_input_vec();
+        let mut spectrum = vec![Complex::new(0.0, 0.0); length];
         for (score, &row) in scene.scores.iter().zip(&block.rows) {
             let bin = ((channels.time[row] - first) / interval).round() as usize;
             if bin < length {
-                grid[bin] += score * exposed.per_row[row];
+                spectrum[bin].re += score * exposed.per_row[row];
             }
         }
-        let mut spectrum = transform.make_output_vec();
-        if transform.process(&mut grid, &mut spectrum).is_err() || highest <= lowest {
+        if highest <= lowest {
             continue;
         }
-        let power: Vec<f64> = spectrum.iter().map(|value| value.norm_sqr()).collect();
+        transform.process(&mut spectrum);
+        let power: Vec<f64> = spectrum[..=highest].iter().map(|value| value.norm_sqr()).collect();
         let mut order: Vec<usize> = (lowest..highest)
             .filter(|&bin| power[bin] >= power[bin - 1] && power[bin] >= power[bin + 1])
             .collect();

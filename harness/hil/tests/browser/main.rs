@@ -116,16 +116,23 @@ fn illegible(browser: &mut Browser, page: &Path, view: &View) -> Vec<String> {
     all
 }
 
+/// One test, for which the pages are made once and one browser is started.
 #[test]
-fn every_page_is_alone_and_legible_however_it_is_looked_at() {
+fn the_pages_in_a_browser() {
     let Some(mut browser) = browser() else { return };
     let pages = Pages::make();
+    every_page_is_alone_and_legible_however_it_is_looked_at(&mut browser, &pages);
+    every_page_goes_to_paper(&mut browser, &pages);
+    text_from_outside_does_nothing(&mut browser, &pages);
+}
+
+fn every_page_is_alone_and_legible_however_it_is_looked_at(browser: &mut Browser, pages: &Pages) {
     let mut wrong = Vec::new();
     for page in pages.all() {
         for view in VIEWS {
             browser.look(&view);
-            open_alone(&mut browser, page);
-            wrong.extend(illegible(&mut browser, page, &view));
+            open_alone(browser, page);
+            wrong.extend(illegible(browser, page, &view));
         }
         let mut ground = |view: &View| {
             browser.look(view);
@@ -136,13 +143,10 @@ fn every_page_is_alone_and_legible_however_it_is_looked_at() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-#[test]
-fn every_page_goes_to_paper() {
-    let Some(mut browser) = browser() else { return };
-    let pages = Pages::make();
+fn every_page_goes_to_paper(browser: &mut Browser, pages: &Pages) {
     for page in pages.all() {
         browser.look(&VIEWS[0]);
-        open_alone(&mut browser, page);
+        open_alone(browser, page);
         let data = browser.ask("Page.printToPDF", json!({ "printBackground": true }));
         let data = data["data"].as_str().unwrap();
         // "%PDF-" in base64.
@@ -154,19 +158,17 @@ fn every_page_goes_to_paper() {
     }
 }
 
-#[test]
-fn text_from_outside_does_nothing() {
-    let Some(mut browser) = browser() else { return };
-    let pages = Pages::make();
+fn text_from_outside_does_nothing(browser: &mut Browser, pages: &Pages) {
+    browser.look(&VIEWS[0]);
     for page in [&pages.hostile, &pages.campaign] {
-        open_alone(&mut browser, page);
+        open_alone(browser, page);
         assert_eq!(browser.evaluate("document.images.length + document.scripts.length"), 0);
         assert_eq!(browser.evaluate("document.title.includes('hacked')"), false);
         let hidden =
             "/[\\u0000-\\u0008\\u202a-\\u202e\\u2066-\\u2069]/.test(document.body.innerText)";
         assert_eq!(browser.evaluate(hidden), false);
     }
-    open_alone(&mut browser, &pages.hostile);
+    open_alone(browser, &pages.hostile);
     let title = browser.evaluate("document.querySelector('h1').innerText");
     assert_eq!(title, pages::HOSTILE_SHOWN);
 }

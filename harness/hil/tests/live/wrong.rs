@@ -151,7 +151,8 @@ fn a_controller_that_floods_fails_and_fills_no_disk() {
 #[test]
 fn lines_that_are_no_reports_are_counted_and_not_kept() {
     in_time(|| {
-        let (status, reason, folder) = run_with("noise", "exec yes 'this is no report'");
+        let (status, reason, folder) =
+            run_with("noise", "timeout 1 yes 'this is no report'; exec sleep 60");
         assert_eq!(status, Some(3), "{reason}");
         assert!(reason.contains(" lines that are no reports within 10 s"), "{reason}");
         let shown = record(&folder.path().join("noise"));

@@ -21,8 +21,8 @@ use window::HORIZON_MAX;
 /// The longest formula. Assumption: a longer one is several properties.
 const BYTES_MAX: usize = 2_000;
 
-/// Nesting of parentheses and operators. Assumption: no reader follows more.
-const NESTING_MAX: usize = 50;
+/// Nesting of parentheses and operators. Assumption: no reader follows more; half a thread's stack if nothing is optimised.
+const NESTING_MAX: usize = 24;
 
 struct Parser<'a> {
     text: &'a str,
