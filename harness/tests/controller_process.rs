@@ -101,9 +101,10 @@ fn once(steps: &mut Vec<toml::Value>, seen: &mut Vec<toml::Table>) {
     });
 }
 
-fn compare(change: impl Fn(&str) -> String) {
+fn compare(change: impl Fn(&str) -> String, left_out: &[&str]) {
     let library = Library::shipped();
-    let prepared = names(Kind::Plan).into_iter().map(|name| {
+    let names = names(Kind::Plan).into_iter().filter(|name| !left_out.contains(&name.as_str()));
+    let prepared = names.map(|name| {
         let mut source = library.open(Kind::Plan, &name).unwrap();
         source.text = change(&source.text);
         let prepared = Prepared::of_source(&library, &source, &Made::default());
@@ -111,7 +112,7 @@ fn compare(change: impl Fn(&str) -> String) {
     });
     // Others have no controller.
     let prepared: Vec<_> = prepared.filter(|prepared| prepared.rig.robot.is_some()).collect();
-    assert!(prepared.len() >= 17, "{} plans ship", prepared.len());
+    assert!(prepared.len() >= 17 - left_out.len(), "{} plans ship", prepared.len());
     let next = AtomicUsize::new(0);
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
     std::thread::scope(|scope| {
@@ -127,7 +128,14 @@ fn compare(change: impl Fn(&str) -> String) {
 
 #[test]
 fn shipped_plans_give_the_same_record_once_through() {
-    compare(shortened);
+    // Each differs from a plan that takes part in the noise of its devices alone: it asks a controller nothing else.
+    let asks_the_same = [
+        "laps-mounted",
+        "laps-observed-later",
+        "laps-observed-noisier",
+        "straight-accuracy-mounted",
+    ];
+    compare(shortened, &asks_the_same);
 }
 
 /// Its machine is not scheduled, and its clock jumps there and back, in rest and in motion.
@@ -185,5 +193,5 @@ duration_s = 1
 #[test]
 #[ignore = "minutes"]
 fn shipped_plans_give_the_same_record() {
-    compare(str::to_owned);
+    compare(str::to_owned, &[]);
 }
