@@ -3,6 +3,7 @@
 mod diagnostics;
 mod effects;
 mod path;
+mod phrases;
 mod polynomial;
 mod predict;
 mod sentence;

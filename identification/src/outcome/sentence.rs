@@ -1,9 +1,9 @@
 //! Causes in sentences, as one engineer would write them to another.
 
+use super::phrases::{number, of_axis, plain, quantity, seen, short, subject, with_unit};
 use super::polynomial::is_polynomial;
 use crate::dataset::Drive;
-use crate::finding::{Effect, Parameter};
-use crate::model::{Driver, Wrap};
+use crate::finding::Effect;
 use crate::units::si_factor;
 
 /// A sentence for each cause, of a robot driven so. Late axes share one delay.
@@ -65,70 +65,6 @@ fn delay(effects: &[&Effect]) -> Option<String> {
 
 /// Delays of axes within this factor are one delay.
 const SAME_DELAY: f64 = 1.5;
-
-pub(super) fn plain(name: &str) -> String {
-    name.replace('_', " ")
-}
-
-/// The value with three significant digits.
-pub(super) fn short(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    if !(1e-3..1e9).contains(&value.abs()) {
-        return format!("{value:.2e}");
-    }
-    let places = (2.0 - value.abs().log10().floor()).max(0.0) as usize;
-    format!("{value:.places$}")
-}
-
-/// The quantity that the effect changes.
-fn subject(effect: &Effect) -> String {
-    let what = match effect.term.as_str() {
-        "scale" => "scale factor",
-        "drive" => "distance scale",
-        "turn" => "scale of turns",
-        "curvature" => "drift to the side",
-        term => term,
-    };
-    format!("The {}{}", plain(what), of_axis(effect))
-}
-
-fn of_axis(effect: &Effect) -> String {
-    effect.axis.map_or(String::new(), |axis| format!(" of axis {axis:?}").to_lowercase())
-}
-
-/// Describes a driver of the effect.
-fn seen(effect: &Effect, at: usize) -> String {
-    let Some(text) = effect.drivers.get(at) else { return "nothing".to_owned() };
-    let Some(Driver { wrap, field }) = Driver::parse(text) else { return text.clone() };
-    match wrap {
-        Wrap::RateOf => format!("the rate of change of {field}"),
-        Wrap::LagOf => {
-            format!("{field} through a lag of {}", number(effect, "time_constant"))
-        }
-        Wrap::BranchOf => format!("{field} and where it came from (hysteresis)"),
-        Wrap::Abs => format!("the size of {field}"),
-        Wrap::Sign => format!("the sign of {field}"),
-        Wrap::Harmonic(1) => format!("{field}, once a turn"),
-        Wrap::Harmonic(count) => format!("{field}, {count} times a turn"),
-        Wrap::Plain | Wrap::Step | Wrap::Periodic | Wrap::Trend => field,
-    }
-}
-
-/// A number of the effect with its unit.
-fn number(effect: &Effect, name: &str) -> String {
-    effect.parameters.iter().find(|one| one.name == name).map_or_else(String::new, with_unit)
-}
-
-fn with_unit(parameter: &Parameter) -> String {
-    quantity(parameter.value, &parameter.unit)
-}
-
-fn quantity(value: f64, unit: &str) -> String {
-    let unit = if unit == "1" { "" } else { unit };
-    format!("{} {unit}", short(value)).trim_end().to_owned()
-}
 
 /// A sentence for what the package states wrongly about a field.
 fn set_right(effect: &Effect) -> Option<String> {

@@ -1,6 +1,7 @@
 //! A finding in plain words.
 
-use super::sentence::{causes, plain, short};
+use super::phrases::{plain, short};
+use super::sentence::causes;
 use crate::dataset::Kind;
 use crate::finding::{Finding, HeldOut, SetAside, Verdict};
 

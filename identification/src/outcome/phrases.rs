@@ -1,0 +1,68 @@
+//! Phrases on an effect: the quantity that it changes, what it goes with, and its numbers.
+
+use crate::finding::{Effect, Parameter};
+use crate::model::{Driver, Wrap};
+
+pub(super) fn plain(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// The value with three significant digits.
+pub(super) fn short(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    if !(1e-3..1e9).contains(&value.abs()) {
+        return format!("{value:.2e}");
+    }
+    let places = (2.0 - value.abs().log10().floor()).max(0.0) as usize;
+    format!("{value:.places$}")
+}
+
+/// The quantity that the effect changes.
+pub(super) fn subject(effect: &Effect) -> String {
+    let what = match effect.term.as_str() {
+        "scale" => "scale factor",
+        "drive" => "distance scale",
+        "turn" => "scale of turns",
+        "curvature" => "drift to the side",
+        term => term,
+    };
+    format!("The {}{}", plain(what), of_axis(effect))
+}
+
+pub(super) fn of_axis(effect: &Effect) -> String {
+    effect.axis.map_or(String::new(), |axis| format!(" of axis {axis:?}").to_lowercase())
+}
+
+/// Describes a driver of the effect.
+pub(super) fn seen(effect: &Effect, at: usize) -> String {
+    let Some(text) = effect.drivers.get(at) else { return "nothing".to_owned() };
+    let Some(Driver { wrap, field }) = Driver::parse(text) else { return text.clone() };
+    match wrap {
+        Wrap::RateOf => format!("the rate of change of {field}"),
+        Wrap::LagOf => {
+            format!("{field} through a lag of {}", number(effect, "time_constant"))
+        }
+        Wrap::BranchOf => format!("{field} and where it came from (hysteresis)"),
+        Wrap::Abs => format!("the size of {field}"),
+        Wrap::Sign => format!("the sign of {field}"),
+        Wrap::Harmonic(1) => format!("{field}, once a turn"),
+        Wrap::Harmonic(count) => format!("{field}, {count} times a turn"),
+        Wrap::Plain | Wrap::Step | Wrap::Periodic | Wrap::Trend => field,
+    }
+}
+
+/// A number of the effect with its unit.
+pub(super) fn number(effect: &Effect, name: &str) -> String {
+    effect.parameters.iter().find(|one| one.name == name).map_or_else(String::new, with_unit)
+}
+
+pub(super) fn with_unit(parameter: &Parameter) -> String {
+    quantity(parameter.value, &parameter.unit)
+}
+
+pub(super) fn quantity(value: f64, unit: &str) -> String {
+    let unit = if unit == "1" { "" } else { unit };
+    format!("{} {unit}", short(value)).trim_end().to_owned()
+}
