@@ -8,7 +8,7 @@
 //! | [`dsp3000_binary`] | 115200 8N1 | 1000 Hz | the same, and a 2-bit sequence | KVH DSP-3000 manual |
 //!
 //! [`GyroEncoder`] turns samples into bytes, [`GyroDecoder`] bytes into samples. A decoder never panics, counts the
-//! bytes it discards ([`Counters`]) and finds the next good frame within [`GyroFormat::resync_bytes_max`] bytes. The
+//! bytes it discards ([`Counters`]) and finds the next good frame within [`FormatFacts::resync_bytes_max`] bytes. The
 //! host's commands to a DSP-3000 are in [`dsp3000_command`]. To add a format, write the file of its codec and a line
 //! of `formats!`.
 
