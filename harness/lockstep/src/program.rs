@@ -238,8 +238,9 @@ impl Program {
     /// [`wake`](wire::device::Device::wake). A program that ends before that is no error: [`state`](Lockstep::state)
     /// reports it.
     ///
-    /// # Errors When the program cannot be found or cannot run in virtual time, when a port name is invalid, or when a
-    /// system call fails.
+    /// # Errors
+    /// When the program cannot be found or cannot run in virtual time, when a port name is invalid, or when a system
+    /// call fails.
     pub fn start(self) -> Result<Lockstep, StartError> {
         let (name, arguments) = self.words.split_first().ok_or(StartError::NoProgram)?;
         let variable = |name: &str| {
