@@ -55,25 +55,25 @@ fn is_the_same_in_a_process(prepared: &Prepared) {
     assert!(here == there, "{name}: {lengths:?} bytes, first difference {first:?}, {how}");
 }
 
+/// Behind a plan whose own measurements are of no matter.
+const MEASUREMENT: &str = r#"
+[[measurement]]
+name = "health"
+doc = "A plan must measure something"
+quantity = "health.degraded"
+unit = "1"
+check = { all_within = { at_least = -1e9 } }
+"#;
+
 /// A plan with each repetition once, a minute of each wait, and each different step once before a model is used and once
 /// after it: all that a plan asks of a controller, and little of its time.
 fn shortened(text: &str) -> String {
     let mut plan: toml::Table = text.parse().unwrap();
     let mut seen = Vec::new();
     once(plan["steps"].as_array_mut().unwrap(), &mut seen);
-    // Verdicts are of no matter here, and some are on steps that are left out.
-    plan.insert("measurement".to_owned(), toml::Value::Array(vec![measurement().into()]));
-    plan.to_string()
-}
-
-fn measurement() -> toml::Table {
-    let text = r#"
-name = "health"
-doc = "A plan must measure something"
-quantity = "health.degraded"
-unit = "1"
-check = { all_within = { at_least = -1e9 } }"#;
-    text.parse().unwrap()
+    // Some measurements are on steps that are left out.
+    plan.remove("measurement");
+    format!("{plan}{MEASUREMENT}")
 }
 
 fn once(steps: &mut Vec<toml::Value>, seen: &mut Vec<toml::Table>) {
@@ -151,13 +151,6 @@ steps = [
     { lap = { direction = "cw", side_m = 0.5 } },
 ]
 
-[[measurement]]
-name = "health"
-doc = "A plan must measure something"
-quantity = "health.degraded"
-unit = "1"
-check = { all_within = { at_least = -1e9 } }
-
 [[fault]]
 target = "host"
 what = { scheduler_stall = { for_s = 0.03 } }
@@ -183,7 +176,8 @@ duration_s = 1
     for devices in ["paper", "paper-serial"] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("struck.toml");
-        std::fs::write(&path, plan.replace("DEVICES", devices)).unwrap();
+        let text = plan.replace("DEVICES", devices) + MEASUREMENT;
+        std::fs::write(&path, text).unwrap();
         let prepared = Prepared::load(path.to_str().unwrap(), &Made::default()).unwrap();
         is_the_same_in_a_process(&prepared);
     }

@@ -1,9 +1,9 @@
 //! Fields that stand still while the device moves: a reference that has ended, an axis or a wheel that is not connected.
 
-use crate::corrections::{Poses, reference_of};
+use crate::corrections::{Poses, leaves, reference_of};
 use crate::dataset::{Column, Dataset, Kind, Role};
 use crate::error::IdentifyError;
-use crate::linear::{dot, solve};
+use crate::linear::solve;
 use crate::problem::{Channels, motion};
 use crate::robust::root_mean_square;
 use std::ops::Range;
@@ -18,6 +18,7 @@ const TIMES: f64 = 5.0;
 const LEGS: usize = 400;
 const ASIDE: f64 = 0.2;
 const LEAVES: f64 = 0.5;
+const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// `dataset` without references that have ended and without axes that are dead, each with a notice.
 ///
@@ -39,10 +40,9 @@ pub(crate) fn without(dataset: &mut Dataset) -> Result<(), IdentifyError> {
             dead(dataset)?;
             let columns = dataset.columns.iter();
             let pairs = columns.filter_map(|one| Some((one, reference_of(dataset, one)?)));
-            let pairs: Vec<(Column, Column)> =
-                pairs.map(|(one, reference)| (one.clone(), reference.clone())).collect();
-            for (column, reference) in pairs {
-                let goes_on = beside_readings(&column, &reference);
+            let pairs = pairs.map(|(one, reference)| (one.values.clone(), reference.clone()));
+            for (read, reference) in pairs.collect::<Vec<(Vec<f64>, Column)>>() {
+                let goes_on = beside_readings(read, reference.values);
                 end(dataset, std::slice::from_ref(&reference.name), goes_on);
             }
         }
@@ -105,9 +105,8 @@ fn path(dataset: &Dataset) -> Result<(), IdentifyError> {
         // About a wheel that stands, the other one drives a circle.
         let Ok(motion) = motion(dataset, &Channels::new(dataset)) else { return Ok(()) };
         let said = poses.sums(&legs, &motion.turn, 0.0);
-        let slope = dot(&said, &turned) / dot(&said, &said).max(f64::MIN_POSITIVE);
-        let left: f64 = said.iter().zip(&turned).map(|(a, b)| (b - slope * a).powi(2)).sum();
-        if along > 0.0 && left > LEAVES * dot(&turned, &turned) {
+        let turns = turned.iter().any(|turned| *turned != 0.0);
+        if along > 0.0 && turns && leaves(&said, &turned, ANY) > LEAVES {
             return refused(column, "though the robot drives");
         }
     }
@@ -119,20 +118,17 @@ fn beside_motion(dataset: &Dataset) -> impl Fn(Range<usize>) -> bool + use<> {
     let motion = motion(dataset, &Channels::new(dataset)).map(|motion| motion.distance);
     let way: Vec<f64> =
         motion.unwrap_or_default().into_iter().map(|distance: f64| distance.abs()).collect();
-    let mean = |range: Range<usize>| {
+    let rows = way.len();
+    let mean = move |range: Range<usize>| {
         let count = range.len().max(1) as f64;
         way.get(range).map_or(0.0, |way| way.iter().sum::<f64>()) / count
     };
-    let usual = mean(0..way.len());
-    move |range: Range<usize>| {
-        let count = range.len().max(1) as f64;
-        way.get(range).map_or(0.0, |way| way.iter().sum::<f64>()) / count > GOES_ON * usual
-    }
+    let usual = mean(0..rows);
+    move |range: Range<usize>| mean(range) > GOES_ON * usual
 }
 
 /// Whether readings leave their reference in a range of rows, as they do not elsewhere.
-fn beside_readings(column: &Column, reference: &Column) -> impl Fn(Range<usize>) -> bool + use<> {
-    let (read, truth) = (column.values.clone(), reference.values.clone());
+fn beside_readings(read: Vec<f64>, truth: Vec<f64>) -> impl Fn(Range<usize>) -> bool {
     move |range: Range<usize>| {
         let known = |row: &usize| (read[*row] + truth[*row]).is_finite();
         let rest = (0..read.len()).filter(|row| !range.contains(row)).filter(known);

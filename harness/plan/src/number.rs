@@ -88,7 +88,7 @@ impl Bounds {
 pub(crate) trait Kind {
     type Value: Copy;
     const BOUNDS: Bounds;
-    /// The bounds in words.
+    /// What an error says was expected.
     const EXPECTED: &'static str;
     fn value(written: f64) -> Self::Value;
     fn written(value: Self::Value) -> f64;
@@ -124,18 +124,18 @@ impl<K: Kind> Visitor<'_> for Number<K> {
     }
 
     fn visit_f64<E: de::Error>(self, value: f64) -> Result<f64, E> {
-        let is_right = value.is_finite() && K::BOUNDS.has(value);
-        is_right
-            .then_some(value)
-            .ok_or_else(|| E::invalid_value(Unexpected::Float(value), &K::EXPECTED))
+        within::<K, E>(value, Unexpected::Float(value))
     }
 
     fn visit_i64<E: de::Error>(self, value: i64) -> Result<f64, E> {
-        let is_right = K::BOUNDS.has(value as f64);
-        is_right
-            .then_some(value as f64)
-            .ok_or_else(|| E::invalid_value(Unexpected::Signed(value), &K::EXPECTED))
+        within::<K, E>(value as f64, Unexpected::Signed(value))
     }
+}
+
+/// The number, if it is finite and within the bounds; `written` is the number as the file has it.
+fn within<K: Kind, E: de::Error>(value: f64, written: Unexpected<'_>) -> Result<f64, E> {
+    let is_right = value.is_finite() && K::BOUNDS.has(value);
+    is_right.then_some(value).ok_or_else(|| E::invalid_value(written, &K::EXPECTED))
 }
 
 impl<K: Kind> JsonSchema for Number<K> {

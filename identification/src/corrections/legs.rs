@@ -1,6 +1,7 @@
 //! A driven path cut into legs between references: what the reference says of each, and what the wheels say.
 
 use crate::dataset::Dataset;
+use crate::linear::dot;
 use crate::problem::wrap;
 use crate::signal::{interpolate, running_total};
 use std::ops::Range;
@@ -128,6 +129,17 @@ impl Poses {
         };
         legs.iter().map(|leg| at(leg.run, leg.rows.1) - at(leg.run, leg.rows.0)).collect()
     }
+}
+
+/// Share of the squares of `seen` that the best multiple of `said` within `range` leaves.
+pub(crate) fn leaves(said: &[f64], seen: &[f64], range: [f64; 2]) -> f64 {
+    let (square, total) = (dot(said, said), dot(seen, seen));
+    if !(square > 0.0 && total > 0.0) {
+        return 1.0;
+    }
+    let slope = (dot(said, seen) / square).clamp(range[0], range[1]);
+    let left: f64 = said.iter().zip(seen).map(|(said, seen)| (seen - slope * said).powi(2)).sum();
+    left / total
 }
 
 /// Fewer runs than this are cut into stretches.

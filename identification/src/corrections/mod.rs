@@ -13,7 +13,7 @@ mod signs;
 mod steering;
 mod wheels;
 
-pub(crate) use legs::Poses;
+pub(crate) use legs::{Poses, leaves};
 
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
 use crate::problem::wrap;

@@ -1,10 +1,9 @@
 //! How the wheels and the poses of a robot are to be read: signs, exchanged fields, units, counts that add up.
 
-use super::legs::{Frame, LEGS_MIN, Leg, Poses};
+use super::legs::{Frame, LEGS_MIN, Leg, Poses, leaves};
 use super::wheels::Wheels;
 use super::{Correction, Fault, applied};
 use crate::dataset::{Column, Dataset, Dimension, Drive, Role, Unit};
-use crate::linear::dot;
 use crate::problem::TRACK;
 
 /// Number of legs: long, so that they are motion and not noise.
@@ -37,6 +36,7 @@ impl<T> Reading<T> {
 
 /// Signs of distance and side, and whether the two change places.
 type Wheel = (f64, f64, bool);
+const AS_STATED: Wheel = (1.0, 1.0, false);
 /// Times what the wheels say of distance and turn.
 type Size = (f64, f64);
 
@@ -44,17 +44,21 @@ type Size = (f64, f64);
 /// the package's own.
 pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
     let poses = &Poses::new(dataset)?;
-    let stated = Reading::new(Vec::new(), ());
+    let legs = poses.legs(LONG);
+    if legs.len() < LEGS_MIN {
+        return None;
+    }
+    let stated = Seen::new(&legs, &Wheels::new(dataset)?, poses).leaves(AS_STATED, (1.0, 1.0));
+    if stated < LEAVES_LITTLE {
+        return None;
+    }
     let (wheels, frames) = (wheels(dataset), frames(dataset));
     let sizes = sizes(dataset);
-    let mut leaves: Vec<(f64, Vec<Correction>)> = Vec::new();
-    for given in std::iter::once(stated).chain(added_up(dataset)) {
+    let mut tried: Vec<(f64, Vec<Correction>)> = Vec::new();
+    for given in std::iter::once(Reading::new(Vec::new(), ())).chain(added_up(dataset)) {
         let said = Wheels::new(&applied(dataset, &given.corrections))?;
         for frame in &frames {
             let legs = poses.legs_in(LONG, &frame.does);
-            if legs.len() < LEGS_MIN {
-                return None;
-            }
             let seen = Seen::new(&legs, &said, poses);
             for wheel in &wheels {
                 // Two factors of a turn make up for any that it has.
@@ -65,24 +69,19 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
                     let parts = [&given.corrections, &frame.corrections, &wheel.corrections];
                     let corrections = [&parts[..], &[&size.corrections]].concat();
                     let corrections = corrections.into_iter().flatten().cloned().collect();
-                    leaves.push((seen.leaves(wheel.does, size.does), corrections));
-                    // The package's own comes first.
-                    if leaves[0].0 < LEAVES_LITTLE {
-                        return None;
-                    }
+                    tried.push((seen.leaves(wheel.does, size.does), corrections));
                 }
             }
         }
     }
-    let stated = leaves.first()?.0;
-    leaves.sort_by_key(|(_, corrections)| corrections.len());
+    tried.sort_by_key(|(_, corrections)| corrections.len());
     // What is right leaves so little that more corrections gain nothing.
     let better = |best: (f64, Vec<Correction>), one: (f64, Vec<Correction>)| {
         let is_simpler = one.1.len() == best.1.len();
         let gains = one.0 < 0.9 * best.0 && (is_simpler || best.0 - one.0 > GAIN);
         if gains { one } else { best }
     };
-    let (leaves, corrections) = leaves.into_iter().reduce(better)?;
+    let (leaves, corrections) = tried.into_iter().reduce(better)?;
     let is_factor = |one: &Correction| matches!(one.fault, Fault::WrongUnit | Fault::AddedUp);
     let limit = if corrections.iter().any(is_factor) { LEAVES_MAX / 2.0 } else { LEAVES_MAX };
     (leaves < limit * stated.min(1.0)).then_some(corrections)
@@ -123,17 +122,6 @@ impl Seen {
     }
 }
 
-/// Share of the squares of `seen` that the best multiple of `said` within `range` leaves.
-fn leaves(said: &[f64], seen: &[f64], range: [f64; 2]) -> f64 {
-    let (square, total) = (dot(said, said), dot(seen, seen));
-    if !(square > 0.0 && total > 0.0) {
-        return 1.0;
-    }
-    let slope = (dot(said, seen) / square).clamp(range[0], range[1]);
-    let left: f64 = said.iter().zip(seen).map(|(said, seen)| (seen - slope * said).powi(2)).sum();
-    left / total
-}
-
 fn name(dataset: &Dataset, role: Role) -> Option<String> {
     dataset.column(role).map(|column| column.name.clone())
 }
@@ -155,7 +143,7 @@ fn wheels(dataset: &Dataset) -> Vec<Reading<Wheel>> {
         unit: Unit::Degree,
         ..Correction::exact(Fault::HeadingOffset, &name(Role::ReferenceHeading), 180.0)
     };
-    let mut found = vec![Reading::new(Vec::new(), (1.0, 1.0, false))];
+    let mut found = vec![Reading::new(Vec::new(), AS_STATED)];
     let mut add = |does, corrections| found.push(Reading::new(corrections, does));
     if dataset.column(Role::WheelLeft).is_some() {
         let left = || reversed(&name(Role::WheelLeft));

@@ -98,7 +98,7 @@ impl Server {
             let Some(did) = case.diagnosis.dids.get(&u16::from_be_bytes(*pair)) else { continue };
             match self.admit(&did.read, nrc::REQUEST_OUT_OF_RANGE, case.device) {
                 Ok(()) => {}
-                // Identifiers that are not supported case.now are left out.
+                // Identifiers that are not supported now are left out.
                 Err(nrc::REQUEST_OUT_OF_RANGE) => continue,
                 Err(code) => return Err(code),
             }

@@ -203,7 +203,7 @@ fn a_row_that_is_repeated_counts_once() {
     let set = twice.read().unwrap();
     assert_eq!(set.columns, right.columns);
     says(&set, "30 rows are left out: they repeat the row before");
-    // Two readings at one time are none of the two.
+    // Of two readings at one time neither is the right one.
     let other = long(|lines| lines.insert(9, "8,4.5,0".to_owned()));
     assert!(other.read().unwrap_err().to_string().contains("time stands still"));
 }

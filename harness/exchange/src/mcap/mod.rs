@@ -60,7 +60,7 @@ pub fn export(
     ears: Ears,
 ) -> Result<Exported, ExportError> {
     let summary = folder.summary_if_any()?;
-    // An error of the disk is told without the words of the library around it.
+    // The disk's own error, without what the library says around it.
     let failed = |source| match source {
         McapError::Io(source) => ExportError::write(path, source),
         other => ExportError::write(path, other),

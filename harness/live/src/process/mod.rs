@@ -10,8 +10,7 @@ mod pipes;
 mod tests;
 mod unread;
 
-pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX};
-pub use pipes::{line_of, report_of};
+pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX, LineEnd, line_of, next_line, report_of};
 pub use unread::Unread;
 
 use super::lines::{self, Places};

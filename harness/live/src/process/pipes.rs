@@ -10,7 +10,8 @@ use std::thread;
 use std::time::Duration;
 use tokio::sync::{mpsc, oneshot};
 
-/// Longest line on stdout: dozens of times the longest of our controller, which is a state of about 700 bytes.
+/// Longest line on stdin and stdout. A `set_calibration` with every factor, the whole bias table and a full table in every
+/// correction fits, each number with all its digits; the longest report of our controller is a state of about 700 bytes.
 pub const LINE_BYTES_MAX: usize = 64 * 1_024;
 /// Most bytes of stderr that are kept; the rest is discarded.
 pub const LOG_BYTES_MAX: usize = 16 * 1_024 * 1_024;
@@ -98,15 +99,20 @@ pub fn report_of(line: Option<&[u8]>) -> Option<Result<Box<ReportLine>, Unread>>
     Some(read.map(Box::new).map_err(|cause| Unread::new(line, &cause.to_string())))
 }
 
+/// How a line ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum LineEnd {
+pub enum LineEnd {
+    /// With a line feed, or with the pipe.
     Whole,
     /// Longer than [`LINE_BYTES_MAX`]; the rest has been skipped.
     Overlong,
 }
 
 /// Reads the next line, which the end of the pipe also ends; `None` if there are no more.
-fn next_line(pipe: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
+///
+/// # Errors
+/// When the pipe cannot be read.
+pub fn next_line(pipe: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
     line.clear();
     let limit = LINE_BYTES_MAX as u64 + 1;
     if pipe.by_ref().take(limit).read_until(b'\n', line)? == 0 {

@@ -104,8 +104,8 @@ pub struct Word {
     pub needs: Needs,
 }
 
-/// `Variant(Data) = "key", Needs, "example";`, with `as Type` behind the key if the data belong to the controller, which has no schemas, and another type
-/// describes the notation.
+/// `Variant(Data) = "key", Needs, "example";`, with `as Type` behind the key if the data belong to the controller, which has
+/// no schemas, and another type describes the notation.
 macro_rules! actions {
     ($($(#[doc = $doc:literal])+ $variant:ident($data:ident) = $name:literal $(as $written:ty)?, $needs:ident, $example:literal;)*) => {
         /// What a step does.

@@ -1,6 +1,7 @@
 //! Tables of a page, and how much of what is counted is drawn.
 
 use maud::{Markup, html};
+use record::figures;
 
 /// A table that scrolls where it is too wide. A head of a column of numbers begins with `#`.
 pub(super) fn table(class: Option<&str>, heads: &[&str], rows: &Markup) -> Markup {
@@ -29,7 +30,7 @@ pub(super) const LOWEST_AND_HIGHEST: &str = "the lowest and the highest of each 
 /// `5000 observations; 560 drawn, the lowest and the highest of each column`.
 pub(super) fn counted(all: usize, what: &str, drawn: usize, kept: &str) -> Markup {
     html! {
-        (all) " " (what) @if all != 1 { "s" }
+        (figures::counted(all as u64, what, &format!("{what}s")))
         @if drawn < all { "; " (drawn) " drawn, " (kept) }
     }
 }

@@ -10,7 +10,7 @@ pub(super) fn table(properties: &[PropertySummary]) -> Option<Markup> {
         return None;
     }
     let rows = html! { @for property in properties { (row(property)) } };
-    let heads = ["property", "must hold", "#least margin", "came to"];
+    let heads = ["property", "must hold", "#least margin", "result"];
     Some(listed::table(Some("properties"), &heads, &rows))
 }
 
@@ -26,12 +26,12 @@ fn row(property: &PropertySummary) -> Markup {
             td { strong { (property.name) } }
             td { (if property.always { "always" } else { "sometimes" }) }
             td.number { (margin.map_or_else(|| "-".to_owned(), |margin| format!("{margin:.3}"))) }
-            td { (came_to(property)) }
+            td { (result(property)) }
         }
     }
 }
 
-fn came_to(property: &PropertySummary) -> String {
+fn result(property: &PropertySummary) -> String {
     let what = property.what.as_deref().unwrap_or("-");
     match (property.held, property.always) {
         (None, _) => {
@@ -50,13 +50,13 @@ fn came_to(property: &PropertySummary) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{PropertySummary, came_to, table};
+    use super::{PropertySummary, result, table};
     use record::outcome::samples::properties;
 
     #[test]
     fn each_property_is_told_in_words() {
         let told: Vec<String> =
-            properties().iter().map(|one| format!("{}: {}", one.name, came_to(one))).collect();
+            properties().iter().map(|one| format!("{}: {}", one.name, result(one))).collect();
         insta::assert_snapshot!(told.join("\n"));
         let page = table(&properties()).unwrap().into_string();
         assert_eq!(page.matches("class=\"unset\"").count(), 1, "{page}");
@@ -70,6 +70,6 @@ mod tests {
             what: Some("never judged: no value of cells.VoltageMax".into()),
             ..properties()[2].clone()
         };
-        assert_eq!(came_to(&never), "never judged: no value of cells.VoltageMax");
+        assert_eq!(result(&never), "never judged: no value of cells.VoltageMax");
     }
 }

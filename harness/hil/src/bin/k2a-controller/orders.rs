@@ -5,16 +5,14 @@
 
 use crate::outlet::is_worth_telling;
 use controller::mission::Mission;
+use live::process::{LINE_BYTES_MAX, LineEnd, next_line};
 use std::fmt;
-use std::io::{self, BufRead, Read as _};
+use std::io::{self, BufRead};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::mpsc;
 use tracing::{error, warn};
 
-/// Maximum length of a line. Enough for a `set_calibration` with every factor, the whole bias table and a full table in
-/// every correction, each number with all its digits.
-pub(crate) const LINE_BYTES_MAX: usize = 64 * 1_024;
 /// Missions read ahead; then the sender waits.
 const MISSIONS_MAX: usize = 16;
 
@@ -68,27 +66,6 @@ fn pass_on(mut source: impl BufRead, missions: &mpsc::Sender<Mission>, refused: 
             }
         }
     }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum LineEnd {
-    Whole,
-    /// Longer than [`LINE_BYTES_MAX`]; the rest has been skipped.
-    Overlong,
-}
-
-/// Reads the next line; the end of the input also ends a line. Returns `None` at the end.
-fn next_line(source: &mut impl BufRead, line: &mut Vec<u8>) -> io::Result<Option<LineEnd>> {
-    line.clear();
-    let limit = LINE_BYTES_MAX as u64 + 1;
-    if source.by_ref().take(limit).read_until(b'\n', line)? == 0 {
-        return Ok(None);
-    }
-    if line.len() <= LINE_BYTES_MAX || line.ends_with(b"\n") {
-        return Ok(Some(LineEnd::Whole));
-    }
-    source.skip_until(b'\n')?;
-    Ok(Some(LineEnd::Overlong))
 }
 
 #[derive(Debug)]

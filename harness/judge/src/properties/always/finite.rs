@@ -22,7 +22,7 @@ impl Judge for FiniteOutputs {
             _ => return,
         };
         let margin = if finite { 1.0 } else { -1.0 };
-        judgement.take(senses.now, margin, || format!("a number is none in {fact:?}"));
+        judgement.take(senses.now, margin, || format!("a number is not finite in {fact:?}"));
     }
 }
 
