@@ -15,8 +15,7 @@ pub use again::{IMPORTED, JudgedAgain, judge_again, unfinished};
 #[cfg(feature = "live")]
 pub(crate) use keep::keep;
 pub use keep::{
-    Completed, Options, run_to_folder, run_to_folder_across, run_to_folder_watched, summarise,
-    write_documents,
+    Completed, Options, run_to_folder, run_to_folder_watched, summarise, write_documents,
 };
 pub use prepared::{PrepareError, Prepared, header, load_plan, load_recorded};
 pub use rig::rerun::{Clock, Difference, Rerun, RerunError, Said};
@@ -35,7 +34,7 @@ use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, Record};
 use crate::run_folder::{RunFolder, RunFolderError};
 use judge::unseen::without_truth;
-use rig::crossing::{Crossing, Memory};
+use rig::crossing::MaybeCrossing;
 use rig::engine::{Action, Ending};
 use rig::operator::Answers;
 use rig::rerun;
@@ -78,20 +77,20 @@ pub fn simulate(
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
-    sink: &mut impl RecordSink,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    sink: &mut dyn RecordSink,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Simulated {
-    simulate_across(Memory, prepared, seed, answers, sink, pulse)
+    simulate_across(None, prepared, seed, answers, sink, pulse)
 }
 
 /// Like [`simulate`], with all traffic sent through `crossing`.
 pub fn simulate_across(
-    crossing: impl Crossing,
+    crossing: MaybeCrossing,
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
-    sink: &mut impl RecordSink,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    sink: &mut dyn RecordSink,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Simulated {
     let declared = prepared.plan.properties.as_slice();
     let watched = (!declared.is_empty()).then_some(declared);
@@ -104,21 +103,21 @@ pub fn simulate_watched(
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
-    sink: &mut impl RecordSink,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    sink: &mut dyn RecordSink,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Simulated {
     let judged = prepared.plan.judged(&prepared.rig);
-    go(Memory, prepared, seed, answers, Some(&judged), sink, pulse)
+    go(None, prepared, seed, answers, Some(&judged), sink, pulse)
 }
 
 fn go(
-    crossing: impl Crossing,
+    crossing: MaybeCrossing,
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
     watched: Option<&[Property]>,
-    sink: &mut impl RecordSink,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    sink: &mut dyn RecordSink,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Simulated {
     let mut run = Underway::new(crossing, prepared, seed, answers, watched);
     let end = run.simulation.run(sink, &mut |action| action.keep_in(&mut run.made), pulse);
@@ -126,17 +125,16 @@ fn go(
 }
 
 /// A run in virtual time that is under way.
-#[derive(Debug)]
-pub(crate) struct Underway<C> {
-    pub simulation: Simulation<C>,
+pub(crate) struct Underway {
+    pub simulation: Simulation,
     /// What the plan has made so far.
     pub made: Made,
 }
 
-impl<C: Crossing> Underway<C> {
+impl Underway {
     /// At time zero. `watched` are the properties that are judged; all where it is empty.
     pub(crate) fn new(
-        crossing: C,
+        crossing: MaybeCrossing,
         prepared: &Prepared,
         seed: u64,
         answers: &Answers,
@@ -150,13 +148,13 @@ impl<C: Crossing> Underway<C> {
     }
 
     /// Runs from where it stands to the end of the plan.
-    pub(crate) fn into_end(mut self, sink: &mut impl RecordSink) -> Simulated {
+    pub(crate) fn into_end(mut self, sink: &mut dyn RecordSink) -> Simulated {
         let keep = &mut |action: &_| Action::keep_in(action, &mut self.made);
         let end = self.simulation.go_on(sink, keep, &mut |_| true);
         self.ended(end, sink)
     }
 
-    fn ended(self, mut end: End, sink: &mut impl RecordSink) -> Simulated {
+    fn ended(self, mut end: End, sink: &mut dyn RecordSink) -> Simulated {
         let Self { mut simulation, made } = self;
         finish(sink, &mut end.ending);
         let observations = simulation.director.engine.take_observations();
@@ -207,7 +205,7 @@ pub fn rerun(
 }
 
 /// Closes the record; a run with an incomplete record ends with an error.
-pub(crate) fn finish(sink: &mut impl RecordSink, ending: &mut Ending) {
+pub(crate) fn finish(sink: &mut dyn RecordSink, ending: &mut Ending) {
     sink.finish();
     if let Some(error) = sink.failed() {
         ending.outcome = Outcome::Error;
@@ -270,7 +268,7 @@ pub fn verdicts(
     prepared: &Prepared,
     seed: u64,
     answers: &Answers,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Verdicts {
     let run = simulate(prepared, seed, answers, &mut NullSink, pulse);
     let (measurements, _) = judge_all(&prepared.plan.measurements, &run.observations);

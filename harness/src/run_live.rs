@@ -201,8 +201,8 @@ pub(crate) struct LiveRun {
 pub(crate) fn carry_out(
     order: LiveOrder<'_>,
     operator: Operator,
-    sink: &mut impl RecordSink,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    sink: &mut dyn RecordSink,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<LiveRun, LiveError> {
     let LiveOrder { prepared, seed, setting, properties, log } = order;
     let seed = prepared.plan.seed_of_run(seed);
@@ -273,7 +273,7 @@ pub fn run_live_to_folder(
     options: &Options<'_>,
     setting: &LiveSetting<'_>,
     person: Option<Box<dyn Person>>,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
     run_live_to_folder_watched(prepared, options, setting, person, None, pulse)
 }
@@ -289,7 +289,7 @@ pub fn run_live_to_folder_watched(
     setting: &LiveSetting<'_>,
     person: Option<Box<dyn Person>>,
     feed: Option<&Feed>,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<Completed, LiveRunError> {
     let setting = setting.resolve(&prepared.rig)?;
     setting.fits(&prepared.plan)?;

@@ -83,7 +83,7 @@ impl Rig {
     pub fn tap(
         &mut self,
         direction: Direction,
-        tap: impl FnMut(Timestamp, Transmit) -> Vec<Transmit> + 'static,
+        tap: impl FnMut(Timestamp, Transmit) -> Vec<Transmit> + Send + 'static,
     ) {
         self.by_hand.tap(direction, Some(Box::new(tap)));
     }

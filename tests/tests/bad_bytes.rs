@@ -10,8 +10,7 @@ use controller::mission::{AbortReason, Command, MissionResult};
 use embedded_can::Frame as _;
 use emulators::base::Transport;
 use proptest::prelude::*;
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 use tests::devices::{NAVIGATOR, ideal, ideal_table};
 use tests::harm::Harm;
 use tests::rig::{Answer, Direction, Rig, bytes};
@@ -59,9 +58,9 @@ struct Seen {
 }
 
 /// Damages the gyro's stream from now on.
-fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Rc<RefCell<Seen>> {
-    let seen = Rc::new(RefCell::new(Seen::default()));
-    let (told, bursts) = (Rc::clone(&seen), bursts.to_vec());
+fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Arc<Mutex<Seen>> {
+    let seen = Arc::new(Mutex::new(Seen::default()));
+    let (told, bursts) = (Arc::clone(&seen), bursts.to_vec());
     let mut number = 0;
     rig.tap(Direction::GyroToController, move |_, piece| {
         let Transmit::Bytes(packet) = piece else { return vec![piece] };
@@ -71,7 +70,7 @@ fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Rc<RefCell<Seen>> {
         number += 1;
         let sent = packet.as_slice();
         let received = harm.map_or_else(|| sent.to_vec(), |harm| harm.done_to(sent));
-        let mut seen = told.borrow_mut();
+        let mut seen = told.lock().unwrap();
         if harm.is_some_and(Harm::takes_it) {
             seen.harmed_in_a_row += 1;
         } else {
@@ -144,11 +143,11 @@ proptest! {
         let seen = harm_gyro(&mut rig, &bursts);
         go_table(&mut rig, 360);
         rig.run_for(Span::from_secs(16));
-        prop_assume!(!is_forged(NAVIGATOR, &seen.borrow()));
+        prop_assume!(!is_forged(NAVIGATOR, &seen.lock().unwrap()));
         let off = (off_deg(&mut rig) - before).abs();
-        let bound = bound_deg(&seen.borrow().runs, TABLE_RAMP_DEG, 14.0);
+        let bound = bound_deg(&seen.lock().unwrap().runs, TABLE_RAMP_DEG, 14.0);
         prop_assert!(off <= bound, "{} deg, expected at most {}", off, bound);
-        let lost = !seen.borrow().runs.is_empty();
+        let lost = !seen.lock().unwrap().runs.is_empty();
         prop_assert_eq!(rig.health().causes.samples_lost, lost);
         prop_assert_eq!(rig.health().level, if lost { Level::Degraded } else { Level::Ok });
         // Everything recovers once the pose is set: a bias test cannot restore what was lost.
@@ -173,8 +172,8 @@ proptest! {
         let seen = harm_gyro(&mut rig, &bursts);
         let answer = rig.command(Rig::turn_order(90.0, RATE_DEG));
         rig.run_for(Span::from_secs(5));
-        prop_assume!(!is_forged(NAVIGATOR, &seen.borrow()));
-        let runs = seen.borrow().runs.clone();
+        prop_assume!(!is_forged(NAVIGATOR, &seen.lock().unwrap()));
+        let runs = seen.lock().unwrap().runs.clone();
         let off = (off_deg(&mut rig) - before).abs();
         let bound = bound_deg(&runs, BASE_RAMP_DEG, 10.0);
         prop_assert!(off <= bound, "{} deg, expected at most {}", off, bound);

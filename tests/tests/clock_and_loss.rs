@@ -162,7 +162,7 @@ fn a_clock_within_the_limit_is_no_mismatch() {
 }
 
 /// Drops the gyro packets for which `drop` returns `true`, counted from one.
-fn lose(rig: &mut Rig, mut drop: impl FnMut(u32) -> bool + 'static) {
+fn lose(rig: &mut Rig, mut drop: impl FnMut(u32) -> bool + Send + 'static) {
     let mut number = 0;
     rig.tap(Direction::GyroToController, move |_, piece| {
         number += 1;

@@ -40,9 +40,15 @@ impl Crossing for Stuck {
 fn a_stuck_line_ends_the_run_in_error() {
     let prepared = Prepared::load("live-table-run", &Made::default()).unwrap();
     for line in 0..prepared.crossed_lines().len() {
-        let stuck = Stuck { line, failure: None };
-        let run =
-            simulate_across(stuck, &prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
+        let stuck: Box<dyn Crossing> = Box::new(Stuck { line, failure: None });
+        let run = simulate_across(
+            Some(stuck),
+            &prepared,
+            1,
+            &Answers::default(),
+            &mut NullSink,
+            &mut |_| true,
+        );
         assert_eq!(run.ending.outcome, Outcome::Error);
         let reason = run.ending.reason.unwrap();
         assert!(

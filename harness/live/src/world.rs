@@ -178,9 +178,9 @@ impl LiveWorld {
     pub fn run(
         &mut self,
         log: &Path,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> Result<LiveEnd, LiveError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         runtime.block_on(self.run_in_runtime(log, sink, keep, pulse))
@@ -190,9 +190,9 @@ impl LiveWorld {
     async fn run_in_runtime(
         &mut self,
         log: &Path,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> Result<LiveEnd, LiveError> {
         let mut commands = Commands::new(self.setting.work.clone(), log);
         let mut ended = match self.set_up(&mut commands, sink, pulse).await {
@@ -218,9 +218,9 @@ impl LiveWorld {
     async fn run_set_up(
         &mut self,
         (log, commands): (&Path, &mut Commands),
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> Result<LiveEnd, LiveError> {
         let mut ports = Ports::open(std::mem::take(&mut self.plans)).await?;
         commands.places = ports.wiring()?.places;
@@ -335,7 +335,7 @@ impl LiveWorld {
     async fn start(
         &mut self,
         log: &Path,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         clock: &Clock,
         ports: &mut Ports,
     ) -> Result<(Running, Programs), LiveError> {
@@ -361,8 +361,8 @@ impl LiveWorld {
     fn look_up(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) {
         if let Some(eyes) = &self.eyes {
             eyes.tell(sink);

@@ -1,6 +1,5 @@
 //! The record of a run on disk, never more than a second behind, even if the run is killed.
 
-use super::record_file::RecordFile;
 use super::sink::{FileSink, Level, RecordSink};
 use super::{Device, Record, Violation};
 use std::collections::BTreeSet;
@@ -15,11 +14,10 @@ use wire::time::Timestamp;
 /// Interval between flushes to the file: two within the second that the module promises.
 const FLUSH_PERIOD: Duration = Duration::from_millis(500);
 
-type Shared = Arc<Mutex<FileSink<RecordFile>>>;
+type Shared = Arc<Mutex<FileSink<'static>>>;
 
 /// A [`FileSink`] that a background thread flushes, also while the run waits for a program, a person or the clock. It
 /// is flushed at once when a property breaks. Flushes do not change the content of the file.
-#[derive(Debug)]
 pub struct KeptSink {
     sink: Shared,
     level: Level,
@@ -32,7 +30,7 @@ pub struct KeptSink {
 }
 
 impl KeptSink {
-    pub(super) fn new(sink: FileSink<RecordFile>) -> io::Result<Self> {
+    pub(super) fn new(sink: FileSink<'static>) -> io::Result<Self> {
         let level = sink.level();
         let sink = Arc::new(Mutex::new(sink));
         let (stop, stopped) = mpsc::channel::<()>();
@@ -47,7 +45,7 @@ impl KeptSink {
     }
 
     /// Passes something to the sink, and keeps the error that stopped it.
-    fn with(&mut self, give: impl FnOnce(&mut FileSink<RecordFile>)) {
+    fn with(&mut self, give: impl FnOnce(&mut FileSink<'static>)) {
         let mut sink = lock(&self.sink);
         give(&mut sink);
         if self.failed.is_none() {
@@ -65,7 +63,7 @@ impl KeptSink {
 }
 
 /// Locks the sink; it can still be flushed after another thread panicked.
-fn lock(sink: &Shared) -> MutexGuard<'_, FileSink<RecordFile>> {
+fn lock(sink: &Shared) -> MutexGuard<'_, FileSink<'static>> {
     sink.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

@@ -92,16 +92,15 @@ impl Gate {
 }
 
 /// Writes a record file. Dropping it writes everything out, but without the end mark.
-#[derive(Debug)]
-pub struct FileSink<W: Write> {
+pub struct FileSink<'a> {
     gate: Gate,
-    writer: Option<RecordWriter<W>>,
+    writer: Option<RecordWriter<'a>>,
     failed: Option<io::Error>,
 }
 
-impl<W: Write> FileSink<W> {
+impl<'a> FileSink<'a> {
     /// Writes the header.
-    pub fn new(out: W, header: &Header, level: Level) -> io::Result<Self> {
+    pub fn new(out: impl Write + Send + 'a, header: &Header, level: Level) -> io::Result<Self> {
         let writer = RecordWriter::new(out, header)?;
         Ok(Self { gate: Gate::new(level), writer: Some(writer), failed: None })
     }
@@ -115,7 +114,7 @@ impl<W: Write> FileSink<W> {
         self.failed.take().inspect(|_| self.writer = None)
     }
 
-    fn attempt(&mut self, write: impl FnOnce(&mut RecordWriter<W>) -> io::Result<()>) {
+    fn attempt(&mut self, write: impl FnOnce(&mut RecordWriter<'a>) -> io::Result<()>) {
         let Some(writer) = &mut self.writer else {
             return;
         };
@@ -125,7 +124,7 @@ impl<W: Write> FileSink<W> {
     }
 }
 
-impl<W: Write> RecordSink for FileSink<W> {
+impl RecordSink for FileSink<'_> {
     fn record(&mut self, record: Record) {
         if self.gate.keeps(&record) {
             self.attempt(|writer| writer.write(&record));

@@ -9,9 +9,10 @@ use wire::time::Timestamp;
 
 /// Appends records to a byte stream. [`finish`](Self::finish) marks the record as complete. If dropped without it,
 /// everything is still written out, but a reader reports the missing end.
-#[derive(Debug)]
-pub struct RecordWriter<W: Write> {
-    out: W,
+///
+/// What it writes to is hidden: it is asked once a block, and what is done for each record is compiled once.
+pub struct RecordWriter<'a> {
+    out: Box<dyn Write + Send + 'a>,
     /// The current block; `given` of its bytes are in `out`.
     block: Vec<u8>,
     given: usize,
@@ -21,9 +22,10 @@ pub struct RecordWriter<W: Write> {
     records: u64,
 }
 
-impl<W: Write> RecordWriter<W> {
+impl<'a> RecordWriter<'a> {
     /// Writes the header at once, so that the file can be recognised as a record from now on.
-    pub fn new(mut out: W, header: &Header) -> io::Result<Self> {
+    pub fn new(out: impl Write + Send + 'a, header: &Header) -> io::Result<Self> {
+        let mut out: Box<dyn Write + Send + 'a> = Box::new(out);
         out.write_all(&header.bytes()?)?;
         out.flush()?;
         let block = Vec::with_capacity(2 * BLOCK_BYTES);
@@ -98,7 +100,7 @@ impl<W: Write> RecordWriter<W> {
     }
 }
 
-impl<W: Write> Drop for RecordWriter<W> {
+impl Drop for RecordWriter<'_> {
     fn drop(&mut self) {
         // Best effort: a caller that needs the error calls `finish`.
         let _ = self.flush();

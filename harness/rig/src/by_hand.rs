@@ -26,7 +26,7 @@ use record::sink::{Level, RecordSink};
 use record::{Device, Record, RecordKind};
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::time::Timestamp;
@@ -53,11 +53,12 @@ pub enum Direction {
 }
 
 /// Replaces what has arrived with what the receiver gets.
-pub type Tap = Box<dyn FnMut(Timestamp, Transmit) -> Vec<Transmit>>;
+pub type Tap = Box<dyn FnMut(Timestamp, Transmit) -> Vec<Transmit> + Send>;
 
 /// Controller and emulated devices on their lines, advanced by hand.
 pub struct ByHand {
-    simulation: Simulation<Taps>,
+    simulation: Simulation,
+    taps: Arc<Mutex<BTreeMap<(usize, usize), Tap>>>,
     heard: Heard,
 }
 
@@ -80,9 +81,12 @@ impl ByHand {
         let operator = Operator::simulated(Answers::default());
         let director = Director::new(Engine::new(plan, Timestamp::ZERO), operator);
         let monitor = Monitor::new(&[], Some(&Limits::of(&config)), &[]);
+        let crossing = Taps::default();
+        let taps = Arc::clone(&crossing.taps);
         let mut by_hand = Self {
-            simulation: Simulation::new(Taps::default(), rig, director, seed)
+            simulation: Simulation::new(Some(Box::new(crossing)), rig, director, seed)
                 .with_monitor(Some(monitor)),
+            taps,
             heard: Heard::default(),
         };
         by_hand.settle();
@@ -124,7 +128,7 @@ impl ByHand {
     /// Sets the tap of a direction; `None` removes it.
     pub fn tap(&mut self, direction: Direction, tap: Option<Tap>) {
         let Some((line, from)) = from(&self.simulation.rig, direction) else { return };
-        let taps = &mut self.simulation.crossing.taps;
+        let mut taps = self.taps.lock().unwrap_or_else(PoisonError::into_inner);
         match tap {
             Some(tap) => _ = taps.insert((line, from.place()), tap),
             None => _ = taps.remove(&(line, from.place())),
@@ -223,16 +227,17 @@ impl RecordSink for Heard {
     fn finish(&mut self) {}
 }
 
-/// The taps, by line and end.
 #[derive(Default)]
 struct Taps {
-    taps: BTreeMap<(usize, usize), Tap>,
+    /// By line and end; shared with [`ByHand`].
+    taps: Arc<Mutex<BTreeMap<(usize, usize), Tap>>>,
     more: VecDeque<Transmit>,
 }
 
 impl Crossing for Taps {
     fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool {
-        let Some(tap) = self.taps.get_mut(&(line, from)) else { return true };
+        let mut taps = self.taps.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(tap) = taps.get_mut(&(line, from)) else { return true };
         self.more.extend(tap(now, *what));
         self.more.pop_front().map(|first| *what = first).is_some()
     }

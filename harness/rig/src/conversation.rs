@@ -3,7 +3,6 @@
 use super::node::{Part, output};
 use super::simulate::Simulation;
 use super::touched::Touched;
-use crate::crossing::Crossing;
 use crate::engine::Action;
 use crate::hosted::{HostedController as _, News};
 use controller::mission::{Mission, Report};
@@ -11,8 +10,8 @@ use judge::properties::Seen;
 use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
 
-impl<C: Crossing> Simulation<C> {
-    pub(super) fn ask_controller(&mut self, place: usize, sink: &mut impl RecordSink) {
+impl Simulation {
+    pub(super) fn ask_controller(&mut self, place: usize, sink: &mut dyn RecordSink) {
         let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
         if machine.host.is_stalled() {
             // It is marked again when its machine resumes.
@@ -39,7 +38,7 @@ impl<C: Crossing> Simulation<C> {
 
     /// Separate and cold: only programs have news.
     #[cold]
-    fn hear_news(&mut self, sink: &mut impl RecordSink, place: usize, news: News) {
+    fn hear_news(&mut self, sink: &mut dyn RecordSink, place: usize, news: News) {
         let Self { now, rig, director, touched, .. } = self;
         match news {
             News::Note(note) => {
@@ -69,7 +68,7 @@ impl<C: Crossing> Simulation<C> {
 
     /// Separate and not inlined: reports are rare and large, and their stack space must not burden every event.
     #[inline(never)]
-    fn hear_report(&mut self, sink: &mut impl RecordSink, report: &Report) {
+    fn hear_report(&mut self, sink: &mut dyn RecordSink, report: &Report) {
         self.show(&Seen::Report(report));
         self.director.record_report(self.now, &mut self.rig, sink, report);
         self.director.engine.report(self.now, report);
@@ -78,11 +77,7 @@ impl<C: Crossing> Simulation<C> {
 
     /// Not inlined for the same reason: an action may hold a whole calibration.
     #[inline(never)]
-    pub(super) fn ask_engine(
-        &mut self,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-    ) {
+    pub(super) fn ask_engine(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
         while let Some(action) = self.director.engine.action() {
             // An action may have reached any node.
             self.touched = Touched::ALL;

@@ -1,7 +1,7 @@
 //! How packets and frames get from one end of a simulated bench's lines to the other.
 //!
 //! Virtual time does not notice: at the instant at which a packet has arrived it goes in at one end, and what comes out
-//! at the other is what the receiver gets. With [`Memory`] that is the packet itself. With `Kernel` (crate `live`) it
+//! at the other is what the receiver gets. Without a crossing that is the packet itself. With `Kernel` (crate `live`) it
 //! is what was read from a pty or a CAN socket after the packet was written to the
 //! other side; nothing waits, and a lap takes as long as its system calls.
 //!
@@ -44,13 +44,12 @@ pub enum KernelBus {
 }
 
 /// Carries packets and frames from end to end at one instant.
-pub trait Crossing {
+pub trait Crossing: Send {
     /// Carries what the end `from` of the line sent, both by their places in the rig, and replaces it with what comes
     /// out. Returns `false` if it did not get through.
     fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool;
 
     /// Returns what else came out at once, in order, after the last call of `carry`.
-    #[inline(always)]
     fn more(&mut self) -> Option<Transmit> {
         None
     }
@@ -62,22 +61,10 @@ pub trait Crossing {
     fn bus(&self) -> &'static str;
 }
 
-/// Passes everything on in memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Memory;
+/// A crossing, or none: then everything stays in memory.
+pub type MaybeCrossing = Option<Box<dyn Crossing>>;
 
-impl Crossing for Memory {
-    #[inline(always)]
-    fn carry(&mut self, _: Timestamp, _: usize, _: usize, _: &mut Transmit) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn failure(&mut self) -> Option<CrossingFailure> {
-        None
-    }
-
-    fn bus(&self) -> &'static str {
-        "memory"
-    }
+/// Name of the medium for a summary.
+pub fn bus_of(crossing: &MaybeCrossing) -> &'static str {
+    crossing.as_ref().map_or("memory", |crossing| crossing.bus())
 }

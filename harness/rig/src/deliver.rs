@@ -3,16 +3,15 @@
 use super::line::EndId;
 use super::simulate::Simulation;
 use super::touched::Touched;
-use crate::crossing::Crossing;
 use crate::watch::see;
 use judge::properties::Seen;
 use record::Device;
 use record::sink::RecordSink;
 use wire::device::Transmit;
 
-impl<C: Crossing> Simulation<C> {
+impl Simulation {
     /// Delivers what has arrived through the lines, after the crossing.
-    pub(super) fn deliver(&mut self, sink: &mut impl RecordSink) {
+    pub(super) fn deliver(&mut self, sink: &mut dyn RecordSink) {
         let now = self.now;
         for line in 0..self.rig.lines.len() {
             if self.rig.lines[line].next_arrival() > now {
@@ -35,12 +34,14 @@ impl<C: Crossing> Simulation<C> {
         what: &mut Transmit,
         mut deliver: impl FnMut(&mut Self, &Transmit),
     ) {
-        let mut came = self.crossing.carry(self.now, line, from.place(), what);
+        let Some(crossing) = &mut self.crossing else { return deliver(self, what) };
+        let mut came = crossing.carry(self.now, line, from.place(), what);
         while came {
             deliver(self, what);
-            came = self.crossing.more().map(|more| *what = more).is_some();
+            let more = self.crossing.as_mut().and_then(|crossing| crossing.more());
+            came = more.map(|more| *what = more).is_some();
         }
-        if let Some(failure) = self.crossing.failure() {
+        if let Some(failure) = self.crossing.as_mut().and_then(|crossing| crossing.failure()) {
             self.broke(&failure.to_string());
         }
     }
@@ -48,7 +49,7 @@ impl<C: Crossing> Simulation<C> {
     #[inline]
     pub(super) fn delivered(
         &mut self,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         line: usize,
         from: EndId,
         what: &Transmit,

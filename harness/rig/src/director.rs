@@ -74,8 +74,8 @@ impl Director {
         &mut self,
         now: Timestamp,
         rig: &mut Rig,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
         action: Action,
     ) -> Option<Mission> {
         match action {
@@ -126,7 +126,7 @@ impl Director {
         &mut self,
         now: Timestamp,
         rig: &mut Rig,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         order: Order,
     ) {
         if let Some((text, answer)) = by_hand::question(&order, self.real) {
@@ -191,7 +191,7 @@ impl Director {
     }
 
     /// Records that a command was not run, for worlds without a bench. A world with a bench runs it before this call.
-    fn pass_over(&mut self, now: Timestamp, sink: &mut impl RecordSink, command: &str) {
+    fn pass_over(&mut self, now: Timestamp, sink: &mut dyn RecordSink, command: &str) {
         if CommandSummary::passed_over(&mut self.commands, command) {
             let note = format!("`{command}` was not run: in virtual time there is no bench");
             sink.record(Record { at: now, device: Device::Plan, kind: RecordKind::Note(note) });
@@ -201,7 +201,7 @@ impl Director {
     fn ask(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         text: &str,
         answer: Option<&Answer>,
     ) {
@@ -210,7 +210,7 @@ impl Director {
     }
 
     /// Asks for the next number of a pose; passes the pose on once it is complete.
-    fn go_on_measuring(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+    fn go_on_measuring(&mut self, now: Timestamp, sink: &mut dyn RecordSink) {
         let Some(survey) = &self.survey else { return };
         if let Some(pose) = survey.pose() {
             self.survey = None;
@@ -221,7 +221,7 @@ impl Director {
     }
 
     /// Handles the outcome of a question to a person.
-    fn asked(&mut self, now: Timestamp, sink: &mut impl RecordSink, asked: Asked) {
+    fn asked(&mut self, now: Timestamp, sink: &mut dyn RecordSink, asked: Asked) {
         match asked {
             Asked::Waiting => {}
             Asked::Assumed => self.engine.answered(now),
@@ -244,7 +244,7 @@ impl Director {
     }
 
     /// Handles what the person beside the bench has typed by now.
-    pub fn listen_to_operator(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+    pub fn listen_to_operator(&mut self, now: Timestamp, sink: &mut dyn RecordSink) {
         if let Some(asked) = self.operator.heard() {
             self.asked(now, sink, asked);
         }
@@ -255,7 +255,7 @@ impl Director {
         &mut self,
         now: Timestamp,
         rig: &mut Rig,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         report: &Report,
     ) {
         if let Report::State(state) = report {

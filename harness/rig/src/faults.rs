@@ -58,7 +58,7 @@ impl Faults {
         rig: &mut Rig,
         director: &mut Director,
         mut here: Option<&mut Machine>,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
     ) -> bool {
         let mut any = false;
         while let Some(change) = self.ledger.change(now, sink) {
@@ -80,7 +80,7 @@ impl Faults {
         &self,
         now: Timestamp,
         rig: &mut Rig,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
     ) -> bool {
         let mut has_left = false;
         for line in &mut rig.lines {
@@ -99,7 +99,7 @@ impl Faults {
         rig: &mut Rig,
         director: &mut Director,
         mut here: Option<&mut Machine>,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
     ) -> Vec<FaultSummary> {
         for index in self.ledger.injector.still_on() {
             self.over(now, index, (rig, director, here.as_deref_mut()), sink);
@@ -112,7 +112,7 @@ impl Faults {
         now: Timestamp,
         index: usize,
         struck: Struck<'_>,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
     ) {
         let acted = self.end(now, index, struck);
         self.ledger.over(now, sink, index, acted);

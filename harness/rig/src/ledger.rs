@@ -31,7 +31,7 @@ impl Ledger {
     }
 
     /// Returns the next change due by `now`, and records it if a fault begins.
-    pub fn change(&mut self, now: Timestamp, sink: &mut impl RecordSink) -> Option<Change> {
+    pub fn change(&mut self, now: Timestamp, sink: &mut dyn RecordSink) -> Option<Change> {
         let change = self.injector.change(now);
         if let Some(Change::Begins(index)) = change {
             self.tell(now, sink, index, FaultEvent::Began);
@@ -45,7 +45,7 @@ impl Ledger {
     }
 
     /// Counts the acts of a fault that is over, and records its end.
-    pub fn over(&mut self, now: Timestamp, sink: &mut impl RecordSink, index: usize, acted: u64) {
+    pub fn over(&mut self, now: Timestamp, sink: &mut dyn RecordSink, index: usize, acted: u64) {
         self.acted[index] = acted;
         self.tell(now, sink, index, FaultEvent::Ended { acted });
     }
@@ -54,7 +54,7 @@ impl Ledger {
     pub fn confinement<Node>(
         &self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         index: usize,
         (node, change): (&str, &StateChange<Node>),
     ) {
@@ -68,14 +68,14 @@ impl Ledger {
     }
 
     /// Records the faults that never began, and returns the summary of each.
-    pub fn close(&self, now: Timestamp, sink: &mut impl RecordSink) -> Vec<FaultSummary> {
+    pub fn close(&self, now: Timestamp, sink: &mut dyn RecordSink) -> Vec<FaultSummary> {
         for (index, why) in self.injector.never_begun() {
             self.tell(now, sink, index, FaultEvent::NeverHappened { why: why.to_owned() });
         }
         self.injector.summaries(&self.acted)
     }
 
-    fn tell(&self, at: Timestamp, sink: &mut impl RecordSink, index: usize, event: FaultEvent) {
+    fn tell(&self, at: Timestamp, sink: &mut dyn RecordSink, index: usize, event: FaultEvent) {
         let fault = self.injector.fault(index);
         let record = FaultRecord { index: index as u32, name: fault.to_string(), event };
         let kind = RecordKind::Fault(Box::new(record));

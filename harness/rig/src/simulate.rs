@@ -12,7 +12,7 @@ use super::director::Director;
 use super::faults::Faults;
 use super::node::Part;
 use super::touched::Touched;
-use crate::crossing::Crossing;
+use crate::crossing::MaybeCrossing;
 use crate::engine::{Action, Ending, Engine};
 use crate::watch::{Watch, see};
 use judge::properties::{Monitor, Seen};
@@ -36,8 +36,8 @@ const LAST_WORDS: Span = Span::from_secs(1);
 pub fn look_up(
     engine: &mut Engine,
     now: Timestamp,
-    sink: &mut impl RecordSink,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    sink: &mut dyn RecordSink,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) {
     let (steps_done, steps) = engine.progress();
     if !pulse(Progress { now, steps_done, steps }) {
@@ -48,12 +48,11 @@ pub fn look_up(
     }
 }
 
-#[derive(Debug)]
-pub struct Simulation<C> {
+pub struct Simulation {
     pub(super) now: Timestamp,
     pub(super) rig: Rig,
     pub director: Director,
-    pub(super) crossing: C,
+    pub(super) crossing: MaybeCrossing,
     pub(super) watch: Option<Box<Watch>>,
     pub(super) touched: Touched,
     /// The emulated nodes and the others, one bit each.
@@ -86,9 +85,9 @@ pub struct End {
     pub notes: Vec<String>,
 }
 
-impl<C: Crossing> Simulation<C> {
+impl Simulation {
     /// A run at time zero; the plan's faults draw from `seed`.
-    pub fn new(crossing: C, mut rig: Rig, director: Director, seed: u64) -> Self {
+    pub fn new(crossing: MaybeCrossing, mut rig: Rig, director: Director, seed: u64) -> Self {
         let faults = Faults::of(&director.engine.plan().faults, seed, &mut rig);
         let now = Timestamp::ZERO;
         let bits = rig.nodes.iter().enumerate();
@@ -124,16 +123,16 @@ impl<C: Crossing> Simulation<C> {
     /// then; if it returns `false`, the run is aborted.
     pub fn run(
         &mut self,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> End {
         self.begin(sink, keep);
         self.go_on(sink, keep, pulse)
     }
 
     /// Lets everybody say what they say at first.
-    pub(super) fn begin(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+    pub(super) fn begin(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
         self.transmit(sink, keep);
         // Properties are shown the truth at every event, those of the gyro included.
         self.gyros_are_late =
@@ -147,9 +146,9 @@ impl<C: Crossing> Simulation<C> {
     /// Runs the plan from where it stands to its end, as [`run`](Self::run) does from its beginning.
     pub fn go_on(
         &mut self,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> End {
         let ending = self.run_to_end(sink, keep, pulse);
         self.last_words(sink, keep);
@@ -176,9 +175,9 @@ impl<C: Crossing> Simulation<C> {
 
     fn run_to_end(
         &mut self,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> Ending {
         loop {
             if let Some(ending) = self.director.engine.ending() {
@@ -206,8 +205,8 @@ impl<C: Crossing> Simulation<C> {
     pub(super) fn step(
         &mut self,
         next: Timestamp,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
     ) -> Option<Ending> {
         self.begin_event(next);
         if self.events_at_once == EVENTS_AT_ONCE_MAX {
@@ -241,7 +240,7 @@ impl<C: Crossing> Simulation<C> {
     }
 
     /// Checks outside the loop; a stopped engine may have actions.
-    fn look_up(&mut self, sink: &mut impl RecordSink, pulse: &mut impl FnMut(Progress) -> bool) {
+    fn look_up(&mut self, sink: &mut dyn RecordSink, pulse: &mut dyn FnMut(Progress) -> bool) {
         if let Some(watch) = &self.watch {
             watch.tell(sink);
         }
@@ -266,7 +265,7 @@ impl<C: Crossing> Simulation<C> {
 
     /// Begins and ends the faults that are due, which may reach any node.
     #[cold]
-    fn strike(&mut self, sink: &mut impl RecordSink) {
+    fn strike(&mut self, sink: &mut dyn RecordSink) {
         let Self { faults: Some(faults), now, rig, director, watch, touched, .. } = self else {
             return;
         };
@@ -277,7 +276,7 @@ impl<C: Crossing> Simulation<C> {
     }
 
     /// Records nodes that have gone bus-off or recovered through faults.
-    fn note_confinement(&mut self, sink: &mut impl RecordSink) {
+    fn note_confinement(&mut self, sink: &mut dyn RecordSink) {
         let Self { faults: Some(faults), now, rig, watch, .. } = self else { return };
         if faults.record_confinement(*now, rig, sink) {
             see(watch, *now, &Seen::BusOff);
@@ -313,7 +312,7 @@ impl<C: Crossing> Simulation<C> {
 
     /// Carries the outputs of all touched nodes until there are no more: devices under test and testers first, then the
     /// orders of the plan, then the emulated devices.
-    pub(super) fn transmit(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+    pub(super) fn transmit(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
         let mut rounds = 0;
         let anybody = Touched::PLAN | self.emulated | self.others;
         while self.touched.0 & anybody != 0 {
@@ -339,7 +338,7 @@ impl<C: Crossing> Simulation<C> {
     }
 
     /// Delivers the plan's last messages, if it has a tester.
-    fn last_words(&mut self, sink: &mut impl RecordSink, keep: &mut impl FnMut(&Action)) {
+    fn last_words(&mut self, sink: &mut dyn RecordSink, keep: &mut dyn FnMut(&Action)) {
         if !self.rig.nodes.iter().any(|node| matches!(node.part, Part::Tester(_))) {
             return;
         }

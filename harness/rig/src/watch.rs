@@ -29,7 +29,7 @@ impl Watch {
         self.monitor.broken()
     }
 
-    pub fn tell(&self, sink: &mut impl RecordSink) {
+    pub fn tell(&self, sink: &mut dyn RecordSink) {
         for (name, violation) in self.broken() {
             sink.broken(name, violation);
         }

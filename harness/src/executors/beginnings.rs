@@ -4,7 +4,6 @@
 use crate::run::{Prepared, Underway};
 use plan::faults::Schedule;
 use record::sink::NullSink;
-use rig::crossing::Memory;
 use rig::operator::Answers;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -39,12 +38,12 @@ impl Beginnings {
         prepared: &Prepared,
         (seed, schedule): (u64, &Schedule),
         answers: &Answers,
-    ) -> Option<Underway<Memory>> {
+    ) -> Option<Underway> {
         let beginning = lock(&self.0).of(seed);
         let mut beginning = lock(&beginning);
         beginning.before(schedule, prepared.plan.seed_of_run(seed), || {
             let judged = prepared.plan.judged(&prepared.rig);
-            Underway::new(Memory, prepared, seed, answers, Some(&judged))
+            Underway::new(None, prepared, seed, answers, Some(&judged))
         })
     }
 }
@@ -72,11 +71,11 @@ impl Kept {
 struct Beginning {
     began: bool,
     /// It goes on from here; `None` once it has ended or panicked, has observed too much, or cannot be copied.
-    ahead: Option<Underway<Memory>>,
+    ahead: Option<Underway>,
     /// How far it has gone.
     until: Timestamp,
     /// In the order of time.
-    snapshots: Vec<Underway<Memory>>,
+    snapshots: Vec<Underway>,
     apart: Span,
 }
 
@@ -85,8 +84,8 @@ impl Beginning {
         &mut self,
         schedule: &Schedule,
         seed: u64,
-        run: impl FnOnce() -> Underway<Memory>,
-    ) -> Option<Underway<Memory>> {
+        run: impl FnOnce() -> Underway,
+    ) -> Option<Underway> {
         if !self.began {
             (self.began, self.apart) = (true, APART);
             self.keep(run().before_faults());
@@ -96,9 +95,8 @@ impl Beginning {
         {
             self.advance();
         }
-        let is_before = |one: &Underway<Memory>| {
-            one.simulation.first_fault(schedule, seed) > one.simulation.now()
-        };
+        let is_before =
+            |one: &Underway| one.simulation.first_fault(schedule, seed) > one.simulation.now();
         // The later a snapshot, the more faults are due.
         let before = self.snapshots.partition_point(is_before);
         let mut snapshot = self.snapshots.get(before.checked_sub(1)?)?.snapshot()?;
@@ -116,7 +114,7 @@ impl Beginning {
         }
     }
 
-    fn keep(&mut self, ahead: Underway<Memory>) {
+    fn keep(&mut self, ahead: Underway) {
         let observed = ahead.simulation.director.engine.observations().bytes();
         let snapshot = ahead.snapshot().filter(|_| observed <= OBSERVED_MAX);
         self.ahead = snapshot.is_some().then_some(ahead);
@@ -132,7 +130,7 @@ impl Beginning {
     }
 }
 
-impl Underway<Memory> {
+impl Underway {
     fn before_faults(mut self) -> Self {
         let made = &mut self.made;
         let simulation =
@@ -167,7 +165,6 @@ mod tests {
     use crate::run::{Prepared, Underway, simulate_watched};
     use plan::Always;
     use plan::made::Made;
-    use rig::crossing::Memory;
     use rig::operator::Answers;
     use std::sync::Arc;
     use wire::time::{Span, Timestamp};
@@ -255,7 +252,7 @@ mod tests {
         let mut whole = sink();
         simulate_watched(&struck, 7, &answers, &mut whole, &mut |_| true);
 
-        let run = Underway::new(Memory, &prepared, 7, &answers, Some(&[]));
+        let run = Underway::new(None, &prepared, 7, &answers, Some(&[]));
         let mut record = sink();
         let mut simulation = run.simulation.before_faults(&mut record, &mut |_| ());
         let second = Span::from_secs(1);

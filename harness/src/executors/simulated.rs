@@ -7,7 +7,6 @@ use crate::outcome::Outcome;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
 use crate::run::{self, Prepared, Underway, simulate_watched};
-use rig::crossing::Memory;
 use rig::operator::Answers;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -70,7 +69,7 @@ impl Simulated {
     }
 
     /// The run of `case` shortly before its first fault, if it can go on from a snapshot.
-    fn beginning(&self, case: &Case) -> Option<Underway<Memory>> {
+    fn beginning(&self, case: &Case) -> Option<Underway> {
         let shares = self.prepared.plan.faults.is_empty() && !case.schedule.is_empty();
         let of_case = (case.seed, &case.schedule);
         shares.then(|| self.beginnings.before(&self.prepared, of_case, &self.answers)).flatten()

@@ -17,7 +17,7 @@ use crate::report;
 use crate::run_folder::JUNIT;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
-use rig::crossing::{Crossing, Memory};
+use rig::crossing::{MaybeCrossing, bus_of};
 use rig::operator::Answers;
 use std::path::Path;
 
@@ -57,45 +57,31 @@ pub struct Completed {
 pub fn run_to_folder(
     prepared: &Prepared,
     options: &Options<'_>,
-    pulse: &mut impl FnMut(Progress) -> bool,
-    wall_s: &impl Fn() -> f64,
+    pulse: &mut dyn FnMut(Progress) -> bool,
+    wall_s: &dyn Fn() -> f64,
 ) -> Result<Completed, RunFolderError> {
-    run_to_folder_across(Memory, prepared, options, pulse, wall_s)
+    run_to_folder_watched(None, prepared, options, None, pulse, wall_s)
 }
 
-/// Like [`run_to_folder`], with all traffic sent through `crossing`; the summary names its bus.
-///
-/// # Errors
-///
-/// When the run folder cannot be made, holds foreign files or is in use; then nothing ran.
-pub fn run_to_folder_across(
-    crossing: impl Crossing,
-    prepared: &Prepared,
-    options: &Options<'_>,
-    pulse: &mut impl FnMut(Progress) -> bool,
-    wall_s: &impl Fn() -> f64,
-) -> Result<Completed, RunFolderError> {
-    run_to_folder_watched(crossing, prepared, options, None, pulse, wall_s)
-}
-
-/// Like [`run_to_folder_across`], shown to `feed` during the run. The record is the same with and without a feed.
+/// Like [`run_to_folder`], with all traffic sent through `crossing`, whose bus the summary names, and shown to `feed`
+/// during the run. The record is the same with and without either.
 ///
 /// # Errors
 ///
 /// When the run folder cannot be made, holds foreign files or is in use; then nothing ran.
 pub fn run_to_folder_watched(
-    crossing: impl Crossing,
+    crossing: MaybeCrossing,
     prepared: &Prepared,
     options: &Options<'_>,
     feed: Option<&Feed>,
-    pulse: &mut impl FnMut(Progress) -> bool,
-    wall_s: &impl Fn() -> f64,
+    pulse: &mut dyn FnMut(Progress) -> bool,
+    wall_s: &dyn Fn() -> f64,
 ) -> Result<Completed, RunFolderError> {
     let began_s = wall_s();
     let folder = RunFolder::create(options.out)?;
     let header = prepared.header(options.seed);
     let mut sink = Watched::new(folder.record_sink(&header, options.level)?, feed);
-    let bus = crossing.bus();
+    let bus = bus_of(&crossing);
     let programs = prepared.programs.logging(folder.file(DEVICE_LOG));
     let logging = Prepared { programs, ..prepared.clone() };
     let run = simulate_across(crossing, &logging, options.seed, &options.answers, &mut sink, pulse);

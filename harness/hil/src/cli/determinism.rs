@@ -17,7 +17,7 @@ pub(super) fn verify(
     prepared: &Prepared,
     (options, out): (&Options<'_>, &Path),
     completed: &mut Completed,
-    pulse: &mut impl FnMut(Progress) -> bool,
+    pulse: &mut dyn FnMut(Progress) -> bool,
 ) -> Result<(), Failure> {
     let scratch = tempfile::tempdir().map_err(|source| Failure::file(out, source))?;
     let again = Options { out: scratch.path(), answers: options.answers.clone(), ..*options };

@@ -21,7 +21,6 @@ use plan::calibrations;
 use plan::made::Made;
 use record::outcome::{Outcome, Summary};
 use record::sink::Level;
-use rig::crossing::Memory;
 use serde_json::json;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -181,11 +180,11 @@ impl Series<'_> {
         let wall_s = || stopwatch.elapsed_s();
         let mut completed = match self.setup {
             Setup::Simulated => {
-                run_to_folder_watched(Memory, prepared, &options, feed, &mut pulse, &wall_s)?
+                run_to_folder_watched(None, prepared, &options, feed, &mut pulse, &wall_s)?
             }
             Setup::Kernel(bus) => {
-                let kernel = Kernel::open(*bus, &prepared.crossed_lines())?;
-                run_to_folder_watched(kernel, prepared, &options, feed, &mut pulse, &wall_s)?
+                let kernel = Box::new(Kernel::open(*bus, &prepared.crossed_lines())?);
+                run_to_folder_watched(Some(kernel), prepared, &options, feed, &mut pulse, &wall_s)?
             }
             Setup::Live(setup) => {
                 let person = self.person.as_ref().map(|terminal| watch.person(terminal));

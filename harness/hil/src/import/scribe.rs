@@ -119,7 +119,7 @@ impl Scribe {
         self.left_out
     }
 
-    pub(super) fn take(&mut self, entry: &Entry, sink: &mut impl RecordSink) {
+    pub(super) fn take(&mut self, entry: &Entry, sink: &mut dyn RecordSink) {
         if self.channel.is_some_and(|channel| channel != entry.channel) {
             self.left_out.other_channels += 1;
             return;
@@ -163,7 +163,7 @@ impl Scribe {
         }
     }
 
-    pub(super) fn finish(&mut self, sink: &mut impl RecordSink) {
+    pub(super) fn finish(&mut self, sink: &mut dyn RecordSink) {
         if let Some(done) = self.watch.finish() {
             self.moved(sink, &done);
         }
@@ -193,7 +193,7 @@ impl Scribe {
     }
 
     /// Records a finished move and the plan's observations of it.
-    fn moved(&mut self, sink: &mut impl RecordSink, done: &Move) {
+    fn moved(&mut self, sink: &mut dyn RecordSink, done: &Move) {
         let (lasted, speed) =
             (done.ended.since(done.began).as_secs_f64(), done.speed_max.m_per_s());
         let began = done.began.as_secs_f64();
@@ -228,7 +228,7 @@ impl Scribe {
 
     fn observe(
         &mut self,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         (quantity, value, uncertainty): (&Quantity, f64, f64),
         tags: &rig::engine::observe::Tags,
     ) {
@@ -251,7 +251,7 @@ impl Scribe {
     }
 
     /// Notes status flags of the base that change.
-    fn status(&mut self, sink: &mut impl RecordSink, motion: &Motion) {
+    fn status(&mut self, sink: &mut dyn RecordSink, motion: &Motion) {
         let Some(before) = self.status.replace(*motion) else { return };
         for (was, is, what) in [
             (before.command_timed_out, motion.command_timed_out, "command time-out"),
@@ -265,11 +265,11 @@ impl Scribe {
         }
     }
 
-    fn frame(&self, sink: &mut impl RecordSink, device: Device, frame: CanFrame) {
+    fn frame(&self, sink: &mut dyn RecordSink, device: Device, frame: CanFrame) {
         sink.record(Record { at: self.now, device, kind: RecordKind::Frame(frame) });
     }
 
-    fn note(&self, sink: &mut impl RecordSink, device: Device, what: String) {
+    fn note(&self, sink: &mut dyn RecordSink, device: Device, what: String) {
         sink.record(Record { at: self.now, device, kind: RecordKind::Note(what) });
     }
 }

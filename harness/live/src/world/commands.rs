@@ -209,7 +209,7 @@ impl Commands {
 
 fn tell(
     director: &mut Director,
-    sink: &mut impl RecordSink,
+    sink: &mut dyn RecordSink,
     now: Timestamp,
     ended: &Ended,
     took_s: f64,
@@ -224,8 +224,8 @@ impl LiveWorld {
     pub(super) async fn set_up(
         &mut self,
         commands: &mut Commands,
-        sink: &mut impl RecordSink,
-        pulse: &mut impl FnMut(Progress) -> bool,
+        sink: &mut dyn RecordSink,
+        pulse: &mut dyn FnMut(Progress) -> bool,
     ) -> Result<(), LiveError> {
         let now = Timestamp::ZERO;
         let (steps_done, steps) = self.director.engine.progress();
@@ -246,7 +246,7 @@ impl LiveWorld {
     pub(super) async fn tear_down(
         &mut self,
         commands: &mut Commands,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         now: Timestamp,
     ) -> Result<(), String> {
         let mut told = |ended: &Ended, took_s| tell(&mut self.director, sink, now, ended, took_s);
@@ -261,7 +261,7 @@ impl LiveWorld {
     pub(super) fn hear_command(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         ended: &Ended,
     ) {
         tell(&mut self.director, sink, now, ended, ended.took_s(now));

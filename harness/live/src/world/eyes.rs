@@ -56,7 +56,7 @@ impl Eyes {
         (verdicts.unwrap_or_default(), self.unjudged)
     }
 
-    pub(super) fn tell(&self, sink: &mut impl RecordSink) {
+    pub(super) fn tell(&self, sink: &mut dyn RecordSink) {
         if let Some(watch) = &self.watch {
             watch.tell(sink);
         }

@@ -16,7 +16,7 @@ pub const NOTES_MAX: u64 = 500;
 const AFTERMATH: Span = Span::from_secs(10);
 
 /// Records a problem that does not end the run.
-pub(super) fn note(sink: &mut impl RecordSink, at: Timestamp, device: Device, what: String) {
+pub(super) fn note(sink: &mut dyn RecordSink, at: Timestamp, device: Device, what: String) {
     sink.record(Record { at, device, kind: RecordKind::Note(what) });
 }
 

@@ -20,7 +20,7 @@ impl LiveWorld {
     pub(super) fn strike(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         device: &mut Running,
         clock: &Clock,
     ) {
@@ -44,7 +44,7 @@ impl LiveWorld {
     }
 
     /// Records changed error states of the bus nodes.
-    pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: &mut impl RecordSink) {
+    pub(super) fn watch_confinement(&mut self, now: Timestamp, sink: &mut dyn RecordSink) {
         let Some(faults) = &self.faults else { return };
         if faults.record_confinement(now, &mut self.rig, sink) {
             self.see(now, &Seen::BusOff);
@@ -52,7 +52,7 @@ impl LiveWorld {
     }
 
     /// Records the counts that no measurement covers, and returns them.
-    pub(super) fn end_notes(&self, now: Timestamp, sink: &mut impl RecordSink) -> Vec<String> {
+    pub(super) fn end_notes(&self, now: Timestamp, sink: &mut dyn RecordSink) -> Vec<String> {
         let notes = self.rig.remarks();
         for text in &notes {
             note(sink, now, Device::Plan, text.clone());
@@ -64,7 +64,7 @@ impl LiveWorld {
     pub(super) fn end_faults(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         device: &mut Running,
     ) -> (Vec<FaultSummary>, u64) {
         let dropped = self.rig.dropped() + device.in_process().map_or(0, |here| here.dropped());

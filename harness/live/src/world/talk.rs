@@ -62,7 +62,7 @@ impl LiveWorld {
     pub(super) fn hear_device(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         device: &Running,
         heard: Heard,
     ) {

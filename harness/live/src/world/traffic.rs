@@ -23,7 +23,7 @@ use wire::time::Timestamp;
 const ROBOT_ENDS: usize = 2;
 
 /// Records traffic of a line, in a full record.
-fn record(sink: &mut impl RecordSink, now: Timestamp, by: Device, what: &Transmit) {
+fn record(sink: &mut dyn RecordSink, now: Timestamp, by: Device, what: &Transmit) {
     match what {
         Transmit::Bytes(packet) => sink.bytes(now, by, packet.as_slice()),
         Transmit::Frame(frame) => sink.frame(now, by, *frame),
@@ -36,7 +36,7 @@ impl LiveWorld {
     pub(super) fn overhear(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         device: &mut Running,
     ) {
         while let Some(crossing) = device.crossing() {
@@ -55,7 +55,7 @@ impl LiveWorld {
     pub(super) fn hear(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         ports: &Ports,
         place: usize,
         event: PortEvent,
@@ -98,7 +98,7 @@ impl LiveWorld {
     fn hear_base(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         port: &str,
         plan: &PortPlan,
         frame: CanFrame,
@@ -135,7 +135,7 @@ impl LiveWorld {
     }
 
     /// Two nodes send frames with one identifier: an error on a real bus, and here two bases.
-    fn clash(&mut self, now: Timestamp, sink: &mut impl RecordSink, port: &str, frame: &CanFrame) {
+    fn clash(&mut self, now: Timestamp, sink: &mut dyn RecordSink, port: &str, frame: &CanFrame) {
         self.clashes += 1;
         let id = match frame.id() {
             wire::can::Id::Standard(id) => u32::from(id.as_raw()),
@@ -152,12 +152,7 @@ impl LiveWorld {
         }
     }
 
-    pub(super) fn deliver(
-        &mut self,
-        now: Timestamp,
-        sink: &mut impl RecordSink,
-        ports: &mut Ports,
-    ) {
+    pub(super) fn deliver(&mut self, now: Timestamp, sink: &mut dyn RecordSink, ports: &mut Ports) {
         // The gyro's outputs first, each at its own instant: later actions of the base must not affect them.
         for place in 0..self.rig.nodes.len() {
             self.rig.wake_gyro(now, place);
@@ -175,7 +170,7 @@ impl LiveWorld {
     fn delivered(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
+        sink: &mut dyn RecordSink,
         ports: &mut Ports,
         (line, from): (usize, EndId),
         what: &Transmit,
@@ -226,8 +221,8 @@ impl LiveWorld {
     pub(super) fn transmit(
         &mut self,
         now: Timestamp,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
         (device, commands): (&mut Running, &mut Commands),
         clock: &Clock,
     ) {

@@ -6,7 +6,6 @@
 
 use super::Simulation;
 use crate::Rig;
-use crate::crossing::Crossing;
 use crate::engine::Action;
 use crate::faults::Faults;
 use crate::ledger::Ledger;
@@ -28,14 +27,14 @@ impl Rig {
     }
 }
 
-impl<C: Crossing> Simulation<C> {
+impl Simulation {
     /// Carries the run of a plan without faults through its first instant. Faults may be added later: the run keeps the
     /// phases that they could wait for.
     #[must_use]
     pub fn before_faults(
         mut self,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
     ) -> Self {
         self.phases = Some(Vec::new());
         self.director.engine.watch_phases();
@@ -47,8 +46,8 @@ impl<C: Crossing> Simulation<C> {
     pub fn run_before(
         &mut self,
         until: Timestamp,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
     ) -> bool {
         loop {
             if self.director.engine.ending().is_some() {
@@ -89,17 +88,18 @@ impl<C: Crossing> Simulation<C> {
         }
         self
     }
-}
 
-impl<C: Crossing + Clone> Simulation<C> {
-    /// A copy in the same state, which goes on by itself. `None` where user code, a program, an FMU or a person
-    /// takes part.
+    /// A copy in the same state, which goes on by itself. `None` where user code, a program, an FMU, a person or a
+    /// crossing takes part.
     pub fn snapshot(&self) -> Option<Self> {
+        if self.crossing.is_some() {
+            return None;
+        }
         Some(Self {
             now: self.now,
             rig: self.rig.copied()?,
             director: self.director.copied()?,
-            crossing: self.crossing.clone(),
+            crossing: None,
             watch: self.watch.clone(),
             touched: self.touched,
             emulated: self.emulated,

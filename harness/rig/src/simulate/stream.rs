@@ -6,7 +6,6 @@
 
 use super::{EVENTS_PER_PULSE, Simulation};
 use crate::Rig;
-use crate::crossing::Crossing;
 use crate::engine::Action;
 use crate::hosted::Hosted;
 use crate::line::EndId;
@@ -48,13 +47,13 @@ impl Stream {
     }
 }
 
-impl<C: Crossing> Simulation<C> {
+impl Simulation {
     /// Advances the stream until something else happens or a node has an output; returns `false` if it did not advance.
     pub(super) fn stream_alone(
         &mut self,
         Stream { robot, line, end, controller, port, bytes }: Stream,
-        sink: &mut impl RecordSink,
-        keep: &mut impl FnMut(&Action),
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
     ) -> bool {
         if self.touched != Touched::default() {
             return false;

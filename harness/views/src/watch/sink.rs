@@ -9,7 +9,6 @@ use wire::time::Timestamp;
 
 /// Passes every record on unchanged, and shows it to a feed, if there is one. Traffic is counted here and shown once
 /// per second of bench time: there are millions of frames, and each would need the lock.
-#[derive(Debug)]
 pub struct Watched<S> {
     inner: S,
     feed: Option<Feed>,
