@@ -1,7 +1,6 @@
 //! Position of a signal's bits in the bytes of its message.
 
-use schemars::JsonSchema;
-use serde::Deserialize;
+use described_file::ByteOrder;
 use std::ops::RangeInclusive;
 
 /// Maximum number of bits in a signal.
@@ -11,17 +10,6 @@ pub const SIGNAL_BITS_MAX: u32 = 64;
 /// them.
 const WINDOW_BYTES: usize = 16;
 const WINDOW_BITS: u32 = 8 * WINDOW_BYTES as u32;
-
-/// Byte order of a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ByteOrder {
-    /// Least significant byte first (Intel, `@1` in a DBC).
-    #[default]
-    Little,
-    /// Most significant byte first (Motorola, `@0` in a DBC).
-    Big,
-}
 
 /// Consecutive bits of a message, numbered as in a DBC: bit `8 * byte + weight`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

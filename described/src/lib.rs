@@ -162,7 +162,6 @@ mod description;
 mod device;
 mod error;
 mod expression;
-mod file;
 mod files;
 mod fmu;
 pub mod hint;
@@ -177,21 +176,23 @@ mod toml_mistake;
 mod transport;
 mod uds;
 
-pub use bits::{ByteOrder, SIGNAL_BITS_MAX};
+pub use bits::SIGNAL_BITS_MAX;
 pub use canopen::{Abort, Dictionary, Entry, Progress, SDO_REQUEST, SDO_RESPONSE, SdoClient};
+use described_file as file;
+pub use described_file::{ByteOrder, IsoTpTable, ProtectionTable};
 pub use description::Description;
 pub use device::{Clipped, Device};
 pub use error::{FileError, Mistake};
 pub use files::Files;
 pub use fmu::{Fmu, FmuInstance, FmuRole, FmuVariable};
-pub use isotp::{IsoTp, IsoTpTable};
+pub use isotp::IsoTp;
 pub use layout::{
     Carried, Dbc, DbcNode, Dbcs, Decoded, Decoder, EncodeError, Layout, Medium, Message, NOBODY,
     Note, Selection, SendKind, SendRule, Sender, Signal, SignalName, SignalValue, dbc_text,
 };
 pub use outbox::Outbox;
 pub use place::Place;
-pub use protection::{ProtectionTable, Verdict};
+pub use protection::Verdict;
 pub use steps::{Input, Step, Steps};
 pub use uds::{KeyFunction, Number, NumberType, Reply, Request, UdsClient, negative_response};
 

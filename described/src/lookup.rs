@@ -1,15 +1,6 @@
 //! Look-up tables: values between points, in one dimension or two.
 
-/// Values of a table outside its points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub(crate) enum Outside {
-    /// The last value.
-    #[default]
-    Clamp,
-    /// Linear extrapolation of the last two points.
-    Extrapolate,
-}
+use described_file::Outside;
 
 /// Points along one axis or two, linear between them.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,8 @@
 use super::dictionary::Dictionary;
 use super::nmt::{COMMANDS, STATES};
 use super::pdo::{self, Direction, Pdo, Wrong, pdos};
-use crate::bits::{BitField, ByteOrder};
+use crate::bits::BitField;
+use crate::file::ByteOrder;
 use crate::layout::{Coding, Layout, Message, Scale, Sender, Signal};
 use std::sync::Arc;
 use wire::can::{Id, StandardId};

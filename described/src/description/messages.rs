@@ -129,8 +129,8 @@ fn start(message: &mut Message, rules: &MessageRules, place: &Place) -> Result<(
             let text = format!("`{}` has no signal `{name}`", message.name);
             return Err(Mistake::new(place.name(), text).help(hint::proposal(name, &names)));
         };
-        let value = value
-            .of(signal)
+        let value = signal
+            .value_of(value)
             .map_err(|(text, help)| Mistake::new(place.clone(), text).help(help))?;
         if !(signal.minimum..=signal.maximum).contains(&value) {
             let Signal { minimum, maximum, ref unit, .. } = *signal;

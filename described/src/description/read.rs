@@ -9,7 +9,7 @@ use crate::place::Place;
 
 /// Reads the file in whichever of the two forms it has.
 pub(super) fn said(file: &str, text: &str) -> Result<File, FileError> {
-    toml::from_str(text).map_err(|error| FileError::from_toml(file, text, &error))
+    text.parse().map_err(|error| FileError::from_toml(file, text, &error))
 }
 
 /// The layout from the file or its DBC.

@@ -6,8 +6,9 @@ use super::program::choose;
 use super::{
     Batch, Expression, ExpressionError, Meaning, Operation, Scope, States, Unknown, parser,
 };
+use crate::file::Outside;
 use crate::hint;
-use crate::lookup::{Lookup, Outside};
+use crate::lookup::Lookup;
 use proptest::prelude::*;
 use std::sync::Arc;
 

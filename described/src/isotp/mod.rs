@@ -8,7 +8,7 @@ mod settings;
 #[cfg(test)]
 mod tests;
 
-pub use settings::{IsoTp, IsoTpTable};
+pub use settings::IsoTp;
 
 use coming::Coming;
 use going::Going;

@@ -1,6 +1,7 @@
 //! Two ends of a channel: messages arrive complete, and what goes wrong is noticed in time.
 
-use super::{BYTES_MAX, Channel, End, IsoTp, IsoTpTable, Received, Slowness};
+use super::{BYTES_MAX, Channel, End, IsoTp, Received, Slowness};
+use crate::IsoTpTable;
 use proptest::prelude::*;
 use wire::can::{CanFrame, FdFlags, Id, StandardId};
 use wire::time::{Span, Timestamp};

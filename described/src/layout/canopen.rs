@@ -1,6 +1,7 @@
 //! Layouts of CANopen devices: frames whose signals are objects.
 
-use super::message::{Carrier, Message, Sender};
+use super::Sender;
+use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
 use super::selection::Carried;
 use super::send_rule::SendRule;

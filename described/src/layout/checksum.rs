@@ -1,6 +1,6 @@
 //! The checksum at the end of a packet on a serial line.
 
-use crate::bits::ByteOrder;
+use crate::file::ByteOrder;
 use crate::protection::Checksum;
 
 /// A checksum at the end of a packet.

@@ -3,7 +3,7 @@
 use super::message::Message;
 use super::number::Scale;
 use super::signal::{Signal, Storage};
-use crate::bits::ByteOrder;
+use crate::file::ByteOrder;
 use wire::can::{CanFrame, FD_BYTES_MAX};
 
 /// Below this the sum of a number and [`WHOLE`] has no fraction.
@@ -209,15 +209,16 @@ mod tests {
     use super::{FrameWriter, NUMBER_MAX};
     use crate::layout::{Encoded, Layout};
     use proptest::prelude::*;
+    use std::sync::LazyLock;
     use wire::device::Transmit;
 
     /// One signal of 64 bits, with counts as values.
     const ONE: &str = "VERSION \"\"\nBU_: A\nBO_ 1 M: 8 A\n SG_ S : 0|64@1- (1,0) [0|0] \"\" A\n";
 
-    fn cantools() -> Layout {
+    static CANTOOLS: LazyLock<Layout> = LazyLock::new(|| {
         let text = include_str!("../../tests/data/cantools.dbc");
         Layout::from_dbc("cantools.dbc", text, "A").unwrap()
-    }
+    });
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
@@ -240,9 +241,8 @@ mod tests {
         /// The writer's frame equals the one that is assembled signal by signal.
         #[test]
         fn a_frame_is_that_of_its_signals(shares in prop::collection::vec(-0.1f64..1.1, 64)) {
-            let layout = cantools();
             let mut written = 0;
-            for message in layout.messages() {
+            for message in CANTOOLS.messages() {
                 let Some(writer) = FrameWriter::of(message) else { continue };
                 let value = |(signal, share): (&crate::Signal, &f64)| {
                     signal.minimum * (1.0 - share) + signal.maximum * share

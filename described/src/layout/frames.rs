@@ -4,7 +4,7 @@ use super::message::Message;
 use super::number::{Coding, Scale};
 use super::selection::Selection;
 use super::signal::{Signal, Storage};
-use crate::bits::ByteOrder;
+use crate::file::ByteOrder;
 use wire::can::{DATA_BYTES_MAX, Id};
 use wire::j1939::Identifier;
 

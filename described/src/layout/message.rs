@@ -1,6 +1,7 @@
 //! One message: its signals and its carrier.
 
 use super::EncodeError;
+use super::Sender;
 use super::checksum::Trailer;
 use super::multiplexing;
 use super::printed::Match;
@@ -17,16 +18,6 @@ use wire::device::Transmit;
 use wire::j1939::{Identifier, PACKET_BYTES};
 use wire::packet::{BYTES_MAX, Packet};
 use wire::time::Span;
-
-/// Who sends a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sender {
-    /// The described device.
-    Device,
-    /// The other side.
-    Host,
-}
 
 /// Signals that are sent together.
 #[derive(Debug, Clone, PartialEq)]

@@ -18,7 +18,6 @@ mod protected;
 mod selection;
 mod send_rule;
 mod signal;
-mod signal_value;
 #[cfg(test)]
 pub(crate) mod tests;
 mod text;
@@ -28,19 +27,19 @@ mod table;
 
 pub use dbc::{Dbc, DbcNode, Dbcs, NOBODY, dbc_text};
 pub use decoder::Decoder;
+pub use described_file::{SendKind, Sender, SignalValue};
 pub use encoder::Encoder;
 use frame_writer::FrameWriter;
 use frames::{FrameReader, Identifiers};
-pub use message::{Encoded, Message, Sender};
+pub use message::{Encoded, Message};
 use names::{Names, Place};
 pub use note::Note;
 pub(crate) use number::{Coding, Scale};
 #[cfg(test)]
 pub(crate) use protected::tests::cells;
 pub use selection::{Carried, Selection};
-pub use send_rule::{SendKind, SendRule};
+pub use send_rule::SendRule;
 pub use signal::Signal;
-pub use signal_value::SignalValue;
 use wire::device::Transmit;
 
 use crate::canopen::Dictionary;

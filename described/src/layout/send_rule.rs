@@ -1,23 +1,7 @@
 //! Sending a message beside its period: on a change of its values, and with a faster period for a while after it.
 
-use schemars::JsonSchema;
-use serde::Deserialize;
+use described_file::SendKind;
 use wire::time::Span;
-
-/// When a message is sent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SendKind {
-    /// Periodically.
-    #[default]
-    Cyclic,
-    /// When a signal differs from the value last sent.
-    OnChange,
-    /// When a signal changes to a value other than its start value: a button that is pressed, but not when it is released.
-    OnEvent,
-    /// Periodically, and also when a signal changes.
-    CyclicAndOnChange,
-}
 
 /// Conditions for sending a message, beside its period.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -4,6 +4,8 @@ use super::number::{Coding, RANGE_SLACK_COUNTS, Scale};
 use super::printed::Format;
 use super::selection::Carried;
 use crate::bits::BitField;
+use crate::file::SignalValue;
+use crate::hint;
 
 /// Allowed excess of a printed number over the range into which it rounds, in units of the last decimal.
 const PRINTED_SLACK: f64 = 0.5 + 1e-6;
@@ -40,6 +42,28 @@ pub(super) enum Storage {
 }
 
 impl Signal {
+    /// The value in its unit.
+    ///
+    /// # Errors
+    /// When it has no value of that name: what is wrong, and what to write instead.
+    pub fn value_of(&self, value: &SignalValue) -> Result<f64, (String, String)> {
+        let name = match value {
+            SignalValue::Number(value) => return Ok(*value),
+            SignalValue::Named(name) => name,
+        };
+        let names: Vec<(&str, f64)> = self.names().collect();
+        if let Some((_, value)) = names.iter().find(|(known, _)| known == name) {
+            return Ok(*value);
+        }
+        let help = if names.is_empty() {
+            "its values have no names: write the number".to_owned()
+        } else {
+            let known: Vec<&str> = names.iter().map(|(known, _)| *known).collect();
+            hint::proposal(name, &known)
+        };
+        Err((format!("`{}` has no value `{name}`", self.name), help))
+    }
+
     /// The value of one count, in its unit; zero for floating-point numbers.
     pub fn resolution(&self) -> f64 {
         let step = match self.storage {

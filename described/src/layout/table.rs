@@ -8,14 +8,16 @@ use super::send_rule::SendRule;
 use super::signal::{Signal, Storage};
 use super::text::Pattern;
 use super::{Layout, Medium};
-use crate::bits::{BitField, ByteOrder};
+use crate::bits::BitField;
 use crate::error::Mistake;
+use crate::file::ByteOrder;
 use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable};
 use crate::hint;
 use crate::place::Place;
 use crate::protection::Checksum;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FdFlags, Id, StandardId, fd_length};
 use wire::packet::BYTES_MAX;
+use wire::serial::SerialSettings;
 
 /// Limit of printed numbers without a range. Assumption: with a few decimals a dozen of them fit a packet, and no
 /// device prints larger ones.
@@ -38,7 +40,7 @@ impl Layout {
         }
         let medium = match serial {
             None => Medium::Can,
-            Some(serial) => Medium::Serial(serial.settings()?),
+            Some(serial) => Medium::Serial(settings(serial)?),
         };
         Ok(Self::new(medium, messages))
     }
@@ -148,7 +150,7 @@ fn fields(
             Mistake::new(place.clone(), format!("`{}` has no `type`", field.name))
                 .help("u8, i16, u24, f32, ...: what its bytes are")
         })?;
-        let (coding, bits) = kind.coding();
+        let (coding, bits) = Coding::of(kind);
         let begin = end;
         end += bits / 8;
         if end > limit {
@@ -296,22 +298,44 @@ fn distinct(message: &Message, other: &Message, place: &Place) -> Result<(), Mis
     Ok(())
 }
 
-impl FieldType {
-    /// Encoding of the number, and its number of bits.
-    pub(crate) const fn coding(self) -> (Coding, usize) {
-        match self {
-            Self::U8 => (Coding::Unsigned, 8),
-            Self::U16 => (Coding::Unsigned, 16),
-            Self::U24 => (Coding::Unsigned, 24),
-            Self::U32 => (Coding::Unsigned, 32),
-            Self::U64 => (Coding::Unsigned, 64),
-            Self::I8 => (Coding::Signed, 8),
-            Self::I16 => (Coding::Signed, 16),
-            Self::I24 => (Coding::Signed, 24),
-            Self::I32 => (Coding::Signed, 32),
-            Self::I64 => (Coding::Signed, 64),
-            Self::F32 => (Coding::Float32, 32),
-            Self::F64 => (Coding::Float64, 64),
+impl Coding {
+    /// Encoding of a number of this type, and its number of bits.
+    pub(crate) const fn of(kind: FieldType) -> (Self, usize) {
+        match kind {
+            FieldType::U8 => (Self::Unsigned, 8),
+            FieldType::U16 => (Self::Unsigned, 16),
+            FieldType::U24 => (Self::Unsigned, 24),
+            FieldType::U32 => (Self::Unsigned, 32),
+            FieldType::U64 => (Self::Unsigned, 64),
+            FieldType::I8 => (Self::Signed, 8),
+            FieldType::I16 => (Self::Signed, 16),
+            FieldType::I24 => (Self::Signed, 24),
+            FieldType::I32 => (Self::Signed, 32),
+            FieldType::I64 => (Self::Signed, 64),
+            FieldType::F32 => (Self::Float32, 32),
+            FieldType::F64 => (Self::Float64, 64),
         }
     }
+}
+
+/// Eight data bits, no parity and one stop bit, unless it says otherwise.
+fn settings(of: SerialTable) -> Result<SerialSettings, Mistake> {
+    let plain = SerialSettings::new_8n1(of.baud);
+    let place = Place::file().key("serial");
+    if of.baud == 0 {
+        return Err(Mistake::new(place.key("baud"), "baud = 0, expected bits per second"));
+    }
+    let bits = |name, set: Option<u8>, usual, (least, most)| match set.unwrap_or(usual) {
+        bits if (least..=most).contains(&bits) => Ok(bits),
+        bits => {
+            let text = format!("{name} = {bits}, expected {least} to {most}");
+            Err(Mistake::new(place.key(name), text))
+        }
+    };
+    Ok(SerialSettings {
+        data_bits: bits("data_bits", of.data_bits, plain.data_bits, (5, 8))?,
+        parity: of.parity.unwrap_or(plain.parity),
+        stop_bits: bits("stop_bits", of.stop_bits, plain.stop_bits, (1, 2))?,
+        ..plain
+    })
 }

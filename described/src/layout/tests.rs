@@ -1,13 +1,14 @@
 //! Complete layouts: round trips, damage, and comparison with the hand-written codec of the same messages.
 
-use super::message::{Carrier, Found, Message, Sender};
+use super::Sender;
+use super::message::{Carrier, Found, Message};
 use super::number::{Coding, Scale};
 use super::selection::Carried;
 use super::signal::{Signal, Storage};
 use super::{Decoded, EncodeError, Layout, Medium, SignalName};
 use crate::Description;
 use crate::bits::BitField;
-use crate::bits::ByteOrder;
+use crate::file::ByteOrder;
 use proptest::prelude::*;
 use wire::can::{CanFrame, Id, StandardId};
 use wire::device::Transmit;

@@ -67,7 +67,7 @@ impl Counter {
 #[cfg(test)]
 mod tests {
     use super::{BitField, Counter, Verdict};
-    use crate::bits::ByteOrder;
+    use crate::file::ByteOrder;
 
     fn counter(step: u64, greatest: u64, max_delta: Option<u64>) -> Counter {
         let field = BitField::new(ByteOrder::Little, 0, 64, 8).unwrap();

@@ -1,6 +1,7 @@
 //! AUTOSAR's end-to-end protection: profiles 1, 2, 4 and 5 of its "E2E Protocol Specification" (document 849).
 
-use crate::bits::{BitField, ByteOrder};
+use crate::bits::BitField;
+use crate::file::ByteOrder;
 use crc::{Crc, NoTable};
 
 /// The counter of profile 1 never has the number 15.

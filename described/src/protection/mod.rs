@@ -6,7 +6,6 @@ mod catalogue;
 mod counter;
 mod e2e;
 mod sum;
-mod table;
 #[cfg(test)]
 mod tests;
 
@@ -14,8 +13,6 @@ pub(crate) use catalogue::Checksum;
 pub(crate) use counter::Counter;
 pub(crate) use e2e::{DataId, E2e, PROFILE_1_COUNTER_MAX};
 pub(crate) use sum::FrameSum;
-pub use table::ProtectionTable;
-pub(crate) use table::{ChecksumTable, CounterTable, E2eTable, Profile};
 
 use crate::bits::BitField;
 

@@ -42,7 +42,7 @@ impl FrameSum {
 #[cfg(test)]
 mod tests {
     use super::{BitField, Checksum, FrameSum};
-    use crate::bits::ByteOrder;
+    use crate::file::ByteOrder;
 
     fn sum(start: u64, length: u64) -> FrameSum {
         FrameSum {

@@ -4,7 +4,8 @@ use super::{
     Checksum, Counter, DataId, E2e, FrameSum, Own, PROFILE_1_COUNTER_MAX, Protection, Received,
     Seal, Sent, Verdict,
 };
-use crate::bits::{BitField, ByteOrder};
+use crate::bits::BitField;
+use crate::file::ByteOrder;
 use proptest::prelude::*;
 
 fn little(start: u64, length: u64, bytes: usize) -> BitField {

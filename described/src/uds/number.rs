@@ -17,7 +17,7 @@ pub struct Number {
 impl Number {
     /// `None` if the scale is zero or not finite, or the offset is not finite.
     pub fn new(kind: NumberType, scale: f64, offset: f64) -> Option<Self> {
-        let (coding, bits) = kind.coding();
+        let (coding, bits) = Coding::of(kind);
         Scale::new(scale, offset).map(|scale| Self { coding, bits: bits as u32, scale })
     }
 

@@ -93,7 +93,7 @@ impl<'a> Subject<'a> {
                 let help = note.unwrap_or_else(|| proposal(name, &known));
                 return Err(here.mistake(message).help(help));
             };
-            let value = match value.of(signal) {
+            let value = match signal.value_of(value) {
                 Ok(value) => value,
                 Err((message, help)) => return Err(here.mistake(message).help(help)),
             };
@@ -312,7 +312,7 @@ fn not_carried(message: &Message, set: &BTreeMap<String, SignalValue>) -> Option
         for selection in message.selections(place) {
             let multiplexer = &message.signals[selection.multiplexer];
             let Some(value) = set.get(&multiplexer.name) else { continue };
-            let number = value.of(multiplexer).ok().and_then(|value| multiplexer.number_of(value));
+            let number = multiplexer.value_of(value).ok().and_then(|value| multiplexer.number_of(value));
             if number.is_some_and(|number| !selection.has(number)) {
                 let (of, by) = (&message.name, &multiplexer.name);
                 let text = format!("`{of}` has no `{name}` where `{by}` is {value}");

@@ -83,7 +83,7 @@ impl Tester {
             let Some(signal) = form.signals.iter().position(|signal| signal.name == *name) else {
                 return Err(format!("`{}` has no signal `{name}`", send.message));
             };
-            let value = value.of(&form.signals[signal]).map_err(|(why, _)| why)?;
+            let value = form.signals[signal].value_of(value).map_err(|(why, _)| why)?;
             is_change |= self.values[message][signal] != value;
             self.values[message][signal] = value;
             self.own[message].push(signal);

@@ -9,14 +9,16 @@ use super::syntax::{
     START_VALUE, SignalLine, Syntax,
 };
 use super::{Note, ORPHANS, long_node, senders};
-use crate::bits::{BitField, ByteOrder};
-use crate::layout::message::{Carrier, Message, Sender};
+use crate::bits::BitField;
+use crate::file::ByteOrder;
+use crate::file::ProtectionTable;
+use crate::layout::Sender;
+use crate::layout::message::{Carrier, Message};
 use crate::layout::multiplexing;
 use crate::layout::number::{Coding, Scale};
 use crate::layout::selection::{Carried, Selection};
 use crate::layout::signal::{Signal, Storage};
 use crate::place::Place;
-use crate::protection::ProtectionTable;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use wire::can::{DATA_BYTES_MAX, ExtendedId, FdFlags, Id, StandardId, fd_length};

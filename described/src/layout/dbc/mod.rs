@@ -13,7 +13,8 @@ mod text;
 
 pub use text::dbc_text;
 
-use super::message::{Message, Sender};
+use super::Sender;
+use super::message::Message;
 use super::signal::Signal;
 use super::{Layout, Medium, Note};
 use crate::error::FileError;

@@ -5,7 +5,8 @@ use super::syntax::{
     CYCLE_TIME_FAST_MS, CYCLE_TIME_MS, DELAY_TIME_MS, MessageLine, REPETITIONS, SEND_TYPE,
     SIGNAL_SEND_TYPE, Syntax,
 };
-use crate::layout::send_rule::{SendKind, SendRule};
+use crate::layout::SendKind;
+use crate::layout::send_rule::SendRule;
 use crate::layout::signal::Signal;
 use wire::time::Span;
 

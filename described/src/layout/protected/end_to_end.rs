@@ -1,12 +1,12 @@
 //! AUTOSAR's profiles: their data ids and the positions of their fields in a message.
 
-use crate::bits::{BitField, ByteOrder};
+use crate::bits::BitField;
 use crate::error::Mistake;
+use crate::file::ByteOrder;
+use crate::file::{E2eTable, Profile};
 use crate::layout::message::{Message, Protected};
 use crate::place::Place;
-use crate::protection::{
-    Counter, DataId, E2e, E2eTable, PROFILE_1_COUNTER_MAX, Profile, Protection, Seal,
-};
+use crate::protection::{Counter, DataId, E2e, PROFILE_1_COUNTER_MAX, Protection, Seal};
 
 impl Message {
     pub(super) fn end_to_end(&self, table: &E2eTable, place: &Place) -> Result<Protected, Mistake> {

@@ -9,11 +9,10 @@ use super::signal::{Signal, Storage};
 use super::{Carried, Layout};
 use crate::bits::BitField;
 use crate::error::{FileError, Mistake};
+use crate::file::{ChecksumTable, CounterTable, ProtectionTable};
 use crate::hint;
 use crate::place::{Place, given};
-use crate::protection::{
-    Checksum, ChecksumTable, Counter, CounterTable, FrameSum, Protection, ProtectionTable, Seal,
-};
+use crate::protection::{Checksum, Counter, FrameSum, Protection, Seal};
 use std::collections::BTreeMap;
 
 impl Layout {

@@ -48,7 +48,7 @@ fn a_byte_that_is_another_makes_nothing_panic() {
     for format in [Format::Trc, Format::Blf, Format::Mdf4] {
         let whole = written(format, &entries());
         for place in 0..whole.len() {
-            for other in [0, 1, 0x7f, 0x80, 0xff] {
+            for other in [1, 0x7f, 0x80, 0xff] {
                 let mut bytes = whole.clone();
                 bytes[place] ^= other;
                 let (found, _) = read(format, &bytes);

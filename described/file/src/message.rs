@@ -1,9 +1,8 @@
 //! Messages in a description: additions to a DBC, or complete definitions.
 
 use super::Formula;
-use crate::bits::ByteOrder;
-use crate::layout::{SendKind, Sender, SignalValue};
 use crate::protection::{ChecksumTable, CounterTable, E2eTable, ProtectionTable};
+use crate::signal_value::SignalValue;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -11,10 +10,46 @@ use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// Who sends a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sender {
+    /// The described device.
+    Device,
+    /// The other side.
+    Host,
+}
+
+/// When a message is sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SendKind {
+    /// Periodically.
+    #[default]
+    Cyclic,
+    /// When a signal differs from the value last sent.
+    OnChange,
+    /// When a signal changes to a value other than its start value: a button that is pressed, but not when it is released.
+    OnEvent,
+    /// Periodically, and also when a signal changes.
+    CyclicAndOnChange,
+}
+
+/// Byte order of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ByteOrder {
+    /// Least significant byte first (Intel, `@1` in a DBC).
+    #[default]
+    Little,
+    /// Most significant byte first (Motorola, `@0` in a DBC).
+    Big,
+}
+
 /// Messages in either form.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
-pub(crate) enum Messages {
+pub enum Messages {
     /// `[message.NAME]`: additions to a message of the DBC.
     Rules(BTreeMap<String, MessageRules>),
     /// `[[message]]`: complete definitions.
@@ -29,7 +64,7 @@ impl Default for Messages {
 
 impl Messages {
     /// The complete definitions, if it is these.
-    pub(crate) fn tables(&self) -> Option<&[MessageTable]> {
+    pub fn tables(&self) -> Option<&[MessageTable]> {
         match self {
             Self::Rules(_) => None,
             Self::Tables(tables) => Some(tables),
@@ -37,7 +72,7 @@ impl Messages {
     }
 
     /// The keys that both forms have, by the name of the message.
-    pub(crate) fn rules(&self) -> BTreeMap<String, MessageRules> {
+    pub fn rules(&self) -> BTreeMap<String, MessageRules> {
         match self {
             Self::Rules(rules) => rules.clone(),
             Self::Tables(tables) => {
@@ -72,8 +107,8 @@ macro_rules! messages {
         /// Additions to a message of a DBC.
         #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
-        pub(crate) struct MessageRules {
-            $($(#[$about])* pub(crate) $key: $type,)+
+        pub struct MessageRules {
+            $($(#[$about])* pub $key: $type,)+
             /// A checksum among the signals.
             checksum: Option<ChecksumTable>,
         }
@@ -81,35 +116,35 @@ macro_rules! messages {
         /// Complete definition of a message, without a DBC.
         #[derive(Debug, Clone, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
-        pub(crate) struct MessageTable {
+        pub struct MessageTable {
             /// Its name.
-            pub(crate) name: String,
+            pub name: String,
             /// Who sends it.
-            pub(crate) sent_by: Sender,
+            pub sent_by: Sender,
             /// What it is.
             #[serde(default)]
-            pub(crate) doc: String,
+            pub doc: String,
             /// Identifier on CAN.
-            pub(crate) can_id: Option<u32>,
+            pub can_id: Option<u32>,
             /// Extended identifier (29 bits).
-            pub(crate) extended: Option<bool>,
+            pub extended: Option<bool>,
             /// CAN FD frame, up to 64 bytes, with the data phase at the faster bit rate.
             #[serde(default)]
-            pub(crate) fd: bool,
+            pub fd: bool,
             /// Start bytes of a packet on a serial line.
-            pub(crate) start: Option<Vec<u8>>,
+            pub start: Option<Vec<u8>>,
             /// Checksum at the end of a packet: `sum8`, `xor8` or a CRC of the catalogue, such as `crc16-modbus`. As a table: a
             /// checksum among the fields.
-            pub(crate) checksum: Option<ChecksumKind>,
+            pub checksum: Option<ChecksumKind>,
             /// What the checksum covers.
-            pub(crate) checksum_over: Option<ChecksumOver>,
+            pub checksum_over: Option<ChecksumOver>,
             /// Byte order of the checksum.
-            pub(crate) checksum_order: Option<ByteOrder>,
+            pub checksum_order: Option<ByteOrder>,
             /// Line of text on a serial line, with `{Signal:.2}` in place of a number.
-            pub(crate) text: Option<String>,
+            pub text: Option<String>,
             /// Fields, one after another.
             #[serde(default)]
-            pub(crate) fields: Vec<FieldTable>,
+            pub fields: Vec<FieldTable>,
             $($(#[$about])* $key: $type,)+
         }
 
@@ -164,7 +199,7 @@ messages! {
 }
 
 impl MessageRules {
-    pub(crate) fn protection(&self) -> ProtectionTable {
+    pub fn protection(&self) -> ProtectionTable {
         ProtectionTable {
             counter: self.counter.clone(),
             checksum: self.checksum.clone(),
@@ -175,7 +210,7 @@ impl MessageRules {
 
 impl MessageTable {
     /// The name of the checksum at its end.
-    pub(crate) fn trailer(&self) -> Option<&str> {
+    pub fn trailer(&self) -> Option<&str> {
         match &self.checksum {
             Some(ChecksumKind::Trailer(name)) => Some(name),
             Some(ChecksumKind::Field(_)) | None => None,
@@ -186,7 +221,7 @@ impl MessageTable {
 /// Name of a checksum at the end of a packet, or a table for a checksum among the fields.
 #[derive(Debug, Clone, PartialEq, Eq, JsonSchema)]
 #[schemars(untagged)]
-pub(crate) enum ChecksumKind {
+pub enum ChecksumKind {
     /// Its name.
     Trailer(String),
     /// What it is.
@@ -215,7 +250,7 @@ impl<'de> Deserialize<'de> for ChecksumKind {
 /// What happens to a request while another one is being answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum WhileAnswering {
+pub enum WhileAnswering {
     /// It is refused, with the `busy` reply if there is one.
     Refuse,
     /// It waits until all earlier ones have been answered.
@@ -225,7 +260,7 @@ pub(crate) enum WhileAnswering {
 /// What a checksum covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum ChecksumOver {
+pub enum ChecksumOver {
     /// All bytes between the start bytes and the checksum.
     #[default]
     BehindStart,
@@ -235,28 +270,28 @@ pub(crate) enum ChecksumOver {
 
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct FieldTable {
+pub struct FieldTable {
     /// Name of the signal.
-    pub(crate) name: String,
+    pub name: String,
     /// Type of a field in a frame or packet; a line of text needs no types.
     #[serde(rename = "type")]
-    pub(crate) kind: Option<FieldType>,
+    pub kind: Option<FieldType>,
     /// Byte order.
-    pub(crate) order: Option<ByteOrder>,
+    pub order: Option<ByteOrder>,
     /// Its value per count.
-    pub(crate) scale: Option<f64>,
+    pub scale: Option<f64>,
     /// Its value at count 0.
-    pub(crate) offset: Option<f64>,
+    pub offset: Option<f64>,
     /// Its unit.
     #[serde(default)]
-    pub(crate) unit: String,
+    pub unit: String,
     /// Smallest value.
-    pub(crate) minimum: Option<f64>,
+    pub minimum: Option<f64>,
     /// Largest value.
-    pub(crate) maximum: Option<f64>,
+    pub maximum: Option<f64>,
     /// What it is.
     #[serde(default)]
-    pub(crate) doc: String,
+    pub doc: String,
 }
 
 /// A number of whole bytes: unsigned, signed (two's complement) or floating-point (IEEE 754), with its bits.

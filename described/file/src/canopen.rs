@@ -8,26 +8,26 @@ use std::collections::BTreeMap;
 /// An object of the EDS.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ObjectTable {
+pub struct ObjectTable {
     /// Its value: an expression of parameters, states and objects that masters write.
     expression: Option<Formula>,
     /// `in.MACHINE = { STATE = ... }`: values in certain states of a state machine. In all others, `expression` applies.
     #[serde(rename = "in", default)]
     in_states: BTreeMap<String, BTreeMap<String, Formula>>,
     /// Its value per count. Default: 1.
-    pub(crate) scale: Option<f64>,
+    pub scale: Option<f64>,
     /// Its unit.
     #[serde(default)]
-    pub(crate) unit: String,
+    pub unit: String,
 }
 
 impl ObjectTable {
     /// True if the file says its value, which masters then only read.
-    pub(crate) fn is_computed(&self) -> bool {
+    pub fn is_computed(&self) -> bool {
         self.expression.is_some() || !self.in_states.is_empty()
     }
 
-    pub(crate) fn source(&self) -> SourceTable {
+    pub fn source(&self) -> SourceTable {
         SourceTable {
             expression: self.expression.clone(),
             in_states: self.in_states.clone(),
@@ -39,9 +39,9 @@ impl ObjectTable {
 /// An error that the device reports by an EMCY message.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct EmergencyTable {
+pub struct EmergencyTable {
     /// The condition of the error. When it ends, the error has gone.
-    pub(crate) when: Formula,
+    pub when: Formula,
     /// The error code, 0x1000 to 0xFFFF.
-    pub(crate) code: u16,
+    pub code: u16,
 }

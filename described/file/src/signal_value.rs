@@ -1,7 +1,5 @@
 //! A value of a signal as people write it: a number, or the name that the DBC gives to it (`VAL_`).
 
-use super::Signal;
-use crate::hint;
 use schemars::JsonSchema;
 use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 use std::fmt;
@@ -14,30 +12,6 @@ pub enum SignalValue {
     Number(f64),
     /// The name of a value in the file of the layout.
     Named(String),
-}
-
-impl SignalValue {
-    /// The value in the unit of `signal`.
-    ///
-    /// # Errors
-    /// When the signal has no value of that name: what is wrong, and what to write instead.
-    pub fn of(&self, signal: &Signal) -> Result<f64, (String, String)> {
-        let name = match self {
-            Self::Number(value) => return Ok(*value),
-            Self::Named(name) => name,
-        };
-        let names: Vec<(&str, f64)> = signal.names().collect();
-        if let Some((_, value)) = names.iter().find(|(known, _)| known == name) {
-            return Ok(*value);
-        }
-        let help = if names.is_empty() {
-            "its values have no names: write the number".to_owned()
-        } else {
-            let known: Vec<&str> = names.iter().map(|(known, _)| *known).collect();
-            hint::proposal(name, &known)
-        };
-        Err((format!("`{}` has no value `{name}`", signal.name), help))
-    }
 }
 
 impl From<f64> for SignalValue {

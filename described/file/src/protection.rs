@@ -8,16 +8,16 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields, expecting = "a table with `counter`, `checksum` or `e2e`")]
 pub struct ProtectionTable {
     /// A counter that advances with each message.
-    pub(crate) counter: Option<CounterTable>,
+    pub counter: Option<CounterTable>,
     /// A checksum among the signals.
-    pub(crate) checksum: Option<ChecksumTable>,
+    pub checksum: Option<ChecksumTable>,
     /// Counter and checksum of an AUTOSAR E2E profile.
-    pub(crate) e2e: Option<E2eTable>,
+    pub e2e: Option<E2eTable>,
 }
 
 impl ProtectionTable {
     /// The default counter of a message in this signal.
-    pub(crate) fn counting(signal: String) -> Self {
+    pub fn counting(signal: String) -> Self {
         let (first, step, modulo, max_delta) = Default::default();
         let counter = CounterTable { signal, first, step, modulo, max_delta };
         Self { counter: Some(counter), ..Self::default() }
@@ -27,35 +27,35 @@ impl ProtectionTable {
 /// A counter, as in the file.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table: `{ signal = ... }`")]
-pub(crate) struct CounterTable {
+pub struct CounterTable {
     /// Signal that holds it.
-    pub(crate) signal: String,
+    pub signal: String,
     /// Value in the first message. Default: 0.
-    pub(crate) first: Option<u64>,
+    pub first: Option<u64>,
     /// Increment per message. Default: 1.
-    pub(crate) step: Option<u64>,
+    pub step: Option<u64>,
     /// The counter restarts instead of reaching this value. Default: one more than the largest value of its signal.
-    pub(crate) modulo: Option<u64>,
+    pub modulo: Option<u64>,
     /// Largest difference that a receiver accepts, in increments. Default: any.
-    pub(crate) max_delta: Option<u64>,
+    pub max_delta: Option<u64>,
 }
 
 /// A checksum among the signals, as in the file.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, expecting = "a table: `{ signal = ..., crc = ... }`")]
-pub(crate) struct ChecksumTable {
+pub struct ChecksumTable {
     /// Signal that holds it.
-    pub(crate) signal: String,
+    pub signal: String,
     /// `sum8`, `xor8` or a CRC of the catalogue, such as `crc8-sae-j1850`.
-    pub(crate) crc: String,
+    pub crc: String,
     /// First and last byte that it covers. Default: all but its own.
-    pub(crate) bytes: Option<(usize, usize)>,
+    pub bytes: Option<(usize, usize)>,
     /// Bytes that it covers before those of the message. They are not sent.
     #[serde(default)]
-    pub(crate) prepend: Vec<u8>,
+    pub prepend: Vec<u8>,
     /// Bytes that it covers after those of the message. They are not sent.
     #[serde(default)]
-    pub(crate) append: Vec<u8>,
+    pub append: Vec<u8>,
 }
 
 /// AUTOSAR end-to-end protection, as in the file.
@@ -64,24 +64,24 @@ pub(crate) struct ChecksumTable {
     deny_unknown_fields,
     expecting = "a table: `{ profile = ..., data_id = ..., counter = ..., checksum = ... }`"
 )]
-pub(crate) struct E2eTable {
-    pub(crate) profile: Profile,
+pub struct E2eTable {
+    pub profile: Profile,
     /// Data id, for all profiles but 2.
-    pub(crate) data_id: Option<u32>,
+    pub data_id: Option<u32>,
     /// The sixteen data ids of profile 2, one for each value of the counter.
-    pub(crate) data_ids: Option<Vec<u8>>,
+    pub data_ids: Option<Vec<u8>>,
     /// Signal that holds the counter.
-    pub(crate) counter: String,
+    pub counter: String,
     /// Signal that holds the CRC.
-    pub(crate) checksum: String,
+    pub checksum: String,
     /// Largest difference of the counter that a receiver accepts. Default: any.
-    pub(crate) max_delta: Option<u64>,
+    pub max_delta: Option<u64>,
 }
 
 wire::words! {
     /// An AUTOSAR E2E profile.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-    pub(crate) enum Profile {
+    pub enum Profile {
         /// CRC-8, counter of 4 bits, both bytes of the data id.
         #[serde(rename = "1A")]
         P1A = "1A",
@@ -105,7 +105,7 @@ wire::words! {
 
 impl Profile {
     /// The largest data id.
-    pub(crate) const fn data_id_max(self) -> u32 {
+    pub const fn data_id_max(self) -> u32 {
         match self {
             Self::P1A | Self::P1B | Self::P5 => 0xffff,
             // A byte and a nibble.
@@ -116,7 +116,7 @@ impl Profile {
     }
 
     /// Numbers of bits of the counter and of the CRC.
-    pub(crate) const fn bits(self) -> (u32, u32) {
+    pub const fn bits(self) -> (u32, u32) {
         match self {
             Self::P1A | Self::P1B | Self::P1C | Self::P2 => (4, 8),
             Self::P4 => (16, 32),

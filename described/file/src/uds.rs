@@ -9,176 +9,171 @@ use std::collections::BTreeMap;
 /// A UDS server (ISO 14229-1) beside the ordinary messages.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct UdsTable {
+pub struct UdsTable {
     /// Identifiers and parameters of its ISO-TP channel.
-    pub(crate) isotp: IsoTpTable,
+    pub isotp: IsoTpTable,
     /// Limit of a response (P2), s. Default: 0.05.
-    pub(crate) p2_s: Option<f64>,
+    pub p2_s: Option<f64>,
     /// Limit of a response after a response pending (P2*), s. Default: 5.
-    pub(crate) p2_star_s: Option<f64>,
+    pub p2_star_s: Option<f64>,
     /// Time without a request after which a session ends (S3), s. Default: 5.
-    pub(crate) s3_s: Option<f64>,
+    pub s3_s: Option<f64>,
     /// Sessions besides `default`, each with its number. Default: `programming = 2` and `extended = 3`.
-    pub(crate) sessions: Option<BTreeMap<String, u8>>,
+    pub sessions: Option<BTreeMap<String, u8>>,
     /// Says that a response is pending when a service takes longer than P2. Default: true.
-    pub(crate) response_pending: Option<bool>,
+    pub response_pending: Option<bool>,
     /// Time that it takes to restart after an ECU reset, s. Default: 0.
-    pub(crate) reset_s: Option<f64>,
+    pub reset_s: Option<f64>,
     /// Time before each of its flow controls, s. Default: 0.
-    pub(crate) flow_control_delay_s: Option<Formula>,
+    pub flow_control_delay_s: Option<Formula>,
     /// Time between its consecutive frames, s, whatever the tester asks for. Default: 0, as the tester asks.
-    pub(crate) separation_s: Option<Formula>,
+    pub separation_s: Option<Formula>,
     /// Restrictions and durations of services.
     #[serde(default)]
-    pub(crate) service: BTreeMap<String, ServiceTable>,
+    pub service: BTreeMap<String, ServiceTable>,
     /// Data identifiers.
     #[serde(default)]
-    pub(crate) did: BTreeMap<String, DidTable>,
+    pub did: BTreeMap<String, DidTable>,
     /// Security levels, each by the number of its request for a seed: 1, 3, 5 and so on.
     #[serde(default)]
-    pub(crate) security: BTreeMap<String, SecurityTable>,
+    pub security: BTreeMap<String, SecurityTable>,
     /// Diagnostic trouble codes: `P0A0F`, `P0A0F-16` or a number of 24 bits.
     #[serde(default)]
-    pub(crate) dtc: BTreeMap<String, DtcTable>,
+    pub dtc: BTreeMap<String, DtcTable>,
     /// Routines by their identifiers.
     #[serde(default)]
-    pub(crate) routine: BTreeMap<String, RoutineTable>,
+    pub routine: BTreeMap<String, RoutineTable>,
 }
 
 /// What a request needs.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct AccessTable {
+pub struct AccessTable {
     /// Sessions. Default: all.
-    pub(crate) sessions: Option<Vec<String>>,
+    pub sessions: Option<Vec<String>>,
     /// Unlocked security level.
-    pub(crate) security: Option<u8>,
+    pub security: Option<u8>,
     /// Condition; otherwise the response is `conditionsNotCorrect`.
-    pub(crate) when: Option<Formula>,
+    pub when: Option<Formula>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ServiceTable {
+pub struct ServiceTable {
     /// False: the server does not have the service.
-    pub(crate) supported: Option<bool>,
+    pub supported: Option<bool>,
     /// What a request needs.
     #[serde(default)]
-    pub(crate) access: AccessTable,
+    pub access: AccessTable,
     /// Time that it takes, s.
-    pub(crate) delay_s: Option<Formula>,
+    pub delay_s: Option<Formula>,
 }
 
 /// A data identifier: `text`, `bytes`, one number (`type`, `value`), or several as `fields`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct DidTable {
+pub struct DidTable {
     /// Fixed text.
-    pub(crate) text: Option<String>,
+    pub text: Option<String>,
     /// Fixed bytes.
-    pub(crate) bytes: Option<Vec<u8>>,
+    pub bytes: Option<Vec<u8>>,
     /// Type of a number, most significant byte first.
     #[serde(rename = "type")]
-    pub(crate) kind: Option<FieldType>,
+    pub kind: Option<FieldType>,
     /// The number's value: an expression.
-    pub(crate) value: Option<Formula>,
+    pub value: Option<Formula>,
     /// Value per count. Default: 1.
-    pub(crate) scale: Option<f64>,
+    pub scale: Option<f64>,
     /// Value at count 0. Default: 0.
-    pub(crate) offset: Option<f64>,
+    pub offset: Option<f64>,
     /// Unit.
     #[serde(default)]
-    #[expect(dead_code, reason = "for readers of the file")]
-    pub(crate) unit: String,
+    pub unit: String,
     /// Parameter that a write sets.
-    pub(crate) set: Option<String>,
+    pub set: Option<String>,
     /// Several numbers, one after another.
-    pub(crate) fields: Option<Vec<NumberTable>>,
+    pub fields: Option<Vec<NumberTable>>,
     /// What reading needs.
     #[serde(default)]
-    pub(crate) read: AccessTable,
+    pub read: AccessTable,
     /// What writing needs.
-    pub(crate) write: Option<AccessTable>,
+    pub write: Option<AccessTable>,
     /// Time that it takes, s.
-    pub(crate) delay_s: Option<Formula>,
+    pub delay_s: Option<Formula>,
     /// What it is.
     #[serde(default)]
-    #[expect(dead_code, reason = "for readers of the file")]
-    pub(crate) doc: String,
+    pub doc: String,
 }
 
 /// A number in a data identifier or in the results of a routine.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct NumberTable {
+pub struct NumberTable {
     /// Type, most significant byte first.
     #[serde(rename = "type")]
-    pub(crate) kind: FieldType,
+    pub kind: FieldType,
     /// Value: an expression.
-    pub(crate) value: Formula,
+    pub value: Formula,
     /// Value per count. Default: 1.
-    pub(crate) scale: Option<f64>,
+    pub scale: Option<f64>,
     /// Value at count 0. Default: 0.
-    pub(crate) offset: Option<f64>,
+    pub offset: Option<f64>,
     /// Unit.
     #[serde(default)]
-    #[expect(dead_code, reason = "for readers of the file")]
-    pub(crate) unit: String,
+    pub unit: String,
     /// Parameter that a write sets.
-    pub(crate) set: Option<String>,
+    pub set: Option<String>,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct SecurityTable {
+pub struct SecurityTable {
     /// The key: an expression of `seed`, a whole number.
-    pub(crate) key: Option<String>,
+    pub key: Option<String>,
     /// Length of the seed, 1 to 6 bytes. Default: 4.
-    pub(crate) seed_bytes: Option<usize>,
+    pub seed_bytes: Option<usize>,
     /// Length of the key, 1 to 6 bytes. Default: that of the seed.
-    pub(crate) key_bytes: Option<usize>,
+    pub key_bytes: Option<usize>,
     /// Wrong keys before the delay. Default: 3.
-    pub(crate) attempts: Option<u32>,
+    pub attempts: Option<u32>,
     /// Time after these during which no seed is given, s. Default: 10.
-    pub(crate) delay_s: Option<f64>,
+    pub delay_s: Option<f64>,
     /// What a request needs.
     #[serde(default)]
-    pub(crate) access: AccessTable,
+    pub access: AccessTable,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct DtcTable {
+pub struct DtcTable {
     /// Condition under which its test fails.
-    pub(crate) failed: Formula,
+    pub failed: Formula,
     /// The condition has to hold for this time, s. Default: 0.
-    pub(crate) debounce_s: Option<f64>,
+    pub debounce_s: Option<f64>,
     /// Requests the warning indicator while it is confirmed.
     #[serde(default)]
-    pub(crate) warning: bool,
+    pub warning: bool,
     /// What it is.
     #[serde(default)]
-    #[expect(dead_code, reason = "for readers of the file")]
-    pub(crate) doc: String,
+    pub doc: String,
 }
 
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RoutineTable {
+pub struct RoutineTable {
     /// `parameter = value`: parameters that its start sets.
     #[serde(default)]
-    pub(crate) start: BTreeMap<String, Formula>,
+    pub start: BTreeMap<String, Formula>,
     /// `parameter = value`: parameters that its stop sets. Without it the routine cannot be stopped.
-    pub(crate) stop: Option<BTreeMap<String, Formula>>,
+    pub stop: Option<BTreeMap<String, Formula>>,
     /// Its results.
-    pub(crate) results: Option<Vec<NumberTable>>,
+    pub results: Option<Vec<NumberTable>>,
     /// What a request needs.
     #[serde(default)]
-    pub(crate) access: AccessTable,
+    pub access: AccessTable,
     /// Time that its start takes, s.
-    pub(crate) delay_s: Option<Formula>,
+    pub delay_s: Option<Formula>,
     /// What it is.
     #[serde(default)]
-    #[expect(dead_code, reason = "for readers of the file")]
-    pub(crate) doc: String,
+    pub doc: String,
 }
