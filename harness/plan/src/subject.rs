@@ -312,7 +312,8 @@ fn not_carried(message: &Message, set: &BTreeMap<String, SignalValue>) -> Option
         for selection in message.selections(place) {
             let multiplexer = &message.signals[selection.multiplexer];
             let Some(value) = set.get(&multiplexer.name) else { continue };
-            let number = multiplexer.value_of(value).ok().and_then(|value| multiplexer.number_of(value));
+            let number =
+                multiplexer.value_of(value).ok().and_then(|value| multiplexer.number_of(value));
             if number.is_some_and(|number| !selection.has(number)) {
                 let (of, by) = (&message.name, &multiplexer.name);
                 let text = format!("`{of}` has no `{name}` where `{by}` is {value}");
