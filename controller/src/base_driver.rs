@@ -10,6 +10,7 @@ use wire::base::{Motion, Reply, Request, can_link};
 use wire::can::CanFrame;
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
+use wire::units::{AngularRate, Speed};
 
 /// Capacity of the request queue; further requests are refused and counted.
 const REQUESTS_MAX: usize = 8;
@@ -20,6 +21,9 @@ const TRIES_MAX: u8 = 3;
 /// A moving base that stayed silent for this many exchanges receives no velocity: each command would restart the
 /// base's own time-out, which stops it when commands no longer arrive.
 const UNHEARD_EXCHANGES: i64 = 2;
+
+/// An order to stand.
+const STAND: Request = Request::SetVelocity { drive: Speed::ZERO, steer: AngularRate::ZERO };
 
 /// Polls per time-out while the base moves without being commanded.
 const POLLS_PER_TIMEOUT: i64 = 3;
@@ -88,7 +92,7 @@ impl BaseDriver {
             requests: Deque::new(),
             refused: 0,
             motion: None,
-            ordered: Ordered::default(),
+            ordered: Ordered::new(matches!(config.transport, Transport::Serial)),
             path: DisplacementWatch::new(&config),
             planted,
         }
@@ -104,9 +108,8 @@ impl BaseDriver {
         self.ordered.since().is_some() || self.motion.is_none_or(|(_, motion)| motion.moving)
     }
 
-    /// Time of the order to move that the base has not been heard to end.
-    pub(crate) fn ordered_at(&self) -> Option<Timestamp> {
-        self.ordered.since()
+    pub(crate) const fn ordered(&self) -> &Ordered {
+        &self.ordered
     }
 
     /// True if the last motion message restarted the displacement count.
@@ -141,6 +144,13 @@ impl BaseDriver {
                     self.refused = self.refused.saturating_add(1);
                 }
             }
+        }
+    }
+
+    /// Repeats `request` where nothing shows that it arrived: the serial line answers.
+    pub(crate) fn request_again(&mut self, request: Request) {
+        if matches!(self.line, Line::Can) {
+            self.request(request);
         }
     }
 
@@ -196,6 +206,9 @@ impl BaseDriver {
         }
         self.motion = Some((now, motion));
         self.ordered.hears(sampled, &motion);
+        if self.ordered.waits_for_answer() && self.ordered.since().is_none() {
+            self.velocity = Some(STAND);
+        }
         Some(motion)
     }
 
@@ -221,10 +234,12 @@ impl BaseDriver {
         is_quiet && self.velocity.is_none() && self.requests.is_empty()
     }
 
-    /// The base moves but is no longer heard.
+    /// The base moves, or was ordered to, and has not been heard since.
     fn is_unheard(&self, now: Timestamp) -> bool {
         let limit = self.config.exchange_timeout * UNHEARD_EXCHANGES;
-        self.motion.is_some_and(|(heard, motion)| motion.moving && now - heard > limit)
+        let since =
+            self.motion.map(|(heard, _)| self.ordered.since().map_or(heard, |at| at.max(heard)));
+        self.may_move() && since.is_some_and(|since| now - since > limit)
     }
 
     /// The next output, if the line is free.
@@ -232,6 +247,7 @@ impl BaseDriver {
         if self.is_unheard(now) && !self.planted.blinds_second_looks() {
             self.velocity = None;
         }
+        let before = self.motion.map(|(_, motion)| motion);
         let mut serial_turn = None;
         match &mut self.line {
             Line::Can => {}
@@ -241,7 +257,7 @@ impl BaseDriver {
         let Some((repeat, poll_due)) = serial_turn else {
             while let Some(request) = self.next_request() {
                 if let Some(frame) = can_link::request_frame(&request) {
-                    self.ordered.sends(now, &request);
+                    self.ordered.sends(now, &request, before);
                     return Some(Outgoing::Frame(frame));
                 }
             }
@@ -269,7 +285,7 @@ impl BaseDriver {
                 line.under_way = Some((request, tries + 1));
                 line.asked = now;
                 line.abandon_at = now + self.config.exchange_timeout;
-                self.ordered.sends(now, &request);
+                self.ordered.sends(now, &request, before);
                 return Some(Outgoing::Bytes(packet));
             }
             // The request cannot be encoded: drop it and take the next one.
@@ -320,11 +336,10 @@ impl SerialLine {
 #[cfg(test)]
 mod tests {
     use super::{
-        BaseConfig, BaseDriver, Motion, Outgoing, Planted, Reply, Request, Span, Timestamp,
-        Transport, can_link,
+        AngularRate, BaseConfig, BaseDriver, Motion, Outgoing, Planted, Reply, Request, Span,
+        Speed, Timestamp, Transport, can_link,
     };
     use wire::base::serial_link::{Device, DeviceEvent, write_answer};
-    use wire::units::{AngularRate, Speed};
 
     #[test]
     fn an_answer_that_was_asked_for_before_the_stop_does_not_show_that_the_base_stands() {
@@ -363,22 +378,23 @@ mod tests {
 
     #[test]
     fn a_base_that_moves_unheard_is_told_to_stop_and_nothing_else() {
-        let mut base = BaseDriver::new(BaseConfig::new(Transport::Can), Planted::default());
-        let moving = Motion { moving: true, ..Motion::default() };
-        let frame = can_link::reply_frame(&Reply::Motion(moving));
-        let heard = Timestamp::ZERO + Span::from_secs(1);
-        assert!(base.receive_frame(heard, &frame).is_some());
+        let at = |ms| Timestamp::ZERO + Span::from_millis(ms);
         let drive = Speed::from_m_per_s(0.4);
         let on = Request::SetVelocity { drive, steer: AngularRate::ZERO };
-        for (after_ms, is_sent) in [(119, true), (121, false)] {
+        // One that was heard to stand may have moved since the order.
+        for moving in [true, false] {
+            let mut base = BaseDriver::new(BaseConfig::new(Transport::Can), Planted::default());
+            let said = Motion { moving, ..Motion::default() };
+            let frame = can_link::reply_frame(&Reply::Motion(said));
+            assert!(base.receive_frame(at(if moving { 1_000 } else { 600 }), &frame).is_some());
+            for (ms, is_sent) in [(1_000, true), (1_119, true), (1_121, false)] {
+                base.request(on);
+                assert_eq!(base.transmit(at(ms)).is_some(), is_sent, "{moving} {ms} ms");
+            }
             base.request(on);
-            let sent = base.transmit(heard + Span::from_millis(after_ms));
-            assert_eq!(sent.is_some(), is_sent, "{after_ms} ms");
+            base.request(Request::Stop);
+            let stop = can_link::request_frame(&Request::Stop).unwrap();
+            assert_eq!(base.transmit(at(1_200)), Some(Outgoing::Frame(stop)));
         }
-        base.request(on);
-        base.request(Request::Stop);
-        let sent = base.transmit(heard + Span::from_millis(200));
-        let stop = can_link::request_frame(&Request::Stop).unwrap();
-        assert_eq!(sent, Some(Outgoing::Frame(stop)));
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::mutant::Planted;
 use serde::{Deserialize, Serialize};
+use wire::base::Request;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 use wire::time::Span;
 use wire::units::{
@@ -194,6 +195,16 @@ impl BaseConfig {
             exchange_timeout: Span::from_millis(60),
             speed_max: Speed::from_m_per_s(0.78),
             steer_rate_max: AngularRate::from_deg_per_s(120.0),
+        }
+    }
+}
+
+impl MotionConfig {
+    /// The ramps for the base.
+    pub(crate) fn ramps(&self) -> Request {
+        Request::SetAcceleration {
+            drive: self.acceleration * self.base_acceleration_margin,
+            steer: self.angular_acceleration * self.base_acceleration_margin,
         }
     }
 }

@@ -383,6 +383,9 @@ impl Controller {
             Task::Idle | Task::BiasTest { .. } if self.stopping => {
                 if let Some(base) = &mut self.base {
                     base.request(Request::Stop);
+                    if base.may_move() {
+                        base.request_again(self.config.motion.ramps());
+                    }
                     base.poll(now);
                 }
             }

@@ -26,6 +26,11 @@ impl Controller {
         if self.config.planted().blinds_second_looks() {
             return;
         }
+        // A drive that was not broken off ends with the write of a pose, whose answer shows that all orders have arrived.
+        let broken_off = !matches!(self.task, Task::Drive(_));
+        if broken_off && self.base.as_ref().is_some_and(|base| base.ordered().was_not_followed()) {
+            self.odometry_doubtful = true;
+        }
         if let Task::Drive(drive) = &self.task
             && !drive.could_be_on_the_way(now, self.reckoning.displacement())
             && !self.config.planted().is(Mutant::LaggingOdometerBelieved)
@@ -142,7 +147,7 @@ impl Controller {
                 heard.max(drive.commanding_since()) + config.timeout_moving * scale
             }
             _ if base.may_move() => {
-                base.ordered_at().map_or(heard, |at| at.max(heard)) + config.timeout_moving
+                base.ordered().since().map_or(heard, |at| at.max(heard)) + config.timeout_moving
             }
             _ => heard + config.timeout_at_rest,
         }
@@ -220,14 +225,16 @@ impl Controller {
         }
     }
 
-    /// A base that was lost while it moved: what it says next may be as old as that, until it stands.
+    /// A base that was lost while it moved: what it says next may be as old as that, until it stands and has had all orders.
     fn lose_sight(&mut self, now: Timestamp) {
+        let waits = |base: &BaseDriver| base.ordered().waits_for_answer();
         let moved = self.base.as_ref().is_some_and(|base| {
             base.motion().is_some()
-                && base.may_move()
+                && (base.may_move() || waits(base))
                 && !self.config.planted().blinds_second_looks()
         });
-        self.is_unfollowed = moved && (self.is_unfollowed || now > self.base_silent_at());
+        let lost = self.base.as_ref().is_some_and(waits) || now > self.base_silent_at();
+        self.is_unfollowed = moved && (self.is_unfollowed || lost);
     }
 
     pub(super) fn update_health(&mut self, now: Timestamp) {

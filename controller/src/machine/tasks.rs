@@ -14,7 +14,7 @@ use crate::pose_download::{PoseDownload, Progress};
 use wire::base::Request;
 use wire::base::payload::encode_request;
 use wire::time::{Span, Timestamp};
-use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose};
+use wire::units::{Angle, AngularRate, Pose};
 
 impl Controller {
     /// Takes a mission; a report answers it.
@@ -202,20 +202,11 @@ impl Controller {
         // The base stands, or this mission would have been refused: a stop commanded at rest is over and must not
         // change this mission's reference.
         self.stopping = false;
-        let MotionRamps { drive: acceleration, steer } = self.base_ramps();
         if let Some(base) = &mut self.base {
-            base.request(Request::SetAcceleration { drive: acceleration, steer });
+            base.request(self.config.motion.ramps());
         }
         self.task = Task::Drive(drive);
         self.tick_at = now;
-    }
-
-    fn base_ramps(&self) -> MotionRamps {
-        let motion = &self.config.motion;
-        MotionRamps {
-            drive: motion.acceleration * motion.base_acceleration_margin,
-            steer: motion.angular_acceleration * motion.base_acceleration_margin,
-        }
     }
 
     pub(super) fn begin_set_pose(
@@ -302,6 +293,9 @@ impl Controller {
         match drive.tick(&sight, &self.config.motion) {
             Wish::Rates { drive, steer } => {
                 if let Some(base) = &mut self.base {
+                    if !base.ordered().is_followed() {
+                        base.request_again(self.config.motion.ramps());
+                    }
                     base.request(Request::SetVelocity { drive, steer });
                     base.poll(now);
                 }
@@ -390,9 +384,4 @@ impl Controller {
             BiasMethod::None => Some(AngularRate::ZERO),
         }
     }
-}
-
-struct MotionRamps {
-    drive: Acceleration,
-    steer: AngularAcceleration,
 }

@@ -176,3 +176,37 @@ fn a_base_that_was_ordered_to_move_stands_when_it_says_so_and_not_before() {
         assert!(plant.is_said_to_stand() && plant.is_well());
     }
 }
+
+/// Found by a campaign: the orders were late by more than the base's time-out, and the base said meanwhile that it stands.
+#[test]
+fn a_base_that_was_not_seen_to_follow_may_still_be_on_the_way() {
+    let mut plant = Plant::ready(None);
+    plant.requests_late = Span::from_millis(600);
+    plant.begin(straight());
+    plant.run(Span::from_millis(100));
+    plant.begin(Command::Stop);
+    plant.run(Span::from_millis(60));
+    assert!(!plant.is_told_to_move() && !plant.is_well(), "the order is on its way");
+    plant.run(Span::from_millis(500));
+    assert!(plant.is_told_to_move() && !plant.is_well());
+    plant.run(Span::from_secs(1));
+    plant.requests_late = Span::ZERO;
+    assert!(plant.is_said_to_stand() && !plant.is_well(), "the pose is lost until it is set");
+    plant.command(Command::SetPose(wire::units::Pose::default()));
+    assert!(plant.is_well());
+}
+
+/// Found by a campaign: the ramps were lost on the bus, and a base with its own is slower to stop.
+#[test]
+fn ramps_are_sent_again_until_the_base_moves_and_with_each_stop() {
+    for base_speaks in [true, false] {
+        let mut plant = Plant::ready(None);
+        plant.base_speaks = base_speaks;
+        plant.begin(straight());
+        plant.run(Span::from_millis(110));
+        assert_eq!(plant.ramps_sent, if base_speaks { 1 } else { 5 });
+        plant.begin(Command::Stop);
+        plant.run(Span::from_millis(60));
+        assert_eq!(plant.ramps_sent, if base_speaks { 3 } else { 7 });
+    }
+}

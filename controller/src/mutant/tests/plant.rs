@@ -33,6 +33,8 @@ pub(super) struct Plant {
     pub(super) gyro_range: f64,
     pub(super) spoil: Spoil,
     pub(super) base_speaks: bool,
+    /// Time that each request is on its way to the base.
+    pub(super) requests_late: Span,
     /// The odometer stays at its value from when it began to stand still.
     pub(super) odometer_stands: bool,
     /// rad
@@ -40,11 +42,14 @@ pub(super) struct Plant {
     /// m/s
     pub(super) drive: f64,
     pub(super) written_in_motion: u32,
+    /// How often the ramps were sent.
+    pub(super) ramps_sent: u32,
     /// m
     displacement: f64,
     steer: f64,
     targets: (f64, f64),
     motion: Motion,
+    on_their_way: Vec<(Timestamp, Request)>,
     encoder: GyroEncoder,
     samples: u32,
     now: Timestamp,
@@ -68,11 +73,14 @@ impl Plant {
             gyro_range: f64::INFINITY,
             spoil: Box::new(|_, _| {}),
             base_speaks: true,
+            requests_late: Span::ZERO,
+            on_their_way: Vec::new(),
             odometer_stands: false,
             displacement: 0.0,
             heading: 0.0,
             drive: 0.0,
             written_in_motion: 0,
+            ramps_sent: 0,
             steer: 0.0,
             targets: (0.0, 0.0),
             motion: Motion::default(),
@@ -195,12 +203,17 @@ impl Plant {
     fn transmit(&mut self) {
         while let Some(output) = self.controller.transmit(self.now) {
             let Output::Frame(frame) = output else { continue };
-            match can_link::parse_request(&frame) {
-                Some(Request::SetVelocity { drive, steer }) => {
+            let arrives = self.now + self.requests_late;
+            self.on_their_way.extend(can_link::parse_request(&frame).map(|it| (arrives, it)));
+        }
+        while self.on_their_way.first().is_some_and(|(at, _)| *at <= self.now) {
+            match self.on_their_way.remove(0).1 {
+                Request::SetVelocity { drive, steer } => {
                     self.targets = (drive.m_per_s(), steer.rad_per_s());
                 }
-                Some(Request::Stop) => self.targets = (0.0, 0.0),
-                Some(Request::WritePose { counter, .. }) => {
+                Request::SetAcceleration { .. } => self.ramps_sent += 1,
+                Request::Stop => self.targets = (0.0, 0.0),
+                Request::WritePose { counter, .. } => {
                     let moving = self.is_moving();
                     self.written_in_motion += u32::from(moving);
                     self.motion.pose_write_counter = counter;

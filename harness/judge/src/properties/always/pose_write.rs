@@ -1,4 +1,7 @@
 //! A pose is written only while the base is at rest.
+//!
+//! No input of the controller shows an order that a CAN bus delivers after younger ones, before the base's next message
+//! does: a pose that is written in between breaks this. The base refuses it, and it is written again.
 
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
