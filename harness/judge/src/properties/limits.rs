@@ -5,9 +5,10 @@ use wire::gyro::GyroStream;
 use wire::time::Span;
 use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Speed};
 
-/// Time from the last input received until the brakes act. Assumption: the emulated base's command time-out of 0.5 s,
-/// which stops it when it receives nothing, one exchange of 60 ms on the serial line, and as much again for a motion
-/// message already under way.
+/// Time from the last input received until the brakes act. Assumption: the two exchanges of 60 ms for which the
+/// controller sends velocities to a base that it does not hear, and the emulated base's command time-out of 0.5 s, which
+/// stops it after the last one. The time that this one is on its way is left out: on a bus that delays it, no input shows
+/// by how much, and the base may stand later by that.
 pub const REACTION_MAX: Span = Span::from_millis(620);
 /// Longest silence of the gyro during which a base may move if the controller announces that the odometry bridges it:
 /// after that the base's own errors, not yet measured (1 % of 90 deg), may turn the heading by one degree.
