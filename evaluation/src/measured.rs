@@ -243,6 +243,9 @@ pub fn summary(finding: &identification::finding::Finding) -> String {
             left.drivers, left.shape, left.share_of_residual_variance
         );
     }
+    for one in &finding.set_aside {
+        let _ = writeln!(text, "  aside {} of {} at {:?}", one.rows, one.quantity, one.times);
+    }
     for notice in &finding.notices {
         let _ = writeln!(text, "  note {notice}");
     }

@@ -70,6 +70,8 @@ fn without_outliers(
     let mut wild = outliers::senseless(&dataset);
     outliers::set_aside(&mut dataset, &wild);
     still::without(&mut dataset)?;
+    let fields = model.map_or_else(|| corrections::fields(&dataset), |one| one.corrections.clone());
+    still::without_standing(&mut dataset, &fields)?;
     // Beside fields that are read wrongly all would be wild, or nothing.
     let exact = model.map_or_else(|| corrections::exact(&dataset), |one| one.corrections.clone());
     for _ in 0..=OUTLIER_ROUNDS {

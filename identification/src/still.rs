@@ -1,5 +1,9 @@
 //! Fields that stand still while the device moves: a reference that has ended, an axis or a wheel that is not connected.
 
+mod stands;
+
+pub(crate) use stands::without as without_standing;
+
 use crate::corrections::{Poses, leaves, reference_of};
 use crate::dataset::{Column, Dataset, Kind, Role};
 use crate::error::IdentifyError;
@@ -63,14 +67,22 @@ fn dead(dataset: &mut Dataset) -> Result<(), IdentifyError> {
         let reference = reference_of(dataset, column)?;
         (!is_still(reference)).then(|| (column.name.clone(), reference.name.clone()))
     };
-    let dead: Vec<(String, String)> = columns.filter_map(moves).collect();
-    for (name, reference) in dead {
+    let told = |(name, reference): (String, String)| {
         let told = format!("`{name}` never changes, though its reference `{reference}` does");
-        let others = dataset
-            .columns
-            .iter()
-            .filter(|one| (one.role.is_gyro() || one.role == Role::Measured) && one.name != name);
-        if others.count() == 0 {
+        (name, told)
+    };
+    leave_out(dataset, columns.filter_map(moves).map(told).collect())
+}
+
+fn is_read(column: &Column) -> bool {
+    column.role.is_gyro() || column.role == Role::Measured
+}
+
+/// Takes these readings out of `dataset`, each with what is wrong with it.
+fn leave_out(dataset: &mut Dataset, wrong: Vec<(String, String)>) -> Result<(), IdentifyError> {
+    for (name, told) in wrong {
+        let is_other = |one: &&Column| is_read(one) && one.name != name;
+        if dataset.kind != Kind::Odometry && dataset.columns.iter().filter(is_other).count() == 0 {
             return Err(IdentifyError::Data(told));
         }
         dataset.columns.retain(|one| one.name != name);
@@ -96,6 +108,7 @@ fn path(dataset: &Dataset) -> Result<(), IdentifyError> {
             return refused(column, "though the rest of the reference moves as if it did");
         }
     }
+    stands::path(dataset, &poses)?;
     let turned: Vec<f64> = legs.iter().map(|leg| leg.turned).collect();
     for role in [Role::WheelLeft, Role::WheelRight, Role::DriveDistance] {
         let Some(column) = dataset.column(role).filter(|column| is_still(column)) else { continue };

@@ -21,5 +21,6 @@ mod recorded;
 mod rounding;
 mod sensor;
 mod set_right;
+mod standing;
 mod stated;
 mod turns;

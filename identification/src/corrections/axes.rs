@@ -47,7 +47,7 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
 }
 
 /// Squared correlation of the rows in which both are known.
-pub(super) fn squared_correlation(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn squared_correlation(a: &[f64], b: &[f64]) -> f64 {
     let pairs = || a.iter().zip(b).filter(|(a, b)| (*a + *b).is_finite());
     let n = pairs().count() as f64;
     let (ma, mb) = pairs().fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));

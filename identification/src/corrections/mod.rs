@@ -13,6 +13,7 @@ mod signs;
 mod steering;
 mod wheels;
 
+pub(crate) use axes::squared_correlation;
 pub(crate) use legs::{Poses, leaves};
 
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
@@ -245,11 +246,20 @@ pub(crate) fn exact(dataset: &Dataset) -> Vec<Correction> {
     match dataset.kind {
         Kind::Odometry => signs::find(dataset).unwrap_or_default(),
         Kind::Series | Kind::Sensor => {
-            let mut found = added::find(dataset);
-            found.extend(axes::find(&applied(dataset, &found)));
+            let mut found = fields(dataset);
             found.extend(readings::find(&applied(dataset, &found)));
             found
         }
         _ => Vec::new(),
     }
+}
+
+/// Those that say which reading belongs to which reference.
+pub(crate) fn fields(dataset: &Dataset) -> Vec<Correction> {
+    if !matches!(dataset.kind, Kind::Series | Kind::Sensor) {
+        return Vec::new();
+    }
+    let mut found = added::find(dataset);
+    found.extend(axes::find(&applied(dataset, &found)));
+    found
 }

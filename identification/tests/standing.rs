@@ -1,0 +1,106 @@
+//! A reference that stands still beside readings that move, and the reverse: no cause, but fields that do not belong together.
+
+use crate::recorded::recorded;
+use crate::set_right::{found, robot, shaken};
+use identification::dataset::{Column, Dataset, Role, Unit};
+use identification::finding::Verdict;
+use identification::identify::{Options, identify};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+fn noise(count: usize, sigma: f64) -> Vec<f64> {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(8);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    (0..count).map(|_| sigma * draw()).collect()
+}
+
+/// Gives `name` these values.
+fn put(dataset: &mut Dataset, name: &str, values: Vec<f64>) {
+    dataset.columns.iter_mut().find(|column| column.name == name).unwrap().values = values;
+}
+
+fn refused(dataset: &Dataset) -> String {
+    identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap_err().to_string()
+}
+
+/// A table in steps of 10 deg/s that hold for a minute each.
+fn table() -> Dataset {
+    let recorded = recorded(2, 1800, 1.0);
+    recorded.series(&recorded.white(1).iter().map(|white| 0.1 * white).collect::<Vec<f64>>())
+}
+
+#[test]
+fn a_rate_that_stands_beside_a_gyro_that_turns_is_told() {
+    let stands = "the reference `reference_rate` does not move while `gyro` turns by 60.";
+    for (level, sigma) in [(0.0, 0.0), (5.0, 0.0), (0.0, 0.05)] {
+        let mut still = table();
+        let values = noise(still.rows(), sigma).iter().map(|noise| level + noise).collect();
+        put(&mut still, "reference_rate", values);
+        assert!(refused(&still).starts_with(stands), "{}", refused(&still));
+    }
+    let mut still = table();
+    let rows = still.rows();
+    put(&mut still, "gyro", noise(rows, 0.1));
+    let told = refused(&still);
+    assert!(told.starts_with("`gyro` does not move while its reference `reference_rate` moves by"));
+}
+
+#[test]
+fn a_heading_that_stands_beside_a_gyro_that_turns_is_told() {
+    let mut still = table();
+    still.columns.retain(|column| !["reference_rate", "heading"].contains(&column.name.as_str()));
+    let rows = still.rows();
+    let every_ten = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (0..rows).map(|row| if row % 10 == 0 { of(row) } else { f64::NAN }).collect()
+    };
+    let heading = every_ten(&|_| 30.0);
+    still.columns.push(Column::new("north", Role::ReferenceHeading, Unit::Degree, heading));
+    assert!(refused(&still).starts_with("the reference `north` does not move while `gyro` turns"));
+}
+
+#[test]
+fn of_several_axes_the_one_whose_reference_stands_is_left_out() {
+    let mut one = shaken(0.0, |rates| rates);
+    let rows = one.rows();
+    put(&mut one, "rz", vec![0.0; rows]);
+    let finding = found(&one).finding;
+    assert_eq!((finding.verdict, finding.held_out_also.len()), (Verdict::NothingMissing, 1));
+    let told = |notice: &String| {
+        notice.starts_with("the reference `rz` does not move while `gz` turns by")
+            && notice.ends_with(": it is left out")
+    };
+    assert!(finding.notices.iter().any(told), "{:?}", finding.notices);
+}
+
+#[test]
+fn poses_that_stand_while_the_wheels_drive_are_told_and_the_reverse() {
+    let mut still = robot(0.0, 0.0);
+    for column in still.columns.iter_mut().filter(|column| column.role.is_reference()) {
+        let count = column.values.len();
+        column.values = noise(count, 0.002);
+    }
+    let told = refused(&still);
+    assert!(told.starts_with("the reference of the path does not move while the wheels drive"));
+    let mut still = robot(0.0, 0.0);
+    for name in ["left", "right"] {
+        let rows = still.rows();
+        put(&mut still, name, noise(rows, 1e-5));
+    }
+    let told = refused(&still);
+    assert!(told.starts_with("the wheels stand still while the reference of the path moves by"));
+}
+
+/// 10 deg/s over 10 K, there and back nine times: more than most gyros turn by.
+#[test]
+fn a_bias_that_swings_with_the_temperature_is_no_motion() {
+    let mut recorded = recorded(1, 3600, 1.0);
+    for (row, value) in recorded.temperature.iter_mut().enumerate() {
+        *value = 25.0 + 5.0 * (row as f64 / 60.0).sin();
+    }
+    recorded.rate.fill(0.0);
+    let white = recorded.white(4);
+    let bias = |row: usize| recorded.temperature[row] - 25.0 + 0.1 * white[row];
+    let finding = found(&recorded.series(&(0..3600).map(bias).collect::<Vec<f64>>())).finding;
+    assert_eq!(finding.effects.len(), 1, "{:?}", finding.effects);
+    assert_eq!(finding.effects[0].name, "bias_over_temperature");
+}
