@@ -18,6 +18,7 @@ mod next_experiment;
 mod outliers;
 mod random_walk;
 mod recorded;
+mod rough_reference;
 mod rounding;
 mod sensor;
 mod set_right;

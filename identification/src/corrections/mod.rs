@@ -169,6 +169,8 @@ impl Correction {
                 let noise = Constant { value: robust::spread(&left), unit: column.unit };
                 column.values = evened;
                 dataset.constants.insert(Constant::noise_of(&self.field), noise);
+                let width = Constant { value: self.value, unit: self.unit };
+                dataset.constants.insert(Constant::evened(&self.field), width);
             }
             return;
         }

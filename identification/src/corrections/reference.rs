@@ -72,7 +72,7 @@ fn stretches(dataset: &Dataset, column: &Column, reference: &Column) -> Option<V
     }
     let rows: usize = found.iter().map(|stretch| stretch.times.len()).sum();
     // A sparse reference is not evened out: its values lie too far apart.
-    (rows >= ROWS_MIN && 2 * rows > dataset.rows()).then_some(found)
+    (rows >= ROWS_MIN && 2 * rows >= dataset.rows()).then_some(found)
 }
 
 /// Evens out `column` over `width` s.

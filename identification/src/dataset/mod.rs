@@ -34,6 +34,11 @@ impl Constant {
     pub(crate) fn noise_of(reference: &str) -> String {
         format!("noise of {reference}")
     }
+
+    /// Of a data set that was set right: the time over which a reference was evened out both ways.
+    pub(crate) fn evened(reference: &str) -> String {
+        format!("width of {reference}")
+    }
 }
 
 /// A numeric field. A missing cell is NaN; no other value is non-finite.

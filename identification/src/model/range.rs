@@ -75,6 +75,12 @@ pub fn is_physical(
     if is_creep {
         return coefficients.iter().all(|value| value.abs() <= CREEP_MAX);
     }
+    let is_filter = matches!(shape.form, Form::Delay)
+        && shape.drivers.first().is_some_and(|driver| driver.wrap == Wrap::LagOf);
+    if is_filter && coefficients.iter().any(|value| *value < 0.0) {
+        // A sensor does not see what is to come: where it seems to, its reference is late.
+        return false;
+    }
     if shape.acts == Acts::Delay && channels.of_sensor {
         // A probe in a thick wall is minutes late.
         return true;

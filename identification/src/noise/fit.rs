@@ -26,7 +26,7 @@ pub fn fit(
         false => NoiseModel::white(layout.runs()),
     });
     if layout.is_poses() && noise.slide.is_none() {
-        noise.slide = Some([noise.walk; 2]);
+        noise.slide = Some([0.0; 2]);
     }
     let mut left_out = outliers(layout, residual, columns, &noise);
     for round in 0..2 {

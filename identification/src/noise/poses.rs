@@ -204,3 +204,6 @@ impl Poses {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -182,7 +182,8 @@ impl<'a> Search<'a> {
         noise.walk = self.best(&self.fine, WALKS, set).1 * unit;
     }
 
-    /// Fits the walks of poses, each beside the others; near those of `noise`, if they are `known`.
+    /// Fits the walks of poses, each beside the others; near those of `noise`, if they are `known`. The heading comes first: its
+    /// walk takes the position with it, and beside a position that walks already it would find nothing to explain.
     pub(super) fn walks(&self, noise: &mut NoiseModel, known: bool) {
         let unit = 1.0 / self.mean_activity;
         let set = |noise: &NoiseModel, which: usize, exponent: f64| {
@@ -196,8 +197,8 @@ impl<'a> Search<'a> {
         let mut exponents = [noise.walk, 0.0, 0.0];
         exponents[1..].copy_from_slice(&noise.slide.unwrap_or_default());
         let mut exponents = exponents.map(|walk| (walk / unit).max(f64::MIN_POSITIVE).log10());
-        let order: &[(usize, bool)] = &[(0, known), (1, known), (2, known), (0, true)];
-        for &(which, is_near) in order {
+        let order = [(0, known), (1, known), (2, known), (0, true), (1, true), (2, true)];
+        for (which, is_near) in order {
             let at = |exponent: f64| (self.fine.value(&set(noise, which, exponent)), exponent);
             let now = at(exponents[which]);
             let best = if is_near {

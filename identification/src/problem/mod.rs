@@ -12,6 +12,7 @@ mod reference;
 mod segments;
 mod sensor;
 mod series;
+mod sparse;
 mod turning;
 mod wheels;
 

@@ -4,6 +4,28 @@ use super::Channels;
 use crate::dataset::{Column, Constant, Dataset};
 use crate::robust;
 
+/// Widths of a reference that was evened out, from either end of a stretch, within which it is known from one side more than from
+/// the other; a stretch that is not that many times as long keeps them.
+const ENDS: f64 = 3.0;
+const SPARES: f64 = 12.0;
+
+/// Rows in which the reference `column` is as well known as elsewhere.
+pub(super) fn known_around(dataset: &Dataset, column: &Column, channels: &Channels) -> Vec<bool> {
+    let mut known = vec![true; channels.time.len()];
+    let Some(width) = dataset.constants.get(&Constant::evened(&column.name)) else { return known };
+    for range in &channels.segments {
+        let ends = [channels.time[range.start], channels.time[range.end - 1]];
+        if ends[1] - ends[0] < SPARES * width.si() {
+            continue;
+        }
+        for row in range.clone() {
+            let near = (channels.time[row] - ends[0]).min(ends[1] - channels.time[row]);
+            known[row] = near >= ENDS * width.si();
+        }
+    }
+    known
+}
+
 /// Share of the rows, those where it bends least, that tell the noise of a reference.
 const STEADY: f64 = 0.8;
 

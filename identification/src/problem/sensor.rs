@@ -2,15 +2,12 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, missing};
-use super::reference::noise_of;
-use super::series::bridged;
+use super::reference::{known_around, noise_of};
+use super::sparse::everywhere;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;
 use crate::model::Acts;
-use crate::robust;
-use crate::signal::interpolate;
-use std::ops::Range;
 
 pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
     let measured = dataset.column(Role::Measured).ok_or_else(|| missing("measured"))?;
@@ -28,16 +25,16 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
         // Consecutive runs without a break are one motion: a jump between them would look like a late one.
         channels.unwrap_angle(&mut truth);
     }
-    channels.rotation = between(&channels, &truth, &values);
+    channels.rotation = everywhere(&channels, &truth, &values);
     channels.rotation_name.clone_from(&reference.name);
     channels.rotation_unit = reference.unit;
     let error = |row: usize| {
         let error = values[row] - truth[row];
         if turns { wrap(error) } else { error }
     };
-    let inner = inner(&channels);
-    let rows: Vec<usize> =
-        (0..values.len()).filter(|&row| inner[row] && error(row).is_finite()).collect();
+    let (inner, known) = (inner(&channels), known_around(dataset, reference, &channels));
+    let counts = |row: &usize| inner[*row] && known[*row] && error(*row).is_finite();
+    let rows: Vec<usize> = (0..values.len()).filter(counts).collect();
     if rows.len() < 8 {
         return Err(missing("reference in enough rows"));
     }
@@ -79,68 +76,6 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
         closing_lever_m: None,
         notices: Vec::new(),
     })
-}
-
-/// The measured quantity at every row. Between sparse references it follows a cubic through them, or the readings
-/// corrected to them, whichever tells a reference better from those around it.
-fn between(channels: &Channels, truth: &[f64], values: &[f64]) -> Vec<f64> {
-    let known = truth.iter().filter(|value| value.is_finite()).count();
-    if 2 * known > truth.len() {
-        return bridged(channels, truth, values);
-    }
-    let error: Vec<f64> = truth.iter().zip(values).map(|(truth, value)| truth - value).collect();
-    let missed = |of: &[f64], reach: usize| {
-        let mut found = Vec::new();
-        for range in &channels.segments {
-            let (times, known) = finite(channels, range, of);
-            for at in reach..times.len().saturating_sub(reach) {
-                let around = |all: &[f64]| {
-                    let mut near = all[at - reach..=at + reach].to_vec();
-                    near.remove(reach);
-                    near
-                };
-                found.push(known[at] - polynomial(&around(&times), &around(&known), times[at]));
-            }
-        }
-        if found.is_empty() { f64::INFINITY } else { robust::spread(&found) }
-    };
-    let by_readings = !(missed(truth, 2) < missed(&error, 1));
-    let mut found = Vec::with_capacity(truth.len());
-    for range in &channels.segments {
-        let (times, known) = finite(channels, range, if by_readings { &error } else { truth });
-        for row in range.clone() {
-            let time = channels.time[row];
-            let reading = if values[row].is_finite() { values[row] } else { 0.0 };
-            let above = times.partition_point(|other| *other <= time);
-            let told = match by_readings {
-                false if above > 1 && above + 1 < times.len() => {
-                    let four = above - 2..above + 2;
-                    polynomial(&times[four.clone()], &known[four], time)
-                }
-                _ => interpolate(&times, &known, time),
-            };
-            let own = if by_readings { reading } else { 0.0 };
-            found.push(if told.is_finite() { own + told } else { reading });
-        }
-    }
-    found
-}
-
-/// Times and values of the rows of a stretch that have one.
-fn finite(channels: &Channels, rows: &Range<usize>, of: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let known = rows.clone().filter(|&row| of[row].is_finite());
-    known.map(|row| (channels.time[row], of[row])).unzip()
-}
-
-/// The polynomial through these points (Lagrange).
-fn polynomial(times: &[f64], values: &[f64], at: f64) -> f64 {
-    let share = |i: usize| -> f64 {
-        (0..times.len())
-            .filter(|&j| j != i)
-            .map(|j| (at - times[j]) / (times[i] - times[j]))
-            .product()
-    };
-    values.iter().enumerate().map(|(i, value)| value * share(i)).sum()
 }
 
 /// Unit of errors, which are differences.

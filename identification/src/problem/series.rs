@@ -2,7 +2,8 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
-use super::reference::noise_of;
+use super::reference::{known_around, noise_of};
+use super::sparse::everywhere;
 use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
@@ -173,7 +174,7 @@ fn against_rate(
         1.0
     };
     let measured: Vec<f64> = rate.values.iter().map(|value| value / factor).collect();
-    let rotation = bridged(channels, &measured_reference, &measured);
+    let rotation = everywhere(channels, &measured_reference, &measured);
     if channels.rotation.is_empty() {
         channels.rotation.clone_from(&rotation);
         channels.rotation_noise =
@@ -181,8 +182,9 @@ fn against_rate(
         channels.rotation_name.clone_from(&reference.name);
         channels.rotation_unit = reference.unit;
     }
+    let known = known_around(dataset, reference, channels);
     let rows: Vec<usize> = (0..measured.len())
-        .filter(|&row| (measured[row] - measured_reference[row]).is_finite())
+        .filter(|&row| known[row] && (measured[row] - measured_reference[row]).is_finite())
         .collect();
     let unit = if is_counts { rate_unit(reference.unit) } else { rate_unit(rate.column.unit) };
     let at_rest = measured_reference.iter().all(|value| !(value.abs() > 0.0));
@@ -214,19 +216,6 @@ fn against_rate(
         closing: None,
         own: None,
     }
-}
-
-/// The rotation, or whatever is measured, at every row: the reference where it is dense, otherwise the gyro's own. What
-/// is missing lies on a line between its neighbours.
-pub(super) fn bridged(channels: &Channels, reference: &[f64], measured: &[f64]) -> Vec<f64> {
-    let present = reference.iter().filter(|value| value.is_finite()).count();
-    let values = if 2 * present > reference.len() { reference } else { measured };
-    channels.by_segment(values, |times, values| {
-        let (t, v): (Vec<f64>, Vec<f64>) =
-            times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();
-        let at = |&time: &f64| crate::signal::interpolate(&t, &v, time);
-        times.iter().map(at).map(|value| if value.is_finite() { value } else { 0.0 }).collect()
-    })
 }
 
 fn against_heading(

@@ -6,7 +6,7 @@ use super::finish::finish;
 use super::found::{BlockFit, Waypoint};
 use super::material::Material;
 use super::record::Record;
-use super::roughly::is_sure;
+use super::roughly::is_reportable;
 use super::scene::robust_fit;
 use super::state::State;
 use super::step::{Asked, Step};
@@ -117,7 +117,7 @@ fn reported(
     if !is_noise {
         // A term that was certain while the residual counted as noise may no longer be.
         let mut is_plain = true;
-        path.retain(|step| std::mem::take(&mut is_plain) || is_sure(&step.state));
+        path.retain(|step| std::mem::take(&mut is_plain) || is_reportable(&step.state));
     }
     let richest = &path[path.len() - 1].state;
     // If the residual is noise, the innovation of each reading is the most informative.

@@ -112,13 +112,16 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
     Estimates { terms, left }
 }
 
-/// Probability of being zero from which a term is doubtful, whatever its gain on the existing runs.
+/// Probability of being zero from which a term is doubtful while others may be missing beside it, whatever its gain on the existing
+/// runs; and from which it is in a model that is reported: of a function beside all that its family tried.
 const DOUBTFUL: f64 = 0.01;
-/// The same for a constant, the simplest cause: more than one standard error of it, as in the choice on held-out runs.
+/// The same for a constant, the simplest cause: more than one standard error of it, as in the choice on held-out runs, and two.
 const CONSTANT_DOUBTFUL: f64 = 0.3;
+const CONSTANT_REPORTED: f64 = 0.05;
 
-/// The least certain of the added terms that could be zero. What only determines the zero of another term cannot.
-pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
+/// The least certain of the added terms whose strength is not what `needed` says. What only determines the zero of another term
+/// needs none.
+fn least_sure(state: &State<'_>, needed: impl Fn(usize) -> f64) -> Option<usize> {
     let terms = estimates(state).terms;
     let is_zero_of_another = |shape: &Shape| {
         terms.iter().map(|other| &other.shape).any(|other| {
@@ -126,19 +129,36 @@ pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
             shape.is_lower_order_of(other) || (is_its_constant && shape.acts == other.acts)
         })
     };
-    let least = |shape: &Shape| match shape.drivers.is_empty() {
-        true => CONSTANT_DOUBTFUL,
-        false => DOUBTFUL,
-    };
     (state.base..terms.len())
-        .filter(|&index| terms[index].strength < -least(&terms[index].shape).ln())
+        .filter(|&index| terms[index].strength < needed(index))
         .filter(|&index| !is_zero_of_another(&terms[index].shape))
         .min_by(|a, b| terms[*a].strength.total_cmp(&terms[*b].strength))
+}
+
+fn is_constant(state: &State<'_>, index: usize) -> bool {
+    state.terms[index].drivers.is_empty()
+}
+
+/// The least certain of the added terms that could be zero.
+pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
+    least_sure(state, |index| match is_constant(state, index) {
+        true => -CONSTANT_DOUBTFUL.ln(),
+        false => -DOUBTFUL.ln(),
+    })
 }
 
 /// Whether no added term is doubtful.
 pub(super) fn is_sure(state: &State<'_>) -> bool {
     doubtful(state).is_none()
+}
+
+/// Whether every added term may be reported.
+pub(super) fn is_reportable(state: &State<'_>) -> bool {
+    let needed = |index: usize| match is_constant(state, index) {
+        true => -CONSTANT_REPORTED.ln(),
+        false => state.families[index - state.base].toll(None) - DOUBTFUL.ln(),
+    };
+    least_sure(state, needed).is_none()
 }
 
 #[cfg(test)]

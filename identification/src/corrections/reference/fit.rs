@@ -37,6 +37,8 @@ const ENDS: usize = 10;
 const PRICE: f64 = 6.0;
 /// Least share of the mean gain in each quarter of the rows, by level and by slope: noise does not know its input.
 const EVERYWHERE: f64 = 0.25;
+/// Most that noise keeps of the row before.
+const KEPT_MAX: f64 = 0.999;
 /// Widths, lags and delays that are tried, in steps between rows; then nearer ones.
 const TRIED: [f64; 6] = [0.3, 0.6, 1.5, 4.0, 10.0, 30.0];
 const ROUNDS: usize = 6;
@@ -44,22 +46,11 @@ const ROUNDS: usize = 6;
 /// Width, lag and delay, s.
 type Numbers = [f64; 3];
 
-/// The width with which the readings are predicted best, s; none where a lag and a delay do as well without.
+/// The width with which the readings are predicted best, s; none where a lag and a delay do as well without. Slow noise of the
+/// sensor hides the noise of the reference: where none is seen beside all of what is left, it is looked for beside what is new in
+/// each row.
 pub fn width(stretches: &[Stretch]) -> Option<f64> {
-    let pieces = Pieces::of(stretches)?;
-    let mut best: [Option<(f64, Numbers)>; 2] = [None, None];
-    for free in [[false, false], [false, true], [true, false], [true, true]] {
-        for with_width in [false, true] {
-            let free = [with_width, free[0], free[1]];
-            let found = pieces.fitted(free);
-            let best = &mut best[usize::from(with_width)];
-            if best.is_none_or(|(value, _)| found.0 > value) {
-                *best = Some(found);
-            }
-        }
-    }
-    let (without, with) = (best[0]?, best[1]?);
-    (with.0 > without.0 && pieces.gains_everywhere(without.1, with.1)).then_some(with.1[0])
+    [false, true].into_iter().find_map(|is_slow| Pieces::of(stretches, is_slow)?.width())
 }
 
 /// The rows that take part.
@@ -68,8 +59,11 @@ struct Pieces {
     /// Which of their rows count, one after the other.
     counts: Vec<bool>,
     step: f64,
-    /// Independent rows.
+    /// Whether noise keeps a share of the row before.
+    is_slow: bool,
+    /// Independent rows, and their share of all that count and follow one that does.
     free: f64,
+    share: f64,
     /// What was evened out and lagged last, with the width and the lag: the numbers change one by one.
     evened: RefCell<Option<(f64, Rows)>>,
     lagged: RefCell<Option<([f64; 2], Rows)>>,
@@ -79,7 +73,7 @@ struct Pieces {
 type Rows = Rc<Vec<Vec<f64>>>;
 
 impl Pieces {
-    fn of(stretches: &[Stretch]) -> Option<Self> {
+    fn of(stretches: &[Stretch], is_slow: bool) -> Option<Self> {
         let rows: usize = stretches.iter().map(|one| one.times.len()).sum();
         let every = rows.div_ceil(ROWS).max(1);
         let all: Vec<Stretch> = stretches.iter().flat_map(Stretch::pieces).step_by(every).collect();
@@ -90,26 +84,65 @@ impl Pieces {
             (0..one.times.len()).map(move |row| row >= ENDS && row < last)
         });
         let (counts, evened, lagged) = (counts.collect(), RefCell::default(), RefCell::default());
-        let mut found = Self { counts, all, step, free: 0.0, evened, lagged };
+        let (free, share) = (0.0, 1.0);
+        let mut found = Self { all, counts, step, is_slow, free, share, evened, lagged };
         let plain = found.left([0.0; 3]);
         let used: Vec<f64> = found.counted(&plain).collect();
         let limit = robust::GROSS * robust::spread(&used);
         for (counts, left) in found.counts.iter_mut().zip(&plain) {
             *counts &= left.abs() <= limit;
         }
-        let used: Vec<f64> = found.counted(&plain).collect();
-        let (mut square, mut product) = (0.0, 0.0);
-        for two in used.windows(2) {
-            square += two[0] * two[0];
-            product += two[0] * two[1];
+        if !is_slow {
+            let alike = found.kept(&plain).min(0.99);
+            found.share = (1.0 - alike) / (1.0 + alike);
         }
-        let alike = (product / square).clamp(0.0, 0.99);
-        found.free = used.len() as f64 * (1.0 - alike) / (1.0 + alike);
+        found.free = found.share * found.pairs(&plain).count() as f64;
+        let square: f64 = found.counted(&plain).map(|left| left * left).sum();
         (found.free > 100.0 && step > 0.0 && square > 0.0).then_some(found)
+    }
+
+    /// The width with which the readings are predicted best.
+    fn width(&self) -> Option<f64> {
+        let mut best: [Option<(f64, Numbers)>; 2] = [None, None];
+        for free in [[false, false], [false, true], [true, false], [true, true]] {
+            for with_width in [false, true] {
+                let free = [with_width, free[0], free[1]];
+                let found = self.fitted(free);
+                let best = &mut best[usize::from(with_width)];
+                if best.is_none_or(|(value, _)| found.0 > value) {
+                    *best = Some(found);
+                }
+            }
+        }
+        let (without, with) = (best[0]?, best[1]?);
+        (with.0 > without.0 && self.gains_everywhere(without.1, with.1)).then_some(with.1[0])
     }
 
     fn counted<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         values.iter().zip(&self.counts).filter(|(_, counts)| **counts).map(|(value, _)| *value)
+    }
+
+    /// Values of rows that count, each after that of the row before, which counts too.
+    fn pairs<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = [f64; 2]> + 'a {
+        let rows = 1..values.len();
+        rows.filter(|&row| self.counts[row - 1] && self.counts[row])
+            .map(|row| [values[row - 1], values[row]])
+    }
+
+    /// Share of each of those values that it keeps of the one before.
+    fn kept(&self, values: &[f64]) -> f64 {
+        let (mut square, mut product) = (f64::MIN_POSITIVE, 0.0);
+        for [before, now] in self.pairs(values) {
+            square += before * before;
+            product += before * now;
+        }
+        (product / square).clamp(0.0, KEPT_MAX)
+    }
+
+    /// What counts of each of those values: what is new in it, if noise is slow.
+    fn new(&self, values: &[f64]) -> Vec<f64> {
+        let kept = if self.is_slow { self.kept(values) } else { 0.0 };
+        self.pairs(values).map(|[before, now]| now - kept * before).collect()
     }
 
     /// The reference evened out over `width`.
@@ -162,8 +195,7 @@ impl Pieces {
     /// Logarithm of the likelihood less the price, at the best of the numbers that are free.
     fn fitted(&self, free: [bool; 3]) -> (f64, Numbers) {
         let value = |numbers: Numbers| {
-            let left = self.left(numbers);
-            let square: f64 = self.counted(&left).map(|left| left * left).sum();
+            let square: f64 = self.new(&self.left(numbers)).iter().map(|new| new * new).sum();
             -0.5 * self.free * square.max(f64::MIN_POSITIVE).ln()
         };
         let mut best = (value([0.0; 3]), [0.0; 3]);
@@ -195,25 +227,23 @@ impl Pieces {
 
     /// Whether the squares fall alike wherever the reference stands, and however fast it moves.
     fn gains_everywhere(&self, without: Numbers, with: Numbers) -> bool {
-        let (before, after) = (self.left(without), self.left(with));
-        let level = self.seen(with);
-        let mut slope = vec![0.0; level.len()];
-        for i in 1..level.len() {
-            slope[i] = (level[i] - level[i - 1]).abs();
-        }
+        let [before, after] = [without, with].map(|numbers| self.new(&self.left(numbers)));
+        let seen = self.seen(with);
+        let level: Vec<f64> = self.pairs(&seen).map(|[_, now]| now).collect();
+        let slope: Vec<f64> = self.pairs(&seen).map(|[before, now]| (now - before).abs()).collect();
         let gains: Vec<f64> = before
             .iter()
             .zip(&after)
             .map(|(before, after)| before * before - after * after)
             .collect();
         [level, slope].into_iter().all(|by| {
-            let mut rows: Vec<usize> = (0..by.len()).filter(|&row| self.counts[row]).collect();
+            let mut rows: Vec<usize> = (0..by.len()).collect();
             rows.sort_by(|a, b| by[*a].total_cmp(&by[*b]));
             let mean = |rows: &[usize]| {
                 let n = rows.len().max(1) as f64;
                 let mean = rows.iter().map(|&row| gains[row]).sum::<f64>() / n;
                 let square = rows.iter().map(|&row| (gains[row] - mean).powi(2)).sum::<f64>() / n;
-                (mean, (square / (n * self.free / rows.len().max(1) as f64).min(n)).sqrt())
+                (mean, (square / (n * self.share).min(n)).sqrt())
             };
             let (all, _) = mean(&rows);
             rows.chunks(rows.len().div_ceil(4).max(1)).all(|quarter| {
@@ -259,7 +289,7 @@ mod tests {
         };
         for (rows, count) in [(400, 100), (2_600, 20), (ROWS * 4, 1)] {
             let all: Vec<Stretch> = (0..count).map(|one| record(rows, one * rows)).collect();
-            let pieces = Pieces::of(&all).expect("rows enough").all;
+            let pieces = Pieces::of(&all, false).expect("rows enough").all;
             let used: usize = pieces.iter().map(|one| one.times.len()).sum();
             assert!((ROWS / 2..=ROWS + PIECE).contains(&used), "{rows}: {used}");
             let starts: Vec<f64> = pieces.iter().map(|one| one.times[0]).collect();

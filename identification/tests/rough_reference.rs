@@ -1,0 +1,66 @@
+//! Nothing is wrong with a sensor, and its reference is noisy or known now and then: no lag, no delay and no play.
+
+use identification::dataset::{Column, Dataset, Kind, Role, Unit};
+use identification::finding::Finding;
+use identification::identify::{Options, identify};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+const RUNS: usize = 4;
+const ROWS: usize = 2400;
+const STEP: f64 = 0.05;
+const NOISE: f64 = 0.02;
+
+/// A sensor with noise that forgets within `memory` (s), and a reference in one of so many rows with a third of that noise.
+fn sensor(memory: f64, every: usize, seed: u64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let keep = if memory > 0.0 { f64::exp(-STEP / memory) } else { 0.0 };
+    let mut columns: [Vec<f64>; 3] = Default::default();
+    for run in 0..RUNS {
+        let mut noise = draw();
+        for row in 0..ROWS {
+            let at = row as f64 * STEP;
+            noise = keep * noise + (1.0 - keep * keep).sqrt() * draw();
+            let beat = 0.6 + 0.1 * run as f64;
+            let truth = 1.0 + 0.5 * (beat * at).sin() + 0.3 * (2.3 * beat * at + 1.0).sin();
+            let seen = truth + NOISE / 3.0 * draw();
+            let seen = if row % every == 0 { seen } else { f64::NAN };
+            let values = [at, truth + NOISE * noise, seen];
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        }
+    }
+    let named = [
+        ("time", Role::Time, Unit::Second),
+        ("gauge", Role::Measured, Unit::Volt),
+        ("truth", Role::Reference, Unit::Volt),
+    ];
+    let columns = named.into_iter().zip(columns);
+    let columns = columns.map(|((name, role, unit), v)| Column::new(name, role, unit, v)).collect();
+    Dataset::new("gauge", Kind::Sensor, columns, (0..RUNS * ROWS).map(|row| row / ROWS).collect())
+}
+
+fn found(dataset: &Dataset) -> Finding {
+    identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
+}
+
+/// The course between references held the noise of the very readings that have one: a delay explained a part of it.
+#[test]
+fn the_noise_of_readings_between_sparse_references_is_no_delay() {
+    for seed in 1..5 {
+        let finding = found(&sensor(0.0, 20, seed));
+        assert_eq!(finding.effects, [], "{seed}");
+    }
+}
+
+/// The noise of the sensor hid that of its reference, which a lag and an opposite delay then evened out. Its ends, known from one
+/// side, were outliers.
+#[test]
+fn the_noise_of_a_reference_beside_slow_noise_of_the_sensor_is_no_lag() {
+    for (every, seed) in [(1, 1), (1, 2), (2, 3), (2, 4)] {
+        let finding = found(&sensor(0.7, every, seed));
+        let causes = finding.effects.iter().filter(|effect| effect.term != "noise");
+        assert_eq!(causes.count(), 0, "{every} {seed}: {:?}", finding.effects);
+        assert_eq!(finding.set_aside, [], "{every} {seed}");
+    }
+}
