@@ -64,6 +64,22 @@ fn millimetres_and_edges_of_encoders_are_told_by_name() {
 }
 
 #[test]
+fn a_wheel_that_counts_other_edges_than_the_other_one_is_told_by_name() {
+    for (wheel, times) in [("left", 4.0), ("right", 2.0), ("right", 0.25)] {
+        let mut wrong = counting();
+        change(&mut wrong, wheel, |count| count * times);
+        let finding = assert_set_right(&wrong, "encoder_decoding", 1);
+        let told = effect(&finding, "encoder_decoding");
+        assert_eq!((&*told.drivers[0], told.parameters[0].value), (wheel, times));
+        let said = format!(
+            "The edges of the encoder count otherwise: {wheel} is {times:.3} times what it must be."
+        );
+        let said = said.replace("4.000", "4.00").replace("2.000", "2.00");
+        assert!(finding.in_words().contains(&said), "{:?}", finding.in_words());
+    }
+}
+
+#[test]
 fn counts_that_add_up_and_exchanged_axes_are_told_by_name() {
     let mut wrong = counting();
     for column in wrong.columns.iter_mut().filter(|column| column.unit == Unit::Count) {

@@ -21,7 +21,7 @@ impl Correction {
             Fault::SteerOffset => "steer_offset",
             Fault::WrongAxis => "wrong_axis",
             Fault::ReferenceNoise => "reference_noise",
-            Fault::WrongUnit if [0.25, 4.0].contains(&self.value) => "encoder_decoding",
+            Fault::WrongUnit if [0.25, 0.5, 2.0, 4.0].contains(&self.value) => "encoder_decoding",
             Fault::WrongUnit => "wrong_unit",
             Fault::AddedUp => "added_up",
             Fault::ExchangedAxes => "exchanged_axes",

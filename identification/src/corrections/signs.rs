@@ -48,14 +48,16 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
     if legs.len() < LEGS_MIN {
         return None;
     }
-    let stated = Seen::new(&legs, &Wheels::new(dataset)?, poses).leaves(AS_STATED, (1.0, 1.0));
+    let stated =
+        Seen::new(&legs, &Wheels::new(dataset)?, poses).leaves(AS_STATED, (1.0, 1.0), DISTANCE);
     if stated < LEAVES_LITTLE {
         return None;
     }
     let (wheels, frames) = (wheels(dataset), frames(dataset));
     let sizes = sizes(dataset);
     let mut tried: Vec<(f64, Vec<Correction>)> = Vec::new();
-    for given in std::iter::once(Reading::new(Vec::new(), ())).chain(added_up(dataset)) {
+    let given = added_up(dataset).into_iter().chain(one_wheel(dataset));
+    for given in std::iter::once(Reading::new(Vec::new(), ())).chain(given) {
         let said = Wheels::new(&applied(dataset, &given.corrections))?;
         for frame in &frames {
             let legs = poses.legs_in(LONG, &frame.does);
@@ -66,10 +68,12 @@ pub(super) fn find(dataset: &Dataset) -> Option<Vec<Correction>> {
                     + usize::from(frame.does.heading.abs() != 1.0);
                 let alone = |size: &&Reading<Size>| factors + usize::from(size.does.1 != 1.0) < 2;
                 for size in sizes.iter().filter(alone) {
+                    let is_stated = size.does == (1.0, 1.0) && !is_count(&given.corrections);
+                    let range = if is_stated { DISTANCE } else { NEAR };
                     let parts = [&given.corrections, &frame.corrections, &wheel.corrections];
                     let corrections = [&parts[..], &[&size.corrections]].concat();
                     let corrections = corrections.into_iter().flatten().cloned().collect();
-                    tried.push((seen.leaves(wheel.does, size.does), corrections));
+                    tried.push((seen.leaves(wheel.does, size.does, range), corrections));
                 }
             }
         }
@@ -107,14 +111,18 @@ impl Seen {
         }
     }
 
-    /// Share of the reference's motion that the wheels leave if they are read so.
-    fn leaves(&self, (distance, side, crossed): Wheel, (far, around): Size) -> f64 {
+    /// Share of the reference's motion that the wheels leave if they are read so, and the distance is within `range` of theirs.
+    fn leaves(
+        &self,
+        (distance, side, crossed): Wheel,
+        (far, around): Size,
+        range: [f64; 2],
+    ) -> f64 {
         let (ahead, turn) = match crossed {
             true => (&self.side, &self.distance),
             false => (&self.distance, &self.side),
         };
         let times = |factor: f64, range: [f64; 2]| range.map(|end| end * factor);
-        let range = if (far, around) == (1.0, 1.0) { DISTANCE } else { NEAR };
         let [low, high] = times(side / self.metres_per_radian * around, TURN);
         let turn = leaves(turn, &self.turned, [low.min(high), low.max(high)]);
         let [low, high] = times(distance * far, range);
@@ -223,6 +231,26 @@ fn added_up(dataset: &Dataset) -> Vec<Reading<()>> {
         steer.map(|(one, fault, value)| Correction::exact(fault, &one.name, value)).collect();
     let found = [sums, steer].into_iter().filter(|corrections| !corrections.is_empty());
     found.map(|corrections| Reading::new(corrections, ())).collect()
+}
+
+/// Edges that count four times or twice, or once in so many, at one of the wheels.
+const EDGES: [f64; 4] = [4.0, 2.0, 0.5, 0.25];
+
+fn one_wheel(dataset: &Dataset) -> Vec<Reading<()>> {
+    let counts = |one: &&Column| one.unit.dimension() == Dimension::Count;
+    let pair = [Role::WheelLeft, Role::WheelRight].map(|role| dataset.column(role).filter(counts));
+    let [Some(left), Some(right)] = pair else { return Vec::new() };
+    let of = |one: &Column| {
+        EDGES.map(|times| {
+            Reading::new(vec![Correction::exact(Fault::WrongUnit, &one.name, times)], ())
+        })
+    };
+    [left, right].into_iter().flat_map(of).collect()
+}
+
+/// Whether one of them says that a wheel counts wrongly.
+fn is_count(corrections: &[Correction]) -> bool {
+    corrections.iter().any(|one| EDGES.contains(&one.value))
 }
 
 /// Metres in millimetres: of the reference, of the wheels, of the distance between them; radians of the wheels in degrees;

@@ -60,6 +60,9 @@ fn coefficient_names(shape: &Shape) -> Vec<String> {
     }
 }
 
+/// Parameters that are lengths of something.
+const LENGTHS: [&str; 3] = ["time_constant", "half_width", "period"];
+
 impl Term {
     /// The term of `shape` with its coefficients; `nonlinear` holds the errors of its other fitted numbers.
     pub fn from_shape(
@@ -147,9 +150,17 @@ impl Term {
     /// When a parameter is missing or its unit cannot be read.
     pub fn to_shape(&self, channels: &Channels) -> Result<(Shape, Vec<f64>), String> {
         let si = |parameter: &Parameter| {
-            si_factor(&parameter.unit).map(|factor| parameter.value * factor).ok_or_else(|| {
-                format!("term `{}`: unit `{}` is not known", self.name, parameter.unit)
-            })
+            let Parameter { name, value, unit, .. } = parameter;
+            if LENGTHS.contains(&name.as_str()) && !(*value >= 0.0) {
+                return Err(format!(
+                    "term `{}`: its `{name}` is {value} {unit}: expected zero or more",
+                    self.name
+                ));
+            }
+            let factor = si_factor(unit);
+            factor
+                .map(|factor| value * factor)
+                .ok_or_else(|| format!("term `{}`: unit `{unit}` is not known", self.name))
         };
         let mut shape = Shape {
             name: self.name.clone(),

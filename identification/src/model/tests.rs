@@ -159,3 +159,14 @@ fn knots_without_a_unit_are_in_that_of_the_field() {
     });
     assert!(term.to_shape(&channels()).unwrap_err().contains("furlong"));
 }
+
+#[test]
+fn a_time_constant_below_zero_is_refused_by_its_place() {
+    let lag = Driver::new(Wrap::LagOf, "coil");
+    let mut term = written(&shape(lag, Form::Linear, &[("time_constant", 90.0), ("origin", 20.0)]));
+    assert!(term.to_shape(&channels()).is_ok());
+    let constant = term.parameters.iter_mut().find(|one| one.name == "time_constant");
+    constant.expect("a lag has one").value = -3.0;
+    let told = term.to_shape(&channels()).expect_err("no lag ends before it begins");
+    assert_eq!(told, "term `t`: its `time_constant` is -3 s: expected zero or more");
+}

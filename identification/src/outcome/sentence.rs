@@ -157,8 +157,13 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
             return format!("It drives {} % {more} than the wheels say.", percent());
         }
         ("curvature", _) if is_constant => {
+            let why = match drive {
+                Some(Drive::Synchro) => "its steering turns with the way",
+                Some(Drive::Tricycle) => "its steering is off",
+                _ => "the wheels are unequal",
+            };
             return format!(
-                "It drifts to the {} by {} {unit} while it drives straight: the wheels are unequal.",
+                "It drifts to the {} by {} {unit} while it drives straight: {why}.",
                 more_or_less("left", "right"),
                 short(value.abs())
             );
@@ -299,6 +304,13 @@ mod tests {
         assert_eq!(
             cause(&effect("effective_track", "turn", "constant", -0.01, "1"), Some(Drive::Synchro)),
             "It turns 1.00 % less far than its steering says."
+        );
+        let drifts = |drive| cause(&effect("any", "curvature", "constant", -0.2, "deg/m"), drive);
+        assert_eq!(
+            [drifts(Some(Drive::Synchro)), drifts(Some(Drive::Differential))],
+            ["its steering turns with the way", "the wheels are unequal"].map(|why| format!(
+                "It drifts to the right by 0.200 deg/m while it drives straight: {why}."
+            ))
         );
         assert_eq!(
             cause(&effect("delay", "delay", "delay", 0.00425, "s"), None),
