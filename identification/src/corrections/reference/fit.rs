@@ -140,7 +140,7 @@ impl Pieces {
     }
 
     /// What counts of each of those values: what is new in it, if noise is slow.
-    fn new(&self, values: &[f64]) -> Vec<f64> {
+    fn news(&self, values: &[f64]) -> Vec<f64> {
         let kept = if self.is_slow { self.kept(values) } else { 0.0 };
         self.pairs(values).map(|[before, now]| now - kept * before).collect()
     }
@@ -195,7 +195,7 @@ impl Pieces {
     /// Logarithm of the likelihood less the price, at the best of the numbers that are free.
     fn fitted(&self, free: [bool; 3]) -> (f64, Numbers) {
         let value = |numbers: Numbers| {
-            let square: f64 = self.new(&self.left(numbers)).iter().map(|new| new * new).sum();
+            let square: f64 = self.news(&self.left(numbers)).iter().map(|new| new * new).sum();
             -0.5 * self.free * square.max(f64::MIN_POSITIVE).ln()
         };
         let mut best = (value([0.0; 3]), [0.0; 3]);
@@ -227,7 +227,7 @@ impl Pieces {
 
     /// Whether the squares fall alike wherever the reference stands, and however fast it moves.
     fn gains_everywhere(&self, without: Numbers, with: Numbers) -> bool {
-        let [before, after] = [without, with].map(|numbers| self.new(&self.left(numbers)));
+        let [before, after] = [without, with].map(|numbers| self.news(&self.left(numbers)));
         let seen = self.seen(with);
         let level: Vec<f64> = self.pairs(&seen).map(|[_, now]| now).collect();
         let slope: Vec<f64> = self.pairs(&seen).map(|[before, now]| (now - before).abs()).collect();
