@@ -5,8 +5,8 @@ use emulators::base::{BaseParameters, Transport};
 use emulators::device_file::{Devices, Mount};
 use emulators::gyro::GyroParameters;
 use emulators::table::TableParameters;
+use plan::device_files::load_devices;
 use plan::library::Library;
-use rig::bench::load_devices;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 
 /// The Navigator's stream.

@@ -3,9 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use identification::model::Model;
+use plan::device_files::{DevicesError, load_devices};
 use plan::library::Library;
 use plan::models::to_toml;
-use rig::bench::{DevicesError, load_devices};
 
 /// Returns a model with these terms, each given as the body of a `[[terms]]`.
 fn model(terms: &[&str]) -> Model {

@@ -72,7 +72,7 @@ impl ByHand {
         seed: u64,
         change: impl FnOnce(&mut Config),
     ) -> Result<Self, toml::de::Error> {
-        let plan = Arc::new(toml::from_str::<Plan>(NO_PLAN)?);
+        let plan = Arc::new(NO_PLAN.parse::<Plan>()?);
         let bench = Bench::new(devices.clone(), seed);
         let mut config = bench.controller_config();
         change(&mut config);

@@ -8,7 +8,7 @@ use described::{Dbc, Dbcs, Description, FileError, Files, Steps};
 use emulators::device_file::Devices;
 use identification::finding::SCHEMA;
 use identification::model::Model;
-use rig::bench::{DevicesError, load_devices};
+use plan::device_files::{DevicesError, load_devices};
 #[cfg(feature = "logs")]
 use std::collections::BTreeMap;
 use std::sync::Arc;

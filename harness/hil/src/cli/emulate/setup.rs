@@ -10,9 +10,9 @@ use emulators::gyro::GyroParameters;
 use harness::run::{PrepareError, load_description, load_rig_named};
 use live::emulation::{self, Parts, Setup};
 use plan::Rig;
+use plan::device_files::load_devices;
 use plan::library::Library;
 use ports::PortSpec;
-use rig::bench::load_devices;
 use std::sync::Arc;
 use wire::gyro::{GyroFormat, GyroStream, OutputMode};
 

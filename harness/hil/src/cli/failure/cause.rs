@@ -12,11 +12,11 @@ use live::crossing::KernelError;
 use live::emulation::EmulationError;
 use live::world::{LiveError, PlacementError, Unfit};
 use miette::Diagnostic;
+use plan::device_files::DevicesError;
 use plan::library::LibraryError;
 use ports::PortError;
 use record::outcome::{EXIT_BAD_INPUT, Outcome};
 use record::run_folder::RunFolderError;
-use rig::bench::DevicesError;
 use std::io;
 use std::path::{Path, PathBuf};
 
