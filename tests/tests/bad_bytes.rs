@@ -70,7 +70,7 @@ fn harm_gyro(rig: &mut Rig, bursts: &[Burst]) -> Arc<Mutex<Seen>> {
         number += 1;
         let sent = packet.as_slice();
         let received = harm.map_or_else(|| sent.to_vec(), |harm| harm.done_to(sent));
-        let mut seen = told.lock().unwrap();
+        let mut seen = told.lock().expect("no closure panicked with it");
         if harm.is_some_and(Harm::takes_it) {
             seen.harmed_in_a_row += 1;
         } else {
