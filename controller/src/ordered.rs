@@ -28,7 +28,7 @@ struct Order {
     ended: Option<Timestamp>,
 }
 
-/// How a base came to stand.
+/// Why the base stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stood {
     AsTold,

@@ -38,8 +38,9 @@ fn main() {
     println!("| what | figure (best, worst) | aim |\n|---|---|---|");
     report("the gyro's stream alone", REAL_TIME, alone, None);
     let observed = prepared("laps-observed");
-    let long =
-        |sink: &mut dyn FnMut() -> Box<dyn RecordSink>| times(|| seconds(&observed, &mut sink()));
+    let long = |sink: &mut dyn FnMut() -> Box<dyn RecordSink>| {
+        times(|| seconds(&observed, sink().as_mut()))
+    };
     let mut null = || Box::new(NullSink) as Box<dyn RecordSink>;
     report(
         "`laps-observed` (40 runs, 17.6 h), no record",
@@ -131,7 +132,7 @@ fn sink_in(
 }
 
 /// Bench time over processor time of one run.
-fn seconds(prepared: &Prepared, sink: &mut Box<dyn RecordSink>) -> f64 {
+fn seconds(prepared: &Prepared, sink: &mut dyn RecordSink) -> f64 {
     let cpu = processor_s();
     let run = simulate(prepared, 1, &Answers::default(), sink, &mut |_| true);
     run.end.as_secs_f64() / (processor_s() - cpu)

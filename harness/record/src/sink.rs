@@ -230,36 +230,6 @@ impl RecordSink for NullSink {
     fn finish(&mut self) {}
 }
 
-impl<S: RecordSink + ?Sized> RecordSink for Box<S> {
-    fn record(&mut self, record: Record) {
-        (**self).record(record);
-    }
-
-    fn bytes(&mut self, at: Timestamp, device: Device, bytes: &[u8]) {
-        (**self).bytes(at, device, bytes);
-    }
-
-    fn frame(&mut self, at: Timestamp, device: Device, frame: CanFrame) {
-        (**self).frame(at, device, frame);
-    }
-
-    fn broken(&mut self, name: &str, violation: &Violation) {
-        (**self).broken(name, violation);
-    }
-
-    fn level(&self) -> Level {
-        (**self).level()
-    }
-
-    fn failed(&self) -> Option<&io::Error> {
-        (**self).failed()
-    }
-
-    fn finish(&mut self) {
-        (**self).finish();
-    }
-}
-
 /// Passes everything to two sinks: for example a full file, and events in memory to be judged.
 #[derive(Debug)]
 pub struct Both<A, B>(pub A, pub B);

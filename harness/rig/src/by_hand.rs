@@ -26,7 +26,7 @@ use record::sink::{Level, RecordSink};
 use record::{Device, Record, RecordKind};
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wire::can::CanFrame;
 use wire::device::Transmit;
 use wire::time::Timestamp;
@@ -58,7 +58,7 @@ pub type Tap = Box<dyn FnMut(Timestamp, Transmit) -> Vec<Transmit> + Send>;
 /// Controller and emulated devices on their lines, advanced by hand.
 pub struct ByHand {
     simulation: Simulation,
-    taps: Arc<Mutex<BTreeMap<(usize, usize), Tap>>>,
+    taps: SharedTaps,
     heard: Heard,
 }
 
@@ -128,7 +128,7 @@ impl ByHand {
     /// Sets the tap of a direction; `None` removes it.
     pub fn tap(&mut self, direction: Direction, tap: Option<Tap>) {
         let Some((line, from)) = from(&self.simulation.rig, direction) else { return };
-        let mut taps = self.taps.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut taps = lock(&self.taps);
         match tap {
             Some(tap) => _ = taps.insert((line, from.place()), tap),
             None => _ = taps.remove(&(line, from.place())),
@@ -227,16 +227,22 @@ impl RecordSink for Heard {
     fn finish(&mut self) {}
 }
 
+/// The taps, by line and end: [`ByHand`] sets them, and the crossing uses them.
+type SharedTaps = Arc<Mutex<BTreeMap<(usize, usize), Tap>>>;
+
+fn lock(taps: &SharedTaps) -> MutexGuard<'_, BTreeMap<(usize, usize), Tap>> {
+    taps.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 #[derive(Default)]
 struct Taps {
-    /// By line and end; shared with [`ByHand`].
-    taps: Arc<Mutex<BTreeMap<(usize, usize), Tap>>>,
+    taps: SharedTaps,
     more: VecDeque<Transmit>,
 }
 
 impl Crossing for Taps {
     fn carry(&mut self, now: Timestamp, line: usize, from: usize, what: &mut Transmit) -> bool {
-        let mut taps = self.taps.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut taps = lock(&self.taps);
         let Some(tap) = taps.get_mut(&(line, from)) else { return true };
         self.more.extend(tap(now, *what));
         self.more.pop_front().map(|first| *what = first).is_some()

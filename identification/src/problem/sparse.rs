@@ -39,7 +39,7 @@ pub(super) fn everywhere(channels: &Channels, truth: &[f64], readings: &[f64]) -
         }
         if found.is_empty() { f64::INFINITY } else { robust::spread(&found) }
     };
-    // Without the one that is told, references lie twice as far apart: sixteen times the error of a cubic, and four of a line.
+    // Leaving a reference out doubles the distance between those around it: sixteen times the error of a cubic, four of a line.
     let by_readings = !(missed(truth, 2) < 4.0 * missed(&error, 1));
     for range in &channels.segments {
         let (times, known) = finite(channels, range, if by_readings { &error } else { truth });
