@@ -10,6 +10,7 @@ pub struct Basis {
 const INDEPENDENT: f64 = 1e-6;
 
 /// Sum of products.
+#[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Several sums let the processor work in parallel; the order is always the same.
     const SUMS: usize = 8;

@@ -12,11 +12,13 @@ pub struct Packet {
 
 impl Packet {
     /// No bytes.
+    #[inline]
     pub const fn new() -> Self {
         Self { length: 0, bytes: [0; BYTES_MAX] }
     }
 
     /// The bytes of `slice`; `None` if there are more than [`BYTES_MAX`].
+    #[inline]
     pub fn from_slice(slice: &[u8]) -> Option<Self> {
         let mut packet = Self::new();
         packet.extend(slice).then_some(packet)
@@ -28,6 +30,7 @@ impl Packet {
     }
 
     /// Adds all of `slice`; `false`, and nothing added, if it does not fit.
+    #[inline]
     pub fn extend(&mut self, slice: &[u8]) -> bool {
         let start = usize::from(self.length);
         match self.bytes.get_mut(start..start + slice.len()) {
@@ -49,6 +52,7 @@ impl Packet {
     }
 
     /// The bytes.
+    #[inline]
     pub fn as_slice(&self) -> &[u8] {
         &self.bytes[..usize::from(self.length)]
     }

@@ -28,21 +28,25 @@ impl Timestamp {
     pub const MAX: Self = Self(i64::MAX);
 
     /// `nanos` nanoseconds after the run began.
+    #[inline]
     pub const fn from_nanos(nanos: i64) -> Self {
         Self(nanos)
     }
 
     /// `seconds` after the run began, to the nearest nanosecond; saturates.
+    #[inline]
     pub fn from_secs_f64(seconds: f64) -> Self {
         Self(Span::from_secs_f64(seconds).0)
     }
 
     /// Nanoseconds since the run began.
+    #[inline]
     pub const fn as_nanos(self) -> i64 {
         self.0
     }
 
     /// Seconds since the run began.
+    #[inline]
     pub fn as_secs_f64(self) -> f64 {
         self.0 as f64 / NANOS_PER_SECOND
     }
@@ -61,36 +65,43 @@ impl Span {
     pub const MAX: Self = Self(i64::MAX);
 
     /// A span of whole nanoseconds.
+    #[inline]
     pub const fn from_nanos(nanos: i64) -> Self {
         Self(nanos)
     }
 
     /// A span of whole microseconds.
+    #[inline]
     pub const fn from_micros(micros: i64) -> Self {
         Self(micros.saturating_mul(1_000))
     }
 
     /// A span of whole milliseconds.
+    #[inline]
     pub const fn from_millis(millis: i64) -> Self {
         Self(millis.saturating_mul(1_000_000))
     }
 
     /// A span of whole seconds.
+    #[inline]
     pub const fn from_secs(seconds: i64) -> Self {
         Self(seconds.saturating_mul(1_000_000_000))
     }
 
     /// A span of `seconds`, to the nearest nanosecond; saturates, and a NaN becomes zero.
+    #[inline]
     pub fn from_secs_f64(seconds: f64) -> Self {
         Self(libm::round(seconds * NANOS_PER_SECOND) as i64)
     }
 
     /// The span in nanoseconds.
+    #[inline]
     pub const fn as_nanos(self) -> i64 {
         self.0
     }
 
     /// The span in seconds.
+    #[inline]
     pub fn as_secs_f64(self) -> f64 {
         self.0 as f64 / NANOS_PER_SECOND
     }
@@ -121,12 +132,14 @@ const fn end_of_range(is_upper: bool) -> i64 {
 
 impl Add<Span> for Timestamp {
     type Output = Self;
+    #[inline]
     fn add(self, span: Span) -> Self {
         Self(sum(self.0, span.0))
     }
 }
 
 impl AddAssign<Span> for Timestamp {
+    #[inline]
     fn add_assign(&mut self, span: Span) {
         *self = *self + span;
     }
@@ -134,6 +147,7 @@ impl AddAssign<Span> for Timestamp {
 
 impl Sub<Span> for Timestamp {
     type Output = Self;
+    #[inline]
     fn sub(self, span: Span) -> Self {
         Self(difference(self.0, span.0))
     }
@@ -141,6 +155,7 @@ impl Sub<Span> for Timestamp {
 
 impl Sub for Timestamp {
     type Output = Span;
+    #[inline]
     fn sub(self, earlier: Self) -> Span {
         self.since(earlier)
     }
@@ -148,12 +163,14 @@ impl Sub for Timestamp {
 
 impl Add for Span {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self(sum(self.0, other.0))
     }
 }
 
 impl AddAssign for Span {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -161,12 +178,14 @@ impl AddAssign for Span {
 
 impl Sub for Span {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self(difference(self.0, other.0))
     }
 }
 
 impl SubAssign for Span {
+    #[inline]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
@@ -174,6 +193,7 @@ impl SubAssign for Span {
 
 impl Neg for Span {
     type Output = Self;
+    #[inline]
     fn neg(self) -> Self {
         Self(self.0.saturating_neg())
     }
@@ -181,6 +201,7 @@ impl Neg for Span {
 
 impl Mul<i64> for Span {
     type Output = Self;
+    #[inline]
     fn mul(self, count: i64) -> Self {
         Self(self.0.saturating_mul(count))
     }
@@ -189,6 +210,7 @@ impl Mul<i64> for Span {
 impl Div<i64> for Span {
     type Output = Self;
     /// A division by zero gives zero.
+    #[inline]
     fn div(self, count: i64) -> Self {
         Self(self.0.checked_div(count).unwrap_or(0))
     }

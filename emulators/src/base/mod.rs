@@ -284,6 +284,7 @@ impl BaseEmulator {
     }
 
     /// The turret's true heading at `now` (unwrapped): the input of a gyro on the base.
+    #[inline]
     pub fn turret_heading_at(&self, now: Timestamp) -> Angle {
         Angle::from_rad(self.kinematics.heading_at(now))
     }

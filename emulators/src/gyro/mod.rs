@@ -158,6 +158,7 @@ impl GyroEmulator {
 
     /// Time of the next [`wake`](Self::wake): the next output by the gyro's own clock, or the end of an output's
     /// latency.
+    #[inline]
     pub fn next_wakeup(&self) -> Timestamp {
         self.pending.front().map_or(self.clock.next(), |&(due, _)| due.min(self.clock.next()))
     }

@@ -63,7 +63,7 @@ pub fn document(places: &Places) -> String {
 pub struct Kept {
     path: PathBuf,
     /// Locked.
-    _file: File,
+    file: File,
 }
 
 impl Kept {
@@ -95,7 +95,7 @@ impl Kept {
         let mut file = File::create(&path)?;
         file.lock()?;
         file.write_all(document(places).as_bytes())?;
-        Ok(Self { path, _file: file })
+        Ok(Self { path, file })
     }
 
     /// Like [`Self::new`] if there are lines. Without the file, programs beside this one do not find the lines; nothing
@@ -116,6 +116,8 @@ impl Drop for Kept {
     fn drop(&mut self) {
         // If the file stays, it means nothing without its lock.
         let _ = fs::remove_file(&self.path);
+        // A child process that another thread is starting has the file until it runs its program, and the lock with it.
+        let _ = self.file.unlock();
     }
 }
 
@@ -144,6 +146,8 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), document(&places()));
         let other = File::open(&path).unwrap();
         assert!(other.try_lock_shared().is_err(), "nobody sees that it is kept");
+        // What a child process has until it runs its program.
+        let _inherited = kept.file.try_clone().unwrap();
         drop(kept);
         assert!(other.try_lock_shared().is_ok() && !path.exists());
     }

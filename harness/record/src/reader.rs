@@ -4,7 +4,8 @@ use super::Record;
 use super::blocks::{BLOCK_BYTES, CHECK_BYTES, Check, END, NEXT, TRAILER};
 use super::encoding::{MARK, PREFIX_BYTES_MAX, RECORD_BYTES_MAX, decode};
 use super::header::{FORMAT_VERSION, HEADER_BYTES_MAX, Header, MAGIC, OLDEST_FORMAT_VERSION};
-use std::io::{self, BufReader, Read};
+use std::fmt;
+use std::io::{self, BufRead as _, BufReader, Read};
 use wire::time::Timestamp;
 
 const BUFFER_BYTES: usize = 256 * 1024;
@@ -84,8 +85,8 @@ pub enum RecordError {
 /// The records of a file, in order. An error ends the iteration. The records of a block are returned once its checksum
 /// matches; those of a truncated last block have no checksum.
 #[derive(Debug)]
-pub struct RecordReader<R: Read> {
-    input: Counted<BufReader<R>>,
+pub struct RecordReader {
+    input: Counted,
     header: Header,
     /// Checksum of everything before the current block; `None` in format 2, where each record is a block.
     check: Option<Check>,
@@ -112,12 +113,13 @@ enum Filled {
     Short(usize),
 }
 
-impl<R: Read> RecordReader<R> {
+impl RecordReader {
     /// Reads the header.
     ///
     /// # Errors
     /// Anything but [`RecordError::CutShort`].
-    pub fn new(input: R) -> Result<Self, RecordError> {
+    pub fn new(input: impl Read + Send + 'static) -> Result<Self, RecordError> {
+        let input: Box<dyn Read + Send> = Box::new(input);
         let mut input = Counted { input: BufReader::with_capacity(BUFFER_BYTES, input), bytes: 0 };
         let (header, check) = read_header(&mut input)?;
         Ok(Self {
@@ -256,6 +258,11 @@ impl<R: Read> RecordReader<R> {
 
     /// Appends this many bytes of the file to the block, or as many as there are.
     fn append(&mut self, bytes: usize) -> Result<Filled, RecordError> {
+        if let Some(at_hand) = self.input.input.buffer().get(..bytes) {
+            self.block.extend_from_slice(at_hand);
+            self.input.consume(bytes);
+            return Ok(Filled::Whole);
+        }
         let begin = self.block.len();
         self.block.resize(begin + bytes, 0);
         let filled = fill(&mut self.input, &mut self.block[begin..])?;
@@ -279,7 +286,7 @@ impl<R: Read> RecordReader<R> {
     }
 }
 
-impl<R: Read> Iterator for RecordReader<R> {
+impl Iterator for RecordReader {
     type Item = Result<Record, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -305,7 +312,7 @@ fn length_of(bytes: &[u8]) -> (usize, usize) {
 }
 
 /// Fills `buffer`; if the input ends early, returns how much was filled.
-fn fill(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<Filled> {
+fn fill(input: &mut Counted, buffer: &mut [u8]) -> io::Result<Filled> {
     let mut filled = 0;
     while filled < buffer.len() {
         match input.read(&mut buffer[filled..]) {
@@ -319,13 +326,25 @@ fn fill(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<Filled> {
 }
 
 /// Counts the bytes read, so that errors can name offsets in the file.
-#[derive(Debug)]
-struct Counted<R> {
-    input: R,
+struct Counted {
+    input: BufReader<Box<dyn Read + Send>>,
     bytes: u64,
 }
 
-impl<R: Read> Read for Counted<R> {
+impl fmt::Debug for Counted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Counted").field("bytes", &self.bytes).finish_non_exhaustive()
+    }
+}
+
+impl Counted {
+    fn consume(&mut self, bytes: usize) {
+        self.input.consume(bytes);
+        self.bytes += bytes as u64;
+    }
+}
+
+impl Read for Counted {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let bytes = self.input.read(buffer)?;
         self.bytes += bytes as u64;
@@ -334,7 +353,7 @@ impl<R: Read> Read for Counted<R> {
 }
 
 /// Reads magic, version, block and checksum, and leaves `input` at the first record.
-fn read_header<R: Read>(input: &mut Counted<R>) -> Result<(Header, Option<Check>), RecordError> {
+fn read_header(input: &mut Counted) -> Result<(Header, Option<Check>), RecordError> {
     let mut bytes = vec![0; MAGIC.len()];
     read_exact(input, &mut bytes).map_err(|error| match error {
         RecordError::HeaderCutShort => RecordError::NotARecord,

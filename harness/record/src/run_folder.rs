@@ -109,7 +109,7 @@ impl RunFolder {
     }
 
     /// Opens the record.
-    pub fn records(&self) -> Result<RecordReader<TellingFile>, RunFolderError> {
+    pub fn records(&self) -> Result<RecordReader, RunFolderError> {
         let path = self.file(RECORD);
         let input = TellingFile::open(&path, self.teller.clone());
         let opened = input.map_err(RecordError::Io).and_then(RecordReader::new);

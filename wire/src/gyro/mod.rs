@@ -64,6 +64,7 @@ pub struct Sequence {
 impl Sequence {
     /// Samples lost between `earlier` and `self`, modulo the counter: a repeated number reads as a loss of all numbers
     /// but one.
+    #[inline]
     pub fn lost_since(self, earlier: Self) -> u16 {
         let modulus = i32::from(self.modulus.max(1));
         let lost = i32::from(self.value) - i32::from(earlier.value) - 1;

@@ -5,6 +5,7 @@ use record::header::Header;
 use record::reader::RecordReader;
 use record::writer::RecordWriter;
 use std::fs;
+use std::io::Cursor;
 use std::sync::Arc;
 
 fn lines(text: &str) -> Vec<&str> {
@@ -192,7 +193,7 @@ fn several_plans_share_a_parent() {
 
 /// Returns the record without the files in its header.
 fn without_files(record: &[u8]) -> Vec<u8> {
-    let reader = RecordReader::new(record).unwrap();
+    let reader = RecordReader::new(Cursor::new(record.to_vec())).unwrap();
     let header = Header { files: Arc::default(), ..reader.header().clone() };
     let mut bytes = Vec::new();
     let mut writer = RecordWriter::new(&mut bytes, &header).unwrap();

@@ -9,7 +9,17 @@ use std::sync::Arc;
 /// that is killed.
 #[derive(Debug, Clone)]
 pub(super) struct Lock {
-    _held: Arc<File>,
+    _held: Arc<Held>,
+}
+
+#[derive(Debug)]
+struct Held(File);
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        // A child process that another thread is starting has the file until it runs its program, and the lock with it.
+        let _ = self.0.unlock();
+    }
 }
 
 /// The lock does not matter when folders are compared.
@@ -28,9 +38,26 @@ impl Lock {
         let file =
             File::open(folder).map_err(|source| RunFolderError::Read { path: path(), source })?;
         match file.try_lock() {
-            Ok(()) => Ok(Some(Self { _held: Arc::new(file) })),
+            Ok(()) => Ok(Some(Self { _held: Arc::new(Held(file)) })),
             Err(TryLockError::WouldBlock) => Err(RunFolderError::Busy { path: path() }),
             Err(TryLockError::Error(_)) => Ok(None),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Lock, RunFolderError};
+
+    #[test]
+    fn a_folder_is_free_after_its_run_even_if_a_child_still_has_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let held = Lock::of(folder.path()).unwrap().unwrap();
+        // What a child process has until it runs its program.
+        let _inherited = held._held.0.try_clone().unwrap();
+        let busy = Lock::of(folder.path());
+        assert!(matches!(busy, Err(RunFolderError::Busy { .. })), "{busy:?}");
+        drop(held);
+        assert!(matches!(Lock::of(folder.path()), Ok(Some(_))));
     }
 }

@@ -1,8 +1,8 @@
 //! Tests of changed and truncated files.
 
 use super::super::blocks::BLOCK_BYTES;
-use super::{END_BYTES, header, one_of_each, read, written};
-use crate::reader::{RecordError, RecordReader};
+use super::{END_BYTES, header, one_of_each, read, reader, written};
+use crate::reader::RecordError;
 use crate::sink::{FileSink, Level, RecordSink};
 use crate::{Device, Record, RecordKind};
 use proptest::prelude::*;
@@ -25,7 +25,7 @@ fn long() -> Vec<Record> {
 
 /// The error that reveals a change; `None` if it goes unnoticed.
 fn noticed(file: &[u8]) -> Option<RecordError> {
-    match RecordReader::new(file) {
+    match reader(file) {
         Ok(records) => records.into_iter().find_map(Result::err),
         Err(error) => Some(error),
     }
@@ -106,7 +106,7 @@ proptest! {
 
 #[test]
 fn a_record_of_format_2_is_read_to_its_end() {
-    let mut reader = RecordReader::new(FORMAT_2).unwrap();
+    let mut reader = reader(FORMAT_2).unwrap();
     assert_eq!(reader.header().plan, "plan");
     let count = reader.by_ref().map(Result::unwrap).count();
     assert!(count > 10, "{count}");

@@ -15,7 +15,6 @@ use plan::Plan;
 use record::header::Header;
 use record::outcome::{Outcome, PropertySummary};
 use record::reader::RecordReader;
-use record::reading::TellingFile;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use record::sink::{NullSink, RecordSink};
 use record::{Progress, Record, RecordKind, Violation};
@@ -108,7 +107,7 @@ struct Film<'a> {
 }
 
 struct Shown {
-    records: Peekable<RecordReader<TellingFile>>,
+    records: Peekable<RecordReader>,
     feed: Feed,
     sink: Watched<NullSink>,
     at_s: f64,
