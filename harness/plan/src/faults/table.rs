@@ -28,12 +28,12 @@ it arrives as a whole. The frames of [diagnostics](uds.md#faults) are messages, 
 recalculated, unless the fault strikes the checksum itself.
 
 A step is named by its key or its label, and each round of a labelled repeat counts. Turns, straights and bias tests are counted
-by the commands to the controller: a lap holds four turns. If a kind *lasts* a parameter of its own, or an instant, leave
-`duration_s` out. The first parameter is the severity, which `FaultKind::with_severity` and campaigns scale. Its sign, if it has
-one, is the direction.
+by the commands to the controller: a lap holds four turns. If the column *lasts* names a parameter of the kind, or an instant,
+leave `duration_s` out. The first parameter is the severity, which `FaultKind::with_severity` and campaigns scale. Its sign, if it
+has one, is the direction.
 
-Two kinds that are positions of one switch, such as `stuck` and `restart` of a gyro, must not be active at the same time. `hil`
-refuses the plan, unless the order and the times of its phases show that they never are.
+Two kinds that set the same switch, such as `stuck` and `restart` of a gyro, must not be active at the same time. `hil` refuses
+the plan, unless the order and the times of its phases show that they never are.
 
 The host is the machine of everything under test: the controller, and the [programs](virtual-time.md) of a rig. In virtual time
 its faults are exact for both. A program that was not scheduled finds, at the end of the fault, all data that has arrived at each
