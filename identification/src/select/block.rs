@@ -117,7 +117,9 @@ fn reported(
     if !is_noise {
         // A term that was certain while the residual counted as noise may no longer be.
         let mut is_plain = true;
-        path.retain(|step| std::mem::take(&mut is_plain) || is_reportable(&step.state));
+        path.retain(|step| {
+            std::mem::take(&mut is_plain) || is_reportable(&step.state, asked.share)
+        });
     }
     let richest = &path[path.len() - 1].state;
     // If the residual is noise, the innovation of each reading is the most informative.

@@ -113,15 +113,15 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
 }
 
 /// Probability of being zero from which a term is doubtful while others may be missing beside it, whatever its gain on the existing
-/// runs; and from which it is in a model that is reported: of a function beside all that its family tried.
+/// runs; and from which a function is in a model that is reported, beside all that its family tried.
 const DOUBTFUL: f64 = 0.01;
-/// The same for a constant, the simplest cause: more than one standard error of it, as in the choice on held-out runs, and two.
+/// The same for a constant, the simplest cause: more than one standard error of it, as in the choice on held-out runs; and the risk
+/// that any of the constants that a model could have is reported though all are zero.
 const CONSTANT_DOUBTFUL: f64 = 0.3;
-const CONSTANT_REPORTED: f64 = 0.05;
+const CONSTANTS_REPORTED: f64 = 0.05;
 
-/// The least certain of the added terms whose strength is not what `needed` says. What only determines the zero of another term
-/// needs none.
-fn least_sure(state: &State<'_>, needed: impl Fn(usize) -> f64) -> Option<usize> {
+/// The added terms that have to be certain by themselves: index and strength. Others only determine the zero of a term.
+fn by_themselves(state: &State<'_>) -> Vec<(usize, f64)> {
     let terms = estimates(state).terms;
     let is_zero_of_another = |shape: &Shape| {
         terms.iter().map(|other| &other.shape).any(|other| {
@@ -130,9 +130,9 @@ fn least_sure(state: &State<'_>, needed: impl Fn(usize) -> f64) -> Option<usize>
         })
     };
     (state.base..terms.len())
-        .filter(|&index| terms[index].strength < needed(index))
         .filter(|&index| !is_zero_of_another(&terms[index].shape))
-        .min_by(|a, b| terms[*a].strength.total_cmp(&terms[*b].strength))
+        .map(|index| (index, terms[index].strength))
+        .collect()
 }
 
 fn is_constant(state: &State<'_>, index: usize) -> bool {
@@ -141,10 +141,12 @@ fn is_constant(state: &State<'_>, index: usize) -> bool {
 
 /// The least certain of the added terms that could be zero.
 pub(super) fn doubtful(state: &State<'_>) -> Option<usize> {
-    least_sure(state, |index| match is_constant(state, index) {
+    let needed = |index: usize| match is_constant(state, index) {
         true => -CONSTANT_DOUBTFUL.ln(),
         false => -DOUBTFUL.ln(),
-    })
+    };
+    let unsure = by_themselves(state).into_iter().filter(|(index, has)| *has < needed(*index));
+    Some(unsure.min_by(|a, b| a.1.total_cmp(&b.1))?.0)
 }
 
 /// Whether no added term is doubtful.
@@ -152,19 +154,33 @@ pub(super) fn is_sure(state: &State<'_>) -> bool {
     doubtful(state).is_none()
 }
 
-/// Whether every added term may be reported.
-pub(super) fn is_reportable(state: &State<'_>) -> bool {
-    let needed = |index: usize| match is_constant(state, index) {
-        true => -CONSTANT_REPORTED.ln(),
-        false => state.families[index - state.base].toll(None) - DOUBTFUL.ln(),
+/// Whether every added term may be reported, at a block's `share` of the risk of a false constant.
+pub(super) fn is_reportable(state: &State<'_>, share: f64) -> bool {
+    let (constants, functions): (Vec<_>, Vec<_>) =
+        by_themselves(state).into_iter().partition(|(index, _)| is_constant(state, *index));
+    let candidates = state.record.candidates().iter().map(|seen| &seen.candidate.shape);
+    let tried = candidates.filter(|shape| shape.drivers.is_empty()).count();
+    let toll = |index: usize| state.families[index - state.base].toll(None);
+    functions.into_iter().all(|(index, has)| has >= toll(index) - DOUBTFUL.ln())
+        && are_certain(constants.into_iter().map(|one| one.1).collect(), tried, share)
+}
+
+/// Whether constants of these strengths are certain among so many that were `tried`, at a `share` of the risk (Holm 1979: the
+/// surest against all, the next against those that remain).
+fn are_certain(mut strengths: Vec<f64>, tried: usize, share: f64) -> bool {
+    strengths.sort_by(|a, b| b.total_cmp(a));
+    let needed = |rank: usize| {
+        let against = tried.saturating_sub(rank).max(1);
+        (against as f64 / (CONSTANTS_REPORTED * share)).ln()
     };
-    least_sure(state, needed).is_none()
+    strengths.iter().enumerate().all(|(rank, has)| *has >= needed(rank))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{clusters, covariance};
+    use super::{are_certain, clusters, covariance};
     use crate::linear::solve;
+    use rand::{RngExt, SeedableRng};
 
     #[test]
     fn errors_of_a_mean_are_those_of_the_means_of_runs() {
@@ -178,5 +194,22 @@ mod tests {
         assert_eq!(count, 8);
         assert!((found[0][0] - 15.0 / 7.0 / 8.0).abs() < 1e-12, "{}", found[0][0]);
         assert_eq!(clusters(&[0, 0, 0, 0]).len(), 4);
+    }
+
+    /// Four constants that are all zero: one in twenty sets reports any of them.
+    #[test]
+    fn the_risk_of_a_false_constant_is_that_of_all_that_were_tried() {
+        const SETS: usize = 20_000;
+        let mut random = chacha20::ChaCha8Rng::seed_from_u64(1);
+        let alarms = (0..SETS).filter(|_| {
+            let surest = (0..4).map(|_| -random.random::<f64>().ln()).fold(0.0, f64::max);
+            are_certain(vec![surest], 4, 1.0)
+        });
+        let share = alarms.count() as f64 / SETS as f64;
+        assert!((share - 0.05).abs() < 0.01, "{share}");
+        let strengths = |of: &[f64]| of.iter().map(|p: &f64| -p.ln()).collect::<Vec<f64>>();
+        assert!(are_certain(strengths(&[0.016, 0.01]), 4, 1.0));
+        assert!(!are_certain(strengths(&[0.016, 0.01]), 4, 0.5));
+        assert!(!are_certain(strengths(&[0.02, 0.01]), 4, 1.0));
     }
 }

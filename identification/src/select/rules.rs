@@ -5,7 +5,7 @@ use super::choose::{Contender, plainest_first};
 use super::data::Data;
 use super::finish::finish;
 use super::record::Record;
-use super::roughly::doubtful;
+use super::roughly::{doubtful, estimates, is_reportable};
 use super::scene::Score;
 use super::state::{BESIDE_COLOUR, State};
 use super::step::Asked;
@@ -47,13 +47,18 @@ fn slow(memory_s: f64, seed: u64) -> Vec<f64> {
 
 /// A gyro at rest that reads `error` (deg/s), beside these auxiliary channels.
 fn at_rest(error: &[f64], beside: &[(&str, &[f64])]) -> Problem {
+    turning(&vec![0.0; error.len()], error, beside)
+}
+
+/// The same, turning at these rates (deg/s).
+fn turning(rates: &[f64], error: &[f64], beside: &[(&str, &[f64])]) -> Problem {
     let rate = |name: &str, role, values| Column::new(name, role, Unit::DegreePerSecond, values);
     let rows = error.len();
     let time = (0..rows).map(|row| row as f64).collect();
     let mut columns = vec![
         Column::new("time", Role::Time, Unit::Second, time),
-        rate("reference", Role::ReferenceRate, vec![0.0; rows]),
-        rate("gyro", Role::GyroRate, error.to_vec()),
+        rate("reference", Role::ReferenceRate, rates.to_vec()),
+        rate("gyro", Role::GyroRate, rates.iter().zip(error).map(|(rate, e)| rate + e).collect()),
     ];
     columns.extend(
         beside
@@ -180,6 +185,32 @@ fn a_constant_within_its_error_is_doubtful() {
         })
     };
     assert!(is_doubtful(0.0, 0.0) && !is_doubtful(1.0, 0.0) && !is_doubtful(0.0, 1.0));
+}
+
+/// What one constant in twenty would be by chance, one of several is more often.
+#[test]
+fn a_constant_is_reported_against_all_that_the_model_could_have() {
+    let white = draws(83);
+    let mean = white.iter().sum::<f64>() / white.len() as f64;
+    let rates: Vec<f64> =
+        (0..RUNS * ROWS).map(|row| 10.0 * (TAU * row as f64 / 50.0).sin()).collect();
+    let mut between = 0;
+    for size in 0..40 {
+        let offset = 0.005 * f64::from(size);
+        let error: Vec<f64> = white.iter().map(|z| NOISE * (z - mean + offset)).collect();
+        let mut problem = turning(&rates, &error, &[]);
+        problem.blocks[0].constants.clear();
+        with_state(&problem, None, |mut state, _| {
+            state.base = 0;
+            state.families.push(Family::Library);
+            let shapes = state.record.candidates().iter().map(|seen| &seen.candidate.shape);
+            let tried = shapes.filter(|shape| shape.drivers.is_empty()).count() as f64;
+            let strength = estimates(&state).terms[0].strength;
+            assert_eq!(is_reportable(&state, 1.0), strength >= (20.0 * tried).ln(), "{strength}");
+            between += usize::from((20_f64.ln()..(20.0 * tried).ln()).contains(&strength));
+        });
+    }
+    assert!(between > 0);
 }
 
 /// Whether a step adds an effect of the load, and its strength beyond the threshold.
