@@ -1,5 +1,6 @@
 //! Times of observations: all that whitening needs to know about them.
 
+use super::latest::Latest;
 use super::poses::Poses;
 use crate::problem::{Aggregate, Block, Channels};
 use std::rc::Rc;
@@ -24,6 +25,8 @@ pub struct Layout {
     pub(super) levels: bool,
     /// The observations as poses, if they are.
     pub(super) poses: Option<Rc<Poses>>,
+    /// Whiteners of them.
+    pub(super) latest: Rc<Latest>,
 }
 
 impl Layout {
@@ -45,6 +48,7 @@ impl Layout {
             spread: block.spread.clone(),
             levels,
             poses: Poses::of(block, channels),
+            latest: Rc::default(),
         };
         for i in 1..n {
             let (before, now) = (block.rows[i - 1], block.rows[i]);
@@ -81,6 +85,7 @@ impl Layout {
             spread: Vec::new(),
             levels: false,
             poses: None,
+            latest: Rc::default(),
         }
     }
 
@@ -88,7 +93,7 @@ impl Layout {
     /// does white noise of the rate (an angle random walk).
     pub fn over(&self, durations: &[f64], white: bool) -> Self {
         let mean = durations.iter().sum::<f64>() / durations.len().max(1) as f64;
-        let mut layout = self.clone();
+        let mut layout = Self { latest: Rc::default(), ..self.clone() };
         layout.gain = durations.iter().map(|duration| duration / mean).collect();
         if white {
             let own = |i: usize| self.spread.get(i).copied().unwrap_or(1.0);
@@ -163,6 +168,7 @@ impl Layout {
             spread: Vec::new(),
             levels: self.levels,
             poses: None,
+            latest: Rc::default(),
         };
         let mut before = 0;
         for range in &groups {
@@ -190,6 +196,7 @@ impl Layout {
             spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
             levels: self.levels,
             poses: None,
+            latest: Rc::default(),
         };
         if let Some(first) = part.starts.first_mut() {
             *first = true;
@@ -199,7 +206,7 @@ impl Layout {
 
     /// The same observations, with the relative noise of each.
     pub fn with_spread(&self, spread: Vec<f64>) -> Self {
-        Self { spread, ..self.clone() }
+        Self { spread, latest: Rc::default(), ..self.clone() }
     }
 
     /// Weight of each observation in a mean; zero if it is `left_out`.

@@ -6,6 +6,7 @@
 mod evidence;
 mod fit;
 mod innovations;
+mod latest;
 mod layout;
 mod pose_filter;
 mod poses;

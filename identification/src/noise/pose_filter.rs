@@ -1,17 +1,19 @@
 //! The Kalman filter of poses, for a given noise.
 
+use super::NoiseModel;
 use super::innovations::Several;
-use super::poses::{POSE, Poses, STATES, WALKING, Walks};
-use super::{Layout, NoiseModel};
+use super::poses::{POSE, Poses, STATES, UnknownStart, WALKING, Walks};
 use std::rc::Rc;
 
-/// The last state.
+/// The last state, if the heading has a rate.
 const RATE: usize = STATES - 1;
 
 /// The Kalman filter of poses for a given noise.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct PoseFilter {
     poses: Rc<Poses>,
+    /// Whether the heading has a rate; without one it would stay zero.
+    is_rated: bool,
     gains: Vec<[f64; STATES]>,
     /// Share of itself that the rate of the coloured part keeps.
     keep: Vec<f64>,
@@ -19,21 +21,46 @@ pub(super) struct PoseFilter {
     pub weight: Vec<f64>,
     /// Sum of the logarithms of the innovations' variances.
     pub log_determinant: f64,
+    /// What errors of the start of each run could cause.
+    pub unknown_starts: Rc<[UnknownStart]>,
 }
 
 impl PoseFilter {
-    pub fn new(poses: &Rc<Poses>, layout: &Layout, noise: &NoiseModel, left_out: &[bool]) -> Self {
+    /// The filter for `noise`: what is known of each observation is its run and, if they differ, its spread.
+    pub fn new(
+        poses: &Rc<Poses>,
+        of: (&[usize], &[f64]),
+        noise: &NoiseModel,
+        left_out: &[bool],
+    ) -> Self {
         let mut found = Self {
             poses: Rc::clone(poses),
+            is_rated: !noise.coloured.is_empty(),
             gains: Vec::with_capacity(poses.legs.len()),
             keep: Vec::with_capacity(poses.legs.len()),
-            weight: vec![0.0; layout.len()],
+            weight: vec![0.0; of.0.len()],
             log_determinant: 0.0,
+            unknown_starts: Rc::default(),
         };
+        match found.is_rated {
+            true => found.fill::<STATES>(of, noise, left_out),
+            false => found.fill::<WALKING>(of, noise, left_out),
+        }
+        found.unknown_starts = poses.unknown_starts(&found.each(&poses.start_errors));
+        found
+    }
+
+    fn fill<const S: usize>(
+        &mut self,
+        (run, spread): (&[usize], &[f64]),
+        noise: &NoiseModel,
+        left_out: &[bool],
+    ) {
+        let poses = Rc::clone(&self.poses);
         let part = noise.coloured.first();
         let rate = part.map_or(0.0, |part| part.variance);
         let slides = noise.slide.unwrap_or_default().map(|slide| slide * poses.position.powi(2));
-        let mut p = [[0.0; STATES]; STATES];
+        let mut p = [[0.0; S]; S];
         for (leg, walks) in poses.legs.iter().zip(&poses.noises) {
             let keep = match part {
                 Some(part) if part.correlation_s.is_finite() => {
@@ -42,14 +69,18 @@ impl PoseFilter {
                 _ => 1.0,
             };
             if leg.starts {
-                p = [[0.0; STATES]; STATES];
-                p[RATE][RATE] = rate;
+                p = [[0.0; S]; S];
+                if S == STATES {
+                    p[RATE][RATE] = rate;
+                }
             }
             // `F p`, then `F (F p)'`.
             leg.shift.advance(&mut p, keep);
             p = transposed(&p);
             leg.shift.advance(&mut p, keep);
-            p[RATE][RATE] += rate * (1.0 - keep * keep);
+            if S == STATES {
+                p[RATE][RATE] += rate * (1.0 - keep * keep);
+            }
             let Walks { turned, slid: [along, aside] } = walks;
             for a in 0..WALKING {
                 for b in 0..WALKING {
@@ -58,53 +89,41 @@ impl PoseFilter {
                         + slides[1] * aside[a][b];
                 }
             }
-            let own = layout.spread.get(leg.at).copied().unwrap_or(1.0);
-            let scale = noise.run_scale.get(layout.run[leg.at]).copied().unwrap_or(1.0);
+            let own = spread.get(leg.at).copied().unwrap_or(1.0);
+            let scale = noise.run_scale.get(run[leg.at]).copied().unwrap_or(1.0);
             let skip = left_out.get(leg.at).copied().unwrap_or(false) || !own.is_finite();
             let sum = POSE + leg.component;
             let mut seen = p[sum];
             seen.iter_mut().for_each(|value| *value *= leg.share);
             let variance = noise.white * own * own * leg.few + seen[sum] * leg.share;
-            let mut gain = [0.0; STATES];
+            let mut gain = [0.0; S];
             if !skip && variance > 0.0 {
-                for a in 0..STATES {
+                for a in 0..S {
                     gain[a] = seen[a] / variance;
-                    for b in 0..STATES {
+                    for b in 0..S {
                         p[a][b] -= gain[a] * seen[b];
                     }
                 }
-                found.weight[leg.at] = 1.0 / (variance.sqrt() * scale);
-                found.log_determinant += variance.ln() + 2.0 * scale.ln();
+                self.weight[leg.at] = 1.0 / (variance.sqrt() * scale);
+                self.log_determinant += variance.ln() + 2.0 * scale.ln();
             }
             // The next group begins.
-            p[sum] = [0.0; STATES];
+            p[sum] = [0.0; S];
             p.iter_mut().for_each(|row| row[sum] = 0.0);
-            found.gains.push(gain);
-            found.keep.push(keep);
-        }
-        found
-    }
-}
-
-#[inline(always)]
-fn transposed(p: &[[f64; STATES]; STATES]) -> [[f64; STATES]; STATES] {
-    let mut turned = [[0.0; STATES]; STATES];
-    for a in 0..STATES {
-        for b in 0..STATES {
-            turned[b][a] = p[a][b];
+            let mut all = [0.0; STATES];
+            all[..S].copy_from_slice(&gain);
+            self.gains.push(all);
+            self.keep.push(keep);
         }
     }
-    turned
-}
 
-impl Several for PoseFilter {
-    fn several<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+    fn run<const S: usize, const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
         let mut found = [(); N].map(|()| vec![0.0; self.weight.len()]);
-        let mut states = [[0.0; N]; STATES];
+        let mut states = [[0.0; N]; S];
         for ((leg, gain), keep) in self.poses.legs.iter().zip(&self.gains).zip(&self.keep) {
             let (weight, sum) = (self.weight[leg.at], POSE + leg.component);
             if leg.starts {
-                states = [[0.0; N]; STATES];
+                states = [[0.0; N]; S];
             }
             leg.shift.advance(&mut states, *keep);
             let mut innovation = [0.0; N];
@@ -120,6 +139,26 @@ impl Several for PoseFilter {
             states[sum] = [0.0; N];
         }
         found
+    }
+}
+
+#[inline(always)]
+fn transposed<const S: usize>(p: &[[f64; S]; S]) -> [[f64; S]; S] {
+    let mut turned = [[0.0; S]; S];
+    for a in 0..S {
+        for b in 0..S {
+            turned[b][a] = p[a][b];
+        }
+    }
+    turned
+}
+
+impl Several for PoseFilter {
+    fn several<const N: usize>(&self, columns: [&[f64]; N]) -> [Vec<f64>; N] {
+        match self.is_rated {
+            true => self.run::<STATES, N>(columns),
+            false => self.run::<WALKING, N>(columns),
+        }
     }
 }
 
@@ -208,7 +247,7 @@ mod tests {
             }
             found
         };
-        let filter = PoseFilter::new(&poses, &layout, &noise, &[]);
+        let filter = PoseFilter::new(&poses, (&layout.run, &layout.spread), &noise, &[]);
         let unit = |i: usize| (0..n).map(|k| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
         let whitened = filter.each(&(0..n).map(unit).collect::<Vec<_>>());
         for a in 0..n {
@@ -226,7 +265,7 @@ mod tests {
         // A rate that never changes is one column more.
         let rate = Coloured { correlation_s: f64::INFINITY, variance: 1e9 };
         let noise = NoiseModel { coloured: vec![rate], ..noise };
-        let filter = PoseFilter::new(&poses, &layout, &noise, &[]);
+        let filter = PoseFilter::new(&poses, (&layout.run, &layout.spread), &noise, &[]);
         let time = (0..ROWS).map(|row| if row > 0 { 0.5 } else { 0.0 }).collect();
         let column = block.observe(Acts::Turn, time, &problem.channels.run);
         let left = &filter.each(std::slice::from_ref(&column))[0];

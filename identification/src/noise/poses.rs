@@ -5,6 +5,7 @@
 //! the mean of a group of references, which is smoother than a reference where the walk is larger than their noise: the
 //! sums over the groups are states as well.
 
+use crate::linear::Basis;
 use crate::problem::{Block, Channels, Component};
 use std::ops::Range;
 use std::rc::Rc;
@@ -19,7 +20,7 @@ pub(super) const STATES: usize = WALKING + 1;
 pub(super) type Walk = [[f64; WALKING]; WALKING];
 
 /// The poses of a path as a process.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Poses {
     /// Errors of the starting pose of each run, over the observations.
     pub start_errors: Vec<Vec<f64>>,
@@ -129,25 +130,48 @@ impl Walks {
 }
 
 impl Shift {
-    /// Advances the states of each lane.
+    /// Advances the states of each lane: those that walk, and the rate if there is one.
     #[inline(always)]
-    pub fn advance<const N: usize>(&self, states: &mut [[f64; N]; STATES], keep: f64) {
+    pub fn advance<const S: usize, const N: usize>(&self, states: &mut [[f64; N]; S], keep: f64) {
         let Self { lever, swept, count, sum_lever, sum_swept } = self;
-        let [heading, x, y, sum, sum_x, sum_y, rate] = states;
         for lane in 0..N {
-            let (h, r) = (heading[lane], rate[lane]);
-            sum[lane] += count[0] * h + sum_swept[0] * r;
-            sum_x[lane] += count[1] * x[lane] + sum_lever[0] * h + sum_swept[1] * r;
-            sum_y[lane] += count[2] * y[lane] + sum_lever[1] * h + sum_swept[2] * r;
-            heading[lane] += swept[0] * r;
-            x[lane] += lever[0] * h + swept[1] * r;
-            y[lane] += lever[1] * h + swept[2] * r;
-            rate[lane] = keep * r;
+            let [h, x, y] = [0, 1, 2].map(|which| states[which][lane]);
+            let turns = |by: f64, swept: f64| match S {
+                STATES => by + swept * states[WALKING][lane],
+                _ => by,
+            };
+            let sums = [
+                turns(count[0] * h, sum_swept[0]),
+                turns(count[1] * x + sum_lever[0] * h, sum_swept[1]),
+                turns(count[2] * y + sum_lever[1] * h, sum_swept[2]),
+            ];
+            let moves = [turns(lever[0] * h, swept[1]), turns(lever[1] * h, swept[2])];
+            for which in 0..POSE {
+                states[POSE + which][lane] += sums[which];
+            }
+            if S == STATES {
+                states[0][lane] += swept[0] * states[WALKING][lane];
+                states[WALKING][lane] *= keep;
+            }
+            states[1][lane] += moves[0];
+            states[2][lane] += moves[1];
         }
     }
 }
 
+/// The observations of a run, and the effect of errors of its start on them, whitened and orthonormal.
+pub(super) type UnknownStart = (Range<usize>, Vec<Vec<f64>>);
+
 impl Poses {
+    /// The unknown starts of all runs, from the whitened errors of them.
+    pub(super) fn unknown_starts(&self, white: &[Vec<f64>]) -> Rc<[UnknownStart]> {
+        let of_run = |range: &Range<usize>| {
+            let mine = white.iter().map(|column| column[range.clone()].to_vec()).collect();
+            (range.clone(), Basis::default().beyond(mine).into_columns())
+        };
+        self.of_run.iter().map(of_run).collect()
+    }
+
     /// The process behind the observations of `block`, if they are poses.
     pub fn of(block: &Block, channels: &Channels) -> Option<Rc<Self>> {
         let pose = block.pose.as_ref()?;

@@ -5,11 +5,11 @@
 
 use super::innovations::{Filter, Gains, STATES_MAX, Several};
 use super::pose_filter::PoseFilter;
-use super::poses::Poses;
+use super::poses::UnknownStart;
 use super::settled::{Inputs, Last, has_settled};
 use super::{Layout, NoiseModel};
-use crate::linear::{Basis, dot};
-use std::ops::Range;
+use crate::linear::dot;
+use std::rc::Rc;
 
 /// Maximum number of coloured parts.
 pub const COLOURED_MAX: usize = STATES_MAX - 1;
@@ -19,11 +19,11 @@ pub const COLOURED_MAX: usize = STATES_MAX - 1;
 pub struct Whitener {
     filter: Filter,
     /// In place of `filter`, which then has the weights alone.
-    poses: Option<PoseFilter>,
+    poses: Option<Rc<PoseFilter>>,
     /// Sum of the logarithms of the innovations' variances.
     pub log_determinant: f64,
-    /// For each run of poses: its observations, and the effect of errors of its start, whitened and orthonormal.
-    unknown_starts: Vec<(Range<usize>, Vec<Vec<f64>>)>,
+    /// Of poses.
+    unknown_starts: Rc<[UnknownStart]>,
 }
 
 /// Variance of an unknown state, over that of the white noise.
@@ -33,7 +33,8 @@ impl Whitener {
     /// A whitener for observations as in `layout` under `noise`. Those that are `left_out` get no weight.
     pub fn new(layout: &Layout, noise: &NoiseModel, left_out: &[bool]) -> Self {
         if let (Some(poses), Some(_)) = (&layout.poses, noise.slide) {
-            return Self::of_poses(PoseFilter::new(poses, layout, noise, left_out), poses);
+            let new = || PoseFilter::new(poses, (&layout.run, &layout.spread), noise, left_out);
+            return Self::of_poses(layout.latest.filter(noise, left_out, new));
         }
         let n = layout.len();
         let levels = layout.is_level();
@@ -49,7 +50,7 @@ impl Whitener {
             Filter { states, levels, starts, seen, step: layout.step.clone(), ..Filter::default() }
         };
         let mut whitener =
-            Self { filter, poses: None, log_determinant: 0.0, unknown_starts: Vec::new() };
+            Self { filter, poses: None, log_determinant: 0.0, unknown_starts: Rc::default() };
         whitener.filter.weight.reserve_exact(n);
         // Logarithms per run: there are fewer runs than observations.
         let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
@@ -160,29 +161,19 @@ impl Whitener {
             };
         }
         if let Some(poses) = &layout.poses {
-            whitener.look_past_starts(poses);
+            whitener.unknown_starts =
+                poses.unknown_starts(&whitener.innovations(&poses.start_errors));
         }
         whitener
     }
 
-    fn of_poses(filter: PoseFilter, poses: &Poses) -> Self {
-        let mut whitener = Self {
+    fn of_poses(filter: Rc<PoseFilter>) -> Self {
+        Self {
             log_determinant: filter.log_determinant,
             filter: Filter { weight: filter.weight.clone(), ..Filter::default() },
+            unknown_starts: Rc::clone(&filter.unknown_starts),
             poses: Some(filter),
-            unknown_starts: Vec::new(),
-        };
-        whitener.look_past_starts(poses);
-        whitener
-    }
-
-    fn look_past_starts(&mut self, poses: &Poses) {
-        let white = self.innovations(&poses.start_errors);
-        let of_run = |range: &Range<usize>| {
-            let mine = white.iter().map(|column| column[range.clone()].to_vec()).collect();
-            (range.clone(), Basis::default().beyond(mine).into_columns())
-        };
-        self.unknown_starts = poses.of_run.iter().map(of_run).collect();
+        }
     }
 
     fn innovations<C: AsRef<[f64]>>(&self, columns: &[C]) -> Vec<Vec<f64>> {
@@ -218,7 +209,7 @@ impl Whitener {
 
     fn forget_starts(&self, columns: &mut [Vec<f64>]) {
         for column in columns {
-            for (range, directions) in &self.unknown_starts {
+            for (range, directions) in &*self.unknown_starts {
                 let mine = &mut column[range.clone()];
                 for direction in directions {
                     let share = dot(direction, mine);

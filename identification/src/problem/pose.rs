@@ -61,40 +61,52 @@ pub struct Pose {
 impl Pose {
     /// Contribution of a row error of kind `moves` to each observation.
     pub fn observe(&self, per_row: &[f64], moves: Moves) -> Vec<f64> {
-        let mut observed = vec![0.0; self.references.len()];
-        for (range, &start) in self.references_of_run.iter().zip(&self.starts) {
-            for component in [Component::Heading, Component::X, Component::Y] {
-                let (mut turned, mut moved) = (0.0, 0.0);
-                let mut at = start;
-                for i in range.clone().filter(|&i| self.references[i].1 == component) {
-                    while at <= self.references[i].0 {
-                        let error = per_row[at];
-                        let [ahead_x, ahead_y] = [self.direction[0][at], self.direction[1][at]];
-                        match (component, moves) {
-                            (Component::Heading, Moves::Along | Moves::Aside) => {}
-                            (Component::Heading, Moves::Turns) => turned += error,
-                            (Component::X, Moves::Along) => moved += error * ahead_x,
-                            (Component::Y, Moves::Along) => moved += error * ahead_y,
-                            (Component::X, Moves::Aside) => moved -= error * ahead_y,
-                            (Component::Y, Moves::Aside) => moved += error * ahead_x,
-                            (_, Moves::Turns) => {
-                                // Half of a row's error rotates its own displacement.
-                                let middle = turned + error / 2.0;
-                                turned += error;
-                                moved += if component == Component::X {
-                                    -middle * self.displacement[1][at]
-                                } else {
-                                    middle * self.displacement[0][at]
-                                };
-                            }
-                        }
-                        at += 1;
-                    }
-                    observed[i] = if component == Component::Heading { turned } else { moved };
-                }
+        use Component::{Heading, X, Y};
+        let ([east, north], [along_x, along_y]) = (&self.displacement, &self.direction);
+        // Half of a row's error rotates its own displacement.
+        let turn = |turned: &mut f64, row: usize| {
+            let middle = *turned + per_row[row] / 2.0;
+            *turned += per_row[row];
+            middle
+        };
+        let mut found = vec![0.0; self.references.len()];
+        let found_in = &mut found;
+        match moves {
+            Moves::Turns => {
+                self.follow(Heading, found_in, |_, heading, row| *heading += per_row[row]);
+                self.follow(X, found_in, |turned, x, row| *x += -turn(turned, row) * north[row]);
+                self.follow(Y, found_in, |turned, y, row| *y += turn(turned, row) * east[row]);
+            }
+            Moves::Along => {
+                self.follow(X, found_in, |_, x, row| *x += per_row[row] * along_x[row]);
+                self.follow(Y, found_in, |_, y, row| *y += per_row[row] * along_y[row]);
+            }
+            Moves::Aside => {
+                self.follow(X, found_in, |_, x, row| *x -= per_row[row] * along_y[row]);
+                self.follow(Y, found_in, |_, y, row| *y += per_row[row] * along_x[row]);
             }
         }
-        self.means(&observed)
+        self.means(&found)
+    }
+
+    /// Sets `found` at each reference of a component to the second of two sums over the rows of its run, to each of which `add`
+    /// adds what a row does.
+    fn follow(
+        &self,
+        component: Component,
+        found: &mut [f64],
+        add: impl Fn(&mut f64, &mut f64, usize),
+    ) {
+        for (range, &start) in self.references_of_run.iter().zip(&self.starts) {
+            let (mut turned, mut sum, mut at) = (0.0, 0.0, start);
+            for i in range.clone().filter(|&i| self.references[i].1 == component) {
+                for row in at..=self.references[i].0 {
+                    add(&mut turned, &mut sum, row);
+                }
+                at = at.max(self.references[i].0 + 1);
+                found[i] = sum;
+            }
+        }
     }
 
     /// The mean of each group of references.
@@ -126,29 +138,14 @@ impl Pose {
 
     /// Contribution of an error of the heading, x and y at the start of each run to its observations.
     pub fn start_errors(&self) -> [Vec<f64>; 3] {
-        let n = self.references.len();
-        let mut found = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-        for (range, &start) in self.references_of_run.iter().zip(&self.starts) {
-            for component in [Component::Heading, Component::X, Component::Y] {
-                let mut lever = 0.0;
-                let mut at = start;
-                for i in range.clone().filter(|&i| self.references[i].1 == component) {
-                    while at <= self.references[i].0 {
-                        lever += match component {
-                            Component::Heading => 0.0,
-                            Component::X => -self.displacement[1][at],
-                            Component::Y => self.displacement[0][at],
-                        };
-                        at += 1;
-                    }
-                    match component {
-                        Component::Heading => found[0][i] = 1.0,
-                        Component::X => (found[0][i], found[1][i]) = (lever, 1.0),
-                        Component::Y => (found[0][i], found[2][i]) = (lever, 1.0),
-                    }
-                }
-            }
-        }
+        let [east, north] = &self.displacement;
+        let of = |component| {
+            move |&(_, other): &(usize, Component)| f64::from(u8::from(other == component))
+        };
+        let is = |component| self.references.iter().map(of(component)).collect::<Vec<f64>>();
+        let mut found = [Component::Heading, Component::X, Component::Y].map(is);
+        self.follow(Component::X, &mut found[0], |_, lever, row| *lever += -north[row]);
+        self.follow(Component::Y, &mut found[0], |_, lever, row| *lever += east[row]);
         found.map(|column| self.means(&column))
     }
 }
