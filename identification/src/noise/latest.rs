@@ -7,7 +7,9 @@ use std::rc::Rc;
 
 /// The latest filters by noise and outliers, latest first.
 #[derive(Debug, Default)]
-pub(super) struct Latest(RefCell<Vec<(NoiseModel, Vec<bool>, Rc<PoseFilter>)>>);
+pub(super) struct Latest(RefCell<Vec<Known>>);
+
+type Known = (NoiseModel, Vec<bool>, Rc<PoseFilter>);
 
 /// Number of filters that are kept.
 const KEPT: usize = 24;
