@@ -29,6 +29,7 @@ mod rows;
 mod table;
 #[cfg(test)]
 mod tests;
+mod thermometer;
 mod write;
 
 pub use error::{DatasetError, Defect, Row};
@@ -109,7 +110,8 @@ pub(crate) fn assembled(
     let (fields, columns): (Vec<_>, Vec<_>) = columns
         .into_iter()
         .map(|Column { name, role, axis, unit, values }| {
-            (package::Field { name, role, axis, unit, text: false }, values)
+            let scale = thermometer::Scale::Celsius;
+            (package::Field { name, role, axis, unit, scale, text: false }, values)
         })
         .unzip();
     let mut rows = table::Rows::new(&fields);

@@ -2,6 +2,7 @@
 
 use super::descriptor::{self, Descriptor, Hil, Resource, place};
 use super::error::{DatasetError, Defect};
+use super::thermometer::Scale;
 use identification::dataset::{Axis, Constant, Drive, Kind, Role, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -34,6 +35,8 @@ pub(super) struct Field {
     pub role: Role,
     pub axis: Option<Axis>,
     pub unit: Unit,
+    /// Of a temperature: the scale of its cells.
+    pub scale: Scale,
     /// Whether its cells are words instead of numbers.
     pub text: bool,
 }
@@ -294,7 +297,9 @@ fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, Da
         let known = Role::ALL.iter().map(|role| role.name());
         inside(context.unknown("role", role, known, &after("role")))
     })?;
+    let scale = written.unit.as_deref().and_then(Scale::parse);
     let unit = match written.unit.as_deref() {
+        Some(_) if scale.is_some() => Unit::Celsius,
         Some(found) => unit(context, found, &after("unit")).map_err(inside)?,
         // Their values are not used in calculations.
         None if matches!(role, Role::Run | Role::Ignore) => Unit::One,
@@ -302,7 +307,8 @@ fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, Da
     };
     if !role.dimensions().is_empty() && !role.dimensions().contains(&unit.dimension()) {
         let defect = Defect::WrongUnit { unit, role };
-        return Err(inside(context.error(defect, &["fields", name, "unit", unit.text()])));
+        let found = written.unit.as_deref().unwrap_or_default();
+        return Err(inside(context.error(defect, &["fields", name, "unit", found])));
     }
     let axis = match written.axis.as_deref() {
         None => None,
@@ -326,7 +332,8 @@ fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, Da
             return Err(inside(context.error(defect, &words)));
         }
     };
-    Ok(Field { name: name.to_owned(), role, axis, unit, text })
+    let scale = scale.unwrap_or(Scale::Celsius);
+    Ok(Field { name: name.to_owned(), role, axis, unit, scale, text })
 }
 
 /// Accepts only a path inside the folder.

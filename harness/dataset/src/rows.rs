@@ -4,7 +4,7 @@ use super::error::{DatasetError, Defect};
 use super::in_time::in_time;
 use super::package::{Field, Package};
 use super::table::{Origin, Rows};
-use identification::dataset::{Column, Dataset, Dimension, Kind, Role};
+use identification::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 
 /// Makes a data set of all rows, with notices of what was left out or corrected.
 pub(super) fn assemble(package: Package, rows: Rows) -> Result<Dataset, DatasetError> {
@@ -224,7 +224,10 @@ impl Working<'_> {
                 continue;
             }
             let read = std::mem::take(&mut self.rows.columns[at]);
-            let values: Vec<f64> = self.order.iter().map(|row| read[*row]).collect();
+            let mut values: Vec<f64> = self.order.iter().map(|row| read[*row]).collect();
+            if field.unit == Unit::Celsius {
+                notices.extend(field.scale.convert(&field.name, field.role, &mut values));
+            }
             notices.extend(peculiarity(self.package.kind, field, &values));
             if field.text {
                 let words = self.rows.words[at].known.len();

@@ -68,6 +68,38 @@ fn missing_cells_of_a_cause_stay_missing() {
 }
 
 #[test]
+fn a_temperature_on_another_scale_is_converted_and_told() {
+    let read = |unit, cells: [f64; 3]| {
+        let [a, b, c] = cells;
+        let csv = format!("t,w,ref,T\n0,1,0,{a}\n1,1.5,0,{b}\n2,1,0,{c}\n");
+        let set = with(&[("T", "temperature", unit, "")], &csv);
+        let values = values(&set, Role::Temperature).to_vec();
+        (values, set.notices)
+    };
+    let here = [20.0, 21.0, 25.0];
+    let kelvin = here.map(|celsius| celsius + 273.15);
+    for (unit, cells, said) in [
+        ("K", kelvin, Some("T is converted from K to Cel")),
+        ("degF", [68.0, 69.8, 77.0], Some("T is converted from degF to Cel")),
+        (
+            "Cel",
+            kelvin,
+            Some("T is stated in Cel, but its values can only be in K: converted to Cel"),
+        ),
+        ("K", here, Some("T is stated in K, but its values can only be in Cel")),
+        ("Cel", here, None),
+    ] {
+        let (values, notices) = read(unit, cells);
+        assert!(values.iter().zip(here).all(|(a, b)| (a - b).abs() < 1e-9), "{unit} {values:?}");
+        assert_eq!(notices, said.into_iter().collect::<Vec<_>>(), "{unit}");
+    }
+    // An oven is no surroundings.
+    let oven =
+        with(&[("T", "auxiliary", "Cel", "")], "t,w,ref,T\n0,1,0,250\n1,1.5,0,251\n2,1,0,260\n");
+    assert_eq!(values(&oven, Role::Auxiliary), [250.0, 251.0, 260.0]);
+}
+
+#[test]
 fn rows_without_what_the_kind_needs_are_left_out() {
     let set = with(&[], "t,w,ref\n0,1,0\n1,,0\n,1,0\n3,2,\n");
     assert_eq!(values(&set, Role::Time), [0.0, 3.0]);
