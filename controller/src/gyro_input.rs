@@ -141,10 +141,10 @@ impl GyroInput {
         !self.is_silent_for(now, self.config.stream.format.period() * 2)
     }
 
-    /// True if a sample arrived after those that ended a pause: a stalled host receives all waiting samples at once,
+    /// True if a good sample arrived after those that ended a pause: a stalled host receives all waiting samples at once,
     /// and their age is unknown.
     pub(crate) fn is_current(&self) -> bool {
-        self.last_of_use().is_some_and(|last| last > self.returned)
+        self.good.is_some_and(|last| last > self.returned)
     }
 
     /// True if the last sample was one of several that a stalled host received at once: it may be as old as the stall was
@@ -266,15 +266,8 @@ mod tests {
     #[test]
     fn what_waited_is_not_current_in_whatever_pieces_it_is_read() {
         let mut input = GyroInput::new(GyroConfig::default(), true);
-        let sample = GyroSample {
-            output: GyroOutput::Rate(AngularRate::ZERO),
-            valid: true,
-            status: GyroStatus::default(),
-            temperature: None,
-            sequence: None,
-        };
         let mut current = |micros: i64| {
-            input.take(Timestamp::ZERO + Span::from_micros(micros), &sample);
+            input.take(Timestamp::ZERO + Span::from_micros(micros), &sample(true));
             input.is_current()
         };
         current(10_000);
@@ -284,5 +277,30 @@ mod tests {
         }
         assert!(current(1_041_700), "one that came by itself");
         assert!(current(1_042_000), "and what the line bunches then");
+    }
+
+    /// What turns the heading is the last good sample: one that is invalid makes the heading no younger.
+    #[test]
+    fn an_invalid_sample_after_a_pause_is_not_current() {
+        let mut input = GyroInput::new(GyroConfig::default(), true);
+        let mut current = |micros: i64, valid: bool| {
+            input.take(Timestamp::ZERO + Span::from_micros(micros), &sample(valid));
+            input.is_current()
+        };
+        current(10_000, true);
+        assert!(current(20_000, true));
+        assert!(!current(1_020_000, true), "the last of those that waited");
+        assert!(!current(1_030_000, false));
+        assert!(current(1_040_000, true));
+    }
+
+    fn sample(valid: bool) -> GyroSample {
+        GyroSample {
+            output: GyroOutput::Rate(AngularRate::ZERO),
+            valid,
+            status: GyroStatus::default(),
+            temperature: None,
+            sequence: None,
+        }
     }
 }

@@ -43,14 +43,10 @@ impl<F, C> Switches<F, C> {
 
     /// Removes the faults `number`; returns how often they have acted, and the last of them, if any was active.
     pub fn switch_off(&mut self, number: usize) -> Option<(u64, F)> {
-        let acted = self.acted(number);
+        let mut acted = 0;
         let of_number = self.on.extract_if(.., |switch| switch.number == number);
-        of_number.last().map(|switch| (acted, switch.fault))
-    }
-
-    /// How often the faults `number` have acted.
-    pub fn acted(&self, number: usize) -> u64 {
-        self.on.iter().filter(|switch| switch.number == number).map(|switch| switch.acted).sum()
+        let last = of_number.inspect(|switch| acted += switch.acted).last()?;
+        Some((acted, last.fault))
     }
 
     /// The active faults, in the order of activation.

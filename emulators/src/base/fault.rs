@@ -60,11 +60,6 @@ impl BaseEmulator {
         acted
     }
 
-    /// Number of commands or reports that the fault `number` has changed so far.
-    pub fn fault_acted(&self, number: usize) -> u64 {
-        self.faults.acted(number)
-    }
-
     /// The steering encoder counts `angle` without a motion; the base's own pose turns with it.
     pub fn jump_encoder(&mut self, now: Timestamp, angle: Angle) {
         self.advance(now);

@@ -63,11 +63,6 @@ impl GyroEmulator {
         acted
     }
 
-    /// Number of outputs that the fault `number` has changed or suppressed so far.
-    pub fn fault_acted(&self, number: usize) -> u64 {
-        self.faults.acted(number)
-    }
-
     /// Writes the output for the rate `wanted`, with active faults, to `packet`; `false` while the gyro is off.
     #[cold]
     pub(super) fn output_faulty(

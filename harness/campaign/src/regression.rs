@@ -2,7 +2,7 @@
 
 use super::case::{Case, PANIC, PASSES};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// A case to save.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +11,8 @@ pub struct Regression<'a> {
     pub plan: &'a str,
     /// Text of that plan.
     pub text: &'a str,
+    /// Its file, if it has one: the saved plan finds the files that it names from there.
+    pub file: Option<&'a Path>,
     /// The property that breaks.
     pub property: &'a str,
     /// The observed violation.
@@ -61,10 +63,12 @@ impl Regression<'_> {
     /// positions, and with the random numbers of the original plan, the faults behave as they did when the case was
     /// carried out.
     ///
+    /// `project` is the folder of the plan under test, relative to that of the new one, if they differ.
+    ///
     /// # Errors
     ///
     /// When the plan's text is not TOML.
-    pub fn to_toml(&self) -> Result<String, RegressionError> {
+    pub fn to_toml(&self, project: Option<String>) -> Result<String, RegressionError> {
         let failed =
             |message: String| RegressionError::Plan { plan: self.plan.to_owned(), message };
         let mut table: toml::Table =
@@ -72,6 +76,7 @@ impl Regression<'_> {
         let title = format!("{} breaks under faults: {}", self.plan, self.property);
         table.entry("random_numbers_of").or_insert_with(|| self.plan.into());
         table.insert("name".to_owned(), self.name().into());
+        table.extend(project.map(|project| ("project".to_owned(), project.into())));
         table.insert("title".to_owned(), title.into());
         let faults = toml::Value::try_from(&self.case.schedule)
             .map_err(|error| failed(error.to_string()))?;
@@ -125,12 +130,28 @@ impl Regression<'_> {
     /// When the file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<PathBuf, RegressionError> {
         let path = folder.join(format!("{}.toml", self.name()));
-        let text = self.to_toml()?;
         let failed = |source| RegressionError::Io { path: path.clone(), source };
         std::fs::create_dir_all(folder).map_err(failed)?;
+        let text = self.to_toml(self.file.and_then(|file| project(folder, file)))?;
         std::fs::write(&path, text).map_err(failed)?;
         Ok(path)
     }
+}
+
+/// The way from `folder` to the folder of the plan in `file`; `None` if files are found without it: from the working folder
+/// as well.
+fn project(folder: &Path, file: &Path) -> Option<String> {
+    let of_plan = file.parent()?;
+    let of_plan = if of_plan.as_os_str().is_empty() { Path::new(".") } else { of_plan };
+    let (from, to) = (folder.canonicalize().ok()?, of_plan.canonicalize().ok()?);
+    if std::env::current_dir().ok()?.canonicalize().ok()? == to {
+        return None;
+    }
+    let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let up = from.components().skip(shared).map(|_| Path::new("..").as_os_str());
+    let down = to.components().skip(shared).map(Component::as_os_str);
+    let way: PathBuf = up.chain(down).collect();
+    way.to_str().filter(|way| !way.is_empty()).map(str::to_owned)
 }
 
 #[cfg(test)]
@@ -139,6 +160,7 @@ mod tests {
     use crate::Case;
     use plan::Plan;
     use plan::faults::{Fault, FaultKind, Schedule, Target};
+    use plan::library::{Kind, Library};
 
     const PLAN: &str = r#"
 name = "struck"
@@ -158,8 +180,8 @@ check = { all_within = [0, 10] }
     /// The plan made from a case of `text`.
     fn regression(text: &str, case: &Case) -> Plan {
         let (plan, property, what) = ("struck", "fresh_heading", "an old one\nor two");
-        let regression = Regression { plan, text, property, what, case };
-        let written = regression.to_toml().unwrap();
+        let regression = Regression { plan, text, file: None, property, what, case };
+        let written = regression.to_toml(None).unwrap();
         Plan::parse("written.toml", &written).unwrap_or_else(|e| panic!("{e}\n{written}"))
     }
 
@@ -178,6 +200,34 @@ check = { all_within = [0, 10] }
         assert_eq!(names(reached), ["fresh_heading"]);
         let both = format!("{reached}[[property]]\nalways = {{ recovers = {{}} }}\n");
         assert_eq!(names(&both), ["recovers"]);
+    }
+
+    #[test]
+    fn the_saved_plan_finds_the_files_beside_the_plan_that_was_struck() {
+        let folder = tempfile::tempdir().unwrap();
+        let (plans, out) = (folder.path().join("plans"), folder.path().join("runs/campaign"));
+        std::fs::create_dir_all(plans.join("devices")).unwrap();
+        std::fs::write(plans.join("devices/mine.toml"), "gyro = \"dsp3000\"\n").unwrap();
+        let file = plans.join("struck.toml");
+        let text = PLAN.replace("paper-serial", "mine");
+        std::fs::write(&file, &text).unwrap();
+        let case = Case::default();
+        let regression = Regression {
+            plan: "struck",
+            text: &text,
+            file: Some(&file),
+            property: "fresh_heading",
+            what: "an old one",
+            case: &case,
+        };
+        let saved = regression.write(&out).unwrap();
+        let saved = saved.to_str().unwrap();
+        let found = Library::beside(saved).open(Kind::Devices, "mine").unwrap();
+        assert!(found.origin.ends_with("plans/devices/mine.toml"), "{}", found.origin);
+        let plan = Plan::parse(saved, &std::fs::read_to_string(saved).unwrap()).unwrap();
+        assert_eq!(plan.project.as_deref(), Some("../../plans"));
+        let beside = regression.write(&plans).unwrap();
+        assert!(!std::fs::read_to_string(beside).unwrap().contains("project"));
     }
 
     #[test]

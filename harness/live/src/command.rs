@@ -5,10 +5,6 @@ pub use plan::command::{CommandError, fill};
 use rustix::fs::{Access, access};
 use std::path::{Path, PathBuf};
 
-/// Command line of our own controller, as in a bench file.
-pub const OUR_CONTROLLER: [&str; 5] =
-    ["k2a-controller", "--gyro", "{gyro}", "--base", "serial:{base}"];
-
 /// The program that a shell would start for that name or path; `None` if it cannot be started.
 pub fn find(program: &Path) -> Option<PathBuf> {
     let can_run = |path: &PathBuf| path.is_file() && access(path, Access::EXEC_OK).is_ok();

@@ -14,6 +14,20 @@ pub struct Interval {
     pub upper: f64,
 }
 
+impl Interval {
+    /// The ends in percent, to the first digit of the width, for instance `0.13 to 0.18 %`.
+    pub fn percent(self) -> String {
+        let Self { lower, upper } = self;
+        let digits = -(100.0 * (upper - lower)).log10().floor();
+        let digits = if digits.is_finite() { digits.clamp(0.0, 6.0) as usize } else { 0 };
+        let end = |share: f64| match 100.0 * share {
+            0.0 => "0".to_owned(),
+            percent => format!("{percent:.digits$}"),
+        };
+        format!("{} to {} %", end(lower), end(upper))
+    }
+}
+
 /// Wilson's score interval (Wilson 1927) for `successes` of `trials`, without continuity correction; `z` is the
 /// standard normal quantile, for instance [`Z_95`]. `None` without trials, or with fewer trials than successes.
 pub fn wilson(successes: u64, trials: u64, z: f64) -> Option<Interval> {
@@ -53,6 +67,16 @@ pub fn clopper_pearson_lower(successes: u64, trials: u64, confidence: f64) -> f6
 mod tests {
     use super::{Z_95, clopper_pearson_lower, wilson};
     use proptest::prelude::*;
+
+    #[test]
+    fn an_interval_of_a_hundred_thousand_trials_has_the_digits_that_it_needs() {
+        let percent = |k, n| wilson(k, n, Z_95).unwrap().percent();
+        assert_eq!(percent(154, 100_000), "0.13 to 0.18 %");
+        assert_eq!(percent(0, 100_000), "0 to 0.004 %");
+        assert_eq!(percent(0, 9), "0 to 30 %");
+        assert_eq!(percent(100, 100), "96 to 100 %");
+        assert_eq!(super::Interval { lower: 0.5, upper: 0.5 }.percent(), "50 to 50 %");
+    }
 
     #[test]
     fn published_values() {

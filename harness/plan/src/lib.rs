@@ -121,6 +121,10 @@ pub struct Plan {
     /// those of the plan that was struck.
     #[serde(default)]
     pub random_numbers_of: Option<Name>,
+    /// Folder of the files that it names, relative to its own, which it is where this is absent. A case that a campaign
+    /// keeps as a plan has the folder of the plan that was struck.
+    #[serde(default)]
+    pub project: Option<String>,
     /// Name of the device file: a gyro on a robot or a table.
     #[serde(default)]
     pub devices: Option<Name>,

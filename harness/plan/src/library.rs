@@ -155,9 +155,13 @@ impl Library {
         (Self { opened: Some(Arc::clone(&opened)), ..self }, opened)
     }
 
-    /// The shipped files, after those in the folder of `plan` if it is a path.
+    /// The shipped files, after those in the folder of `plan` if it is a path, or in the folder that it calls its project.
     pub fn beside(plan: &str) -> Self {
         let folder = is_path(plan).then(|| Path::new(plan).parent().map(Path::to_owned)).flatten();
+        let folder = folder.map(|folder| match project(Path::new(plan)) {
+            Some(project) => folder.join(project),
+            None => folder,
+        });
         Self { folder, ..Self::default() }
     }
 
@@ -359,7 +363,17 @@ pub fn names_in(project: &Path, kind: Kind) -> Vec<String> {
     names
 }
 
-fn is_path(name: &str) -> bool {
+/// The `project` of the plan at this path; what cannot be read has none, and is reported by whoever opens it.
+fn project(plan: &Path) -> Option<PathBuf> {
+    #[derive(Deserialize)]
+    struct Named {
+        project: Option<PathBuf>,
+    }
+    toml::from_str::<Named>(&reading::text(plan).ok()?).ok()?.project
+}
+
+/// True for what is opened as a path; anything else is a name.
+pub fn is_path(name: &str) -> bool {
     name.contains('/') || Path::new(name).extension().is_some_and(|end| end == "toml")
 }
 

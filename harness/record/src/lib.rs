@@ -11,6 +11,7 @@ mod encoding;
 mod faults;
 pub mod figures;
 pub mod header;
+mod input;
 pub mod kept;
 pub mod outcome;
 mod progress;

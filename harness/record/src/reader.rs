@@ -4,11 +4,9 @@ use super::Record;
 use super::blocks::{BLOCK_BYTES, CHECK_BYTES, Check, END, NEXT, TRAILER};
 use super::encoding::{MARK, PREFIX_BYTES_MAX, RECORD_BYTES_MAX, decode};
 use super::header::{FORMAT_VERSION, HEADER_BYTES_MAX, Header, MAGIC, OLDEST_FORMAT_VERSION};
-use std::fmt;
-use std::io::{self, BufRead as _, BufReader, Read};
+use super::input::Input;
+use std::io::{self, Read};
 use wire::time::Timestamp;
-
-const BUFFER_BYTES: usize = 256 * 1024;
 
 const CHECK_IS_WRONG: &str = "the block that begins here does not match its check";
 
@@ -86,7 +84,7 @@ pub enum RecordError {
 /// matches; those of a truncated last block have no checksum.
 #[derive(Debug)]
 pub struct RecordReader {
-    input: Counted,
+    input: Input,
     header: Header,
     /// Checksum of everything before the current block; `None` in format 2, where each record is a block.
     check: Option<Check>,
@@ -110,7 +108,7 @@ enum Gathered {
 
 enum Filled {
     Whole,
-    Short(usize),
+    Short,
 }
 
 impl RecordReader {
@@ -119,11 +117,10 @@ impl RecordReader {
     /// # Errors
     /// Anything but [`RecordError::CutShort`].
     pub fn new(input: impl Read + Send + 'static) -> Result<Self, RecordError> {
-        let input: Box<dyn Read + Send> = Box::new(input);
-        let mut input = Counted { input: BufReader::with_capacity(BUFFER_BYTES, input), bytes: 0 };
+        let mut input = Input::new(Box::new(input));
         let (header, check) = read_header(&mut input)?;
         Ok(Self {
-            begin: input.bytes,
+            begin: input.offset(),
             input,
             header,
             check,
@@ -158,7 +155,7 @@ impl RecordReader {
 
     /// Reads the records that one checksum covers, and verifies it.
     fn read_block(&mut self) -> Result<(), RecordError> {
-        self.begin = self.input.bytes;
+        self.begin = self.input.offset();
         self.block.clear();
         self.next = 0;
         loop {
@@ -181,7 +178,7 @@ impl RecordReader {
     fn gather(&mut self) -> Result<Gathered, RecordError> {
         let begin = self.block.len();
         for _ in 0..PREFIX_BYTES_MAX {
-            if let Filled::Short(_) = self.append(1)? {
+            if let Filled::Short = self.append(1)? {
                 return Ok(Gathered::Nothing);
             }
             if self.block.last().is_some_and(|byte| byte & 0x80 == 0) {
@@ -204,7 +201,7 @@ impl RecordReader {
         }
         match self.append(length)? {
             Filled::Whole => Ok(Gathered::Record),
-            Filled::Short(_) => Ok(Gathered::Nothing),
+            Filled::Short => Ok(Gathered::Nothing),
         }
     }
 
@@ -236,11 +233,9 @@ impl RecordReader {
     }
 
     fn at_end(&mut self) -> Result<(), RecordError> {
-        match fill(&mut self.input, &mut [0])? {
-            Filled::Short(_) => Ok(()),
-            Filled::Whole => {
-                Err(self.damaged(self.block.len(), "there are bytes behind the end mark"))
-            }
+        match self.input.append_to(&mut Vec::new(), 1)? {
+            0 => Ok(()),
+            _ => Err(self.damaged(self.block.len(), "there are bytes behind the end mark")),
         }
     }
 
@@ -258,18 +253,8 @@ impl RecordReader {
 
     /// Appends this many bytes of the file to the block, or as many as there are.
     fn append(&mut self, bytes: usize) -> Result<Filled, RecordError> {
-        if let Some(at_hand) = self.input.input.buffer().get(..bytes) {
-            self.block.extend_from_slice(at_hand);
-            self.input.consume(bytes);
-            return Ok(Filled::Whole);
-        }
-        let begin = self.block.len();
-        self.block.resize(begin + bytes, 0);
-        let filled = fill(&mut self.input, &mut self.block[begin..])?;
-        if let Filled::Short(bytes) = filled {
-            self.block.truncate(begin + bytes);
-        }
-        Ok(filled)
+        let appended = self.input.append_to(&mut self.block, bytes)?;
+        Ok(if appended == bytes { Filled::Whole } else { Filled::Short })
     }
 
     /// An invalid byte in a block whose checksum is not verified yet: any bit before it may be the cause.
@@ -311,49 +296,8 @@ fn length_of(bytes: &[u8]) -> (usize, usize) {
     (length, PREFIX_BYTES_MAX)
 }
 
-/// Fills `buffer`; if the input ends early, returns how much was filled.
-fn fill(input: &mut Counted, buffer: &mut [u8]) -> io::Result<Filled> {
-    let mut filled = 0;
-    while filled < buffer.len() {
-        match input.read(&mut buffer[filled..]) {
-            Ok(0) => return Ok(Filled::Short(filled)),
-            Ok(bytes) => filled += bytes,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(Filled::Whole)
-}
-
-/// Counts the bytes read, so that errors can name offsets in the file.
-struct Counted {
-    input: BufReader<Box<dyn Read + Send>>,
-    bytes: u64,
-}
-
-impl fmt::Debug for Counted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Counted").field("bytes", &self.bytes).finish_non_exhaustive()
-    }
-}
-
-impl Counted {
-    fn consume(&mut self, bytes: usize) {
-        self.input.consume(bytes);
-        self.bytes += bytes as u64;
-    }
-}
-
-impl Read for Counted {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let bytes = self.input.read(buffer)?;
-        self.bytes += bytes as u64;
-        Ok(bytes)
-    }
-}
-
 /// Reads magic, version, block and checksum, and leaves `input` at the first record.
-fn read_header(input: &mut Counted) -> Result<(Header, Option<Check>), RecordError> {
+fn read_header(input: &mut Input) -> Result<(Header, Option<Check>), RecordError> {
     let mut bytes = vec![0; MAGIC.len()];
     read_exact(input, &mut bytes).map_err(|error| match error {
         RecordError::HeaderCutShort => RecordError::NotARecord,
@@ -387,7 +331,7 @@ fn read_header(input: &mut Counted) -> Result<(Header, Option<Check>), RecordErr
         let (of, mut written) = (Check::default().of(&bytes), [0; CHECK_BYTES]);
         read_exact(input, &mut written)?;
         if of.bytes() != written {
-            return Err(RecordError::HeaderDamaged { length: input.bytes });
+            return Err(RecordError::HeaderDamaged { length: input.offset() });
         }
         check = Some(Check::default());
     }
@@ -395,7 +339,7 @@ fn read_header(input: &mut Counted) -> Result<(Header, Option<Check>), RecordErr
     Ok((header, check))
 }
 
-fn read_exact(input: &mut impl Read, buffer: &mut [u8]) -> Result<(), RecordError> {
+fn read_exact(input: &mut Input, buffer: &mut [u8]) -> Result<(), RecordError> {
     input.read_exact(buffer).map_err(|error| match error.kind() {
         io::ErrorKind::UnexpectedEof => RecordError::HeaderCutShort,
         _ => RecordError::Io(error),

@@ -143,8 +143,9 @@ impl TrialCampaign {
         let (name, text) = match self.trial.text() {
             Some(text) => {
                 let plan = plan.name.as_str();
-                let regression = Regression { plan, text, property: &property, what, case };
-                (regression.name(), regression.to_toml()?)
+                let file = None;
+                let regression = Regression { plan, text, file, property: &property, what, case };
+                (regression.name(), regression.to_toml(None)?)
             }
             None => {
                 let faults = case.schedule.beside(&plan.faults).to_toml();

@@ -82,12 +82,6 @@ impl Monitor {
         &self.verdict
     }
 
-    /// The verdict if the run ended at `time`. It contains a violation as soon as nothing can avert it, possibly before
-    /// the horizon is over. Copies the monitor.
-    pub fn preview(&self, time: Timestamp) -> Verdict {
-        self.clone().finish(time)
-    }
-
     /// Ends the run at `time`. Everything after it is unknown: a moment whose truth depends on that is open, neither a
     /// violation nor judged.
     pub fn finish(mut self, time: Timestamp) -> Verdict {

@@ -82,11 +82,6 @@ impl Reaction {
         self.waiting.iter().copied()
     }
 
-    /// Number of triggers without a response so far; after [`Self::finish`], of those that never got one.
-    pub fn unanswered(&self) -> usize {
-        self.waiting.len()
-    }
-
     /// Number of triggers not measured and results not taken, for lack of space.
     pub fn dropped(&self) -> u64 {
         self.dropped

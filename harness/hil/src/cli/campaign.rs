@@ -30,13 +30,13 @@ use harness::program::Programs;
 use harness::run::Prepared;
 use plan::Property;
 use plan::faults::{FaultKind, Target};
-use plan::library::{Kind, Library};
+use plan::library::{Kind, Library, is_path};
 use plan::made::Made;
 use record::figures;
 use record::outcome::Outcome;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
 use views::console::{self, Again, Style};
 use wire::time::Span;
@@ -216,7 +216,10 @@ impl CampaignArguments {
                 }
                 return self.tell(screen, kept, (&done, &saved), None);
             }
-            let place = place(format!("{threads} threads of this machine"));
+            let place = place(format!(
+                "{} of this machine",
+                figures::counted(threads.get() as u64, "thread", "threads")
+            ));
             let kept = self.account(&task, &space, &states, place)?;
             let (done, saved) = self.search(&task, begun, &executor, &space, &states, &settings)?;
             return self.tell(screen, kept, (&done, &saved), None);
@@ -332,6 +335,7 @@ impl CampaignArguments {
             let regression = Regression {
                 plan: prepared.plan.name.as_str(),
                 text: source,
+                file: is_path(&self.plan).then(|| Path::new(&self.plan)),
                 property: &found.property,
                 what: what.map_or("", |violated| violated.what.as_str()),
                 case: &found.shrunk.case,

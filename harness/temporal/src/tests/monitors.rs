@@ -80,13 +80,12 @@ fn what_the_end_leaves_open_is_no_violation() {
 }
 
 #[test]
-fn a_preview_knows_before_the_horizon_is_over() {
+fn a_violation_that_nothing_can_avert_is_known_at_the_end_before_the_horizon_is_over() {
     let mut monitor = Monitor::new(formula("for 1 s: Count == 1"));
     monitor.update(at(0), &[(COUNT, 1.0)]);
     monitor.update(at(50), &[(COUNT, 0.0)]);
     assert!(monitor.verdict().holds);
-    assert_eq!(monitor.preview(at(50)).first_violation.map(|violation| violation.at), Some(at(0)));
-    assert!(monitor.verdict().holds);
+    assert_eq!(monitor.finish(at(50)).first_violation.map(|violation| violation.at), Some(at(0)));
 }
 
 #[test]

@@ -21,7 +21,7 @@ fn each_question_gets_the_next_answer() {
     reaction.update(at(10), &[(SPEED, 5.0)]);
     reaction.update(at(12), &[(SPEED, 0.0)]);
     reaction.update(at(15), &[(SPEED, 5.0)]);
-    assert_eq!(reaction.unanswered(), 1);
+    assert_eq!(reaction.waiting().count(), 1);
     reaction.update(at(40), &[(COUNT, 1.0)]);
     reaction.update(at(50), &[(SPEED, 0.0)]);
     // Already true.
@@ -30,7 +30,7 @@ fn each_question_gets_the_next_answer() {
     reaction.update(at(80), &[(SPEED, 9.0)]);
     reaction.finish(at(100));
     assert_eq!(answers(&mut reaction), [(10, 30), (15, 25), (60, 0)]);
-    assert_eq!((reaction.unanswered(), reaction.dropped()), (1, 0));
+    assert_eq!((reaction.waiting().count(), reaction.dropped()), (1, 0));
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn what_begins_true_asks_nothing() {
     reaction.update(at(0), &[(SPEED, 5.0)]);
     reaction.update(at(10), &[(COUNT, 1.0)]);
     reaction.finish(at(100));
-    assert_eq!((answers(&mut reaction), reaction.unanswered()), (vec![], 0));
+    assert_eq!((answers(&mut reaction), reaction.waiting().count()), (vec![], 0));
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn what_has_no_place_is_counted() {
     reaction.update(at(110), &[(SPEED, 5.0)]);
     reaction.finish(at(200));
     assert_eq!(answers(&mut reaction), [(10, 90), (20, 80)]);
-    assert_eq!((reaction.unanswered(), reaction.dropped()), (0, 4));
+    assert_eq!((reaction.waiting().count(), reaction.dropped()), (0, 4));
 }
 
 proptest! {
@@ -94,6 +94,6 @@ proptest! {
         }
         reaction.finish(at(rows.len() as i64 - 1));
         prop_assert_eq!(answers(&mut reaction), expected);
-        prop_assert_eq!(reaction.unanswered(), waiting.len());
+        prop_assert_eq!(reaction.waiting().count(), waiting.len());
     }
 }

@@ -72,7 +72,7 @@ pub(super) fn fact(name: &str, value: &str) -> Markup {
 }
 
 /// Formats a count with thin spaces between thousands.
-fn grouped(count: u64) -> String {
+pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {

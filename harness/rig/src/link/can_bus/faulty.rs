@@ -88,11 +88,6 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         faulty.layers.switch_off(number).map_or(0, |(acted, _)| acted)
     }
 
-    /// How often the fault of this number has acted so far.
-    pub fn fault_acted(&self, number: usize) -> u64 {
-        self.faulty.as_ref().map_or(0, |faulty| faulty.layers.acted(number))
-    }
-
     /// Takes the next change of a node's error state.
     pub fn state_change(&mut self) -> Option<StateChange<Node>> {
         self.faulty.as_mut()?.nodes.change()

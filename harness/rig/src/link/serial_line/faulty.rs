@@ -66,11 +66,6 @@ impl SerialLine {
         ended.map_or(0, |(acted, _)| acted)
     }
 
-    /// Count of the fault of this number so far.
-    pub fn fault_acted(&self, number: usize) -> u64 {
-        self.faulty.as_ref().map_or(0, |faulty| faulty.acted(number))
-    }
-
     /// Sends a packet through the layers.
     #[cold]
     pub(super) fn send_faulty(&mut self, now: Timestamp, packet: Packet) {

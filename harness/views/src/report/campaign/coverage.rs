@@ -91,10 +91,6 @@ fn counted(kinds: usize, untried: usize) -> String {
     }
 }
 
-fn percent(share: f64) -> String {
-    format!("{:.0}", 100.0 * share)
-}
-
 fn cell(tried: Tried) -> Markup {
     let shade = match tried {
         Tried { cases: 0, .. } => "untried".to_owned(),
@@ -109,10 +105,10 @@ fn cell(tried: Tried) -> Markup {
             @match tried.interval() {
                 None => "·",
                 Some(interval) => {
-                    (percent(tried.broke as f64 / tried.cases as f64)) " %"
+                    (format!("{:.0} %", 100.0 * tried.broke as f64 / tried.cases as f64))
                     div.small {
                         (tried.broke) " of " (tried.cases) "; "
-                        (percent(interval.lower)) " to " (percent(interval.upper)) " %"
+                        (interval.percent())
                     }
                 }
             }

@@ -25,7 +25,13 @@ fn card(account: &Account, found: &FoundCase) -> Markup {
                 }
             }
             @if count > 0 { pre { (schedule.to_toml().trim()) } }
-            p { "Again: " code { (command(account, found)) } }
+            p {
+                "Again: "
+                code {
+                    "hil run " (found.plan) " " span.whole { "--seed " (found.case.seed) }
+                    @if !account.replay.is_empty() { " " (account.replay) }
+                }
+            }
             p.small {
                 "Plan: "
                 @match found.file.as_deref().filter(|name| is_plain(name)) {
@@ -35,11 +41,6 @@ fn card(account: &Account, found: &FoundCase) -> Markup {
             }
         }
     }
-}
-
-fn command(account: &Account, found: &FoundCase) -> String {
-    let command = format!("hil run {} --seed {} {}", found.plan, found.case.seed, account.replay);
-    command.trim_end().to_owned()
 }
 
 /// Whether it is the plain name of a file beside the page: a link must not lead outside.

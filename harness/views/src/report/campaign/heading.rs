@@ -1,6 +1,6 @@
 //! Identity, progress and result of the campaign.
 
-use super::super::heading::fact;
+use super::super::heading::{fact, grouped};
 use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
@@ -27,14 +27,17 @@ pub(super) fn heading(account: &Account, gathered: &Gathered) -> Markup {
         _ => "open",
     };
     let share = tally.cases as f64 / account.asked.max(1) as f64;
-    let outcomes: Vec<String> =
-        tally.outcomes.iter().map(|(outcome, times)| format!("{times} {outcome}")).collect();
+    let outcomes: Vec<String> = tally
+        .outcomes
+        .iter()
+        .map(|(outcome, times)| format!("{} {outcome}", grouped(*times)))
+        .collect();
     html! {
         header.(class) {
             p.outcome { (word) }
             h1 { "Random faults: " (account.title) }
             p.lead {
-                (tally.cases) " of " (account.asked) " cases, "
+                (grouped(tally.cases)) " of " (grouped(account.asked)) " cases, "
                 (match tally.broken.len() {
                     0 => "no property broken".to_owned(),
                     1 => "1 property broken".to_owned(),

@@ -1,10 +1,11 @@
 //! How often each property broke, its smallest margin, and how often each state was reached.
 
+use super::super::heading::grouped;
 use super::super::listed;
 use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
-use plan::confidence::{Interval, Z_95, wilson};
+use plan::confidence::{Z_95, wilson};
 use std::collections::BTreeSet;
 
 /// Properties that must hold at every moment; `None` if none was judged.
@@ -47,9 +48,9 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
             }
             td { span.verdict { (if times > 0 { "broken" } else { "held" }) } }
             td.number {
-                (times) " of " (tally.cases)
-                @if let Some(Interval { lower, upper }) = wilson(times, tally.cases, Z_95) {
-                    div.small { (format!("{:.0} to {:.0} %", 100.0 * lower, 100.0 * upper)) }
+                (grouped(times)) " of " (grouped(tally.cases))
+                @if let Some(interval) = wilson(times, tally.cases, Z_95) {
+                    div.small { (interval.percent()) }
                 }
             }
             td { (bar(times, tally.cases, "fault")) }
@@ -69,7 +70,7 @@ pub(super) fn sometimes(account: &Account, gathered: &Gathered) -> Option<Markup
             tr.(if times == 0 { "marginal" } else { "pass" }) {
                 td { strong { (name) } }
                 td.number {
-                    @if times == 0 { span.reason { "no case" } } @else { (times) " of " (tally.cases) }
+                    @if times == 0 { span.reason { "no case" } } @else { (grouped(times)) " of " (grouped(tally.cases)) }
                 }
                 td { (bar(times, tally.cases, "state")) }
             }
