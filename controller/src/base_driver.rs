@@ -147,10 +147,10 @@ impl BaseDriver {
         }
     }
 
-    /// Repeats `request` where nothing shows that it arrived: the serial line answers.
+    /// Sends `request` again, before all that waits, on CAN: there nothing shows that it arrived.
     pub(crate) fn request_again(&mut self, request: Request) {
-        if matches!(self.line, Line::Can) {
-            self.request(request);
+        if matches!(self.line, Line::Can) && self.requests.push_front(request).is_err() {
+            self.refused = self.refused.saturating_add(1);
         }
     }
 

@@ -382,11 +382,10 @@ impl Controller {
             Task::PoseDownload(_) => self.step_pose_download(now),
             Task::Idle | Task::BiasTest { .. } if self.stopping => {
                 if let Some(base) = &mut self.base {
+                    base.request(Request::Stop);
                     if base.may_move() {
                         base.request_again(self.config.motion.ramps());
                     }
-                    // What the base hears last is the order to stop.
-                    base.request(Request::Stop);
                     base.poll(now);
                 }
             }

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::mission::{BiasTest, Command};
 use std::boxed::Box;
+use wire::base::Request;
 use wire::gyro::{GyroOutput, GyroSample};
 use wire::time::Span;
 use wire::units::{AngularRate, Temperature};
@@ -208,5 +209,6 @@ fn ramps_are_sent_again_until_the_base_moves_and_with_each_stop() {
         plant.begin(Command::Stop);
         plant.run(Span::from_millis(60));
         assert_eq!(plant.ramps_sent, if base_speaks { 3 } else { 7 });
+        assert_eq!(plant.last, Some(Request::Stop), "what the base hears last");
     }
 }

@@ -44,6 +44,8 @@ pub(super) struct Plant {
     pub(super) written_in_motion: u32,
     /// How often the ramps were sent.
     pub(super) ramps_sent: u32,
+    /// The last request that arrived.
+    pub(super) last: Option<Request>,
     /// m
     displacement: f64,
     steer: f64,
@@ -81,6 +83,7 @@ impl Plant {
             drive: 0.0,
             written_in_motion: 0,
             ramps_sent: 0,
+            last: None,
             steer: 0.0,
             targets: (0.0, 0.0),
             motion: Motion::default(),
@@ -207,7 +210,9 @@ impl Plant {
             self.on_their_way.extend(can_link::parse_request(&frame).map(|it| (arrives, it)));
         }
         while self.on_their_way.first().is_some_and(|(at, _)| *at <= self.now) {
-            match self.on_their_way.remove(0).1 {
+            let request = self.on_their_way.remove(0).1;
+            self.last = Some(request);
+            match request {
                 Request::SetVelocity { drive, steer } => {
                     self.targets = (drive.m_per_s(), steer.rad_per_s());
                 }
