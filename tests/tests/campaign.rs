@@ -73,14 +73,14 @@ fn the_smallest_case_is_a_plan_that_shows_the_same() {
     let mut violated = shrunk.result.violated.clone();
     violated.retain(|violated| violated.property == "no_silent_wrong");
     let regression = Regression {
-        file: None,
+        project: None,
         plan: "live-side",
         text: PLAN,
         property: "no_silent_wrong",
         what: &violated[0].what,
         case: &shrunk.case,
     };
-    let text = regression.to_toml(None).unwrap();
+    let text = regression.to_toml(".".as_ref()).unwrap();
     let plan =
         Plan::parse("regression.toml", &text).unwrap_or_else(|error| panic!("{error:?}\n{text}"));
     let mut again = prepared();

@@ -11,8 +11,8 @@ pub struct Regression<'a> {
     pub plan: &'a str,
     /// Text of that plan.
     pub text: &'a str,
-    /// Its file, if it has one: the saved plan finds the files that it names from there.
-    pub file: Option<&'a Path>,
+    /// Folder of the files that it names, if it is not among the shipped ones.
+    pub project: Option<&'a Path>,
     /// The property that breaks.
     pub property: &'a str,
     /// The observed violation.
@@ -63,12 +63,12 @@ impl Regression<'_> {
     /// positions, and with the random numbers of the original plan, the faults behave as they did when the case was
     /// carried out.
     ///
-    /// `project` is the folder of the plan under test, relative to that of the new one, if they differ.
+    /// From `folder`, which exists, it finds the files that it names.
     ///
     /// # Errors
     ///
     /// When the plan's text is not TOML.
-    pub fn to_toml(&self, project: Option<String>) -> Result<String, RegressionError> {
+    pub fn to_toml(&self, folder: &Path) -> Result<String, RegressionError> {
         let failed =
             |message: String| RegressionError::Plan { plan: self.plan.to_owned(), message };
         let mut table: toml::Table =
@@ -76,6 +76,9 @@ impl Regression<'_> {
         let title = format!("{} breaks under faults: {}", self.plan, self.property);
         table.entry("random_numbers_of").or_insert_with(|| self.plan.into());
         table.insert("name".to_owned(), self.name().into());
+        // A plan that another campaign saved has that of its own place.
+        table.remove("project");
+        let project = self.project.and_then(|project| way(folder, project));
         table.extend(project.map(|project| ("project".to_owned(), project.into())));
         table.insert("title".to_owned(), title.into());
         let faults = toml::Value::try_from(&self.case.schedule)
@@ -132,25 +135,23 @@ impl Regression<'_> {
         let path = folder.join(format!("{}.toml", self.name()));
         let failed = |source| RegressionError::Io { path: path.clone(), source };
         std::fs::create_dir_all(folder).map_err(failed)?;
-        let text = self.to_toml(self.file.and_then(|file| project(folder, file)))?;
+        let text = self.to_toml(folder)?;
         std::fs::write(&path, text).map_err(failed)?;
         Ok(path)
     }
 }
 
-/// The way from `folder` to the folder of the plan in `file`; `None` if files are found without it: from the working folder
-/// as well.
-fn project(folder: &Path, file: &Path) -> Option<String> {
-    let of_plan = file.parent()?;
-    let of_plan = if of_plan.as_os_str().is_empty() { Path::new(".") } else { of_plan };
-    let (from, to) = (folder.canonicalize().ok()?, of_plan.canonicalize().ok()?);
-    if std::env::current_dir().ok()?.canonicalize().ok()? == to {
+/// The way from `folder` to that of the `project`; `None` if its files are found without: from the working folder as well.
+fn way(folder: &Path, project: &Path) -> Option<String> {
+    // A plan in the working folder has none before its name.
+    let (from, to) =
+        (folder.canonicalize().ok()?, Path::new(".").join(project).canonicalize().ok()?);
+    if to == std::env::current_dir().ok()?.canonicalize().ok()? {
         return None;
     }
     let shared = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
-    let up = from.components().skip(shared).map(|_| Path::new("..").as_os_str());
-    let down = to.components().skip(shared).map(Component::as_os_str);
-    let way: PathBuf = up.chain(down).collect();
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(to.components().skip(shared)).collect();
     way.to_str().filter(|way| !way.is_empty()).map(str::to_owned)
 }
 
@@ -161,6 +162,7 @@ mod tests {
     use plan::Plan;
     use plan::faults::{Fault, FaultKind, Schedule, Target};
     use plan::library::{Kind, Library};
+    use std::path::Path;
 
     const PLAN: &str = r#"
 name = "struck"
@@ -180,8 +182,8 @@ check = { all_within = [0, 10] }
     /// The plan made from a case of `text`.
     fn regression(text: &str, case: &Case) -> Plan {
         let (plan, property, what) = ("struck", "fresh_heading", "an old one\nor two");
-        let regression = Regression { plan, text, file: None, property, what, case };
-        let written = regression.to_toml(None).unwrap();
+        let regression = Regression { plan, text, project: None, property, what, case };
+        let written = regression.to_toml(Path::new(".")).unwrap();
         Plan::parse("written.toml", &written).unwrap_or_else(|e| panic!("{e}\n{written}"))
     }
 
@@ -208,24 +210,32 @@ check = { all_within = [0, 10] }
         let (plans, out) = (folder.path().join("plans"), folder.path().join("runs/campaign"));
         std::fs::create_dir_all(plans.join("devices")).unwrap();
         std::fs::write(plans.join("devices/mine.toml"), "gyro = \"dsp3000\"\n").unwrap();
-        let file = plans.join("struck.toml");
         let text = PLAN.replace("paper-serial", "mine");
-        std::fs::write(&file, &text).unwrap();
         let case = Case::default();
         let regression = Regression {
             plan: "struck",
             text: &text,
-            file: Some(&file),
+            project: Some(&plans),
             property: "fresh_heading",
             what: "an old one",
             case: &case,
         };
-        let saved = regression.write(&out).unwrap();
-        let saved = saved.to_str().unwrap();
-        let found = Library::beside(saved).open(Kind::Devices, "mine").unwrap();
-        assert!(found.origin.ends_with("plans/devices/mine.toml"), "{}", found.origin);
-        let plan = Plan::parse(saved, &std::fs::read_to_string(saved).unwrap()).unwrap();
-        assert_eq!(plan.project.as_deref(), Some("../../plans"));
+        let found = |regression: &Regression<'_>, folder| {
+            let saved = regression.write(folder).unwrap();
+            let saved = saved.to_str().unwrap();
+            let text = std::fs::read_to_string(saved).unwrap();
+            let plan = Plan::parse(saved, &text).unwrap();
+            let library = Library::beside(saved).of(plan.project.as_deref());
+            let found = library.open(Kind::Devices, "mine").unwrap();
+            assert!(found.origin.ends_with("plans/devices/mine.toml"), "{}", found.origin);
+            (plan.project, text)
+        };
+        let (project, text) = found(&regression, &out);
+        assert_eq!(project.as_deref(), Some("../../plans"));
+        // The saved plan is struck in its turn.
+        let again = Regression { text: &text, ..regression };
+        let (project, _) = found(&again, &folder.path().join("again"));
+        assert_eq!(project.as_deref(), Some("../plans"));
         let beside = regression.write(&plans).unwrap();
         assert!(!std::fs::read_to_string(beside).unwrap().contains("project"));
     }

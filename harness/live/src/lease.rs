@@ -8,6 +8,7 @@ use plan::bench_file::{AttachPlace, BenchFile, ControllerSection, PortText};
 use ports::PortSpec;
 use ports::serial::usb;
 use ports::spec::{SerialDevice, SerialSpec};
+use record::locked::Locked;
 use rustix::fs::OFlags;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -152,7 +153,7 @@ fn last_link(path: &Path) -> PathBuf {
 /// A bench that one holds, until this is dropped.
 #[derive(Debug)]
 pub struct Lease {
-    files: Vec<File>,
+    files: Vec<Locked>,
 }
 
 /// Where leases are: a folder that all users share.
@@ -194,7 +195,7 @@ impl Lease {
             }
             let told = serde_json::to_string(holder).unwrap_or_default();
             file.set_len(0).and_then(|()| file.write_all(told.as_bytes())).map_err(failed)?;
-            lease.files.push(file);
+            lease.files.push(Locked(file));
         }
         Ok(Ok(lease))
     }
@@ -213,11 +214,9 @@ impl Lease {
 
 impl Drop for Lease {
     fn drop(&mut self) {
-        for file in &self.files {
+        for Locked(file) in &self.files {
             // Without a lock it says nothing, should it stay.
             let _ = file.set_len(0);
-            // A child process that another thread is starting has the file until it runs its program, and the lock with it.
-            let _ = file.unlock();
         }
     }
 }
@@ -351,7 +350,7 @@ mod tests {
         let bench = leased("a", "[gyro]\nport = \"/dev/null\"");
         let lease = Lease::take(folder.path(), &bench, &holder("Jane")).unwrap().unwrap();
         // As a child has it between its start and its program.
-        let child = lease.files[0].try_clone().unwrap();
+        let child = lease.files[0].0.try_clone().unwrap();
         drop(lease);
         assert!(Lease::take(folder.path(), &bench, &holder("Joe")).unwrap().is_ok());
         drop(child);

@@ -4,6 +4,7 @@
 //! that the running command keeps locked: a file without a lock is a leftover and means nothing. Both hold the same
 //! document: `{"can0": {"port": "slcan:/dev/pts/4", "bit_rate": 500000}}`.
 
+use record::locked::Locked;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::{self, DirBuilder, File};
@@ -62,8 +63,7 @@ pub fn document(places: &Places) -> String {
 #[derive(Debug)]
 pub struct Kept {
     path: PathBuf,
-    /// Locked.
-    file: File,
+    _file: Locked,
 }
 
 impl Kept {
@@ -95,7 +95,7 @@ impl Kept {
         let mut file = File::create(&path)?;
         file.lock()?;
         file.write_all(document(places).as_bytes())?;
-        Ok(Self { path, file })
+        Ok(Self { path, _file: Locked(file) })
     }
 
     /// Like [`Self::new`] if there are lines. Without the file, programs beside this one do not find the lines; nothing
@@ -116,8 +116,6 @@ impl Drop for Kept {
     fn drop(&mut self) {
         // If the file stays, it means nothing without its lock.
         let _ = fs::remove_file(&self.path);
-        // A child process that another thread is starting has the file until it runs its program, and the lock with it.
-        let _ = self.file.unlock();
     }
 }
 
@@ -147,7 +145,7 @@ mod tests {
         let other = File::open(&path).unwrap();
         assert!(other.try_lock_shared().is_err(), "nobody sees that it is kept");
         // What a child process has until it runs its program.
-        let _inherited = kept.file.try_clone().unwrap();
+        let _inherited = kept._file.0.try_clone().unwrap();
         drop(kept);
         assert!(other.try_lock_shared().is_ok() && !path.exists());
     }

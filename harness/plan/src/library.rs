@@ -155,14 +155,24 @@ impl Library {
         (Self { opened: Some(Arc::clone(&opened)), ..self }, opened)
     }
 
-    /// The shipped files, after those in the folder of `plan` if it is a path, or in the folder that it calls its project.
+    /// The shipped files, after those in the folder of `plan` if it is a path.
     pub fn beside(plan: &str) -> Self {
         let folder = is_path(plan).then(|| Path::new(plan).parent().map(Path::to_owned)).flatten();
-        let folder = folder.map(|folder| match project(Path::new(plan)) {
-            Some(project) => folder.join(project),
-            None => folder,
-        });
         Self { folder, ..Self::default() }
+    }
+
+    /// The same, for a plan in that folder that names a `project` in place of it.
+    pub fn of(&self, project: Option<&str>) -> Self {
+        let mut library = self.clone();
+        if let (Some(folder), Some(project)) = (&mut library.folder, project) {
+            folder.push(project);
+        }
+        library
+    }
+
+    /// The folder of the project, if files of one are searched.
+    pub fn folder(&self) -> Option<&Path> {
+        self.folder.as_deref()
     }
 
     /// Like [`Self::beside`], for a rig: files that its nodes name are found as from a plan of its project.
@@ -363,17 +373,7 @@ pub fn names_in(project: &Path, kind: Kind) -> Vec<String> {
     names
 }
 
-/// The `project` of the plan at this path; what cannot be read has none, and is reported by whoever opens it.
-fn project(plan: &Path) -> Option<PathBuf> {
-    #[derive(Deserialize)]
-    struct Named {
-        project: Option<PathBuf>,
-    }
-    toml::from_str::<Named>(&reading::text(plan).ok()?).ok()?.project
-}
-
-/// True for what is opened as a path; anything else is a name.
-pub fn is_path(name: &str) -> bool {
+fn is_path(name: &str) -> bool {
     name.contains('/') || Path::new(name).extension().is_some_and(|end| end == "toml")
 }
 

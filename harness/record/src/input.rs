@@ -5,25 +5,27 @@ use std::io::{self, BufRead as _, BufReader, Read};
 
 const BUFFER_BYTES: usize = 256 * 1024;
 
+/// A file that is read from its beginning.
 pub(super) struct Input {
     file: BufReader<Box<dyn Read + Send>>,
-    bytes: u64,
+    /// Number of bytes read so far.
+    offset: u64,
 }
 
 impl fmt::Debug for Input {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Input").field("bytes", &self.bytes).finish_non_exhaustive()
+        f.debug_struct("Input").field("offset", &self.offset).finish_non_exhaustive()
     }
 }
 
 impl Input {
     pub(super) fn new(file: Box<dyn Read + Send>) -> Self {
-        Self { file: BufReader::with_capacity(BUFFER_BYTES, file), bytes: 0 }
+        Self { file: BufReader::with_capacity(BUFFER_BYTES, file), offset: 0 }
     }
 
     /// Offset of the next byte in the file.
     pub(super) const fn offset(&self) -> u64 {
-        self.bytes
+        self.offset
     }
 
     /// Appends the next `count` bytes, or as many as there are; returns how many.
@@ -32,7 +34,7 @@ impl Input {
         if let Some(at_hand) = self.file.buffer().get(..count) {
             block.extend_from_slice(at_hand);
             self.file.consume(count);
-            self.bytes += count as u64;
+            self.offset += count as u64;
             return Ok(count);
         }
         let begin = block.len();
@@ -44,7 +46,7 @@ impl Input {
 impl Read for Input {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let bytes = self.file.read(buffer)?;
-        self.bytes += bytes as u64;
+        self.offset += bytes as u64;
         Ok(bytes)
     }
 }

@@ -13,6 +13,7 @@ pub mod figures;
 pub mod header;
 mod input;
 pub mod kept;
+pub mod locked;
 pub mod outcome;
 mod progress;
 pub mod reader;

@@ -29,6 +29,7 @@ use rig::operator::{Answers, Operator};
 use rig::{self, build};
 use std::collections::BTreeMap;
 use std::mem;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError};
 use wire::time::Timestamp;
 
@@ -84,6 +85,8 @@ pub struct Prepared {
     pub models: BTreeMap<String, Model>,
     /// The files that were read; empty if the plan was made in code.
     pub files: Arc<Pack>,
+    /// The folder in which they were searched before the shipped ones, if there was one.
+    pub project: Option<PathBuf>,
     /// The controller under test in virtual time.
     pub hosting: Hosting,
     /// Devices in this process that play nodes under test.
@@ -144,13 +147,15 @@ impl Prepared {
         made: &Made,
     ) -> Result<Self, PrepareError> {
         let placed = |error: PrepareError| error.placed(source);
+        let library = &library.of(plan.project.as_deref());
         let rig = load_rig(library, &plan).map_err(PrepareError::from).map_err(placed)?;
         plan.check_rig(&source.origin, &source.text, &rig)?;
         let calibrations = calibrations::load(&plan, library, &made.calibrations);
         let calibrations = calibrations.map_err(PrepareError::from).map_err(placed)?;
         let models = models::load(&plan, library, &made.models);
         let models = models.map_err(PrepareError::from).map_err(placed)?;
-        Ok(Self::new(Arc::new(plan), rig, calibrations, models))
+        let project = library.folder().map(Path::to_owned);
+        Ok(Self { project, ..Self::new(Arc::new(plan), rig, calibrations, models) })
     }
 
     /// Combines a plan with everything that it names.
@@ -166,6 +171,7 @@ impl Prepared {
             calibrations,
             models,
             files: Arc::default(),
+            project: None,
             hosting: Hosting::default(),
             own: OwnDevices::default(),
             programs: Programs::default(),
@@ -359,7 +365,7 @@ pub fn load_recorded(
         None => return Ok(None),
     };
     let plan = load_plan(&library, name)?;
-    let rig = load_rig(&library, &plan)?;
+    let rig = load_rig(&library.of(plan.project.as_deref()), &plan)?;
     Ok(Some((plan, rig)))
 }
 

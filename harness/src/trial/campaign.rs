@@ -143,9 +143,10 @@ impl TrialCampaign {
         let (name, text) = match self.trial.text() {
             Some(text) => {
                 let plan = plan.name.as_str();
-                let file = None;
-                let regression = Regression { plan, text, file, property: &property, what, case };
-                (regression.name(), regression.to_toml(None)?)
+                let project = self.trial.prepared.project.as_deref();
+                let property = &property;
+                let regression = Regression { plan, text, project, property, what, case };
+                (regression.name(), regression.to_toml(folder)?)
             }
             None => {
                 let faults = case.schedule.beside(&plan.faults).to_toml();

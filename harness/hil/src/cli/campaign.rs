@@ -30,13 +30,13 @@ use harness::program::Programs;
 use harness::run::Prepared;
 use plan::Property;
 use plan::faults::{FaultKind, Target};
-use plan::library::{Kind, Library, is_path};
+use plan::library::{Kind, Library};
 use plan::made::Made;
 use record::figures;
 use record::outcome::Outcome;
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread::available_parallelism;
 use views::console::{self, Again, Style};
 use wire::time::Span;
@@ -335,7 +335,7 @@ impl CampaignArguments {
             let regression = Regression {
                 plan: prepared.plan.name.as_str(),
                 text: source,
-                file: is_path(&self.plan).then(|| Path::new(&self.plan)),
+                project: prepared.project.as_deref(),
                 property: &found.property,
                 what: what.map_or("", |violated| violated.what.as_str()),
                 case: &found.shrunk.case,

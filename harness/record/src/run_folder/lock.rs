@@ -1,6 +1,7 @@
 //! Allows one run at a time in a folder.
 
 use super::RunFolderError;
+use crate::locked::Locked;
 use std::fs::{File, TryLockError};
 use std::path::Path;
 use std::sync::Arc;
@@ -9,17 +10,7 @@ use std::sync::Arc;
 /// that is killed.
 #[derive(Debug, Clone)]
 pub(super) struct Lock {
-    _held: Arc<Held>,
-}
-
-#[derive(Debug)]
-struct Held(File);
-
-impl Drop for Held {
-    fn drop(&mut self) {
-        // A child process that another thread is starting has the file until it runs its program, and the lock with it.
-        let _ = self.0.unlock();
-    }
+    _held: Arc<Locked>,
 }
 
 /// The lock does not matter when folders are compared.
@@ -38,7 +29,7 @@ impl Lock {
         let file =
             File::open(folder).map_err(|source| RunFolderError::Read { path: path(), source })?;
         match file.try_lock() {
-            Ok(()) => Ok(Some(Self { _held: Arc::new(Held(file)) })),
+            Ok(()) => Ok(Some(Self { _held: Arc::new(Locked(file)) })),
             Err(TryLockError::WouldBlock) => Err(RunFolderError::Busy { path: path() }),
             Err(TryLockError::Error(_)) => Ok(None),
         }
