@@ -1,5 +1,6 @@
 //! Errors in data packages: the place, the problem, and the expectation.
 
+use super::thermometer::Scale;
 use identification::dataset::{Kind, Role, Unit};
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::fmt;
@@ -60,10 +61,10 @@ pub enum Defect {
         known: Vec<&'static str>,
     },
     /// A unit that does not fit the role.
-    #[error("{unit} is no unit of {}, expected one of {}", role.name(), allowed(*role))]
+    #[error("{found} is no unit of {}, expected one of {}", role.name(), allowed(*role))]
     WrongUnit {
-        /// The unit.
-        unit: Unit,
+        /// The unit, as the package states it.
+        found: String,
         /// The role.
         role: Role,
     },
@@ -197,7 +198,11 @@ pub enum Defect {
 /// The permitted units of a role.
 fn allowed(role: Role) -> String {
     let units = Unit::ALL.iter().filter(|unit| role.dimensions().contains(&unit.dimension()));
-    units.map(|unit| unit.text()).collect::<Vec<_>>().join(", ")
+    let mut texts: Vec<_> = units.map(|unit| unit.text()).collect();
+    if texts.contains(&Unit::Celsius.text()) {
+        texts.extend(Scale::CONVERTED);
+    }
+    texts.join(", ")
 }
 
 impl Defect {

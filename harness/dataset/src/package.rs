@@ -178,9 +178,16 @@ fn drive(context: &Context<'_>, hil: &Hil) -> Result<Option<Drive>, DatasetError
     drive.map(Some).ok_or_else(|| context.unknown("drive", found, known, &["drive"]))
 }
 
-fn unit(context: &Context<'_>, found: &str, after: &[&str]) -> Result<Unit, DatasetError> {
+/// `scales` are known as well, where they can be converted.
+fn unit(
+    context: &Context<'_>,
+    found: &str,
+    scales: &[&'static str],
+    after: &[&str],
+) -> Result<Unit, DatasetError> {
     Unit::parse(found).ok_or_else(|| {
-        context.unknown("unit", found, Unit::ALL.iter().map(|unit| unit.text()), after)
+        let known = Unit::ALL.iter().map(|unit| unit.text()).chain(scales.iter().copied());
+        context.unknown("unit", found, known, after)
     })
 }
 
@@ -197,7 +204,7 @@ fn constants(context: &Context<'_>, hil: &Hil) -> Result<BTreeMap<String, Consta
         if is_size && written.value <= 0.0 {
             return Err(context.error(Defect::Size(name.clone()), &[name]));
         }
-        let unit = unit(context, &written.unit, &[name, "unit"])?;
+        let unit = unit(context, &written.unit, &[], &[name, "unit"])?;
         constants.insert(name.clone(), Constant { value: written.value, unit });
     }
     Ok(constants)
@@ -300,15 +307,16 @@ fn field(context: &Context<'_>, written: &descriptor::Field) -> Result<Field, Da
     let scale = written.unit.as_deref().and_then(Scale::parse);
     let unit = match written.unit.as_deref() {
         Some(_) if scale.is_some() => Unit::Celsius,
-        Some(found) => unit(context, found, &after("unit")).map_err(inside)?,
+        Some(found) => unit(context, found, &Scale::CONVERTED, &after("unit")).map_err(inside)?,
         // Their values are not used in calculations.
         None if matches!(role, Role::Run | Role::Ignore) => Unit::One,
         None => return Err(missing("the unit")),
     };
     if !role.dimensions().is_empty() && !role.dimensions().contains(&unit.dimension()) {
-        let defect = Defect::WrongUnit { unit, role };
-        let found = written.unit.as_deref().unwrap_or_default();
-        return Err(inside(context.error(defect, &["fields", name, "unit", found])));
+        let found = written.unit.clone().unwrap_or_default();
+        let words = ["fields", name, "unit", &found];
+        let defect = Defect::WrongUnit { found: found.clone(), role };
+        return Err(inside(context.error(defect, &words)));
     }
     let axis = match written.axis.as_deref() {
         None => None,

@@ -17,13 +17,12 @@ const KELVIN: RangeInclusive<f64> = 200.0..=400.0;
 const CELSIUS: RangeInclusive<f64> = -80.0..=130.0;
 
 impl Scale {
+    /// Texts of the scales that are no unit of a data set.
+    pub const CONVERTED: [&'static str; 2] = [Self::Kelvin.text(), Self::Fahrenheit.text()];
+
     /// The scale with that text; only those that are no unit of a data set.
     pub fn parse(text: &str) -> Option<Self> {
-        match text {
-            "K" => Some(Self::Kelvin),
-            "degF" => Some(Self::Fahrenheit),
-            _ => None,
-        }
+        [Self::Kelvin, Self::Fahrenheit].into_iter().find(|scale| scale.text() == text)
     }
 
     const fn text(self) -> &'static str {

@@ -97,6 +97,7 @@ fn cases() -> Vec<(&'static str, Package)> {
         ("unknown unit", fields(&with(1, ("w", "gyro_rate", "dps", "")))),
         ("unknown axis", fields(&with(1, ("w", "gyro_rate", "deg/s", r#", "axis": "up""#)))),
         ("unit of another dimension", fields(&and(("T", "temperature", "m", "")))),
+        ("a temperature where none is", fields(&with(1, ("w", "gyro_rate", "K", "")))),
         ("no unit", written(&plain.replace(r#", "unit": "s""#, ""))),
         ("no role", written(&plain.replace(r#""role": "time", "#, ""))),
         (
