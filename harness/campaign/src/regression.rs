@@ -143,7 +143,7 @@ impl Regression<'_> {
 
 /// The way from `folder` to that of the `project`; `None` if its files are found without: from the working folder as well.
 fn way(folder: &Path, project: &Path) -> Option<String> {
-    // A plan in the working folder has none before its name.
+    // Of a plan that is named without a folder, the project is an empty path.
     let (from, to) =
         (folder.canonicalize().ok()?, Path::new(".").join(project).canonicalize().ok()?);
     if to == std::env::current_dir().ok()?.canonicalize().ok()? {

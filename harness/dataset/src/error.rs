@@ -200,7 +200,7 @@ fn allowed(role: Role) -> String {
     let units = Unit::ALL.iter().filter(|unit| role.dimensions().contains(&unit.dimension()));
     let mut texts: Vec<_> = units.map(|unit| unit.text()).collect();
     if texts.contains(&Unit::Celsius.text()) {
-        texts.extend(Scale::CONVERTED);
+        texts.extend(Scale::CONVERTED.map(Scale::text));
     }
     texts.join(", ")
 }

@@ -182,11 +182,12 @@ fn drive(context: &Context<'_>, hil: &Hil) -> Result<Option<Drive>, DatasetError
 fn unit(
     context: &Context<'_>,
     found: &str,
-    scales: &[&'static str],
+    scales: &[Scale],
     after: &[&str],
 ) -> Result<Unit, DatasetError> {
     Unit::parse(found).ok_or_else(|| {
-        let known = Unit::ALL.iter().map(|unit| unit.text()).chain(scales.iter().copied());
+        let scales = scales.iter().map(|scale| scale.text());
+        let known = Unit::ALL.iter().map(|unit| unit.text()).chain(scales);
         context.unknown("unit", found, known, after)
     })
 }

@@ -17,15 +17,15 @@ const KELVIN: RangeInclusive<f64> = 200.0..=400.0;
 const CELSIUS: RangeInclusive<f64> = -80.0..=130.0;
 
 impl Scale {
-    /// Texts of the scales that are no unit of a data set.
-    pub const CONVERTED: [&'static str; 2] = [Self::Kelvin.text(), Self::Fahrenheit.text()];
+    /// Those that are no unit of a data set.
+    pub const CONVERTED: [Self; 2] = [Self::Kelvin, Self::Fahrenheit];
 
-    /// The scale with that text; only those that are no unit of a data set.
+    /// The scale with that text, among [`Self::CONVERTED`].
     pub fn parse(text: &str) -> Option<Self> {
-        [Self::Kelvin, Self::Fahrenheit].into_iter().find(|scale| scale.text() == text)
+        Self::CONVERTED.into_iter().find(|scale| scale.text() == text)
     }
 
-    const fn text(self) -> &'static str {
+    pub const fn text(self) -> &'static str {
         match self {
             Self::Celsius => "Cel",
             Self::Kelvin => "K",
