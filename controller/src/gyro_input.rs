@@ -31,8 +31,10 @@ pub(crate) struct GyroInput {
     good: Option<Timestamp>,
     /// Arrival of the last sample that may have waited during a pause.
     returned: Timestamp,
-    /// Arrival of the last sample that certainly did: together with others.
+    /// Arrival of the last sample that certainly did: together with others, or right after a stall of the host.
     waited: Timestamp,
+    /// End of the host's last stall.
+    stalled: Option<Timestamp>,
     skipped: u16,
     /// Present on a base, whose turn rate is limited.
     gate: Option<JumpGate>,
@@ -56,6 +58,7 @@ impl GyroInput {
             good: None,
             returned: Timestamp::ZERO,
             waited: Timestamp::ZERO,
+            stalled: None,
             skipped: 0,
             gate: on_base.then(|| JumpGate::new(format.period())),
             stuck: StuckWatch::new(format, mode),
@@ -111,6 +114,11 @@ impl GyroInput {
         self.stuck.was_stuck(self.neighbours) && !self.planted.is(Mutant::StuckReadingsBelieved)
     }
 
+    /// The host stalled until `now`.
+    pub(crate) const fn hear_of_stall(&mut self, now: Timestamp) {
+        self.stalled = Some(now);
+    }
+
     /// True until the first sample.
     pub(crate) const fn is_starting(&self) -> bool {
         self.heard.is_none()
@@ -147,8 +155,8 @@ impl GyroInput {
         self.good.is_some_and(|last| last > self.returned)
     }
 
-    /// True if the last sample was one of several that a stalled host received at once: it may be as old as the stall was
-    /// long.
+    /// True if the last sample was one of several that a stalled host received at once, or the only one: it may be as old
+    /// as the stall was long.
     pub(crate) fn has_waited(&self) -> bool {
         self.last_of_use().is_some_and(|last| last <= self.waited)
     }
@@ -184,11 +192,13 @@ impl GyroInput {
     #[inline(always)]
     pub(crate) fn take(&mut self, now: Timestamp, sample: &GyroSample) -> Option<Reading> {
         // Samples that waited less make no heading older than one and a half time-outs.
+        let short = self.config.timeout / 2;
         let follows = self.follows_at_once(now);
-        if follows {
+        let returns = self.is_silent_for(now, short);
+        if follows || (returns && self.stalled.is_some_and(|end| now - end < short)) {
             self.waited = now;
         }
-        if follows || self.is_silent_for(now, self.config.timeout / 2) {
+        if follows || returns {
             self.returned = now;
         }
         if self.is_silent(now)
@@ -277,6 +287,25 @@ mod tests {
         }
         assert!(current(1_041_700), "one that came by itself");
         assert!(current(1_042_000), "and what the line bunches then");
+    }
+
+    /// One sample alone shows its age to a host that was awake: nothing came before it.
+    #[test]
+    fn a_sample_alone_has_waited_only_if_the_host_stalled() {
+        let second = |stalled: bool| {
+            let mut input = GyroInput::new(GyroConfig::default(), true);
+            let at = |millis| Timestamp::ZERO + Span::from_millis(millis);
+            input.take(at(10), &sample(true));
+            if stalled {
+                input.hear_of_stall(at(40_000));
+            }
+            input.take(at(40_001), &sample(true));
+            let waited = input.has_waited();
+            input.take(at(40_011), &sample(true));
+            assert!(!input.has_waited() && input.is_current(), "the next one came by itself");
+            waited
+        };
+        assert!(second(true) && !second(false));
     }
 
     /// What turns the heading is the last good sample: one that is invalid makes the heading no younger.

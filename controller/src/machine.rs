@@ -200,7 +200,7 @@ impl Controller {
 
     /// Takes bytes or a frame that arrived at `now`.
     pub fn receive(&mut self, now: Timestamp, port: Port, input: Input<'_>) {
-        let now = self.time.hear(now);
+        let now = self.awake(now);
         match (port, input) {
             (Port::Gyro, Input::Bytes(bytes)) => self.receive_gyro(now, bytes),
             (Port::Base, Input::Bytes(bytes)) => {
@@ -218,7 +218,7 @@ impl Controller {
 
     /// Does the work due at `now`.
     pub fn wake(&mut self, now: Timestamp) {
-        let now = self.time.hear(now);
+        let now = self.awake(now);
         if let Some(base) = &mut self.base {
             base.wake(now);
         }
@@ -240,6 +240,10 @@ impl Controller {
 
     /// Time at which [`Self::wake`] has work, if nothing arrives before.
     pub fn next_wakeup(&self) -> Timestamp {
+        self.time.told(self.due_at())
+    }
+
+    fn due_at(&self) -> Timestamp {
         let mut at = self.state_at.min(self.tick_at);
         if !self.health.causes.gyro_silent {
             at = at.min(self.gyro_lost_at());
@@ -254,7 +258,7 @@ impl Controller {
                 at = at.min(self.base_silent_at() + Span::from_nanos(1));
             }
         }
-        self.time.told(at)
+        at
     }
 
     /// The next output.

@@ -28,6 +28,11 @@ impl OwnTime {
         own
     }
 
+    /// The own time that was last remembered.
+    pub(crate) fn last(&self) -> Timestamp {
+        self.last.unwrap_or(Timestamp::ZERO)
+    }
+
     /// Converts `told` without remembering it.
     pub(crate) fn at(&self, told: Timestamp) -> Timestamp {
         if self.planted.is(Mutant::HostClockBelieved) {

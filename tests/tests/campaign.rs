@@ -114,7 +114,7 @@ fn a_gyro_that_starts_anew_in_a_turn_is_told() {
 }
 
 /// The gyro fell silent while the host stood still: what had waited was taken for new, and odometry bridged a silence
-/// that had lasted for 17 s. Found by a campaign.
+/// that had lasted for 17 s; or a single sample had waited for 40 s. Found by campaigns.
 #[test]
 fn a_host_that_stood_still_does_not_drive_by_what_waited() {
     let lap = include_str!("../../benchmarks/laps/lap.toml");
@@ -124,11 +124,23 @@ fn a_host_that_stood_still_does_not_drive_by_what_waited() {
     let folder = tests::project::of([("lap.toml", &*text), ("devices/warm-can.toml", devices)]);
     let at = folder.path().join("lap.toml");
     let lap = Prepared::load(&at.to_string_lossy(), &Made::default()).unwrap();
-    let case = r#"{"seed": 17070579280651319955, "schedule": [
+    let executor = executor(lap);
+    let cases = [
+        r#"{"seed": 17070579280651319955, "schedule": [
         {"target": "gyro", "what": {"disconnect": {"for_s": 1444.8345749131831}}, "when": {"at_s": 27.991}},
-        {"target": "host", "what": {"scheduler_stall": {"for_s": 24.08057624855305}}, "when": {"during": "lap"}}]}"#;
-    let result = executor(lap).execute(&serde_json::from_str(case).unwrap());
-    assert!(!result.breaks("fresh_heading"), "{result:?}");
+        {"target": "host", "what": {"scheduler_stall": {"for_s": 24.08057624855305}}, "when": {"during": "lap"}}]}"#,
+        r#"{"seed": 1909849311801240084, "schedule": [
+        {"target": "gyro", "what": {"restart": {"for_s": 398.48949352591217}}, "when": {"during": "lap"}},
+        {"target": "host", "what": {"scheduler_stall": {"for_s": 39.84894935259121}}, "when": {"during": "lap"}}]}"#,
+        r#"{"seed": 1909849311801240107, "schedule": [
+        {"target": "gyro", "toward": "device", "what": {"repeat": {"repeat_percent": 73.48707093284118}}, "when": {"during": "bias_test"}},
+        {"target": "host", "what": {"scheduler_stall": {"for_s": 44.0922425597047}}, "when": {"during": "lap"}},
+        {"target": "gyro", "toward": "host", "what": {"disconnect": {"for_s": 2645.5345535822817}}, "when": {"during": "lap"}}]}"#,
+    ];
+    for case in cases {
+        let result = executor.execute(&serde_json::from_str(case).unwrap());
+        assert!(!result.breaks("fresh_heading"), "{case}: {result:?}");
+    }
 }
 
 /// A short gap is bridged, a long one is not: the envelope is between.

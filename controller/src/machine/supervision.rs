@@ -13,6 +13,19 @@ use wire::time::Timestamp;
 use wire::units::AngularRate;
 
 impl Controller {
+    /// The own time of an input or a wake-up at `told` of the host's clock. A host that called later than it was asked to
+    /// stalled: what arrives next may be as old as the stall was long.
+    #[inline]
+    pub(super) fn awake(&mut self, told: Timestamp) -> Timestamp {
+        let before = self.time.last();
+        let now = self.time.hear(told);
+        let late = self.config.gyro.timeout / 2;
+        if now - before > late && now - self.due_at() > late {
+            self.gyro.hear_of_stall(now);
+        }
+        now
+    }
+
     /// Holds the heading while the base stands and no command will move it.
     pub(super) fn update_hold(&mut self, now: Timestamp) {
         let about_to_move = matches!(self.task, Task::Drive(_)) || self.stopping;

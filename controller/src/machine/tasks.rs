@@ -19,7 +19,7 @@ use wire::units::{Angle, AngularRate, Pose};
 impl Controller {
     /// Takes a mission; a report answers it.
     pub fn command(&mut self, now: Timestamp, mission: Mission) {
-        let now = self.time.hear(now);
+        let now = self.awake(now);
         let id = mission.id;
         let answer = match mission.command {
             Command::BiasTest(order) => self.begin_bias_test(now, id, order),
@@ -284,7 +284,8 @@ impl Controller {
 
     pub(super) fn tick_drive(&mut self, now: Timestamp) {
         let by_gyro = self.source == HeadingSource::Gyro;
-        let is_current = self.gyro.is_current() || self.gyro.integrator().is_held();
+        let is_held = self.gyro.integrator().is_held() && !self.gyro.has_waited();
+        let is_current = self.gyro.is_current() || is_held;
         if by_gyro && !is_current && !self.is_bridging(now) {
             return;
         }
