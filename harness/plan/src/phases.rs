@@ -15,6 +15,8 @@ pub enum PhaseEvent {
     Began(String),
     /// The phase with this name ended; if several are active, the one that began last.
     Ended(String),
+    /// All steps ended; the run is being torn down.
+    PlanEnded,
 }
 
 /// The phase that corresponds to a command to the controller, if any.

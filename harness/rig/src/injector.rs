@@ -1,7 +1,7 @@
 //! Keeps the schedule of faults: when each begins and ends, and how it turned out.
 
 use plan::PhaseEvent;
-use plan::faults::{Chance, Fault, Lasts, Schedule, When};
+use plan::faults::{Chance, Fault, FaultKind, Lasts, Schedule, When};
 use record::FaultSummary;
 use wire::time::{Span, Timestamp};
 
@@ -164,6 +164,9 @@ impl Entry {
     }
 
     fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {
+        if *event == PhaseEvent::PlanEnded {
+            self.plan_ended(now);
+        }
         let Some((name, number)) = self.fault.when.phase() else { return };
         match event {
             PhaseEvent::Began(began) if began == name.as_str() => {
@@ -195,13 +198,25 @@ impl Entry {
             _ => {}
         }
     }
+
+    /// A machine that stalls goes on: only what runs on it can say that the base stands.
+    fn plan_ended(&mut self, now: Timestamp) {
+        if !matches!(self.fault.what, FaultKind::SchedulerStall { .. }) {
+            return;
+        }
+        match &mut self.state {
+            State::On(until) => *until = now,
+            state @ (State::Waiting { .. } | State::Due(_)) => *state = State::Over,
+            State::Spared | State::Over => {}
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Change, Injector, PhaseEvent, Schedule, Timestamp};
+    use super::{Change, FaultKind, Injector, PhaseEvent, Schedule, Timestamp};
     use plan::Name;
-    use plan::faults::{Fault, FaultKind, Target, When};
+    use plan::faults::{Fault, Target, When};
     use wire::time::Span;
 
     fn at(seconds: f64) -> Timestamp {
@@ -265,6 +280,22 @@ mod tests {
         assert_eq!(injector.change(at(3.0)), Some(Change::Begins(0)));
         assert_eq!(injector.next_due(), at(3.5));
         assert_eq!(injector.still_on(), [0]);
+    }
+
+    #[test]
+    fn a_stall_of_the_machine_ends_with_the_plan_and_no_other_fault_does() {
+        const STALL: FaultKind = FaultKind::SchedulerStall { for_s: 60.0 };
+        for (what, left) in [(STALL, None), (DROP, Some(Change::Begins(0)))] {
+            let mut injector = injector(When::At(Span::from_secs(3)), what.clone(), Some(9));
+            injector.phase(at(2.0), &PhaseEvent::PlanEnded);
+            assert_eq!(injector.change(at(3.0)), left);
+        }
+        for (what, left) in [(STALL, Some(Change::Ends(0))), (DROP, None)] {
+            let mut injector = injector(When::At(Span::from_secs(3)), what, Some(9));
+            injector.change(at(3.0));
+            injector.phase(at(4.0), &PhaseEvent::PlanEnded);
+            assert_eq!(injector.change(at(4.0)), left);
+        }
     }
 
     #[test]

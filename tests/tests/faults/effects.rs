@@ -3,6 +3,7 @@
 use super::{FaultEvent, Record, RecordKind, prepared, run, told};
 use controller::mission::Report;
 use record::Device;
+use wire::time::Span;
 
 fn fault(text: &str) -> String {
     format!("[[fault]]\n{text}\n")
@@ -32,6 +33,23 @@ fn a_controller_that_is_not_scheduled_says_nothing_and_then_all() {
     assert!(spoken.contains(&4.0), "all at once when it goes on");
     // 100 samples of the gyro, and the messages of the base.
     assert!(run.faults[0].acted > 100);
+}
+
+/// Found by campaigns: nothing could say that the base stood, and the run ended in an error.
+#[test]
+fn a_stall_that_outlasts_the_plan_ends_with_it() {
+    let calm = run(&prepared("paper", "")).0;
+    let stall = fault(&format!(
+        "target = \"host\"\nwhat = {{ scheduler_stall = {{ for_s = 60 }} }}\nwhen = {{ at_s = {} }}",
+        calm.end.as_secs_f64() - 0.3
+    ));
+    let (run, records) = run(&prepared("paper", &stall));
+    assert!(
+        run.faults[0].begun && run.end - calm.end < Span::from_secs(1),
+        "{}",
+        reasons(&records)
+    );
+    assert_eq!(run.ending.outcome, calm.ending.outcome);
 }
 
 #[test]

@@ -52,6 +52,7 @@ impl Phases {
     pub(super) fn all_ended(&mut self, actions: &mut VecDeque<Action>) {
         self.mission_ended(actions);
         self.close(0, actions);
+        actions.extend(self.watched.then_some(Action::Phase(PhaseEvent::PlanEnded)));
     }
 
     /// The controller receives a command.
