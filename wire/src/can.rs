@@ -198,6 +198,15 @@ pub fn word(id: Id) -> u32 {
     }
 }
 
+/// The identifier `raw`, of 29 bits if `extended` and of 11 otherwise; `None` if it has more.
+pub fn identifier(raw: u32, extended: bool) -> Option<Id> {
+    if extended {
+        ExtendedId::new(raw).map(Id::Extended)
+    } else {
+        u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard)
+    }
+}
+
 impl CanFrame {
     /// Identifier and kind as a word of `linux/can.h`.
     pub fn word(&self) -> u32 {
@@ -208,11 +217,10 @@ impl CanFrame {
     /// bits of the identifier are ignored. With `fd` flags it is a CAN FD frame; `None` if such a frame cannot have
     /// that length.
     pub fn of_word(word: u32, fd: Option<FdFlags>, length: usize, data: &[u8]) -> Option<Self> {
-        let id = if word & EXTENDED_FLAG != 0 {
-            Id::Extended(ExtendedId::new(word & ExtendedId::MAX.as_raw())?)
-        } else {
-            Id::Standard(StandardId::new(word as u16 & StandardId::MAX.as_raw())?)
-        };
+        let extended = word & EXTENDED_FLAG != 0;
+        let most =
+            if extended { ExtendedId::MAX.as_raw() } else { u32::from(StandardId::MAX.as_raw()) };
+        let id = identifier(word & most, extended)?;
         match fd {
             Some(flags) => Self::fd(id, flags, data.get(..length)?),
             None if word & REMOTE_FLAG != 0 => embedded_can::Frame::new_remote(id, length),

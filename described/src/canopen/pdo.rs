@@ -2,7 +2,7 @@
 
 use super::abort::Abort;
 use super::dictionary::{Dictionary, Kind, unsigned};
-use wire::can::{ExtendedId, Id, StandardId};
+use wire::can::{self, Id};
 use wire::time::Span;
 
 const BITS_MAX: u32 = 64;
@@ -181,10 +181,7 @@ pub(super) fn check(
 
 /// The identifier of a COB-ID.
 pub(super) fn id(cob: u32) -> Option<Id> {
-    match cob & EXTENDED {
-        0 => StandardId::new((cob & 0x1FFF_FFFF).try_into().ok()?).map(Id::Standard),
-        _ => ExtendedId::new(cob & 0x1FFF_FFFF).map(Id::Extended),
-    }
+    can::identifier(cob & 0x1FFF_FFFF, cob & EXTENDED != 0)
 }
 
 impl Pdo {

@@ -3,7 +3,7 @@
 use crate::error::Mistake;
 use crate::place::{Place, given};
 use described_file::{IsoTpTable, NormalFixed};
-use wire::can::{DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, Id, StandardId};
+use wire::can::{self, DATA_BYTES_MAX, FD_BYTES_MAX, FD_LENGTHS, Id};
 use wire::time::Span;
 
 /// Functional identifier with 11 bits (ISO 15765-4).
@@ -34,9 +34,8 @@ impl IsoTp {
     /// With the key and a readable message.
     pub fn new(table: &IsoTpTable) -> Result<Self, (&'static str, String)> {
         let id = |key: &'static str, raw: u32| {
-            let standard = u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard);
-            let standard = standard.filter(|_| !table.extended);
-            let id = standard.or_else(|| ExtendedId::new(raw).map(Id::Extended));
+            let standard = if table.extended { None } else { can::identifier(raw, false) };
+            let id = standard.or_else(|| can::identifier(raw, true));
             id.ok_or_else(|| (key, format!("{raw:#x} is no CAN identifier")))
         };
         let (request, response, functional) = match table.normal_fixed {

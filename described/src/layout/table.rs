@@ -15,7 +15,7 @@ use crate::file::{ChecksumOver, FieldTable, FieldType, MessageTable, SerialTable
 use crate::hint;
 use crate::place::Place;
 use crate::protection::Checksum;
-use wire::can::{DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FdFlags, Id, StandardId, fd_length};
+use wire::can::{self, DATA_BYTES_MAX, FD_BYTES_MAX, FdFlags, fd_length};
 use wire::packet::BYTES_MAX;
 use wire::serial::SerialSettings;
 
@@ -87,11 +87,9 @@ fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), 
         let message = format!("`{}` has no `can_id`, and the file no [serial]", table.name);
         Mistake::new(place.clone(), message).help("a message on CAN has a `can_id`")
     })?;
-    let standard = u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard);
     let id = match table.extended {
-        Some(true) => ExtendedId::new(raw).map(Id::Extended),
-        Some(false) => standard,
-        None => standard.or_else(|| ExtendedId::new(raw).map(Id::Extended)),
+        Some(extended) => can::identifier(raw, extended),
+        None => can::identifier(raw, false).or_else(|| can::identifier(raw, true)),
     };
     let id = id.ok_or_else(|| {
         Mistake::new(place.key("can_id"), format!("{raw:#x} is no CAN identifier"))

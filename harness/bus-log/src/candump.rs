@@ -20,7 +20,7 @@ use embedded_can::Frame as _;
 use std::fmt;
 use std::io::{self, Read, Write};
 use std::path::Path;
-use wire::can::{CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FdFlags, Id, StandardId};
+use wire::can::{self, CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, FdFlags, Id};
 use wire::time::Timestamp;
 
 /// `CAN_ERR_FLAG` of linux/can.h.
@@ -97,9 +97,9 @@ fn payload(frame: &[u8]) -> Result<Payload, Defect> {
     let (digits, rest) = (&frame[..end], &frame[end + 1..]);
     let raw = hex::number(digits).ok_or_else(expected)?;
     let id = match digits.len() {
-        3 => u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard),
+        3 => can::identifier(raw, false),
         8 if raw & ERROR_FLAG != 0 => return error_frame(raw, rest).ok_or_else(expected),
-        8 => ExtendedId::new(raw).map(Id::Extended),
+        8 => can::identifier(raw, true),
         _ => None,
     };
     let id = id.ok_or_else(|| {

@@ -21,7 +21,7 @@ use crate::layout::signal::{Signal, Storage};
 use crate::place::Place;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use wire::can::{DATA_BYTES_MAX, ExtendedId, FdFlags, Id, StandardId, fd_length};
+use wire::can::{self, DATA_BYTES_MAX, FdFlags, Id, fd_length};
 use wire::j1939::{self, Identifier};
 
 /// Flag of an identifier with 29 bits.
@@ -201,13 +201,13 @@ impl Converter<'_> {
 
     fn identifier(&mut self, message: &MessageLine) -> Result<Id, String> {
         let raw = u32::try_from(message.id & !EXTENDED).ok();
-        let standard = raw.and_then(|raw| StandardId::new(u16::try_from(raw).ok()?));
-        let extended = raw.and_then(ExtendedId::new).map(Id::Extended);
+        let standard = raw.and_then(|raw| can::identifier(raw, false));
+        let extended = raw.and_then(|raw| can::identifier(raw, true));
         if message.id & EXTENDED != 0 {
             return extended.ok_or_else(|| "its identifier has more than 29 bits".to_owned());
         }
         if let Some(standard) = standard {
-            return Ok(Id::Standard(standard));
+            return Ok(standard);
         }
         let extended = extended.ok_or_else(|| "its identifier has more than 29 bits".to_owned())?;
         let what =

@@ -5,9 +5,7 @@ use super::super::error::Defect;
 use super::super::{hex, numbers};
 use super::{EDL, RTR};
 use embedded_can::Frame as _;
-use wire::can::{
-    CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id, StandardId,
-};
+use wire::can::{self, CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id};
 
 /// Number base of identifiers, data and DLC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,16 +80,11 @@ fn direction(word: &[u8]) -> Option<Direction> {
 }
 
 fn identifier(word: &[u8], base: Base) -> Result<Id, Defect> {
-    let id = match word {
-        [digits @ .., b'x' | b'X'] => {
-            base.number(digits).and_then(ExtendedId::new).map(Id::Extended)
-        }
-        digits => base
-            .number(digits)
-            .and_then(|raw| u16::try_from(raw).ok())
-            .and_then(StandardId::new)
-            .map(Id::Standard),
+    let (digits, extended) = match word {
+        [digits @ .., b'x' | b'X'] => (digits, true),
+        digits => (digits, false),
     };
+    let id = base.number(digits).and_then(|raw| can::identifier(raw, extended));
     let expected = match base {
         Base::Hex => "an identifier up to 7FF, or up to 1FFFFFFFx",
         Base::Dec => "an identifier up to 2047, or up to 536870911x",

@@ -9,9 +9,7 @@ use super::{
     TEN_MICROS,
 };
 use embedded_can::Frame as _;
-use wire::can::{
-    CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id, StandardId,
-};
+use wire::can::{self, CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, FD_LENGTHS, FdFlags};
 
 /// Most bytes of an object that describe a frame: head, 40 bytes and the data.
 pub(super) const OBJECT_BYTES_MAX: usize = 512;
@@ -176,11 +174,7 @@ impl Frame<'_> {
     fn payload(&self) -> Result<Payload, Defect> {
         let bad = |expected, number: u32| Defect::new(expected, format!("{number:X}").as_bytes());
         let raw = self.id & !EXTENDED;
-        let id = if self.id & EXTENDED != 0 {
-            ExtendedId::new(raw).map(Id::Extended)
-        } else {
-            u16::try_from(raw).ok().and_then(StandardId::new).map(Id::Standard)
-        };
+        let id = can::identifier(raw, self.id & EXTENDED != 0);
         let id = id.ok_or_else(|| bad("an identifier up to 7FF, or up to 1FFFFFFF", self.id))?;
         let code = usize::from(self.code);
         let length = FD_LENGTHS.get(code).map(|length| usize::from(*length));

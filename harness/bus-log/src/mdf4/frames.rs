@@ -6,10 +6,7 @@ use super::super::numbers;
 use super::Kind;
 use super::field::{Clock, Field};
 use embedded_can::Frame as _;
-use wire::can::{
-    CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id,
-    StandardId,
-};
+use wire::can::{self, CanFrame, DATA_BYTES_MAX, EXTENDED_FLAG, FD_BYTES_MAX, FD_LENGTHS, FdFlags};
 use wire::time::Timestamp;
 
 #[derive(Debug)]
@@ -85,12 +82,7 @@ impl Frames {
         let raw = u32::try_from(raw).map_err(|_| bad_id())?;
         // Without `IDE`, bit 31 marks an extended identifier.
         let is_extended = self.ide.map_or(raw & EXTENDED_FLAG != 0, |ide| is(Some(ide)));
-        let low = raw & !EXTENDED_FLAG;
-        let id = match is_extended {
-            true => ExtendedId::new(low).map(Id::Extended),
-            false => u16::try_from(low).ok().and_then(StandardId::new).map(Id::Standard),
-        };
-        let id = id.ok_or_else(bad_id)?;
+        let id = can::identifier(raw & !EXTENDED_FLAG, is_extended).ok_or_else(bad_id)?;
         let code = number(self.code).unwrap_or(0);
         let by_code = || FD_LENGTHS.get(code as usize).map(|length| u64::from(*length));
         let length = number(self.length).filter(|_| self.kind == Kind::Data).or_else(by_code);

@@ -5,9 +5,7 @@ use super::super::error::Defect;
 use super::super::{hex, numbers};
 use super::head::Column;
 use embedded_can::Frame as _;
-use wire::can::{
-    CanFrame, DATA_BYTES_MAX, ExtendedId, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id, StandardId,
-};
+use wire::can::{self, CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id};
 
 /// Contents of a line: milliseconds since the start as nanoseconds, and the rest of an entry.
 pub(super) struct Message {
@@ -160,13 +158,7 @@ impl Words<'_> {
 }
 
 fn identifier(digits: &[u8]) -> Result<Id, Defect> {
-    let raw = hex::number(digits);
-    let id = match digits.len() {
-        0..=4 => {
-            raw.and_then(|raw| u16::try_from(raw).ok()).and_then(StandardId::new).map(Id::Standard)
-        }
-        _ => raw.and_then(ExtendedId::new).map(Id::Extended),
-    };
+    let id = hex::number(digits).and_then(|raw| can::identifier(raw, digits.len() > 4));
     let expected = "an identifier of 4 digits up to 07FF or 8 up to 1FFFFFFF";
     id.ok_or_else(|| Defect::new(expected, digits))
 }
