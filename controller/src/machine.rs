@@ -78,9 +78,18 @@ pub enum Output {
 #[derive(Debug, Clone)]
 enum Task {
     Idle,
-    BiasTest { id: MissionId, half: Timestamp, until: Timestamp, average: BiasAverage },
+    BiasTest {
+        id: MissionId,
+        half: Timestamp,
+        until: Timestamp,
+        average: BiasAverage,
+    },
     Drive(Drive),
-    PoseDownload(PoseDownload),
+    PoseDownload {
+        download: PoseDownload,
+        /// What ended with it.
+        drive: Option<Drive>,
+    },
 }
 
 /// Summary of the samples that arrived at once.
@@ -363,7 +372,7 @@ impl Controller {
             self.stopping = false;
             self.reference = heading;
         }
-        if matches!(self.task, Task::PoseDownload(_)) {
+        if matches!(self.task, Task::PoseDownload { .. }) {
             self.step_pose_download(now);
         }
         self.update_health(now);
@@ -383,7 +392,7 @@ impl Controller {
         self.tick_at = (self.tick_at + self.config.motion.period).max(now);
         match &self.task {
             Task::Drive(_) => self.tick_drive(now),
-            Task::PoseDownload(_) => self.step_pose_download(now),
+            Task::PoseDownload { .. } => self.step_pose_download(now),
             Task::Idle | Task::BiasTest { .. } if self.stopping => {
                 if let Some(base) = &mut self.base {
                     base.request(Request::Stop);

@@ -113,18 +113,22 @@ fn a_gyro_that_starts_anew_in_a_turn_is_told() {
     assert!(result.reached.contains("samples_lost"), "{result:?}");
 }
 
-/// The gyro fell silent while the host stood still: what had waited was taken for new, and odometry bridged a silence
-/// that had lasted for 17 s; or a single sample had waited for 40 s. Found by campaigns.
-#[test]
-fn a_host_that_stood_still_does_not_drive_by_what_waited() {
+/// The warm lap of the campaigns on CAN, with the filter.
+fn lap_with_the_filter() -> Simulated {
     let lap = include_str!("../../benchmarks/laps/lap.toml");
     let text = lap.replace("{ estimator = \"paper\" }", "{ estimator = \"kalman\" }");
     assert_ne!(text, lap);
     let devices = include_str!("../../benchmarks/laps/devices/warm-can.toml");
     let folder = tests::project::of([("lap.toml", &*text), ("devices/warm-can.toml", devices)]);
     let at = folder.path().join("lap.toml");
-    let lap = Prepared::load(&at.to_string_lossy(), &Made::default()).unwrap();
-    let executor = executor(lap);
+    executor(Prepared::load(&at.to_string_lossy(), &Made::default()).unwrap())
+}
+
+/// The gyro fell silent while the host stood still: what had waited was taken for new, and odometry bridged a silence
+/// that had lasted for 17 s; or a single sample had waited for 40 s. Found by campaigns.
+#[test]
+fn a_host_that_stood_still_does_not_drive_by_what_waited() {
+    let executor = lap_with_the_filter();
     let cases = [
         r#"{"seed": 17070579280651319955, "schedule": [
         {"target": "gyro", "what": {"disconnect": {"for_s": 1444.8345749131831}}, "when": {"at_s": 27.991}},
@@ -135,12 +139,25 @@ fn a_host_that_stood_still_does_not_drive_by_what_waited() {
         r#"{"seed": 1909849311801240107, "schedule": [
         {"target": "gyro", "toward": "device", "what": {"repeat": {"repeat_percent": 73.48707093284118}}, "when": {"during": "bias_test"}},
         {"target": "host", "what": {"scheduler_stall": {"for_s": 44.0922425597047}}, "when": {"during": "lap"}},
-        {"target": "gyro", "toward": "host", "what": {"disconnect": {"for_s": 2645.5345535822817}}, "when": {"during": "lap"}}]}"#,
+        {"target": "gyro", "toward": "host", "what": {"disconnect": {"for_s": 2645.5345534822817}}, "when": {"during": "lap"}}]}"#,
     ];
     for case in cases {
         let result = executor.execute(&serde_json::from_str(case).unwrap());
         assert!(!result.breaks("fresh_heading"), "{case}: {result:?}");
     }
+}
+
+/// An order that had been held for 1.8 s turned the base by 6 deg while its pose was written: the turn was called done, and
+/// the old pose was written again. Found by a campaign.
+#[test]
+fn a_base_that_moves_while_its_pose_is_written_is_brought_to_its_target_again() {
+    let case = r#"{"seed": 1909849311801240085, "schedule": [
+        {"target": "base", "toward": "host", "what": {"reorder": {"reorder_percent": 17.883042400175633}}, "when": {"during": "straight"}},
+        {"target": "base", "toward": "device", "what": {"bit_errors": {"bit_error_rate": 0.017883042400175634}}, "when": {"during": "lap"}},
+        {"target": "base", "what": {"delay": {"by_s": 1.7883042400175633}}, "when": {"step": "turn", "number": 3, "after_s": 4.109}, "duration_s": 0.064},
+        {"target": "gyro", "toward": "host", "what": {"baud_drift": {"drift_percent": 2.682077988227698}}, "when": {"at_s": 31.157}, "duration_s": 0.077}]}"#;
+    let result = lap_with_the_filter().execute(&serde_json::from_str(case).unwrap());
+    assert!(result.violated.is_empty(), "{result:?}");
 }
 
 /// A short gap is bridged, a long one is not: the envelope is between.

@@ -234,7 +234,7 @@ impl Controller {
         if self.base.is_none() {
             self.done(id, MissionResult::Applied);
         } else {
-            self.begin_pose_download(now, id, pose, MissionResult::Applied);
+            self.begin_pose_download(now, id, pose, MissionResult::Applied, None);
         }
         Ok(())
     }
@@ -245,17 +245,26 @@ impl Controller {
         id: MissionId,
         pose: Pose,
         result: MissionResult,
+        drive: Option<Drive>,
     ) {
         let pose = if self.plants(Mutant::WrongPoseDownloaded) { Pose::default() } else { pose };
         let download = PoseDownload::new(id, pose, result, self.pose_write_counter, now);
-        self.task = Task::PoseDownload(download);
+        self.task = Task::PoseDownload { download, drive };
         self.step_pose_download(now);
     }
 
     pub(super) fn step_pose_download(&mut self, now: Timestamp) {
-        let Task::PoseDownload(download) = &mut self.task else { return };
+        let Task::PoseDownload { download, drive } = &mut self.task else { return };
         let Some(base) = &mut self.base else { return };
         let Some((_, motion)) = base.motion() else { return };
+        if motion.moving
+            && let Some(drive) = drive.take()
+        {
+            // An order that came late moves the base: the pose no longer holds, and the drive goes on to its end.
+            self.task = Task::Drive(drive);
+            self.tick_at = now;
+            return;
+        }
         match download.step(now, &motion, &self.config.motion) {
             Progress::Write(request) => {
                 self.pose_write_counter = download.counter();
@@ -303,7 +312,7 @@ impl Controller {
                 self.report_state(now);
             }
             Wish::Finished(result) => {
-                let id = drive.id;
+                let (id, ended) = (drive.id, *drive);
                 self.odometry_doubtful |= !drive.could_be_there(sight.displacement);
                 self.headings_disagree |=
                     !self.headings.agree_at_rest(sight.gyro_heading, sight.odometry_heading)
@@ -313,7 +322,7 @@ impl Controller {
                 self.update_health(now);
                 // Only a heading that the base does not already have is worth writing.
                 if self.source == HeadingSource::Gyro {
-                    self.begin_pose_download(now, id, sight.pose, result);
+                    self.begin_pose_download(now, id, sight.pose, result, Some(ended));
                 } else {
                     self.finish(now, id, result);
                 }
@@ -330,7 +339,7 @@ impl Controller {
             Task::Idle => return,
             Task::BiasTest { id, .. } => *id,
             Task::Drive(drive) => drive.id,
-            Task::PoseDownload(download) => download.id,
+            Task::PoseDownload { download, .. } => download.id,
         };
         self.bias_test_failed |= matches!(self.task, Task::BiasTest { .. });
         if matches!(self.task, Task::Drive(_)) {

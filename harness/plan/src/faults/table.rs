@@ -37,7 +37,8 @@ the plan, unless the order and the times of its phases show that they never are.
 
 The host is the machine of everything under test: the controller, and the [programs](virtual-time.md) of a rig. In virtual time
 its faults are exact for both. A program that was not scheduled finds, at the end of the fault, all data that has arrived at each
-of its ports.
+of its ports. A stall ends with the steps of the plan at the latest: while the run is torn down, only the controller can say that
+the base stands.
 
 In real time (`hil run --clock real`), the same faults strike emulated devices, and the lines up to their ports. Faults of the
 host need the controller in the process. A fault of a real device, or of the machine of another process, is refused before the
