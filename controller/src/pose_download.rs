@@ -69,6 +69,11 @@ impl PoseDownload {
         })
     }
 
+    /// True after the first attempt.
+    pub(crate) const fn is_under_way(&self) -> bool {
+        self.attempts > 0
+    }
+
     /// Counter of the last write.
     pub(crate) const fn counter(&self) -> u8 {
         self.counter

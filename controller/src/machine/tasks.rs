@@ -258,6 +258,7 @@ impl Controller {
         let Some(base) = &mut self.base else { return };
         let Some((_, motion)) = base.motion() else { return };
         if motion.moving
+            && download.is_under_way()
             && let Some(drive) = drive.take()
         {
             // An order that came late moves the base: the pose no longer holds, and the drive goes on to its end.
