@@ -231,8 +231,8 @@ pub(crate) fn assemble(
         Verdict::NothingMissing
     } else if both().any(|one| one.after < one.before * (1.0 - ALIKE)) {
         Verdict::Explained
-    } else if both().all(|one| one.after <= one.before * (1.0 + ALIKE)) {
-        // A unit that is stated wrongly is no more than a scale.
+    } else if both().all(|one| one.after <= one.before + (one.ci95[1] - one.ci95[0]) / 4.0) {
+        // Within a standard error: a unit or a sign that is stated wrongly is no more than a scale.
         Verdict::NothingMissing
     } else {
         Verdict::StructureLeft
@@ -257,7 +257,9 @@ pub(crate) fn assemble(
     }
     let doubts: Vec<Doubt<'_>> =
         done.iter().map(|one| Doubt { data: one.data, fit: &one.fit }).collect();
-    let experiment = experiment::next(dataset, problem, &doubts);
+    let mut cases = experiment::cases(&doubts);
+    experiment::refuse(&mut cases, &mut effects);
+    let experiment = experiment::next(dataset, problem, &doubts, &cases);
     let compensation = done.first().and_then(|one| one.compensation(dataset, seed));
     let mut identified = Identified {
         finding: Finding {

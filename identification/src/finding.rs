@@ -94,6 +94,22 @@ impl Finding {
     }
 }
 
+/// The unit after a number; a plain number has none.
+pub fn in_unit(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
+}
+
+/// A p-value in two digits.
+pub fn p_value(p: f64) -> String {
+    if p == 0.0 {
+        "p < 1e-300".to_owned()
+    } else if p < 1e-3 {
+        format!("p = {p:.1e}")
+    } else {
+        format!("p = {p:.2}")
+    }
+}
+
 /// The verdict in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -106,6 +106,25 @@ fn number(finding: &Finding, name: &str) -> f64 {
     finding.effects[0].parameters.iter().find(|one| one.name == name).unwrap().value
 }
 
+/// A gyro that reads backwards had no word: the scale factor of the plain model took it up.
+#[test]
+fn a_gyro_that_reads_backwards_has_the_wrong_sign() {
+    let found = identified(&there_and_back(360.0, FAST), |rate, _| -2.001 * rate);
+    let names: Vec<&str> = found.finding.effects.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["reversed_sign"], "{:#?}", found.finding);
+    assert_eq!(found.finding.in_words()[0], "What is measured has the wrong sign.");
+}
+
+/// The scale factor is off by 0.1 %, and the bias by 0.002 deg/s.
+#[test]
+fn what_the_plain_model_takes_up_is_told() {
+    let finding = identified(&there_and_back(360.0, FAST), |_, _| 0.0).finding;
+    let said = finding.in_words().pop().unwrap();
+    let expected =
+        "The plain model itself takes up a bias of 0.00204 deg/s and a scale error of 0.100 %.";
+    assert!(finding.effects.is_empty() && said == expected, "{said}");
+}
+
 /// With every turn taken as steady, the slope would come out at four fifths: the fastest turns are ramps for half of
 /// their angle and more.
 #[test]

@@ -45,7 +45,7 @@ pub enum Defect {
         what: &'static str,
     },
     /// The descriptor is not valid JSON or does not describe a data package.
-    #[error("it is no data package: {0}")]
+    #[error("it is no data package (docs/data-packages.md): {0}")]
     Json(#[source] serde_json::Error),
     /// A required property is missing.
     #[error("{0} is missing")]
@@ -88,7 +88,7 @@ pub enum Defect {
     #[error("two fields have this name")]
     NameTwice,
     /// A role that the kind requires is missing.
-    #[error("{} need a field of role {expected}", kind.name())]
+    #[error("data of kind `{}` need a field of role {expected}", kind.name())]
     NoRole {
         /// The kind.
         kind: Kind,

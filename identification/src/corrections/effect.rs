@@ -39,7 +39,7 @@ impl Correction {
     pub(crate) fn effect(&self, dataset: &Dataset, before: f64, after: f64) -> Effect {
         let column = dataset.named(&self.field);
         let role = column.map(|column| column.role);
-        if matches!(role, Some(Role::GyroRate | Role::Measured)) {
+        if matches!(role, Some(Role::GyroRate | Role::GyroAngle | Role::Measured)) {
             return self.of_reading(column.and_then(|column| column.axis), before, after);
         }
         let term = match self.fault {

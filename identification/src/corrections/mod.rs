@@ -220,6 +220,7 @@ pub(crate) fn reference_of<'a>(dataset: &'a Dataset, column: &Column) -> Option<
         (Kind::Series, Role::GyroRate | Role::GyroCounts) => dataset
             .columns_of(Role::ReferenceRate)
             .find(|one| one.axis.is_none() || column.axis.is_none() || one.axis == column.axis),
+        (Kind::Turns, Role::GyroAngle) => dataset.column(Role::ReferenceAngle),
         _ => None,
     }
 }
@@ -252,7 +253,8 @@ pub(crate) fn exact(dataset: &Dataset) -> Vec<Correction> {
             found.extend(readings::find(&applied(dataset, &found)));
             found
         }
-        _ => Vec::new(),
+        Kind::Turns => readings::find(dataset),
+        Kind::Laps => Vec::new(),
     }
 }
 

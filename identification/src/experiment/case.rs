@@ -34,17 +34,17 @@ pub(crate) struct Doubt<'a> {
 }
 
 /// A pair with both contests and what the given rows say about them.
-pub(super) struct Case {
+pub(crate) struct Case {
     /// The pair.
-    pub pair: Pair,
+    pub(super) pair: Pair,
     /// Index of its block.
     pub doubt: usize,
     /// The effect true, and the rival true.
-    pub contests: [Contest; 2],
+    pub(super) contests: [Contest; 2],
     /// Number of columns of the true cause in each contest.
     pub widths: [usize; 2],
     /// What the given rows say.
-    pub given: [Triangle; 2],
+    pub(super) given: [Triangle; 2],
     /// Standard deviation of the whitened noise.
     pub sigma: f64,
     /// The distance on the given rows.
@@ -52,7 +52,7 @@ pub(super) struct Case {
 }
 
 /// Effects with rivals, the strongest first.
-pub(super) fn cases(doubts: &[Doubt<'_>]) -> Vec<Case> {
+pub(crate) fn cases(doubts: &[Doubt<'_>]) -> Vec<Case> {
     let mut doubtful: Vec<(usize, usize, &Found)> = doubts
         .iter()
         .enumerate()

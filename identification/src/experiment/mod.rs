@@ -20,11 +20,11 @@ mod timeline;
 mod words;
 
 use crate::dataset::{Dataset, Kind};
-use crate::finding::{Finding, NextExperiment};
+use crate::finding::{Effect, Finding, NextExperiment, Rival};
 use crate::model::Acts;
 use crate::problem::Problem;
-pub(crate) use case::Doubt;
-use case::{Pair, cases};
+use case::Pair;
+pub(crate) use case::{Case, Doubt, cases};
 use gain::{Gain, gains};
 use step::Programme;
 use surroundings::levels;
@@ -112,13 +112,13 @@ fn menu(kind: Kind, levels: &[surroundings::Level]) -> Vec<Programme> {
     }
 }
 
-/// The plan that best separates an effect from its rivals; `None` if there are no rivals.
+/// The plan that best separates an effect from its rivals; `None` if there are no rivals, or none that a plan separates.
 pub(crate) fn next(
     dataset: &Dataset,
     problem: &Problem,
     doubts: &[Doubt<'_>],
+    cases: &[Case],
 ) -> Option<Experiment> {
-    let cases = cases(doubts);
     let first = cases.first()?;
     let mine = cases
         .iter()
@@ -141,16 +141,16 @@ pub(crate) fn next(
     let offers: Vec<(&Programme, Vec<Gain>)> = menu
         .iter()
         .filter_map(|programme| {
-            Some((programme, gains(dataset, problem, doubts, programme, &cases)?))
+            Some((programme, gains(dataset, problem, doubts, programme, cases)?))
         })
         .collect();
     // Rivals that no plan can separate do not affect the choice.
     let separable = |rival: &usize| {
         offers.iter().any(|(_, gains)| gains[*rival].then - gains[*rival].now > GAIN_MIN)
     };
-    let mut count: Vec<usize> = (0..mine).filter(separable).collect();
+    let count: Vec<usize> = (0..mine).filter(separable).collect();
     if count.is_empty() {
-        count = (0..mine).collect();
+        return None;
     }
     let worth = |gains: &[Gain]| {
         count.iter().map(|&rival| gains[rival].then.min(ENOUGH)).fold(f64::INFINITY, f64::min)
@@ -184,6 +184,24 @@ pub(crate) fn next(
         by_rival: named.iter().map(|(rival, gain)| (rival.clone(), gain.then)).collect(),
         decided: decided.map(|(case, _)| case.pair.clone()).collect(),
     })
+}
+
+/// Takes the rivals that the given rows refuse with certainty from `effects` and from `cases`. They were rivals while the
+/// noise was not known as well as after the last effect.
+pub(crate) fn refuse(cases: &mut Vec<Case>, effects: &mut [Effect]) {
+    for Case { pair, .. } in cases.extract_if(.., |case| case.now >= ENOUGH) {
+        let mine = |one: &&mut Effect| one.name == pair.effect && one.axis == pair.axis;
+        for effect in effects.iter_mut().filter(mine) {
+            let is_rival =
+                |rival: &Rival| rival.name == pair.rival && rival.drivers == pair.drivers;
+            let gone: f64 = effect
+                .rivals
+                .extract_if(.., |rival| is_rival(rival))
+                .map(|one| one.probability)
+                .sum();
+            effect.rivals.iter_mut().for_each(|rival| rival.probability /= 1.0 - gone);
+        }
+    }
 }
 
 /// Whether a term adds to the rate, so that a bias test would remove part of it.

@@ -102,7 +102,7 @@ fn experiment(
         .iter()
         .filter_map(|plan| Some((plan.name, gains(dataset, &problem, &doubts, plan, &cases)?)))
         .collect();
-    (next(dataset, &problem, &doubts).unwrap(), each)
+    (next(dataset, &problem, &doubts, &cases).unwrap(), each)
 }
 
 fn shape(name: &str, acts: Acts, wrap: Wrap, field: &str, form: Form) -> Shape {

@@ -6,7 +6,7 @@
 //! positive memory counts: fitting a model to the same data leaves a slightly negative one.
 
 use super::residual;
-use crate::finding::Left;
+use crate::finding::{Left, p_value};
 use crate::noise::Whitener;
 use crate::problem::Aggregate;
 use crate::select::{BlockFit, Data, Found};
@@ -159,9 +159,9 @@ impl Whiteness {
         let (label, level) = (&data.block.label, 100.0 * WHITENESS_LEVEL);
         let is = if self.is_white(quantities) { "is white" } else { "is not white" };
         format!(
-            "what is left of `{label}`, less the memory of its noise, {is} at the level of {level} % (p = {:.1e}, \
+            "what is left of `{label}`, less the memory of its noise, {is} at the level of {level} % ({}, \
              lags of up to {})",
-            self.p_value,
+            p_value(self.p_value),
             self.duration(data, self.lag_max)
         )
     }

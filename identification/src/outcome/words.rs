@@ -3,7 +3,7 @@
 use super::phrases::{plain, short};
 use super::sentence::causes;
 use crate::dataset::Kind;
-use crate::finding::{Finding, HeldOut, SetAside, Verdict};
+use crate::finding::{Finding, HeldOut, Parameter, SetAside, Verdict, in_unit};
 
 impl Finding {
     /// The finding in a few sentences: the causes, their gain on held-out runs, and what else would help.
@@ -14,7 +14,8 @@ impl Finding {
         if said.len() > most {
             let more = said.len() - most;
             said.truncate(most);
-            said.push(format!("{more} more are below."));
+            let are = if more == 1 { "is" } else { "are" };
+            said.push(format!("{more} more {are} below."));
         }
         if self.effects.iter().all(|effect| effect.term == "quantisation") {
             said.push(
@@ -28,7 +29,8 @@ impl Finding {
             );
             said.extend(self.above_noise());
         } else {
-            let fell = |one: &&HeldOut| one.after < one.before;
+            let fell =
+                |one: &&HeldOut| one.after < one.before && short(one.after) != short(one.before);
             let falls: Vec<String> = std::iter::once(&self.held_out)
                 .chain(&self.held_out_also)
                 .filter(fell)
@@ -37,11 +39,11 @@ impl Finding {
                         .quantity
                         .as_deref()
                         .map_or(String::new(), |of| format!(" of {}", plain(of)));
+                    let unit = in_unit(&one.unit);
                     format!(
-                        "error{of} falls from {} to {} {}",
+                        "error{of} falls from {} to {}{unit}",
                         short(one.before),
-                        short(one.after),
-                        one.unit
+                        short(one.after)
                     )
                 })
                 .collect();
@@ -53,7 +55,23 @@ impl Finding {
             }
             said.extend(self.beyond());
         }
+        said.extend(self.calibration());
         said
+    }
+
+    /// The bias and the scale error that the plain model has already: what any calibration sets, however large.
+    fn calibration(&self) -> Option<String> {
+        let is_gain = matches!(self.kind, Kind::Turns | Kind::Series | Kind::Sensor);
+        let shows = |one: &&Parameter| {
+            one.standard_error.is_some_and(|error| one.value.abs() > SHOWS_FROM * error)
+        };
+        let part = |one: &Parameter| match one.name.as_str() {
+            "scale_factor" => format!("a scale error of {} %", short(100.0 * one.value)),
+            name => format!("a {} of {}{}", plain(name), short(one.value), in_unit(&one.unit)),
+        };
+        let parts: Vec<String> = self.base.iter().filter(shows).map(part).collect();
+        (is_gain && !parts.is_empty())
+            .then(|| format!("The plain model itself takes up {}.", parts.join(" and ")))
     }
 
     /// How far the error of readings is above the noise.
@@ -77,7 +95,8 @@ impl Finding {
                 .fold(error.value, |best, other| best.min(other.value));
             if best < error.value {
                 let gain = short(error.value - best);
-                more.push(format!("{} by more than {gain} {}", plain(name), error.unit));
+                let unit = in_unit(&error.unit);
+                more.push(format!("{} by more than {gain}{unit}", plain(name)));
             }
         }
         if more.is_empty() {
@@ -103,5 +122,7 @@ impl SetAside {
     }
 }
 
+/// Standard errors from which a constant of the plain model is told.
+const SHOWS_FROM: f64 = 4.0;
 /// Maximum number of causes listed one by one.
 const CAUSES_MAX: usize = 4;

@@ -56,8 +56,7 @@ const CUMULATIVE: f64 = 20.0;
 pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, IdentifyError> {
     let wheels = (dataset.column(Role::WheelLeft), dataset.column(Role::WheelRight));
     if let (Some(left), Some(right)) = wheels {
-        let track =
-            length(dataset, TRACK).ok_or_else(|| missing("constant `wheelbase` in the package"))?;
+        let track = length(dataset, TRACK).ok_or_else(|| no_constant(dataset, "wheelbase"))?;
         let left = travelled(dataset, left, "left", channels)?;
         let right = travelled(dataset, right, "right", channels)?;
         let distance = left.iter().zip(&right).map(|(l, r)| (l + r) / 2.0).collect();
@@ -71,7 +70,7 @@ pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
         Dimension::Length => increments(distance, channels, false),
         _ => {
             let factor = length(dataset, &["metres_per_count", "drive_metres_per_count"])
-                .ok_or_else(|| missing("constant `metres_per_count` in the package"))?;
+                .ok_or_else(|| no_constant(dataset, "metres_per_count"))?;
             distance.values.iter().map(|counts| finite(*counts) * factor).collect()
         }
     };
@@ -83,9 +82,7 @@ pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
         Dimension::Count => {
             let per_turn =
                 number(dataset, &["steer_counts_per_revolution", "counts_per_revolution"])
-                    .ok_or_else(|| {
-                        missing("constant `steer_counts_per_revolution` in the package")
-                    })?;
+                    .ok_or_else(|| no_constant(dataset, "steer_counts_per_revolution"))?;
             let factor = std::f64::consts::TAU / per_turn;
             steer.values.iter().map(|counts| finite(*counts) * factor).collect()
         }
@@ -102,8 +99,7 @@ fn tricycle(
     steer: &Column,
     channels: &Channels,
 ) -> Result<Motion, IdentifyError> {
-    let base = length(dataset, &["wheelbase"])
-        .ok_or_else(|| missing("constant `wheelbase` in the package"))?;
+    let base = length(dataset, &["wheelbase"]).ok_or_else(|| no_constant(dataset, "wheelbase"))?;
     let scale = number(dataset, &["steer_scale"]).unwrap_or(1.0);
     let angles: Vec<f64> = steer.si().map(|angle| scale * finite(angle)).collect();
     // The steering angle of a row is the mean of those at both ends.
@@ -131,6 +127,12 @@ fn constant(dataset: &Dataset, names: &[&str]) -> Option<Constant> {
     names.iter().find_map(|name| dataset.constants.get(*name).copied())
 }
 
+fn no_constant(dataset: &Dataset, name: &str) -> IdentifyError {
+    let stated: Vec<String> = dataset.constants.keys().map(|name| format!("`{name}`")).collect();
+    let has = if stated.is_empty() { "none".to_owned() } else { stated.join(", ") };
+    missing(&format!("constant `{name}` in the package; it has {has}"))
+}
+
 pub(super) fn length(dataset: &Dataset, names: &[&str]) -> Option<f64> {
     constant(dataset, names).map(|constant| constant.si())
 }
@@ -150,7 +152,7 @@ fn travelled(
         length(dataset, &[&format!("wheel_diameter_{side}"), "wheel_diameter"])
             .map(|diameter| diameter / 2.0)
             .or_else(|| length(dataset, &[&format!("wheel_radius_{side}"), "wheel_radius"]))
-            .ok_or_else(|| missing(&format!("constant `wheel_diameter_{side}` in the package")))
+            .ok_or_else(|| no_constant(dataset, &format!("wheel_diameter_{side}")))
     };
     Ok(match wheel.unit.dimension() {
         Dimension::Count => {
@@ -161,7 +163,7 @@ fn travelled(
             ];
             let names: Vec<&str> = ticks.iter().map(String::as_str).collect();
             let per_turn = number(dataset, &names)
-                .ok_or_else(|| missing("constant `encoder_ticks_per_revolution` in the package"))?;
+                .ok_or_else(|| no_constant(dataset, "encoder_ticks_per_revolution"))?;
             let factor = std::f64::consts::TAU * radius()? / per_turn;
             wheel.values.iter().map(|count| finite(*count) * factor).collect()
         }

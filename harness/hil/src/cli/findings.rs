@@ -1,6 +1,8 @@
 //! Findings as a few lines of text.
 
-use identification::finding::{Effect, Finding, HeldOut, Parameter, Prediction, Verdict};
+use identification::finding::{
+    Effect, Finding, HeldOut, Parameter, Prediction, Verdict, in_unit, p_value,
+};
 use identification::model::is_frame;
 use std::fmt::Write;
 
@@ -12,7 +14,11 @@ pub(super) fn summary(finding: &Finding) -> String {
         Verdict::NothingMissing => "nothing is missing",
         Verdict::StructureLeft => "structure is left",
     };
-    let mut out = format!("{dataset}: {verdict} ({} of {rows} rows, {runs} runs)\n", kind.name());
+    let mut out = format!(
+        "{dataset}: {verdict} ({} of {rows} rows, {runs} {})\n",
+        kind.name(),
+        if *runs == 1 { "run" } else { "runs" }
+    );
     for sentence in finding.in_words() {
         line(&mut out, &sentence);
     }
@@ -20,11 +26,11 @@ pub(super) fn summary(finding: &Finding) -> String {
         line(&mut out, &errors(held_out));
     }
     let floor = &finding.noise_floor;
-    line(&mut out, &format!("noise floor {} {}", number(floor.value), floor.unit));
+    line(&mut out, &format!("noise floor {}{}", number(floor.value), in_unit(&floor.unit)));
     for effect in &finding.effects {
         let sign = match finding.not_told_apart(effect) {
             Some(other) => format!("not told apart from {}", other.name),
-            None => format!("p = {:.1e}", effect.p_value),
+            None => p_value(effect.p_value),
         };
         line(&mut out, &format!("{}; {sign}", words(effect)));
         for rival in &effect.rivals {
@@ -44,7 +50,8 @@ pub(super) fn summary(finding: &Finding) -> String {
         let HeldOut { unit, before, after, .. } = &compensation.held_out;
         let (before, after) = (number(*before), number(*after));
         let of = &compensation.of;
-        line(&mut out, &format!("compensation of {of}: error {before} -> {after} {unit}, by"));
+        let unit = in_unit(unit);
+        line(&mut out, &format!("compensation of {of}: error {before} -> {after}{unit}, by"));
         for step in &compensation.steps {
             line(&mut out, &format!("  {} = {}", step.name, step.expression));
         }
@@ -76,8 +83,8 @@ pub(super) fn summary(finding: &Finding) -> String {
 pub(super) fn prediction(prediction: &Prediction) -> String {
     let Prediction { dataset, kind, rows, unit, rmse, .. } = prediction;
     let (before, after) = (number(rmse.before), number(rmse.after));
-    let kind = kind.name();
-    let mut out = format!("{dataset}: rmse {before} -> {after} {unit} ({kind} of {rows} rows)\n");
+    let (kind, unit) = (kind.name(), in_unit(unit));
+    let mut out = format!("{dataset}: rmse {before} -> {after}{unit} ({kind} of {rows} rows)\n");
     for aside in &prediction.set_aside {
         line(&mut out, &aside.in_words());
     }
@@ -95,8 +102,9 @@ fn errors(held_out: &HeldOut) -> String {
     let HeldOut { metric, quantity, unit, before, after, ci95: [low, high], folds } = held_out;
     let of = quantity.as_ref().map_or(String::new(), |quantity| format!(" of {quantity}"));
     let (before, after, low, high) = (number(*before), number(*after), number(*low), number(*high));
+    let unit = in_unit(unit);
     format!(
-        "held-out {metric}{of} {before} -> {after} {unit} (95 %: {low} to {high}, {folds} folds)"
+        "held-out {metric}{of} {before} -> {after}{unit} (95 %: {low} to {high}, {folds} folds)"
     )
 }
 
@@ -122,8 +130,7 @@ fn seen(drivers: &[String]) -> String {
 fn parameter(parameter: &Parameter) -> String {
     let Parameter { name, value, standard_error, unit, .. } = parameter;
     let error = standard_error.map_or(String::new(), |error| format!(" ± {}", number(error)));
-    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-    format!("{name} = {}{error}{unit}", number(*value))
+    format!("{name} = {}{error}{}", number(*value), in_unit(unit))
 }
 
 /// Formats to three significant digits.

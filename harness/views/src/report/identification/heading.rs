@@ -16,7 +16,7 @@ pub(super) fn heading(finding: &Finding) -> Markup {
             p.outcome { (word) }
             h1 { (finding.dataset) }
             @for sentence in finding.in_words() { p.lead { (sentence) } }
-            p.lead { (verdict(finding)) }
+            @if let Some(verdict) = verdict(finding) { p.lead { (verdict) } }
             @for held_out in std::iter::once(&finding.held_out).chain(&finding.held_out_also) {
                 (errors(held_out))
             }
@@ -35,22 +35,19 @@ pub(super) fn heading(finding: &Finding) -> Markup {
     }
 }
 
-/// The verdict in a sentence.
-fn verdict(finding: &Finding) -> String {
+/// The verdict in a sentence, where the finding's own words do not say it.
+fn verdict(finding: &Finding) -> Option<String> {
     let count = finding.effects.len();
     let effects = match count {
         1 => "one effect".to_owned(),
         _ => format!("{count} effects"),
     };
-    match finding.verdict {
+    let said = match finding.verdict {
+        Verdict::NothingMissing => return None,
         Verdict::Explained => format!(
             "The model given lacked {effects}. What was found lowers the error on data that took no part in \
              the fit, and no further cause shows in what remains."
         ),
-        Verdict::NothingMissing => {
-            "The model given leaves nothing but noise: these data give no reason to add anything."
-                .to_owned()
-        }
         Verdict::StructureLeft if count == 0 => {
             "Something remains that is not noise, and no effect that was tried describes it."
                 .to_owned()
@@ -59,7 +56,8 @@ fn verdict(finding: &Finding) -> String {
             "The model given lacked {effects}, but what remains is still not noise alone: the model is \
              better, not complete."
         ),
-    }
+    };
+    Some(said)
 }
 
 /// Renders the errors before and after, with their uncertainty.
