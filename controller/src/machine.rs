@@ -74,22 +74,13 @@ pub enum Output {
     Frame(CanFrame),
 }
 
-#[expect(clippy::large_enum_variant, reason = "no allocation: there is no box to put it in")]
+/// What the controller does; a pose is downloaded with the drive that it ends.
 #[derive(Debug, Clone)]
 enum Task {
     Idle,
-    BiasTest {
-        id: MissionId,
-        half: Timestamp,
-        until: Timestamp,
-        average: BiasAverage,
-    },
+    BiasTest { id: MissionId, half: Timestamp, until: Timestamp, average: BiasAverage },
     Drive(Drive),
-    PoseDownload {
-        download: PoseDownload,
-        /// What ended with it.
-        drive: Option<Drive>,
-    },
+    PoseDownload(PoseDownload, Option<Drive>),
 }
 
 /// Summary of the samples that arrived at once.
@@ -372,7 +363,7 @@ impl Controller {
             self.stopping = false;
             self.reference = heading;
         }
-        if matches!(self.task, Task::PoseDownload { .. }) {
+        if matches!(self.task, Task::PoseDownload(..)) {
             self.step_pose_download(now);
         }
         self.update_health(now);
@@ -392,7 +383,7 @@ impl Controller {
         self.tick_at = (self.tick_at + self.config.motion.period).max(now);
         match &self.task {
             Task::Drive(_) => self.tick_drive(now),
-            Task::PoseDownload { .. } => self.step_pose_download(now),
+            Task::PoseDownload(..) => self.step_pose_download(now),
             Task::Idle | Task::BiasTest { .. } if self.stopping => {
                 if let Some(base) = &mut self.base {
                     base.request(Request::Stop);

@@ -14,7 +14,7 @@ impl Controller {
             Task::Idle => Activity::Idle,
             Task::BiasTest { .. } => Activity::BiasTest,
             Task::Drive(drive) => drive.activity(),
-            Task::PoseDownload { .. } => Activity::PoseDownload,
+            Task::PoseDownload(..) => Activity::PoseDownload,
         }
     }
 

@@ -171,7 +171,7 @@ impl Controller {
         let needs_gyro = match &self.task {
             Task::Idle => return,
             Task::BiasTest { .. } => true,
-            Task::Drive(_) | Task::PoseDownload { .. } => self.source == HeadingSource::Gyro,
+            Task::Drive(_) | Task::PoseDownload(..) => self.source == HeadingSource::Gyro,
         };
         let moves = matches!(self.task, Task::Drive(_));
         let causes = self.causes(now);

@@ -249,12 +249,12 @@ impl Controller {
     ) {
         let pose = if self.plants(Mutant::WrongPoseDownloaded) { Pose::default() } else { pose };
         let download = PoseDownload::new(id, pose, result, self.pose_write_counter, now);
-        self.task = Task::PoseDownload { download, drive };
+        self.task = Task::PoseDownload(download, drive);
         self.step_pose_download(now);
     }
 
     pub(super) fn step_pose_download(&mut self, now: Timestamp) {
-        let Task::PoseDownload { download, drive } = &mut self.task else { return };
+        let Task::PoseDownload(download, drive) = &mut self.task else { return };
         let Some(base) = &mut self.base else { return };
         let Some((_, motion)) = base.motion() else { return };
         if motion.moving
@@ -340,7 +340,7 @@ impl Controller {
             Task::Idle => return,
             Task::BiasTest { id, .. } => *id,
             Task::Drive(drive) => drive.id,
-            Task::PoseDownload { download, .. } => download.id,
+            Task::PoseDownload(download, _) => download.id,
         };
         self.bias_test_failed |= matches!(self.task, Task::BiasTest { .. });
         if matches!(self.task, Task::Drive(_)) {

@@ -180,7 +180,10 @@ pub enum Defect {
     },
     /// No channel of the file has the name of the field.
     #[error("the file has no channel of this name, expected one for every field that is used")]
-    NoChannel,
+    NoChannel(
+        /// The channels of the file.
+        Vec<String>,
+    ),
     /// Several channels of the file have the name of the field.
     #[error("{0} channels have this name, expected one")]
     Channels(usize),
@@ -193,6 +196,16 @@ pub enum Defect {
     /// The compressed file is damaged.
     #[error("the gzip file is damaged: {0}")]
     Damaged(#[source] io::Error),
+}
+
+/// The first channels of a file.
+fn listed(channels: &[String]) -> String {
+    const LISTED_MAX: usize = 20;
+    let first = channels[..channels.len().min(LISTED_MAX)].join(", ");
+    match channels.len().saturating_sub(LISTED_MAX) {
+        0 => format!("channels: {first}"),
+        more => format!("channels: {first} and {more} more"),
+    }
 }
 
 /// The permitted units of a role.
@@ -208,20 +221,25 @@ fn allowed(role: Role) -> String {
 impl Defect {
     fn advice(&self) -> Option<String> {
         Some(match self {
-            Self::Unknown { known, .. } => format!("known: {}", known.join(", ")),
+            Self::Unknown { what, known, .. } => {
+                let other = if *what == "unit" { "; state any other unit as 1" } else { "" };
+                format!("known: {}{other}", known.join(", "))
+            }
             Self::NotANumber(_) => {
                 "a missing number is an empty cell; text is for the roles run, auxiliary and ignore, and an \
                  auxiliary field of text needs \"type\": \"string\""
                     .to_owned()
             }
             Self::NotText => "save it as UTF-8: spreadsheets often write Latin-1 or Windows-1252, in which `°` and \
-                 `ä` are other bytes"
+                 `ä` are other bytes; an MDF 4 file ends in .mf4, a ROS bag in .bag, .db3 or .mcap, and other formats \
+                 are not read"
                 .to_owned(),
             Self::NotFinite(_) => "a missing number is an empty cell".to_owned(),
             Self::RoleTwice { role, .. } if role.has_axes() => {
                 "give each an axis of its own (x, y or z), or make one auxiliary".to_owned()
             }
             Self::Group { known, .. } => format!("groups: {}", known.join(", ")),
+            Self::NoChannel(channels) => listed(channels),
             Self::Channels(_) => {
                 "\"dialect\": { \"group\": NAME } of the resource says which group has the rows"
                     .to_owned()

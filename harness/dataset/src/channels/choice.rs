@@ -55,7 +55,7 @@ pub(super) fn choose(
             .flat_map(|other| of(other).into_iter().map(move |channel| (other, channel)));
         let (other, channel) = match elsewhere.collect::<Vec<_>>()[..] {
             [one] => one,
-            [] => return Err(inside(Defect::NoChannel)),
+            [] => return Err(inside(Defect::NoChannel(names(groups)))),
             ref several => return Err(inside(Defect::Channels(several.len()))),
         };
         if let Some(why) = kept_out(field) {
@@ -102,6 +102,11 @@ fn kept_out(field: &Field) -> Option<&'static str> {
     }
 }
 
+/// The names of all channels.
+fn names(groups: &[Group]) -> Vec<String> {
+    groups.iter().flat_map(|group| &group.channels).map(|channel| channel.name.clone()).collect()
+}
+
 /// Channels with this name, which may begin with the name of the group and `/`.
 fn find(group: &Group, name: &str) -> Vec<usize> {
     let name = name.trim();
@@ -136,7 +141,7 @@ fn holding<'a>(
     let found = if whole.is_empty() { with(&|group| has(group, measured)) } else { whole };
     match found[..] {
         [one] => Ok(one),
-        [] => Err((Defect::NoChannel, measured)),
+        [] => Err((Defect::NoChannel(names(groups)), measured)),
         ref several => Err((Defect::Channels(several.len()), measured)),
     }
 }

@@ -140,6 +140,9 @@ fn what_is_wrong_with_a_file_has_its_place() {
     let other = [SERIES, &[("volts", "auxiliary", "V", "")]].concat();
     let no_channel = ", field volts: the file has no channel of this name, expected one for every field that is used";
     assert_eq!(message(&other, &rates()), no_channel);
+    let error = package(&other, &rates()).read().unwrap_err();
+    let help = error.help().unwrap().to_string();
+    assert!(help.starts_with("channels: "), "{help}");
     assert!(
         message(SERIES, b"t,w,ref\n").contains("block at byte 0: expected `MDF` and its version")
     );
