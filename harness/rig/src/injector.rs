@@ -286,7 +286,7 @@ mod tests {
     fn a_stall_of_the_machine_ends_with_the_plan_and_no_other_fault_does() {
         const STALL: FaultKind = FaultKind::SchedulerStall { for_s: 60.0 };
         for (what, left) in [(STALL, None), (DROP, Some(Change::Begins(0)))] {
-            let mut injector = injector(When::At(Span::from_secs(3)), what.clone(), Some(9));
+            let mut injector = injector(When::At(Span::from_secs(3)), what, Some(9));
             injector.phase(at(2.0), &PhaseEvent::PlanEnded);
             assert_eq!(injector.change(at(3.0)), left);
         }
