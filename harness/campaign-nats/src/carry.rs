@@ -5,7 +5,7 @@ use super::error::NatsError;
 use super::job::{Done, Job};
 use super::lease::{Holder, Standing};
 use super::maker::{Maker, Stopping};
-use super::message::{Came, Place, Report, Said, id_of, result_subject};
+use super::message::{CASES, Came, Place, Report, Said, id_of, result_subject};
 use super::package::Package;
 use super::publish::Letter;
 use super::room::{PAUSE, Room, STILL_AT_IT};
@@ -251,7 +251,16 @@ impl Hands {
             headers: said.headers(),
             body: serde_json::to_vec(&report).unwrap_or_default(),
         };
-        self.room.send(&letter).await.map(|_| ())
+        let Some(sequence) = self.room.send(&letter).await? else { return Ok(()) };
+        // Where a case is carried out twice, the other result may have ended the campaign. The end removes the cases
+        // before the results, so a result whose case is still there is removed with the others. A bench keeps it: its
+        // cases are also withdrawn when the campaign stops, and it resumes with the result.
+        let is_over =
+            matches!(self.place, Place::Virtual) && !self.room.holds(CASES, &message.subject).await;
+        if is_over {
+            self.room.take_back(sequence).await;
+        }
+        Ok(())
     }
 }
 

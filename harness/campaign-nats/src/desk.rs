@@ -309,7 +309,7 @@ impl HandingOut {
     /// left.
     async fn go(mut self) -> Result<(), NatsError> {
         let name = self.letter.name.clone();
-        while self.room.send(&self.letter).await? && !self.is_on_its_way().await {
+        while self.room.send(&self.letter).await?.is_none() && !self.is_on_its_way().await {
             let count = self.again.fetch_add(1, Ordering::Relaxed);
             // No other case sent again has this name: the lease and the count are its own.
             self.letter.name = format!("{name}.{}-{count}", self.lease);

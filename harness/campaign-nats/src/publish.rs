@@ -17,16 +17,16 @@ pub(super) struct Letter {
 }
 
 impl Room {
-    /// Sends a message until it is on the stream. Returns true if it was there before.
+    /// Sends a message until it is on the stream. Returns its number there, or `None` if it was there before.
     ///
     /// # Errors
     ///
     /// When the server will never accept it.
-    pub(super) async fn send(&self, letter: &Letter) -> Result<bool, NatsError> {
+    pub(super) async fn send(&self, letter: &Letter) -> Result<Option<u64>, NatsError> {
         loop {
             self.link.there().await;
             match self.send_once(letter).await {
-                Ok(ack) => return Ok(ack.duplicate),
+                Ok(ack) => return Ok((!ack.duplicate).then_some(ack.sequence)),
                 Err(error) if error.kind() == PublishErrorKind::MaxPayloadExceeded => {
                     return Err(NatsError::server(format!("send {}", letter.subject), error));
                 }

@@ -243,6 +243,14 @@ impl Room {
         Ok(())
     }
 
+    /// Removes a result that nobody waits for. One that stays goes with its age.
+    pub(super) async fn take_back(&self, sequence: u64) {
+        if let Ok(results) = self.context.get_stream_no_info(RESULTS).await {
+            // The end of the campaign may have removed it.
+            let _ = results.delete_message(sequence).await;
+        }
+    }
+
     async fn purge(&self, stream: &str, subject: String) -> Result<(), NatsError> {
         let failed = |error: &dyn std::fmt::Display| NatsError::server("clear the streams", error);
         let stream = self.context.get_stream_no_info(stream).await.map_err(|e| failed(&e))?;

@@ -1,7 +1,7 @@
 //! Servers, coordinators and workers that disappear, seen from inside: how often a case is carried out.
 
 use crate::hil::{Hil, cases, wait_for};
-use crate::server::{Server, say};
+use crate::server::{Server, cases_waiting, messages, say};
 use campaign::{Case, CaseResult, Executor};
 use campaign_nats::VERSION;
 use campaign_nats::{
@@ -75,13 +75,22 @@ fn remote(url: &str, told: &Arc<Told>) -> Remote<Nobody> {
 }
 
 pub fn remote_at(place: Place, url: &str, told: &Arc<Told>) -> Remote<Nobody> {
+    remote_until(|| false, place, url, told)
+}
+
+fn remote_until(
+    stop: impl Fn() -> bool + Send + 'static,
+    place: Place,
+    url: &str,
+    told: &Arc<Told>,
+) -> Remote<Nobody> {
     let package = Package::of("live-side", &Answers::default()).unwrap();
     let settings = RemoteSettings {
         what: "echoes".to_owned(),
         place,
         holder: Holder::named("the coordinator"),
     };
-    Remote::open(&server(url), &package, settings, Nobody, told.teller(), || false).unwrap()
+    Remote::open(&server(url), &package, settings, Nobody, told.teller(), stop).unwrap()
 }
 
 fn carry_out(url: &str, echo: &Arc<Echo>, told: &Arc<Told>, stop: &AtomicBool) -> u64 {
@@ -126,6 +135,30 @@ fn a_worker_goes_on_without_the_server_and_reports_when_it_is_back() {
         assert_eq!(worker.join().unwrap(), 1);
     });
     assert_eq!(echo.begun.load(Ordering::Relaxed), 1, "nobody carried it out again");
+}
+
+#[test]
+fn a_result_that_comes_after_the_end_is_not_left_on_the_server() {
+    let Some(server) = Server::start() else { return };
+    let url = server.url();
+    let (echo, stop) = (Echo::new(false), AtomicBool::new(false));
+    let told = Arc::<Told>::default();
+    let gives_up = Arc::new(AtomicBool::new(false));
+    let is_to_give_up = Arc::clone(&gives_up);
+    let give_up = move || is_to_give_up.load(Ordering::Relaxed);
+    let remote = remote_until(give_up, Place::Virtual, &url, &told);
+    scope(|scope| {
+        let worker = scope.spawn(|| carry_out(&url, &echo, &told, &stop));
+        scope.spawn(|| remote.execute(&Case::default()));
+        wait_for("the case", || echo.begun.load(Ordering::Relaxed) == 1);
+        remote.finish(Vec::new()).unwrap();
+        assert_eq!(cases_waiting(&url), 0);
+        echo.gate.store(true, Ordering::Relaxed);
+        stop.store(true, Ordering::Relaxed);
+        assert_eq!(worker.join().unwrap(), 1);
+        gives_up.store(true, Ordering::Relaxed);
+        assert_eq!(messages(&url, "HIL_RESULTS"), 0);
+    });
 }
 
 /// Longer than a silent worker may keep a case.

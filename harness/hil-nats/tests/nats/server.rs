@@ -109,9 +109,13 @@ pub fn say<T>(said: impl Future<Output = T>) -> T {
 
 /// Returns the number of cases on the stream, waiting or taken.
 pub fn cases_waiting(url: &str) -> u64 {
+    messages(url, "HIL_CASES")
+}
+
+pub fn messages(url: &str, stream: &str) -> u64 {
     say(async {
         let jetstream = async_nats::jetstream::new(async_nats::connect(url).await.unwrap());
-        let stream = jetstream.get_stream("HIL_CASES").await.unwrap();
+        let stream = jetstream.get_stream(stream).await.unwrap();
         stream.cached_info().state.messages
     })
 }
