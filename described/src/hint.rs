@@ -24,15 +24,34 @@ pub fn explain(message: &str) -> (String, Option<String>) {
         let known: Vec<&str> = known.split(", ").filter(|name| !name.is_empty()).collect();
         return (format!("unknown field `{wrong}`"), Some(proposal(wrong, &known)));
     }
+    if let Some(what) = message.strip_suffix(", there are no fields") {
+        return (what.to_owned(), Some("this table takes no keys: write `{}`".to_owned()));
+    }
     let Some((what, expected)) = message.split_once(", expected ") else {
         return (message.to_owned(), None);
     };
     if !what.starts_with("unknown ") {
-        return (message.to_owned(), None);
+        return (format!("{what}, expected {}", plainly(expected)), None);
     }
     let known = quoted(expected);
     let wrong = quoted(what).first().copied().unwrap_or_default();
     (what.replacen("unknown variant", "unknown name", 1), Some(proposal(wrong, &known)))
+}
+
+/// An expected type by another name than that in the program.
+fn plainly(expected: &str) -> &str {
+    match expected {
+        "u8" => "a whole number from 0 to 255",
+        "u16" => "a whole number from 0 to 65535",
+        "u32" | "u64" | "usize" => "a whole number, at least 0",
+        "i8" | "i16" | "i32" | "i64" => "a whole number",
+        "f32" | "f64" => "a number",
+        "a sequence" => "a list",
+        "a map" => "a table",
+        "path string" => "a path",
+        other if other.starts_with("struct ") => "a table",
+        other => other,
+    }
 }
 
 /// "did you mean ...?" if a name is near, otherwise the known names.
@@ -101,5 +120,15 @@ mod tests {
     fn other_messages_pass_as_they_are() {
         let message = "invalid type: string \"20\", expected a number";
         assert_eq!(explain(message), (message.to_owned(), None));
+        let of = |message: &str| explain(message).0;
+        assert_eq!(
+            of("invalid type: string \"x\", expected u32"),
+            "invalid type: string \"x\", expected a whole number, at least 0"
+        );
+        let (what, help) = explain("unknown field `baud`, there are no fields");
+        assert_eq!(
+            (&*what, help.as_deref()),
+            ("unknown field `baud`", Some("this table takes no keys: write `{}`"))
+        );
     }
 }

@@ -8,6 +8,7 @@ mod again;
 mod declared;
 mod keep;
 mod prepared;
+mod recorded;
 mod recorded_properties;
 mod rig_of;
 
@@ -17,7 +18,8 @@ pub(crate) use keep::keep;
 pub use keep::{
     Completed, Options, run_to_folder, run_to_folder_watched, summarise, write_documents,
 };
-pub use prepared::{PrepareError, Prepared, header, load_plan, load_recorded};
+pub use prepared::{PrepareError, Prepared, header, load_plan};
+pub use recorded::{load_recorded, prepare_recorded};
 pub use rig::rerun::{Clock, Difference, Rerun, RerunError, Said};
 #[cfg(feature = "logs")]
 pub use rig_of::logged;
@@ -26,7 +28,7 @@ pub use rig_of::{RigError, load_description, load_rig, load_rig_named};
 use crate::checks::judge_all;
 use crate::made::Made;
 use crate::observation::Observations;
-use crate::outcome::{CommandSummary, Measurement, Outcome};
+use crate::outcome::{CommandSummary, Measurement, Outcome, PropertySummary};
 use crate::properties::{Property, PropertyVerdict, Unjudged};
 use crate::record::FaultSummary;
 use crate::record::reader::RecordError;
@@ -220,6 +222,8 @@ pub struct Verdicts {
     pub ending: Ending,
     /// The measurements.
     pub measurements: Vec<Measurement>,
+    /// The properties of the plan, in its order.
+    pub properties: Vec<PropertySummary>,
     /// Calibrations and models that the plan made.
     pub made: Made,
 }
@@ -272,5 +276,6 @@ pub fn verdicts(
 ) -> Verdicts {
     let run = simulate(prepared, seed, answers, &mut NullSink, pulse);
     let (measurements, _) = judge_all(&prepared.plan.measurements, &run.observations);
-    Verdicts { ending: run.ending, measurements, made: run.made }
+    let properties = keep::properties(prepared, &run);
+    Verdicts { ending: run.ending, measurements, properties, made: run.made }
 }

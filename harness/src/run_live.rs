@@ -73,6 +73,7 @@ impl LiveSetting<'_> {
     ///
     /// When the bench does not fit the plan.
     pub fn resolve(&self, rig: &Rig) -> Result<Setting, PlacementError> {
+        self.bench.expect_of(rig)?;
         let timing = &self.bench.timing;
         let (site, device_under_test) = match (&rig.robot, rig.device()) {
             (Some(devices), _) => {

@@ -176,7 +176,7 @@ fn what_a_node_sends_is_judged_by_its_counter_and_its_checksum() {
     for (target, what, expected) in [
         ("cells.CellStatus", "stuck_counter = { for_s = 60 }", (20.0, false, true)),
         ("cells.CellStatus", "counter_jump = { ahead = 3 }", (20.0, false, true)),
-        ("cells.CellStatus", "wrong_checksum = { wrong_percent = 50 }", (20.0, false, false)),
+        ("cells.CellStatus", "wrong_checksum = { wrong_percent = 50 }", (20.0, true, false)),
         ("cells.CellStatus", "frozen_message = { for_s = 60 }", (9.0, false, true)),
         ("cells.CellStatus", "drop = { loss_percent = 30 }", (20.0, false, true)),
         ("cells.CellStatus", "duplicate = { duplicate_percent = 30 }", (20.0, false, true)),
@@ -190,6 +190,24 @@ fn what_a_node_sends_is_judged_by_its_counter_and_its_checksum() {
     ] {
         assert_eq!(run(&fault(target, what)), expected, "{target} {what}");
     }
+}
+
+#[test]
+fn a_fault_that_never_began_is_told() {
+    let late = fault("cells.CellStatus", "drop = { loss_percent = 100 }");
+    let (_folder, trial) = load(&late.replace("at_s = 0.5", "at_s = 20"));
+    let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
+    assert_eq!(run.summary().notes, ["fault 0 never began: drop of cells.CellStatus"]);
+}
+
+#[test]
+fn a_formula_that_looks_beyond_the_end_was_never_judged() {
+    let long = "[[property]]\nname = \"long\"\nalways = \"for 10 s: cells.Limit < 300 A\"\n";
+    let (_folder, trial) = load(long);
+    let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
+    let long = run.property("long").unwrap();
+    let told = "never judged: the run ended at 3.501 s, and the formula looks 10 s ahead";
+    assert_eq!((long.held, long.what.as_deref()), (Some(false), Some(told)));
 }
 
 /// Otherwise a formula would judge the node by another checksum than that which it sends.

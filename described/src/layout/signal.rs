@@ -74,6 +74,13 @@ impl Signal {
         step * self.scale.factor.abs()
     }
 
+    /// The value that a receiver reads, where the signal counts in steps of one or more and `value` is between two of
+    /// them: rounding would make half a switch a whole one.
+    pub fn sent_instead_of(&self, value: f64) -> Option<f64> {
+        let (sent, step) = (self.as_sent(value), self.resolution());
+        (step >= 1.0 && (sent - value).abs() > RANGE_SLACK_COUNTS * step).then_some(sent)
+    }
+
     /// Applies a declared range if its bits can represent a value in it; otherwise returns `false` and changes
     /// nothing.
     pub(super) fn narrow(&mut self, minimum: f64, maximum: f64) -> bool {

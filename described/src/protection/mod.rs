@@ -37,6 +37,9 @@ pub enum Verdict {
     Ok,
     /// The checksum is right, and this many messages were lost before this one.
     Lost(u64),
+    /// The checksum and the counter are right, and all messages missing before this one, this many, came with a wrong
+    /// checksum. To a receiver they are lost; the sender's counter went on as it should.
+    LostToDamage(u64),
     /// The checksum is right, and the counter equals that of the preceding message.
     Repeated,
     /// The checksum is right, and more messages are missing than allowed: this many.
@@ -50,7 +53,7 @@ pub enum Verdict {
 impl Verdict {
     /// True if a receiver uses the message.
     pub const fn is_sound(self) -> bool {
-        matches!(self, Self::Ok | Self::Lost(_))
+        matches!(self, Self::Ok | Self::Lost(_) | Self::LostToDamage(_))
     }
 }
 
@@ -71,6 +74,8 @@ pub(crate) struct Sent {
 pub(crate) struct Received {
     /// The counter in the last message with a correct checksum.
     last: Option<u64>,
+    /// Number of messages since then.
+    damaged: u64,
 }
 
 impl Protection {
@@ -122,8 +127,10 @@ impl Protection {
             Some(Seal::Sum(_)) | None => true,
         };
         if !is_whole || self.sum(data).is_some_and(|(field, sum)| field.get(data) != sum) {
+            received.damaged += 1;
             return Verdict::WrongChecksum;
         }
+        let damaged = std::mem::take(&mut received.damaged);
         let Some(counter) = &self.counter else { return Verdict::Ok };
         let number = counter.field.get(data);
         let verdict = counter.judge(received.last, number);
@@ -131,7 +138,10 @@ impl Protection {
         if verdict != Verdict::WrongCounter {
             received.last = Some(number);
         }
-        verdict
+        match verdict {
+            Verdict::Lost(missing) if missing <= damaged => Verdict::LostToDamage(missing),
+            verdict => verdict,
+        }
     }
 
     fn sum(&self, data: &[u8]) -> Option<(BitField, u64)> {

@@ -131,7 +131,11 @@ fn a_receiver_tells_what_is_wrong() {
     damaged[7] ^= 0x10;
     assert_eq!(protection.check(&damaged, &mut heard), Verdict::WrongChecksum);
     // The damaged message counts as missing.
-    assert_eq!(protection.check(&next(), &mut heard), Verdict::Lost(1));
+    assert_eq!(protection.check(&next(), &mut heard), Verdict::LostToDamage(1));
+    assert_eq!(protection.check(&damaged, &mut heard), Verdict::WrongChecksum);
+    next();
+    next();
+    assert_eq!(protection.check(&next(), &mut heard), Verdict::Lost(2), "one was damaged");
     let of_another = profile_1(DataId::Nibble(0x124, 12), 0, 8);
     assert_eq!(of_another.check(&next(), &mut heard), Verdict::WrongChecksum);
 }

@@ -2,7 +2,7 @@
 
 use plan::Plan;
 use plan::confidence::{Z_95, wilson};
-use record::outcome::{Measurement, Outcome};
+use record::outcome::{Measurement, Outcome, PropertySummary};
 use serde::Serialize;
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -64,11 +64,18 @@ pub struct SeedVerdicts {
     pub accepted: Vec<bool>,
     /// Each figure with its standard uncertainty, in the same order; `None` if it was not measured.
     pub figures: Vec<Option<(f64, f64)>>,
+    /// Whether each property held, in the order of the plan; none in an incomplete run, which might have broken it.
+    pub held: Vec<bool>,
 }
 
 impl SeedVerdicts {
-    /// The result of a run with this outcome, reason and measurements.
-    pub fn of(ended: Outcome, reason: Option<&str>, measurements: &[Measurement]) -> Self {
+    /// The result of a run with this outcome, reason, measurements and properties.
+    pub fn of(
+        ended: Outcome,
+        reason: Option<&str>,
+        measurements: &[Measurement],
+        properties: &[PropertySummary],
+    ) -> Self {
         let complete = ended == Outcome::Passed;
         let accepted = |one: &Measurement| complete && one.verdict.is_acceptable();
         Self {
@@ -78,21 +85,33 @@ impl SeedVerdicts {
                 .iter()
                 .map(|one| one.value.filter(|_| complete).map(|value| (value, one.uncertainty)))
                 .collect(),
+            held: properties.iter().map(|one| complete && one.held == Some(true)).collect(),
         }
     }
 
     fn passed(&self) -> bool {
-        self.accepted.iter().all(|accepted| *accepted) && self.broke_off.is_none()
+        self.accepted.iter().chain(&self.held).all(|good| *good) && self.broke_off.is_none()
     }
 }
 
-/// The share of seeds for which a measurement was acceptable.
+/// What a share is of, by name.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Judged {
+    /// A measurement that was acceptable.
+    Measurement(String),
+    /// A property that held.
+    Property(String),
+}
+
+/// The share of seeds for which a measurement was acceptable or a property held.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SeedShare {
     /// The plan.
     pub plan: String,
-    /// The measurement.
-    pub measurement: String,
+    /// The measurement or property.
+    #[serde(flatten)]
+    pub judged: Judged,
     /// Number of seeds whose run passed it, marginally or not.
     pub passed: u64,
     /// Number of seeds that ran.
@@ -129,26 +148,37 @@ impl Coverage {
     }
 }
 
-/// The share of seeds for which each measurement of `plan` was acceptable, with the 95 % Wilson interval.
+/// The share of seeds for which each measurement of `plan` was acceptable, then those for which each property held,
+/// with 95 % Wilson intervals.
 pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
-    let share = |(index, declared): (usize, &plan::Declared)| {
-        let accepted = |(_, run): &&(u64, &SeedVerdicts)| run.accepted.get(index) == Some(&true);
-        let (passed, seeds) = (runs.iter().filter(accepted).count() as u64, runs.len() as u64);
+    let share = |judged, good: &dyn Fn(&SeedVerdicts) -> bool| {
+        let passed = runs.iter().filter(|(_, run)| good(run)).count() as u64;
+        let seeds = runs.len() as u64;
         let interval = wilson(passed, seeds, Z_95);
-        let figures = runs.iter().filter_map(|(_, run)| *run.figures.get(index)?);
-        let figures: Vec<_> = figures.filter(|_| declared.check.kind().estimates()).collect();
         SeedShare {
             plan: plan.name.as_str().to_owned(),
-            measurement: declared.name.as_str().to_owned(),
+            judged,
             passed,
             seeds,
             // Without a seed the share may be anything.
             interval: interval.map_or((0.0, 1.0), |interval| (interval.lower, interval.upper)),
-            coverage: Coverage::of(&figures),
-            paper: declared.paper.clone(),
+            coverage: None,
+            paper: None,
         }
     };
-    plan.measurements.iter().enumerate().map(share).collect()
+    let measured = plan.measurements.iter().enumerate().map(|(index, declared)| {
+        let figures = runs.iter().filter_map(|(_, run)| *run.figures.get(index)?);
+        let figures: Vec<_> = figures.filter(|_| declared.check.kind().estimates()).collect();
+        let judged = Judged::Measurement(declared.name.as_str().to_owned());
+        let paper = declared.paper.clone();
+        let share = share(judged, &|run| run.accepted.get(index) == Some(&true));
+        SeedShare { coverage: Coverage::of(&figures), paper, ..share }
+    });
+    let watched = plan.properties.iter().enumerate().map(|(index, property)| {
+        let judged = Judged::Property(property.name().to_owned());
+        share(judged, &|run| run.held.get(index) == Some(&true))
+    });
+    measured.chain(watched).collect()
 }
 
 /// The seeds whose run did not pass, in order.
@@ -158,7 +188,7 @@ pub fn not_passed<'a>(runs: &[(u64, &'a SeedVerdicts)]) -> Vec<(u64, &'a SeedVer
 
 #[cfg(test)]
 mod tests {
-    use super::{Coverage, SeedVerdicts, for_each_seed, not_passed, shares};
+    use super::{Coverage, Judged, SeedVerdicts, for_each_seed, not_passed, shares};
     use plan::Plan;
     use proptest::prelude::*;
     use record::outcome::Outcome;
@@ -201,26 +231,32 @@ mod tests {
         assert_eq!(seeds, [0, 1, 2, 3, 4]);
     }
 
-    fn plan() -> Plan {
-        let plan = r#"
-            name = "turns"
-            title = "Turns"
-            devices = "paper"
-            steps = [{ turn = { angle_deg = 90 } }]
+    const PLAN: &str = r#"
+name = "turns"
+title = "Turns"
+devices = "paper"
+steps = [{ turn = { angle_deg = 90 } }]
 
-            [[measurement]]
-            name = "stop"
-            doc = "Stop error"
-            quantity = "turn.stop_error"
-            unit = "deg"
-            check = { all_within = [-1, 1] }
-            paper = "mostly"
-        "#;
-        Plan::parse("turns.toml", plan).unwrap()
+[[measurement]]
+name = "stop"
+doc = "Stop error"
+quantity = "turn.stop_error"
+unit = "deg"
+check = { all_within = [-1, 1] }
+paper = "mostly"
+"#;
+
+    fn plan() -> Plan {
+        Plan::parse("turns.toml", PLAN).unwrap()
     }
 
     fn run(accepted: bool) -> SeedVerdicts {
-        SeedVerdicts { broke_off: None, accepted: vec![accepted], figures: vec![None] }
+        SeedVerdicts {
+            broke_off: None,
+            accepted: vec![accepted],
+            figures: vec![None],
+            held: Vec::new(),
+        }
     }
 
     #[test]
@@ -235,7 +271,7 @@ mod tests {
     fn a_share_counts_the_acceptable() {
         let broke_off = Some((Outcome::Timeout, "too long".to_owned()));
         let (good, bad) = (run(true), run(false));
-        let broken = SeedVerdicts { broke_off, accepted: vec![false], figures: vec![None] };
+        let broken = SeedVerdicts { broke_off, ..run(false) };
         let runs = [(3, &good), (4, &bad), (5, &broken), (6, &good)];
         let shares = shares(&plan(), &runs);
         assert_eq!(shares.len(), 1);
@@ -244,6 +280,21 @@ mod tests {
         assert_eq!(shares[0].paper.as_deref(), Some("mostly"));
         let seeds: Vec<_> = not_passed(&runs).iter().map(|(seed, _)| *seed).collect();
         assert_eq!(seeds, [4, 5]);
+    }
+
+    #[test]
+    fn a_property_has_a_share_of_its_own() {
+        let with_property = format!("{PLAN}\n[[property]]\nalways = {{ done_is_done = {{}} }}\n");
+        let plan = Plan::parse("turns.toml", &with_property).unwrap();
+        let held = SeedVerdicts { held: vec![true], ..run(true) };
+        let broken = SeedVerdicts { held: vec![false], ..run(true) };
+        let runs = [(1, &held), (2, &broken)];
+        let shares = shares(&plan, &runs);
+        assert_eq!(shares[0].passed, 2);
+        assert_eq!(shares[1].judged, Judged::Property("done_is_done".to_owned()));
+        assert_eq!(shares[1].passed, 1);
+        let seeds: Vec<_> = not_passed(&runs).iter().map(|(seed, _)| *seed).collect();
+        assert_eq!(seeds, [2]);
     }
 
     #[test]

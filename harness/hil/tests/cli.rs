@@ -31,6 +31,8 @@ mod measured;
 mod new;
 #[path = "cli/operator.rs"]
 mod operator;
+#[path = "cli/other_nodes.rs"]
+mod other_nodes;
 #[path = "cli/own_log.rs"]
 mod own_log;
 #[path = "cli/own_sensor.rs"]

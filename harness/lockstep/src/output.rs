@@ -3,13 +3,20 @@
 
 use std::fmt;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read as _, Seek as _, SeekFrom};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 /// Bytes of the end that are quoted.
 const TAIL_BYTES: u64 = 1_024;
 const READ_BYTES: usize = 4_096;
+/// Bytes of the beginning that stay in the file, as of a program in real time.
+const KEPT_BYTES: u64 = 16 * 1_024 * 1_024;
+/// The file may be this much longer for a while.
+const EXCESS_BYTES: u64 = 1_024 * 1_024;
+/// After this number of stops of the program its length is looked at.
+const LOOK: u32 = 64;
+const CUT: &[u8] = b"\n[not all of it was kept]\n";
 
 /// Receives pieces of output as they come.
 pub type Hearer = dyn FnMut(&[u8]) + Send;
@@ -39,7 +46,11 @@ impl fmt::Debug for Output {
 /// The file, and the receiver of its contents.
 pub(crate) struct Kept {
     reader: File,
+    writer: File,
     sink: Option<Box<Hearer>>,
+    stops: u32,
+    /// The end of what was cut off.
+    cut: Vec<u8>,
 }
 
 impl fmt::Debug for Kept {
@@ -59,32 +70,111 @@ impl Kept {
         File::create(&path)?;
         // Append mode keeps both streams in the order of writing.
         let writer = OpenOptions::new().append(true).open(&path)?;
-        let kept = Self { reader: File::open(&path)?, sink };
-        Ok((kept, writer.try_clone()?.into(), writer.into()))
+        let reader = File::open(&path)?;
+        let streams = (writer.try_clone()?.into(), writer.try_clone()?.into());
+        let kept = Self { reader, writer, sink, stops: 0, cut: Vec::new() };
+        Ok((kept, streams.0, streams.1))
     }
 
+    /// Passes on what was written; called at each stop of the program.
     pub(crate) fn hand_on(&mut self) {
-        let Some(sink) = &mut self.sink else { return };
-        let mut buffer = [0; READ_BYTES];
-        while let Ok(count @ 1..) = self.reader.read(&mut buffer) {
-            sink(buffer.get(..count).unwrap_or_default());
+        self.stops = self.stops.wrapping_add(1);
+        if let Some(sink) = &mut self.sink {
+            let mut buffer = [0; READ_BYTES];
+            while let Ok(count @ 1..) = self.reader.read(&mut buffer) {
+                sink(buffer.get(..count).unwrap_or_default());
+            }
         }
+        if self.stops.is_multiple_of(LOOK) {
+            // Without the disk's answer the output stays as long as it is.
+            let _ = self.shorten(KEPT_BYTES, EXCESS_BYTES);
+        }
+    }
+
+    /// Cuts the file to `kept` bytes and a remark once it is longer by `excess`; a passed-on beginning need not stay.
+    fn shorten(&mut self, kept: u64, excess: u64) -> io::Result<()> {
+        if self.writer.metadata()?.len() <= kept + excess {
+            return Ok(());
+        }
+        self.cut = self.tail();
+        self.writer.set_len(if self.sink.is_some() { 0 } else { kept })?;
+        (&self.writer).write_all(CUT)?;
+        if self.sink.is_some() {
+            self.reader.seek(SeekFrom::End(0))?;
+        }
+        Ok(())
+    }
+
+    /// The last bytes of the file.
+    fn end(&self) -> io::Result<Vec<u8>> {
+        // A cloned handle would share the position, so the position is restored instead.
+        let mut file = &self.reader;
+        let place = file.stream_position()?;
+        let end = file.seek(SeekFrom::End(0))?;
+        file.seek(SeekFrom::Start(end.saturating_sub(TAIL_BYTES)))?;
+        let mut bytes = Vec::new();
+        file.take(TAIL_BYTES).read_to_end(&mut bytes)?;
+        file.seek(SeekFrom::Start(place))?;
+        Ok(bytes)
+    }
+
+    /// The last bytes that were written.
+    fn tail(&self) -> Vec<u8> {
+        let mut bytes = self.end().unwrap_or_default();
+        // After a cut, what follows the remark continues what was cut off.
+        if let Some(place) = bytes.windows(CUT.len()).rposition(|bytes| bytes == CUT) {
+            bytes.splice(..place + CUT.len(), self.cut.iter().copied());
+        }
+        bytes.split_off(bytes.len().saturating_sub(TAIL_BYTES as usize))
     }
 
     /// The end of the output, without control characters except line endings.
     pub(crate) fn last_words(&self) -> String {
-        let read = || {
-            // A cloned handle would share the position, so the position is restored instead.
-            let mut file = &self.reader;
-            let place = file.stream_position()?;
-            let end = file.seek(SeekFrom::End(0))?;
-            file.seek(SeekFrom::Start(end.saturating_sub(TAIL_BYTES)))?;
-            let mut bytes = Vec::new();
-            file.take(TAIL_BYTES).read_to_end(&mut bytes)?;
-            file.seek(SeekFrom::Start(place))?;
-            io::Result::Ok(bytes)
-        };
-        let bytes = read().unwrap_or_default();
-        String::from_utf8_lossy(&bytes).replace(|c: char| c.is_control() && c != '\n', "?")
+        let tail = self.tail();
+        String::from_utf8_lossy(&tail).replace(|c: char| c.is_control() && c != '\n', "?")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Kept, Output};
+    use std::fs;
+    use std::io::Write as _;
+    use std::sync::{Arc, Mutex};
+
+    #[test]
+    fn the_beginning_stays_and_the_end_is_quoted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let (mut kept, ..) = Kept::open(Output::File(path.clone()), folder.path()).unwrap();
+        for line in 0..100 {
+            writeln!(kept.writer, "line {line:03}").unwrap();
+            kept.shorten(45, 90).unwrap();
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.len() <= 45 + 90, "{text}");
+        assert!(text.starts_with("line 000\nline 001"), "{text}");
+        assert!(text.contains("[not all of it was kept]"), "{text}");
+        let last = kept.last_words();
+        assert!(last.ends_with("line 098\nline 099\n"), "{last}");
+        assert!(!last.contains("was kept"), "{last}");
+    }
+
+    #[test]
+    fn what_was_passed_on_need_not_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let heard: Arc<Mutex<Vec<u8>>> = Arc::default();
+        let hearer = Arc::clone(&heard);
+        let sink = move |bytes: &[u8]| hearer.lock().unwrap().extend(bytes);
+        let (mut kept, ..) = Kept::open(Output::Sink(Box::new(sink)), folder.path()).unwrap();
+        let mut sent = Vec::new();
+        for line in 0..100 {
+            writeln!(sent, "line {line:03}").unwrap();
+            writeln!(kept.writer, "line {line:03}").unwrap();
+            kept.hand_on();
+            kept.shorten(45, 90).unwrap();
+        }
+        assert!(fs::metadata(folder.path().join("output")).unwrap().len() <= 45 + 90);
+        assert_eq!(*heard.lock().unwrap(), sent);
     }
 }

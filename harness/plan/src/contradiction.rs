@@ -1,5 +1,6 @@
 //! Finds properties that cannot hold, because of one another or of the plan's own commands.
 
+use super::Plan;
 use super::property::{Always, Property, Sometimes};
 use super::step::{Action, Step};
 use super::time_limits::{RAMP, TURN_RAMP};
@@ -10,9 +11,16 @@ use std::collections::BTreeMap;
 use wire::gyro::GyroStream;
 use wire::units::{AngularRate, Speed};
 
-pub(super) fn contradictions(properties: &[Property], steps: &[Step]) -> Result<(), Mistake> {
+/// Reports list the verdicts of measurements and properties, and that of the run under this name.
+pub const RUN_ITSELF: &str = "the run itself";
+
+pub(super) fn contradictions(plan: &Plan) -> Result<(), Mistake> {
     let mut names: BTreeMap<&str, (usize, &Property)> = BTreeMap::new();
-    for (index, property) in properties.iter().enumerate() {
+    for (index, property) in plan.properties.iter().enumerate() {
+        if property.name() == RUN_ITSELF {
+            let message = format!("`{RUN_ITSELF}` is the name of the run's own verdict");
+            return Err(place(index).mistake(message).help("give the property another name"));
+        }
         if let Some((first, before)) = names.insert(property.name(), (index, property)) {
             let other = if before == property { "" } else { " with other limits" };
             let message = format!("property `{}` is declared twice{other}", property.name());
@@ -21,7 +29,7 @@ pub(super) fn contradictions(properties: &[Property], steps: &[Step]) -> Result<
         }
         if let Property::Always(always) = property {
             let mut fastest = Fastest::default();
-            fastest.of(steps);
+            fastest.of(&plan.steps);
             always_contradictions(index, always, &fastest)?;
         }
     }

@@ -18,6 +18,17 @@ use schemars::JsonSchema;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
+/// A value of an envelope that is out of its range.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unsound {
+    /// Its key in a plan.
+    pub key: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: String,
+}
+
 /// One `[[envelope]]` of a plan.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -73,9 +84,18 @@ pub fn struck_by(kind: FaultKind, asked: Option<Target>, lines: &Lines) -> Optio
 impl DeclaredEnvelope {
     /// Checks it by itself.
     pub(super) fn check(&self, index: usize) -> Result<(), Mistake> {
-        let mistake = |key, message: String, help: String| {
+        self.sound().map_err(|Unsound { key, message, help }| {
             Place::file().key("envelope").index(index).key(key).mistake(message).help(help)
-        };
+        })
+    }
+
+    /// Checks every value against its range.
+    ///
+    /// # Errors
+    ///
+    /// The first one out of it.
+    pub fn sound(&self) -> Result<(), Unsound> {
+        let mistake = |key, message: String, help: String| Unsound { key, message, help };
         if let Some(target) = self.target
             && !matches!(target, Target::Node(_))
             && !self.kind.info().reach.targets().contains(&target)

@@ -36,7 +36,8 @@ impl Origin {
             Self::Protecting(_, how) => {
                 let is_right = match (decoded.verdict?, how) {
                     (Verdict::WrongChecksum, Protecting::Fits) => false,
-                    (_, Protecting::Fits) | (Verdict::Ok, Protecting::Follows) => true,
+                    (_, Protecting::Fits)
+                    | (Verdict::Ok | Verdict::LostToDamage(_), Protecting::Follows) => true,
                     // The counter of a damaged message carries no information.
                     (Verdict::WrongChecksum, Protecting::Follows) => return None,
                     (_, Protecting::Follows) => false,

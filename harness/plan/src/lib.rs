@@ -73,7 +73,8 @@ mod validate;
 
 pub use band::Band;
 pub use check::{Check, PAPER_SIDE};
-pub use envelope::{DeclaredEnvelope, struck_by};
+pub use contradiction::RUN_ITSELF;
+pub use envelope::{DeclaredEnvelope, Unsound, struck_by};
 pub use formula::{Origin, Reads, formula, origins};
 pub use measurement::{Declared, Proves};
 pub use name::{Name, ParameterName};

@@ -98,7 +98,8 @@ fn said_on<'a>(
 
 impl Rig {
     /// The rig with every node replayed from `log`, as a plan finds it when it listens to the bench of the log. `named`
-    /// states the channel of a line, if it is stated. On a serial line, where a log does not record the sender, all bytes count as the device's.
+    /// states the channel of a line, if it is stated. On a serial line, where a log does not record the sender, all bytes
+    /// count as the device's; a log without any bytes leaves its nodes silent, and the rig's notes say so.
     ///
     /// # Errors
     /// The line that is missing in the log, and the channels in it.
@@ -107,10 +108,17 @@ impl Rig {
         log: &[Logged],
         named: Named<'_>,
     ) -> Result<Self, (String, Vec<String>)> {
-        let Self { lines, nodes, speakers, .. } = &mut self;
+        let Self { lines, nodes, speakers, notes, .. } = &mut self;
+        let has_bytes = log.iter().any(|one| matches!(one.what, Transmit::Bytes(_)));
+        let is_unheard = |line: &RigLine| {
+            line.medium != Medium::Can && !has_bytes && named(&line.name).is_none()
+        };
+        let note =
+            |line: &RigLine| format!("the log holds nothing of the serial line {}", line.name);
+        notes.extend(lines.iter().filter(|line| is_unheard(line)).map(note));
         for node in nodes {
             let words = |line: &usize| {
-                let declared = lines.get(*line)?;
+                let declared = lines.get(*line).filter(|line| !is_unheard(line))?;
                 let speaks = |one: &&Speaker| one.node == node.name && one.line == *line;
                 let (layout, sender) = match (&node.part, speakers.iter().find(speaks)) {
                     (_, Some(speaker)) => (&speaker.layout, speaker.sender),

@@ -64,6 +64,7 @@ pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Ri
     };
     builder.lines(&file, parts)?;
     builder.nodes(&file, parts)?;
+    builder.note_shared_identifiers();
     // `devices` in a plan stands for the paper's robot alone.
     builder.rig.is_short = file.lines.is_empty() && file.nodes.is_empty();
     Ok(builder.rig)

@@ -102,6 +102,13 @@ impl<'a> Subject<'a> {
                 let message = format!("{name} = {value}, expected {least} to {greatest} {unit}");
                 return Err(here.mistake(message.trim_end()));
             }
+            if let Some(sent) = signal.sent_instead_of(value) {
+                let step = signal.resolution();
+                let message = format!(
+                    "{name} = {value}, and {sent} would be sent: it counts in steps of {step}"
+                );
+                return Err(here.mistake(message));
+            }
         }
         match not_carried(message, set) {
             Some((text, help)) => Err(at.key("set").mistake(text).help(help)),

@@ -14,6 +14,7 @@ use super::{DEPTH_MAX, Plan, STEPS_DONE_MAX, STEPS_MAX};
 use described::hint::proposal;
 use described::{Mistake, Place};
 use std::collections::BTreeMap;
+use wire::time::Span;
 
 /// The first mistake; units and names of messages are checked only if the rig is known.
 pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
@@ -42,6 +43,10 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     for (index, send) in plan.finally.iter().enumerate() {
         let at = Place::file().key("finally").index(index);
         subject.send(&send.message, &send.set, &at)?;
+        if send.every.is_some_and(|every| every != Span::ZERO) {
+            let help = "nothing is sent after it: leave `every_s` out";
+            return Err(at.key("every_s").mistake("`finally` sends each message once").help(help));
+        }
     }
     subject.properties(&plan.properties)?;
     reaction::check(&plan.reactions, rig)?;
@@ -49,7 +54,7 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
     for (index, envelope) in plan.envelopes.iter().enumerate() {
         envelope.check(index)?;
     }
-    contradictions(&plan.properties, &plan.steps)
+    contradictions(plan)
 }
 
 impl<'a> Survey<'a> {

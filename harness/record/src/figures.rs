@@ -49,6 +49,23 @@ pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(text, unit)
 }
 
+/// Like [`quantity`], with as many digits as tell the value from the limit that it is beyond.
+pub fn quantity_beyond(value: f64, uncertainty: f64, unit: &str, limit: f64) -> String {
+    let number = |text: &str| text.parse::<f64>().ok();
+    let limit_text = self::value(limit, 0.0);
+    let is_alike = |text: &str| number(text) == number(&limit_text);
+    if value == limit || !is_alike(&self::value(value, uncertainty)) {
+        return quantity(value, uncertainty, unit);
+    }
+    let longer = (EXACT_DIGITS + 1..).map(|digits| exact(value, digits));
+    let longer = longer.take_while(|text| !text.contains('e')).find(|text| !is_alike(text));
+    let mut text = longer.unwrap_or_else(|| value.to_string());
+    if is_said(value, uncertainty) {
+        text += &format!(" ± {}", self::value(uncertainty, uncertainty));
+    }
+    with_unit(text, unit)
+}
+
 /// A value with its unit, rounded to its standard uncertainty, which is not shown.
 pub fn quantity_alone(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(self::value(value, uncertainty), unit)
@@ -137,7 +154,7 @@ fn positive_zero(text: String) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{band, counted, duration, quantity, value};
+    use super::{band, counted, duration, quantity, quantity_beyond, value};
     use proptest::prelude::*;
 
     #[test]
@@ -169,6 +186,22 @@ mod tests {
         assert_eq!(quantity(-0.52, 0.004, "deg/K"), "-0.5200 ± 0.0040 deg/K");
         assert_eq!(quantity(1.0, 0.0, "1"), "1");
         assert_eq!(quantity(0.1, 6.84e-18, "s"), "0.1 s");
+    }
+
+    #[test]
+    fn a_value_beyond_a_limit_is_told_from_it() {
+        for (value, uncertainty, limit, written) in [
+            (117.804, 0.0, 117.8, "117.804 s"),
+            (117.8 + 1e-7, 0.0, 117.8, "117.8000001 s"),
+            (117.8 + 1e-13, 0.0, 117.8, "117.8000000000001 s"),
+            (117.9, 0.0, 117.8, "117.9 s"),
+            (117.804, 0.02, 117.8, "117.804 ± 0.020 s"),
+            (117.800_4, 0.02, 117.8, "117.8004 ± 0.020 s"),
+            (118.0, 0.02, 117.8, "118.000 ± 0.020 s"),
+            (117.8, 0.0, 117.8, "117.8 s"),
+        ] {
+            assert_eq!(quantity_beyond(value, uncertainty, "s", limit), written);
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ pub use commands::CommandSummary;
 pub use live::{Bin, PortSide, PortSummary, Spread, Timing};
 pub use plan::check::Verdict;
 
-use crate::FaultSummary;
+use crate::{FaultSummary, figures};
 use serde::{Deserialize, Serialize};
 
 wire::words! {
@@ -158,6 +158,20 @@ impl PropertySummary {
 }
 
 impl Measurement {
+    /// The figure with its unit and uncertainty; `None` if it was never made. Outside of the band it has as many digits
+    /// as show that.
+    pub fn figure(&self) -> Option<String> {
+        let value = self.value?;
+        let beyond = |limit: Option<f64>, is_beyond: fn(f64, f64) -> bool| {
+            limit.filter(|limit| is_beyond(value, *limit))
+        };
+        let lower = beyond(self.lower, |value, lower| value < lower);
+        Some(match lower.or(beyond(self.upper, |value, upper| value > upper)) {
+            Some(limit) => figures::quantity_beyond(value, self.uncertainty, &self.unit, limit),
+            None => figures::quantity(value, self.uncertainty, &self.unit),
+        })
+    }
+
     /// Distance of the figure from the nearer end of the band, in its unit; negative outside. `None` without a figure
     /// or a band.
     pub fn margin(&self) -> Option<f64> {

@@ -100,8 +100,7 @@ pub fn judge_again(
         None => Default::default(),
     };
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
-    let broken = summary.properties.iter().find(|property| property.is_broken());
-    if let Some(why) = broken.map(breach) {
+    if let Some(why) = breach(&summary.properties) {
         worsen(&mut summary, Outcome::Failed, why);
     }
     JudgedAgain { summary, header, record_error: read.error, kept, rewrite }
@@ -109,8 +108,9 @@ pub fn judge_again(
 
 /// The summary before its properties were judged: they are judged again.
 fn without_breach(mut summary: Summary) -> Summary {
-    let broken = summary.properties.iter().find(|property| property.is_broken());
-    let (Some(why), Some(reason)) = (broken.map(breach), &summary.reason) else { return summary };
+    let (Some(why), Some(reason)) = (breach(&summary.properties), &summary.reason) else {
+        return summary;
+    };
     let left = reason.strip_suffix(&why).map(|left| left.strip_suffix("; ").unwrap_or(left));
     match left {
         Some("") => summary.reason = None,

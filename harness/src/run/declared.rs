@@ -6,7 +6,7 @@ use crate::plan::{
     Action, Declared, Plan, QuantityName, Rig, Speaker, Step, resolve, signal, unit,
 };
 use crate::record::Device;
-use crate::record::header::{Band, Bus, Line, Quantity, StepNote};
+use crate::record::header::{Band, Bus, Line, Node, Quantity, StepNote};
 use ::described::{Description, Medium};
 use emulators::base::Transport;
 use emulators::device_file::Devices;
@@ -43,6 +43,15 @@ pub(super) fn buses(rig: &Rig) -> Vec<Bus> {
         data_bit_rate: line.data_bit_rate,
     };
     lines.map(bus).collect()
+}
+
+/// The nodes of a rig as a record counts them; none if the plan names its only device.
+pub(super) fn nodes(rig: &Rig) -> Vec<Node> {
+    let node = |(place, line): (usize, usize)| Node {
+        name: rig.nodes[place].name.clone(),
+        line: rig.line_name(line).to_owned(),
+    };
+    if rig.is_short { Vec::new() } else { rig.ends().map(node).collect() }
 }
 
 /// Unit and title of a quantity, from the table of quantities or from the layout of its speaker.

@@ -223,17 +223,22 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
         commands: run.commands.clone(),
         faults: run.faults.clone(),
         properties: properties(prepared, run),
-        notes: prepared.rig.notes.iter().chain(&run.notes).cloned().collect(),
+        notes: prepared.rig.notes.iter().chain(&run.notes).cloned().chain(not_begun(run)).collect(),
     };
-    let broken = summary.properties.iter().find(|property| property.is_broken());
-    if let Some(why) = broken.map(breach) {
+    if let Some(why) = breach(&summary.properties) {
         worsen(&mut summary, Outcome::Failed, why);
     }
     summary
 }
 
+/// A sentence about each fault of the plan whose time or step did not come: the verdicts are those of a run without it.
+fn not_begun(run: &Simulated) -> impl Iterator<Item = String> + '_ {
+    let not_begun = run.faults.iter().filter(|fault| !fault.begun);
+    not_begun.map(|fault| format!("fault {} never began: {}", fault.index, fault.name))
+}
+
 /// Summaries of the plan's properties, in the order of declaration.
-fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
+pub(super) fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
     let judged = run.properties.iter().map(PropertySummary::from);
     let mut all: Vec<_> = judged.chain(run.unjudged.iter().map(Into::into)).collect();
     let declared = &prepared.plan.properties;
@@ -242,11 +247,14 @@ fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
     all
 }
 
-/// A sentence about a broken property.
-pub(super) fn breach(broken: &PropertySummary) -> String {
+/// A sentence about the property that broke first; states that never came about are behind the others.
+pub(super) fn breach(properties: &[PropertySummary]) -> Option<String> {
+    let broken = properties.iter().filter(|property| property.is_broken());
+    let at_s = |property: &&PropertySummary| property.broken_s.unwrap_or(f64::INFINITY);
+    let broken = broken.min_by(|one, other| at_s(one).total_cmp(&at_s(other)))?;
     let what = broken.what.as_deref().unwrap_or("-");
-    match broken.broken_s {
+    Some(match broken.broken_s {
         Some(at_s) => format!("broke {} at {at_s:.3} s: {what}", broken.name),
         None => format!("{} {what}", broken.name),
-    }
+    })
 }

@@ -3,7 +3,7 @@
 use super::declared;
 use super::rig_of::{RigError, load_rig};
 use crate::calibrations::{self, CalibrationError};
-use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source, names};
+use crate::library::{Kind, Library, LibraryError, PLAN, Pack, Source};
 use crate::made::Made;
 use crate::models::{self, ModelError};
 use crate::plan::rig::{NodePart, RigNode, UnderTest};
@@ -11,7 +11,7 @@ use crate::plan::{Plan, Rig, Speaker};
 use crate::program::Programs;
 use crate::properties::{Limits, Monitor, Property};
 use crate::record::VERSION;
-use crate::record::header::{FILES_BYTES_MAX, Header, Node};
+use crate::record::header::{FILES_BYTES_MAX, Header};
 use controller::calibration::Calibration;
 use described::FileError;
 use emulators::device_file::Devices;
@@ -56,6 +56,22 @@ pub enum PrepareError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Model(#[from] ModelError),
+    /// Records refer to nodes by their place in the rig.
+    #[error("the rig of the plan \"{plan}\" has {theirs}, but the record has {recorded}")]
+    #[diagnostic(
+        code(hil::plan::other_nodes),
+        help(
+            "a record counts its nodes: its plan needs a rig with the same nodes on the same lines, in the same order"
+        )
+    )]
+    OtherNodes {
+        /// Name of the plan.
+        plan: String,
+        /// Nodes of its rig.
+        theirs: String,
+        /// Nodes of the record.
+        recorded: String,
+    },
 }
 
 impl PrepareError {
@@ -313,16 +329,7 @@ impl Prepared {
         if let Some(device) = self.rig.device() {
             lines = Some(declared::line_of(device));
         }
-        let nodes = match self.rig.is_short {
-            true => Vec::new(),
-            false => {
-                let node = |(place, line): (usize, usize)| Node {
-                    name: self.rig.nodes[place].name.clone(),
-                    line: self.rig.line_name(line).to_owned(),
-                };
-                self.rig.ends().map(node).collect()
-            }
-        };
+        let nodes = declared::nodes(&self.rig);
         let lines = lines.unwrap_or_default();
         let buses = declared::buses(&self.rig);
         let files = match self.files.bytes() {
@@ -341,32 +348,6 @@ impl Prepared {
 pub fn load_plan(library: &Library, name: &str) -> Result<Plan, PrepareError> {
     let source = library.open(Kind::Plan, name)?;
     Ok(Plan::parse(&source.origin, &source.text)?)
-}
-
-/// Loads the plan and the rig of a recorded run: of the plan `named`, else of the plan in the record, else of the
-/// shipped plan that was run. `None` if there is no such plan.
-///
-/// # Errors
-///
-/// When the plan or its rig is missing or invalid.
-pub fn load_recorded(
-    recorded: &Header,
-    named: Option<&str>,
-) -> Result<Option<(Plan, Rig)>, PrepareError> {
-    let (library, name) = match named {
-        Some(name) => (Library::beside(name), name),
-        None if recorded.files.plan().is_some() => {
-            (Library::packed(Arc::clone(&recorded.files)), PLAN)
-        }
-        // The name comes from a file, so it is not taken for a path.
-        None if names(Kind::Plan).contains(&recorded.plan) => {
-            (Library::shipped(), recorded.plan.as_str())
-        }
-        None => return Ok(None),
-    };
-    let plan = load_plan(&library, name)?;
-    let rig = load_rig(&library.of(plan.project.as_deref()), &plan)?;
-    Ok(Some((plan, rig)))
 }
 
 /// Header of a record of `plan`, without the lines of its rig.

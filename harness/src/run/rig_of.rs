@@ -10,6 +10,8 @@ use identification::finding::SCHEMA;
 use identification::model::Model;
 use plan::device_files::{DevicesError, load_devices};
 #[cfg(feature = "logs")]
+use record::figures;
+#[cfg(feature = "logs")]
 use std::collections::BTreeMap;
 use std::sync::Arc;
 #[cfg(feature = "logs")]
@@ -122,8 +124,8 @@ impl rig_build::Parts for Reader<'_> {
             Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
                 let text = std::io::Cursor::new(file.text.as_bytes());
                 let mut reader = LogReader::new(path, text, format)?;
-                let entries = logged(&mut reader)?;
-                Ok((entries, reader.notes()))
+                let (entries, moved) = logged(&mut reader)?;
+                Ok((entries, reader.notes().into_iter().chain(moved).collect()))
             }
             _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
         }
@@ -136,7 +138,8 @@ impl rig_build::Parts for Reader<'_> {
     }
 }
 
-/// Converts a log, from its first entry on, without error frames.
+/// Converts a log, from its first entry on, without error frames. An entry that is earlier than the one before it counts
+/// as of that time; the note says how many there are.
 ///
 /// # Errors
 ///
@@ -144,9 +147,10 @@ impl rig_build::Parts for Reader<'_> {
 #[cfg(feature = "logs")]
 pub fn logged(
     entries: impl IntoIterator<Item = Result<bus_log::Entry, bus_log::LogError>>,
-) -> Result<Vec<Logged>, bus_log::LogError> {
+) -> Result<(Vec<Logged>, Option<String>), bus_log::LogError> {
     let mut log = Vec::new();
     let (mut origin, mut last) = (None, Span::ZERO);
+    let (mut earlier, mut by) = (0_u64, Span::ZERO);
     let mut channels: BTreeMap<bus_log::Channel, Arc<str>> = BTreeMap::new();
     for entry in entries {
         let entry = entry?;
@@ -155,13 +159,24 @@ pub fn logged(
             bus_log::Payload::Serial(packet) => Transmit::Bytes(packet),
             bus_log::Payload::Error(_) => continue,
         };
-        // Two interfaces of one log may be slightly out of order; time stays monotonic.
-        last = last.max(entry.at.since(*origin.get_or_insert(entry.at)));
+        let at = entry.at.since(*origin.get_or_insert(entry.at));
+        if at < last {
+            earlier += 1;
+            by = by.max(last - at);
+        }
+        last = last.max(at);
         let channel =
             channels.entry(entry.channel).or_insert_with(|| entry.channel.as_str().into());
         log.push(Logged { at: last, channel: Arc::clone(channel), what });
     }
-    Ok(log)
+    let note = (earlier > 0).then(|| {
+        let (entries, by) = (figures::counted(earlier, "entry", "entries"), by.as_secs_f64());
+        let verb = if earlier == 1 { "is" } else { "are" };
+        format!(
+            "{entries} {verb} earlier than one before, by up to {by} s: they count as of its time"
+        )
+    });
+    Ok((log, note))
 }
 
 /// Loads the description of that name or path, with the files beside it that it names.

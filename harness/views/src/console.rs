@@ -175,10 +175,7 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
 }
 
 fn measured(measurement: &Measurement) -> String {
-    match measurement.value {
-        Some(value) => figures::quantity(value, measurement.uncertainty, &measurement.unit),
-        None => "-".to_owned(),
-    }
+    measurement.figure().unwrap_or_else(|| "-".to_owned())
 }
 
 /// When a property broke, or its smallest margin.

@@ -10,14 +10,13 @@ mod envelopes;
 pub use campaign::campaign;
 pub use envelopes::envelopes;
 
+use plan::RUN_ITSELF;
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 use record::figures;
 use record::outcome::{Measurement, Outcome, PropertySummary, Summary, Verdict};
 use record::run_folder::{RECORD, REPORT};
 use std::path::Path;
 use std::time::Duration;
-
-const RUN_CASE: &str = "the run itself";
 
 /// Returns the document for one run. `folder` is the run folder, relative to the build server's working directory.
 ///
@@ -71,8 +70,9 @@ fn suite(summary: &Summary, attachments: &str) -> TestSuite {
     }
     let mut run = run(summary);
     run.set_time(time);
-    if !attachments.is_empty() {
-        run.set_system_out(attachments);
+    let notes: String = summary.notes.iter().map(|note| format!("{note}\n")).collect();
+    if !notes.is_empty() || !attachments.is_empty() {
+        run.set_system_out(notes + attachments);
     }
     suite.add_test_case(run);
     let cases = summary.measurements.iter().map(|one| case(summary, one, attachments));
@@ -92,7 +92,7 @@ fn run(summary: &Summary) -> TestCase {
     let status = kind.map_or_else(TestCaseStatus::success, |kind| {
         failure(kind, summary.outcome.name(), reason, reason)
     });
-    named(RUN_CASE, summary, status)
+    named(RUN_ITSELF, summary, status)
 }
 
 /// A case without duration: the run carries it.
@@ -138,17 +138,18 @@ fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
         }
         None => TestCaseStatus::success(),
     };
-    named(&property.name, summary, status)
+    // A build server takes two cases of one name for one.
+    let is_taken = summary.measurements.iter().any(|one| one.name == property.name);
+    let name =
+        if is_taken { format!("{} (property)", property.name) } else { property.name.clone() };
+    named(&name, summary, status)
 }
 
 /// Describes value, band and paper in one line.
 fn sentence(measurement: &Measurement) -> String {
     let Measurement { unit, lower, upper, statistic, .. } = measurement;
-    let measured = match measurement.value {
-        Some(value) => {
-            let value = figures::quantity(value, measurement.uncertainty, unit);
-            format!("{statistic}: {value}")
-        }
+    let measured = match measurement.figure() {
+        Some(figure) => format!("{statistic}: {figure}"),
         None => statistic.clone(),
     };
     let verdict = measurement.verdict.name();

@@ -26,9 +26,13 @@ class PlanFile(pytest.File):
             plan = tomllib.loads(self.path.read_text(encoding="utf-8"))
         except tomllib.TOMLDecodeError as error:
             raise self.CollectError(f"{self.path}: {error}") from None
-        names = [RUN, *_names(plan, "measurement"), *_names(plan, "property")]
-        for name in names:
-            yield PlanItem.from_parent(self, name=name)
+        yield PlanItem.from_parent(self, name=RUN)
+        measurements = _names(plan, "measurement")
+        for name in measurements:
+            yield PlanItem.from_parent(self, name=name, kind="measurement", verdict=name)
+        for name in _names(plan, "property"):
+            shown = f"{name} (property)" if name in measurements else name
+            yield PlanItem.from_parent(self, name=shown, kind="property", verdict=name)
 
     def run(self) -> Run:
         """The run, made now or before."""
@@ -64,7 +68,13 @@ class PlanFile(pytest.File):
 
 
 class PlanItem(pytest.Item):
-    """A verdict of a plan."""
+    """A verdict of a plan: of the run itself, where it is of no kind."""
+
+    def __init__(self, *, kind: str | None = None, verdict: str = RUN, **rest):
+        super().__init__(**rest)
+        self.kind = kind
+        #: Its name in the summary.
+        self.verdict = verdict
 
     def setup(self):
         try:
@@ -84,10 +94,11 @@ class PlanItem(pytest.Item):
         # As build servers see it, which look from where pytest was started.
         report = os.path.relpath(made.report, self.config.invocation_params.dir)
         self.user_properties.append(("report", report))
-        if self.name == RUN:
+        if self.kind is None:
             self._judge_run(made)
             return
-        row = made.measurements.get(self.name) or made.properties.get(self.name)
+        rows = made.measurements if self.kind == "measurement" else made.properties
+        row = rows.get(self.verdict)
         if row is None:
             pytest.fail(f"{self.name}: the run has no such verdict\n{made}", pytrace=False)
         self.user_properties.append(("verdict", str(row)))
@@ -113,6 +124,7 @@ def _names(plan: dict, kind: str) -> list[str]:
     if not isinstance(found, list):
         return []
     rows = [one for one in found if isinstance(one, dict)]
-    # A property without a name is called by what it states.
+    # A property without a name is called by what it states; one of the robot by its key.
     names = [one.get("name") or one.get("always") or one.get("sometimes") for one in rows]
+    names = [next(iter(name), None) if isinstance(name, dict) else name for name in names]
     return [name for name in names if isinstance(name, str)]

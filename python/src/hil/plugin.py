@@ -8,6 +8,7 @@ from hil import lines
 from hil.plans import PlanFile
 from hil.programs import program
 from hil.rig import Rig
+from hil.runs import BAD_INPUT
 from hil.runs import run as run_plan
 
 
@@ -56,14 +57,14 @@ def run(request, tmp_path_factory):
     """``run(plan, seed=..., clock=..., bench=..., arguments=[...])``: carries a plan out and gives a :class:`hil.Run`.
 
     The plan's path is relative to the file of the test. What is not said is as the options of pytest have it. Run folders are
-    in pytest's temporary folder.
+    in pytest's temporary folder. Bad input, such as a plan that does not exist, fails the test.
     """
     option = request.config.getoption
 
     def carry_out(plan, *, seed=None, clock=None, bench=None, arguments=()):
         plan = request.path.parent / plan
         out = tmp_path_factory.mktemp(plan.stem) / "run"
-        return run_plan(
+        made = run_plan(
             plan,
             out,
             seed=option("hil_seed") if seed is None else seed,
@@ -71,6 +72,9 @@ def run(request, tmp_path_factory):
             bench=bench or option("hil_bench"),
             arguments=arguments,
         )
+        if made.status == BAD_INPUT:
+            pytest.fail(str(made), pytrace=False)
+        return made
 
     return carry_out
 

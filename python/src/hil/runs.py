@@ -9,6 +9,8 @@ from hil.programs import program
 
 #: What `hil run` exits with where the bench and the plan were in order: passed, failed.
 JUDGED = (0, 1)
+#: And where a plan, a device file or an argument is wrong.
+BAD_INPUT = 2
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ class Run:
         summary = folder / "summary.json"
         #: The whole of it; empty where the run never began.
         self.summary = {}
-        if status != 2 and summary.is_file():
+        if status != BAD_INPUT and summary.is_file():
             self.summary = json.loads(summary.read_text(encoding="utf-8"))
         rows = self.summary.get
         self.measurements = {one["name"]: _of(Measurement, one) for one in rows("measurements", [])}

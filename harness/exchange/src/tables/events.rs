@@ -170,10 +170,7 @@ pub fn of_summary(at: Timestamp, summary: &Summary) -> impl Iterator<Item = Even
         details: Some(serde_json::json!({ "came_to": came_to })),
     };
     let verdicts = summary.measurements.iter().map(move |measurement| {
-        let value = measurement.value.map_or_else(
-            || measurement.statistic.clone(),
-            |value| record::figures::quantity(value, measurement.uncertainty, &measurement.unit),
-        );
+        let value = measurement.figure().unwrap_or_else(|| measurement.statistic.clone());
         let verdict = measurement.verdict.name();
         let text = format!("{}: {verdict}, {value}", measurement.name);
         event(EventKind::Verdict, &measurement.name, text, verdict)

@@ -14,9 +14,7 @@ use clap::Args;
 use exchange::moment::Moment;
 use exchange::tables::Ears;
 use harness::operator::Answers;
-use harness::run::{Prepared, simulate, summarise};
-use plan::library::{Kind, Library, PLAN, names};
-use plan::made::Made;
+use harness::run::{Prepared, prepare_recorded, simulate, summarise};
 use record::RecordKind;
 use record::header::Header;
 use record::outcome::Outcome;
@@ -25,7 +23,6 @@ use session::Session;
 use std::cell::Cell;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
-use std::sync::Arc;
 use wire::time::Timestamp;
 
 /// Clock of a repeatable run.
@@ -126,20 +123,9 @@ pub(super) fn recorded(
     header: &Header,
     name: &str,
 ) -> Result<Prepared, Failure> {
-    let made = Made::default();
-    Ok(match plan {
-        Some(named) => Prepared::load(named, &made)?,
-        None if header.files.plan().is_some() => {
-            Prepared::load_from(&Library::packed(Arc::clone(&header.files)), PLAN, &made)?
-        }
-        // The name comes from a file and must not be used as a path.
-        None if names(Kind::Plan).contains(&header.plan) => {
-            Prepared::load_from(&Library::shipped(), &header.plan, &made)?
-        }
-        None => {
-            let message = format!("the record of {name} holds no plan");
-            return Err(Failure::arguments(message, "name the plan with --plan"));
-        }
+    prepare_recorded(header, plan)?.ok_or_else(|| {
+        let message = format!("the record of {name} holds no plan");
+        Failure::arguments(message, "name the plan with --plan")
     })
 }
 

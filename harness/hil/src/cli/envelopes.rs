@@ -11,9 +11,8 @@ use clap::Args;
 use harness::executors::Simulated;
 use harness::run::Prepared;
 use indicatif::ProgressBar;
-use plan::confidence::{Z_95, trials_min};
 use plan::faults::{Fault, FaultKind, Target};
-use plan::{DeclaredEnvelope, struck_by};
+use plan::{DeclaredEnvelope, Unsound, struck_by};
 use record::outcome::Outcome;
 use record::run_folder::{JUNIT, REPORT, RunFolderError};
 use std::io;
@@ -147,17 +146,17 @@ impl EnvelopeArguments {
     fn one(&self, name: &str, prepared: &Prepared) -> Result<Asked, Failure> {
         let kind = kind(name)?;
         let fault = self.struck(kind, prepared)?;
-        if !(0.0..1.0).contains(&self.share) {
-            let message = format!("--share {}: expected at least 0 and less than 1", self.share);
-            return Err(Failure::arguments(message, "such as 0.9"));
-        }
-        let runs_min = trials_min(self.share, Z_95);
-        if self.runs < runs_min {
-            return Err(Failure::arguments(
-                format!("--runs {}: so few can never show a share of {}", self.runs, self.share),
-                format!("--runs {runs_min}, all of them passed, show it at 95 % confidence"),
-            ));
-        }
+        let asked = DeclaredEnvelope {
+            kind,
+            target: None,
+            // Where nothing is asked, any severity of the kind is one.
+            at_least: self.at_least.unwrap_or(kind.severity_range().1),
+            share: self.share,
+            runs: self.runs,
+        };
+        asked.sound().map_err(|Unsound { key, message, help }| {
+            Failure::arguments(format!("--{}: {message}", key.replace('_', "-")), help)
+        })?;
         Ok(Asked { fault, at_least: self.at_least, share: self.share, runs: self.runs })
     }
 

@@ -5,7 +5,7 @@ use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Screen;
 use super::{say, say_json};
-use campaign::seeds::{SeedVerdicts, for_each_seed, not_passed, shares};
+use campaign::seeds::{Judged, SeedVerdicts, for_each_seed, not_passed, shares};
 use harness::operator::Answers;
 use harness::program::Programs;
 use harness::run::{PrepareError, Prepared, verdicts};
@@ -90,7 +90,12 @@ pub(super) fn execute(
     }
     if json {
         let stopped = interrupt.requested();
-        say_json(&json!({ "seeds": asked, "shares": all, "not_passed": bad, "stopped": stopped }))?;
+        let (measured, watched): (Vec<_>, Vec<_>) =
+            all.iter().partition(|one| matches!(one.judged, Judged::Measurement(_)));
+        say_json(&json!({
+            "seeds": asked, "shares": measured, "properties": watched, "not_passed": bad,
+            "stopped": stopped,
+        }))?;
     } else {
         say(&(console::seeds_table(&all, Style::of_stdout()) + &remarks))?;
     }
@@ -122,7 +127,9 @@ fn one_seed(
             return None;
         }
         let ending = &run.ending;
-        done.push(SeedVerdicts::of(ending.outcome, ending.reason.as_deref(), &run.measurements));
+        let reason = ending.reason.as_deref();
+        let (measurements, properties) = (&run.measurements, &run.properties);
+        done.push(SeedVerdicts::of(ending.outcome, reason, measurements, properties));
         made.extend(run.made);
     }
     Some(Ok(done))
@@ -167,10 +174,15 @@ mod tests {
     #[test]
     fn seeds_that_did_not_pass_are_named() {
         let plan = load_plan(&Library::shipped(), "warm-up").unwrap();
-        let good = SeedVerdicts { broke_off: None, accepted: vec![true], figures: Vec::new() };
-        let bad = SeedVerdicts { broke_off: None, accepted: vec![false], figures: Vec::new() };
+        let good = SeedVerdicts {
+            broke_off: None,
+            accepted: vec![true],
+            figures: Vec::new(),
+            held: Vec::new(),
+        };
+        let bad = SeedVerdicts { accepted: vec![false], ..good.clone() };
         let broke_off = Some((Outcome::Timeout, "the plan took longer than its limit".to_owned()));
-        let broken = SeedVerdicts { broke_off, accepted: vec![false], figures: Vec::new() };
+        let broken = SeedVerdicts { broke_off, ..bad.clone() };
         assert_eq!(remark(&plan, &[(1, &good)]), "");
         let runs: Vec<_> =
             (1..9).map(|seed| (seed, if seed == 3 { &broken } else { &bad })).collect();

@@ -136,7 +136,10 @@ impl Series<'_> {
             let completed =
                 self.run(&prepared, &out, screen, interrupt, (watch, index), summaries)?;
             if completed.dropped > 0 {
-                tracing::warn!("{name}: full lines dropped {} times", completed.dropped);
+                tracing::warn!(
+                    "{name}: {} items were lost on lines that were full",
+                    completed.dropped
+                );
             }
             made.extend(completed.made);
             annotate(name, &completed.summary, screen);

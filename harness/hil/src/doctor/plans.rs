@@ -133,6 +133,9 @@ pub(super) fn judge(
     let mut roles = Vec::new();
     for one in prepared {
         let plan = one.plan.name.as_str();
+        if let Err(foreign) = bench.expect_of(&one.rig) {
+            findings.push(unusable(&subject, &foreign));
+        }
         for needed in needed(one) {
             if let Needed::Role(role, _) = needed
                 && !roles.contains(&role)

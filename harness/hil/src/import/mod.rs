@@ -44,6 +44,7 @@ use record::sink::{Level, NullSink, RecordSink};
 use scribe::Scribe;
 use std::path::Path;
 use std::sync::Arc;
+use wire::time::Span;
 
 #[derive(Debug)]
 pub struct Imported {
@@ -60,16 +61,29 @@ pub struct Imported {
 /// The most frames of a log of a rig, which are all kept.
 const ENTRIES_MAX: usize = 10_000_000;
 
-/// The frames, if there are at most so many.
+/// Assumption: a bus on which nothing is sent for as long as this, or for as long as anywhere else in the log, may be
+/// quiet. A plan that goes on for longer than that after the log's last frame has nothing to judge.
+const QUIET: Span = Span::from_secs(1);
+
+/// The frames, if there are at most so many, with a note on their times.
 fn kept(
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
     most: usize,
-) -> Result<Vec<Logged>, ImportError> {
+) -> Result<(Vec<Logged>, Option<String>), ImportError> {
     let is_kept = |entry: &Result<Entry, LogError>| {
         !matches!(entry, Ok(Entry { payload: Payload::Error(_), .. }))
     };
-    let log = logged(entries.into_iter().filter(is_kept).take(most + 1))?;
-    if log.len() > most { Err(ImportError::TooLong { most }) } else { Ok(log) }
+    let (log, note) = logged(entries.into_iter().filter(is_kept).take(most + 1))?;
+    if log.len() > most { Err(ImportError::TooLong { most }) } else { Ok((log, note)) }
+}
+
+/// Why a plan that ended at this time had nothing to judge at its end; `None` if the log covers it.
+fn outlasted(log: &[Logged], end_s: f64) -> Option<String> {
+    let gap = |pair: &[Logged]| pair[1].at.as_secs_f64() - pair[0].at.as_secs_f64();
+    let quiet_s = log.windows(2).map(gap).fold(QUIET.as_secs_f64(), f64::max);
+    let last_s = log.last().map_or(0.0, |last| last.at.as_secs_f64());
+    (end_s > last_s + quiet_s)
+        .then(|| format!("the log ends at {last_s:.3} s, before the plan, which took {end_s:.3} s"))
 }
 
 /// Creates a run folder from a log of a rig and judges it by its plan: every node sends what it sent in the log, and
@@ -84,7 +98,7 @@ pub fn import_rig_to_folder(
     named: Named<'_>,
     out: &Path,
 ) -> Result<Summary, ImportError> {
-    let log = kept(entries, ENTRIES_MAX)?;
+    let (log, note) = kept(entries, ENTRIES_MAX)?;
     let rig = prepared.rig.clone().replayed_by(&log, named);
     let rig = rig.map_err(|(line, known)| ImportError::NoLine { line, known: known.join(", ") })?;
     let mut plan = Plan::clone(&prepared.plan);
@@ -97,7 +111,14 @@ pub fn import_rig_to_folder(
     IMPORTED.clone_into(&mut summary.clock);
     summary.bus = "can".to_owned();
     summary.device_under_test = "unknown".to_owned();
-    summary.wall_s = summary.simulated_s;
+    // So long did the bench run that was recorded.
+    summary.wall_s = log.last().map_or(0.0, |last| last.at.as_secs_f64());
+    summary.notes.extend(note);
+    if let Some(why) = outlasted(&log, summary.simulated_s) {
+        summary.outcome = summary.outcome.max(Outcome::Failed);
+        let known = summary.reason.take().into_iter();
+        summary.reason = Some(std::iter::once(why).chain(known).collect::<Vec<_>>().join("; "));
+    }
     write_documents(&RunFolder::open(out)?, &summary, &prepared.header(seed))?;
     Ok(summary)
 }

@@ -208,7 +208,7 @@ fn what_is_no_log_of_a_base_is_refused() {
 fn a_log_of_a_rig_that_is_too_long_is_refused() {
     let of = |most| kept(Bus::new().entries.into_iter().map(Ok), most);
     let all = Bus::new().entries.len();
-    assert_eq!(of(all).unwrap().len(), all);
+    assert_eq!(of(all).unwrap().0.len(), all);
     let told = of(all - 1).unwrap_err().to_string();
     assert_eq!(told, "the log has more than 2 frames, and an import keeps all of them in memory");
 }

@@ -55,6 +55,16 @@ fn what_cannot_be_measured_is_refused() {
     let asked = ["campaign", "./turn.toml", "--envelope", "drop", "--target", "gyro.Status"];
     let ran = hil.run(&asked).exits(2);
     assert!(ran.err.contains("no node here sends one message or signal"), "{}", ran.err);
+    for (option, value, why) in [
+        ("--at-least", "nan", "NaN, expected above 0 and at most 100"),
+        ("--at-least", "150", "150, expected above 0 and at most 100"),
+        ("--share", "nan", "NaN, expected above 0 and below 1"),
+        ("--runs", "3", "so few can never show a share of 0.9"),
+    ] {
+        let asked = ["campaign", "./turn.toml", "--envelope", "drop", option, value];
+        let ran = hil.run(&asked).exits(2);
+        assert!(ran.err.contains(&format!("{option}: {why}")), "{}", ran.err);
+    }
     let stranger = format!("{}\n[[envelope]]\nfault = \"lost_steps\"\nat_least = 80\n", turn());
     let ran = Hil::with_plan(&stranger).run(&["campaign", "./turn.toml", "--envelopes"]).exits(2);
     assert!(ran.err.contains("can strike nothing on this bench"), "{}", ran.err);

@@ -145,3 +145,64 @@ fn a_log_plays_the_part_of_a_node() {
     rig("{ log = \"oven.dbc\" }");
     assert!(within(&hil, &["run", "warm.toml"]).exits(2).err.contains("hil log convert"));
 }
+
+const WARMEST: &str = "[[measurement]]\nname = \"warmest\"\ndoc = \"How warm it was\"\n\
+    quantity = \"oven.Temperature\"\nunit = \"degC\"\ncheck = { all_within = [0, 200] }\n";
+
+#[test]
+fn a_plan_that_outlasts_the_log_fails_and_times_that_go_back_are_told() {
+    let hil = recorded();
+    fs::create_dir_all(hil.path("oven/rigs")).unwrap();
+    let line = "[[line]]\nname = \"can0\"\ncan = {}\n[[node]]\nname = \"oven\"\nat = \"can0\"\nemulate = \"oven\"\n";
+    fs::write(hil.path("oven/rigs/one.toml"), line).unwrap();
+    let plan = |duration_s: u32| {
+        let plan = format!(
+            "name = \"waits\"\ntitle = \"\"\nrig = \"one\"\n\
+             steps = [{{ wait = {{ duration_s = {duration_s} }} }}]\n{WARMEST}"
+        );
+        fs::write(hil.path("oven/waits.toml"), plan).unwrap();
+    };
+    plan(5);
+    let import =
+        |log: &str| within(&hil, &["import", log, "--plan", "waits.toml", "--out", "waits"]);
+    import("rigs/oven.log").exits(0);
+    plan(100_000);
+    let long = import("rigs/oven.log").exits(1).out;
+    assert!(long.contains("waits: failed: the log ends at "), "{long}");
+    assert!(long.contains("before the plan, which took 100000.000 s"), "{long}");
+    let again = within(&hil, &["check", "waits"]).exits(1).out;
+    assert!(again.contains("the log ends at "), "{again}");
+
+    plan(5);
+    let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
+    let mut lines: Vec<&str> = log.lines().collect();
+    lines.swap(3, 6);
+    fs::write(hil.path("oven/mixed.log"), lines.join("\n") + "\n").unwrap();
+    let mixed = import("mixed.log").exits(0).out;
+    assert!(mixed.contains("3 entries are earlier than one before, by up to "), "{mixed}");
+}
+
+#[test]
+fn a_log_without_bytes_leaves_a_serial_line_silent() {
+    let hil = recorded();
+    let device = "name = \"scale\"\ntitle = \"A scale\"\nsource = \"invented\"\n\n[serial]\nbaud = 9600\n\n\
+        [[message]]\nname = \"Status\"\nsent_by = \"device\"\nstart = [0xa5, 0x02]\nperiod_s = 0.1\n\
+        fields = [{ name = \"Weight\", type = \"u16\", unit = \"kg\" }]\n\n\
+        [signal.Weight]\nexpression = \"12\"\n";
+    fs::write(hil.path("oven/devices/scale.toml"), device).unwrap();
+    let rig = "[[line]]\nname = \"can0\"\ncan = {}\n[[line]]\nname = \"uart\"\nserial = {}\n\
+        [[node]]\nname = \"oven\"\nat = \"can0\"\nemulate = \"oven\"\n\
+        [[node]]\nname = \"scale\"\nat = \"uart\"\nemulate = \"scale\"\n";
+    fs::write(hil.path("oven/rigs/both.toml"), rig).unwrap();
+    let plan = format!(
+        "name = \"both\"\ntitle = \"\"\nrig = \"both\"\nsteps = [{{ wait = {{ duration_s = 5 }} }}]\n{WARMEST}"
+    );
+    fs::write(hil.path("oven/both.toml"), &plan).unwrap();
+    let import = || within(&hil, &["import", "rigs/oven.log", "--plan", "both.toml", "--out", "b"]);
+    let heard = import().exits(0).out;
+    assert!(heard.contains("the log holds nothing of the serial line uart"), "{heard}");
+    let weight = "[[property]]\nname = \"light\"\nalways = \"scale.Weight < 20 kg\"\n";
+    fs::write(hil.path("oven/both.toml"), plan + weight).unwrap();
+    let unheard = import().exits(1).out;
+    assert!(unheard.contains("light") && unheard.contains("scale.Weight"), "{unheard}");
+}

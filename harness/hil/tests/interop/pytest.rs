@@ -113,6 +113,21 @@ fn a_verdict_that_fails_fails_its_test_and_no_other() {
 }
 
 #[test]
+fn a_measurement_may_be_called_run_and_a_plan_must_exist() {
+    let Some(project) = Project::new() else { return };
+    project.replace("plans/settles.toml", "at_most = 150", "at_most = 15");
+    project.replace("plans/settles.toml", "name = \"time_to_heat\"", "name = \"run\"");
+    let failed = shown(&project.pytest(&["plans/settles.toml"]));
+    assert!(failed.contains("1 failed, 3 passed"), "{failed}");
+    assert!(failed.contains("band at most 15 s: fail"), "{failed}");
+
+    let test = "def test_it(run):\n    run('plans/nope.toml')\n";
+    fs::write(project.path("test_nope.py"), test).unwrap();
+    let missing = shown(&project.pytest(&["test_nope.py"]));
+    assert!(missing.contains("1 failed") && missing.contains("nope.toml"), "{missing}");
+}
+
+#[test]
 fn options_choose_and_stop_as_with_other_tests() {
     let Some(project) = Project::new() else { return };
     let chosen = shown(&project.pytest(&["plans", "-k", "temperature_held", "--hil-seed", "7"]));

@@ -7,7 +7,7 @@ use plan::{Reads, Speaker, Stated};
 use record::{Violation, figures};
 use std::collections::BTreeMap;
 use temporal::Monitor;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Judges one formula, message by message.
 #[derive(Debug, Clone)]
@@ -69,6 +69,7 @@ impl Statement {
     /// The result in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
         let Self { name, kind, monitor, unseen, .. } = self;
+        let horizon = monitor.as_ref().map_or(Span::ZERO, |monitor| monitor.formula().horizon());
         let verdict = monitor.map(|monitor| monitor.finish(end));
         let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
         if kind == Kind::Sometimes {
@@ -81,7 +82,15 @@ impl Statement {
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
         if judged.is_none() {
             // A property that could not have been violated counts as not held.
-            let never_judged = Some(format!("never judged: {}", no_value(unseen)));
+            let why = match unseen.is_empty() {
+                false => no_value(unseen),
+                true => format!(
+                    "the run ended at {} s, and the formula looks {} s ahead",
+                    figures::value(end.as_secs_f64(), 0.0),
+                    figures::value(horizon.as_secs_f64(), 0.0)
+                ),
+            };
+            let never_judged = Some(format!("never judged: {why}"));
             let (held, first_violation, margin) = (false, None, None);
             return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }

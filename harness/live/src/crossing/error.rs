@@ -20,7 +20,7 @@ pub enum KernelError {
     #[diagnostic(transparent)]
     Port(#[from] PortError),
     /// A pty carries no frames.
-    #[error("failed to find a bus for the {line}: it is on CAN, and a pty carries bytes")]
+    #[error("failed to find a bus for {line}: it is on CAN, and a pty carries bytes")]
     #[diagnostic(help(
         "--bus slcan carries its frames across a pty as lines, --bus vcan across {VCAN_INTERFACE}"
     ))]

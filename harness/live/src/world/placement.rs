@@ -2,7 +2,7 @@
 
 use controller::config::Transport;
 use described::Medium;
-use plan::bench_file::{BenchFile, PortText, ROLES, Role};
+use plan::bench_file::{BenchFile, Foreign, PortText, ROLES, Role};
 use ports::PortSpec;
 use ports::spec::{SerialDevice, SerialOptions, SerialSpec};
 use rig::operator::RealRoles;
@@ -28,6 +28,10 @@ pub struct Placement {
 /// Why a bench does not fit the plan.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum PlacementError {
+    /// The bench is one of another rig.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Foreign(#[from] Foreign),
     /// An invalid port of a role or a line.
     #[error("failed to read the port \"{port}\" of the {whose}")]
     #[diagnostic(help("`hil doctor` lists what there is; {example}"))]

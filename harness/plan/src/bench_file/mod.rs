@@ -30,6 +30,7 @@
 mod attach;
 mod command;
 mod controller;
+mod fit;
 mod port_text;
 mod role;
 mod timing;
@@ -38,6 +39,7 @@ pub use crate::number::COMMAND_S_MAX;
 pub use attach::AttachPlace;
 pub use command::CommandSection;
 pub use controller::ControllerSection;
+pub use fit::Foreign;
 pub use port_text::{Medium, PortText, PortTextError};
 pub use role::Role;
 pub use timing::Timing;

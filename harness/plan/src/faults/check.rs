@@ -276,8 +276,13 @@ fn phase(fault: &Fault, phases: &BTreeMap<&str, u64>, at: &Place) -> Checked {
                 .help(help))
         }
         Some(times) if u64::from(number) > *times => {
-            let message =
-                format!("number {number} of `{phase}`, and it comes {times} times at most");
+            let message = format!(
+                "number {number} of `{phase}`, which comes at most {}",
+                match times {
+                    1 => "once".to_owned(),
+                    times => format!("{times} times"),
+                }
+            );
             Err(at
                 .key("when")
                 .key("number")

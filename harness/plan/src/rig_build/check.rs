@@ -5,9 +5,10 @@ use crate::command::{CommandError, fill};
 use crate::library::LibraryError;
 use crate::quantities;
 use crate::rig::{NodeTable, RigFile, RigLine, RigNode, UnderTest};
-use crate::speakers::DEVICE;
+use crate::speakers::{DEVICE, Speaker};
 use described::{Layout, Medium, hint};
 use std::collections::BTreeMap;
+use wire::can::Id;
 
 impl Builder<'_> {
     /// Checks that a classic bus has no CAN FD messages.
@@ -47,6 +48,37 @@ impl Builder<'_> {
         );
         let help = format!("state it alike in both, or leave `message.{message}` out at the line");
         Err(self.mistake(("node", number, "emulate"), text, Some(help)))
+    }
+
+    /// Notes messages that two emulated nodes send with one identifier on one bus: who hears it takes both for one, and
+    /// on a real bus they disturb each other.
+    pub(super) fn note_shared_identifiers(&mut self) {
+        let rig = &self.rig;
+        let sent = |speaker: &'_ Speaker| -> Vec<(Id, String)> {
+            let messages = speaker.layout.messages().iter();
+            let sent = messages.filter(|message| message.sender == speaker.sender);
+            sent.filter_map(|message| Some((message.can_id()?, message.name.to_string()))).collect()
+        };
+        let emulated = rig.speakers.iter().filter(|one| rig.described(&one.node).is_some());
+        let emulated: Vec<_> = emulated.map(|one| (one, sent(one))).collect();
+        let mut notes = Vec::new();
+        for (place, (second, theirs)) in emulated.iter().enumerate() {
+            let before = emulated[..place].iter().filter(|(first, _)| first.line == second.line);
+            for (first, ours) in before {
+                let shared =
+                    theirs.iter().find(|(id, _)| ours.iter().any(|(other, _)| id == other));
+                notes.extend(shared.map(|(id, message)| {
+                    format!(
+                        "{} and {} both send the identifier {} (`{message}`) on {}",
+                        first.node,
+                        second.node,
+                        shown(*id),
+                        rig.line_name(second.line)
+                    )
+                }));
+            }
+        }
+        self.rig.notes.extend(notes);
     }
 
     /// Checks that the command of a program names lines of the rig.
@@ -107,5 +139,12 @@ impl Builder<'_> {
             }
         }
         Ok(())
+    }
+}
+
+fn shown(id: Id) -> String {
+    match id {
+        Id::Standard(id) => format!("0x{:03x}", id.as_raw()),
+        Id::Extended(id) => format!("0x{:08x}", id.as_raw()),
     }
 }

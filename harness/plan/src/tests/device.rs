@@ -102,6 +102,12 @@ fn what_the_device_has_not_is_shown_in_place() {
         ("drop = { loss_percent = 1 }", "flip = { flip_percent = 1 }"),
         ("device = \"oven\"\n", "device = \"oven\"\ndevices = \"paper\"\n"),
         ("[[fault]]", "[[property]]\nalways = { finite_outputs = {} }\n\n[[fault]]"),
+        ("{ Enable = 0 }, every_s = 0 }", "{ Enable = 0.5 }, every_s = 0 }"),
+        ("{ Enable = 0 }, every_s = 0 }", "{ Enable = 0 }, every_s = 3 }"),
+        (
+            "[[fault]]",
+            "[[property]]\nname = \"the run itself\"\nalways = \"Temperature < 100 degC\"\n\n[[fault]]",
+        ),
         ("[[fault]]", "[[property]]\nalways = \"Temprature < 100 degC\"\n\n[[fault]]"),
         ("[[fault]]", "[[property]]\nalways = \"Temperature < 100 V\"\n\n[[fault]]"),
         (

@@ -91,11 +91,14 @@ pub fn campaign_table(
         let faults = found.shrunk.case.schedule.faults.len();
         let _ = write!(
             text,
-            "\n{}: case {}, shrunk to {faults} fault{} in {} runs, seed {}\n  {}\n  {}\n",
+            "\n{}: case {}, {}, seed {}\n  {}\n  {}\n",
             in_cell(&found.property),
             found.number,
-            if faults == 1 { "" } else { "s" },
-            found.shrunk.executions,
+            match (figures::counted(faults as u64, "fault", "faults"), found.shrunk.executions) {
+                (faults, 0) => format!("{faults}, not shrunk"),
+                (faults, runs) =>
+                    format!("shrunk to {faults} in {}", figures::counted(runs, "run", "runs")),
+            },
             found.shrunk.case.seed,
             what.map_or(String::new(), |v| format!("at {:.3} s: {}", v.at_s, in_cell(&v.what))),
             path.display(),
@@ -118,7 +121,8 @@ pub fn campaign_table(
         tally.outcomes.iter().map(|(outcome, times)| format!("{times} {outcome}")).collect();
     let _ = writeln!(
         text,
-        "\n{} cases ({}{}), {} propert{} broken",
+        "\n{}{} cases ({}{}), {} propert{} broken",
+        if done.stopped { "stopped after " } else { "" },
         tally.cases,
         outcomes.join(", "),
         if tally.resumed > 0 { format!("; {} done before", tally.resumed) } else { String::new() },

@@ -46,10 +46,7 @@ pub fn runs_markdown(summaries: &[Summary]) -> String {
 
 fn measurement_row(measurement: &Measurement, has_paper: bool) -> String {
     let Measurement { unit, lower, upper, uncertainty, .. } = measurement;
-    let measured = measurement.value.map_or_else(
-        || measurement.statistic.clone(),
-        |value| figures::quantity(value, *uncertainty, unit),
-    );
+    let measured = measurement.figure().unwrap_or_else(|| measurement.statistic.clone());
     let margin = measurement.margin().map_or_else(
         || "-".to_owned(),
         |margin| figures::quantity_alone(margin, *uncertainty, unit),

@@ -1,7 +1,7 @@
 //! How many seeds pass, which a single run cannot show.
 
 use super::{Style, in_cell, lines};
-use campaign::seeds::SeedShare;
+use campaign::seeds::{Judged, SeedShare};
 use comfy_table::Cell;
 
 const HEADER: [&str; 6] =
@@ -18,7 +18,10 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
     let (lower, upper) = one.interval;
     [
         in_cell(&one.plan),
-        in_cell(&one.measurement),
+        match &one.judged {
+            Judged::Measurement(name) => in_cell(name),
+            Judged::Property(name) => format!("{} (property)", in_cell(name)),
+        },
         share,
         format!("{:.1} % to {:.1} %", 100.0 * lower, 100.0 * upper),
         one.coverage.map_or_else(
@@ -51,14 +54,14 @@ fn markdown_row(cells: [String; HEADER.len()]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{SeedShare, seeds_markdown, seeds_table};
+    use super::{Judged, SeedShare, seeds_markdown, seeds_table};
     use crate::console::Style;
     use campaign::seeds::Coverage;
 
     fn shares() -> Vec<SeedShare> {
         let share = SeedShare {
             plan: "laps-observed".into(),
-            measurement: "return_orientation".into(),
+            judged: Judged::Measurement("return_orientation".into()),
             passed: 187,
             seeds: 200,
             interval: (0.892_2, 0.961_6),
@@ -73,7 +76,9 @@ mod tests {
             paper: None,
             ..share.clone()
         };
-        vec![share, none]
+        let property =
+            SeedShare { judged: Judged::Property("it did charge".into()), ..none.clone() };
+        vec![share, none, property]
     }
 
     #[test]

@@ -59,6 +59,21 @@ fn a_run_that_failed_for_a_reason_of_its_own_is_a_failure() {
 }
 
 #[test]
+fn a_property_named_like_a_measurement_has_a_case_of_its_own() {
+    let mut run = Summary { properties: properties(), ..summary() };
+    run.properties[0].name.clone_from(&run.measurements[0].name);
+    let notes = vec!["fault 0 never began: drop of gyro".to_owned()];
+    let xml = document(&Summary { notes, ..run.clone() }, None).unwrap();
+    let report = Report::deserialize_from_str(&xml).unwrap();
+    let names: Vec<_> = report.test_suites[0].test_cases.iter().map(|case| &case.name).collect();
+    assert!(names.iter().all(|name| names.iter().filter(|other| *other == name).count() == 1));
+    let told = format!("{} (property)", run.measurements[0].name);
+    assert!(names.iter().any(|name| name.as_str() == told), "{names:?}");
+    let of_run = report.test_suites[0].test_cases[0].system_out.as_ref().unwrap();
+    assert!(of_run.as_str().contains("fault 0 never began"), "{xml}");
+}
+
+#[test]
 fn a_campaign_has_a_case_for_each_property() {
     let (done, saved) = example();
     insta::assert_snapshot!(campaign(&account(), &done, &saved, &[], Path::new("runs/x")).unwrap());

@@ -48,8 +48,7 @@ fn worst_first(measurements: &[Measurement]) -> Vec<&Measurement> {
 }
 
 fn row(measurement: &Measurement, paper: bool) -> Markup {
-    let Measurement { name, value, unit, lower, upper, verdict, uncertainty, .. } = measurement;
-    let figure = |value: f64| figures::quantity(value, *uncertainty, unit);
+    let Measurement { name, unit, lower, upper, verdict, .. } = measurement;
     let margin = measurement.margin().filter(|margin| margin.is_finite());
     html! {
         tr.(verdict.name()) {
@@ -60,7 +59,7 @@ fn row(measurement: &Measurement, paper: bool) -> Markup {
                 @if let Some(reason) = reason(measurement) { div.reason { (reason) } }
             }
             td { span.verdict { (verdict.name()) } }
-            td.number { (value.map_or_else(|| "-".to_owned(), figure)) }
+            td.number { (measurement.figure().unwrap_or_else(|| "-".to_owned())) }
             td.number { (figures::band(*lower, *upper, unit)) }
             @if paper { td.paper { (measurement.paper.as_deref().unwrap_or("-")) } }
             td { @if let Some(gauge) = gauge(measurement) { (gauge) } }

@@ -3,16 +3,16 @@
 use campaign::Campaign;
 use record::outcome::Outcome;
 
-/// A campaign in which no case has a verdict has shown nothing.
+/// A campaign in which no case has a verdict has shown nothing. One that was stopped is aborted, whatever it found.
 pub(super) fn outcome(done: &Campaign) -> Outcome {
     let tally = &done.tally;
     let unjudged = ["error", "worker_lost"].map(|name| tally.outcomes.get(name).unwrap_or(&0));
     let unjudged: u64 = unjudged.into_iter().sum();
-    match (done.found.is_empty(), done.stopped) {
-        (false, _) => Outcome::Failed,
-        (true, true) => Outcome::Aborted,
-        (true, false) if unjudged > 0 && unjudged == tally.cases => Outcome::Error,
-        (true, false) => Outcome::Passed,
+    match (done.stopped, done.found.is_empty()) {
+        (true, _) => Outcome::Aborted,
+        (false, false) => Outcome::Failed,
+        (false, true) if unjudged > 0 && unjudged == tally.cases => Outcome::Error,
+        (false, true) => Outcome::Passed,
     }
 }
 
@@ -32,5 +32,7 @@ mod tests {
         assert_eq!(done(&[("error", 3), ("worker_lost", 2)]), Outcome::Error);
         assert_eq!(done(&[("error", 3), ("passed", 2)]), Outcome::Passed);
         assert_eq!(done(&[]), Outcome::Passed);
+        let (tally, found, never) = <_>::default();
+        assert_eq!(outcome(&Campaign { tally, found, never, stopped: true }), Outcome::Aborted);
     }
 }

@@ -125,6 +125,10 @@ fn of_rig(name: &str, lines: &[String]) -> Result<(Rig, Vec<(String, PortSpec)>)
         };
         let port = parse(port)?;
         fits(&line.name, &port, line.medium)?;
+        if ports.iter().any(|(known, _)| *known == line.name) {
+            let message = format!("two ports for the line `{}`", line.name);
+            return Err(Failure::arguments(message, "a line has one port"));
+        }
         ports.push((line.name.clone(), port));
     }
     Ok((rig, ports))
