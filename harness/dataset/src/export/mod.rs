@@ -6,6 +6,7 @@
 //! | `laps` | one lap | observations of laps |
 //! | `odometry` | one state of the controller during a lap: path and heading by the base | states, observations of laps |
 //! | `series` | one state of the controller: the mean raw rate since the state before | states, table turns |
+//! | `sensor` | one message with the measured signal of a node | messages of the nodes ([`sensor`]) |
 //!
 //! Time is bench time since the start of the run. In turns and laps a run of the data set is a repetition of the plan,
 //! in odometry a lap; a series is a single recording without gaps. The export uses nothing that only an emulator knows:
@@ -14,6 +15,7 @@
 pub mod columns;
 pub mod laps;
 mod odometry;
+pub mod sensor;
 mod series;
 pub mod turns;
 
@@ -41,8 +43,8 @@ pub enum ExportError {
     /// It contains nothing of this kind.
     #[error("{run} holds no {what}")]
     #[diagnostic(help(
-        "a data package is made of turns of a table, of laps, or of a gyro's rate; for other devices, `hil export RUN --tables \
-         DIR` writes all signals"
+        "a data package is made of turns of a table, of laps, or of a gyro's rate; of a device of your own, with --kind sensor, \
+         of a signal and its reference"
     ))]
     Nothing {
         /// The run folder.
@@ -58,6 +60,24 @@ pub enum ExportError {
     NoPath {
         /// The run folder.
         run: String,
+        /// The missing data.
+        why: String,
+    },
+    /// The rig has no signal of that name.
+    #[error("{message}")]
+    #[diagnostic(help("known here: {known}"))]
+    NoSignal {
+        /// What is wrong.
+        message: String,
+        /// Names of nodes or signals.
+        known: String,
+    },
+    /// The signals make no data set.
+    #[error("the run makes no data set of kind sensor: {why}")]
+    #[diagnostic(help(
+        "run the plan with --record full: messages that nothing judges are not recorded otherwise"
+    ))]
+    Sensor {
         /// The missing data.
         why: String,
     },

@@ -13,8 +13,11 @@ use bus_log::convert::convert;
 use bus_log::recorded::Recorded;
 use clap::{Args, ValueEnum};
 use dataset::export::export;
+use dataset::export::sensor::{Signals, of_run};
 use dataset::{DESCRIPTOR, WriteOptions, write};
-use identification::dataset::Kind;
+use harness::run::load_recorded;
+use identification::dataset::{Dataset, Kind};
+use plan::QuantityName;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::{Path, PathBuf};
@@ -30,6 +33,8 @@ pub(super) enum Rows {
     Laps,
     /// One state of the base on the path of a lap, with the measured pose at its ends.
     Odometry,
+    /// One value of a sensor of your own, a signal of a node, beside its reference.
+    Sensor,
 }
 
 impl From<Rows> for Kind {
@@ -39,6 +44,7 @@ impl From<Rows> for Kind {
             Rows::Series => Self::Series,
             Rows::Laps => Self::Laps,
             Rows::Odometry => Self::Odometry,
+            Rows::Sensor => Self::Sensor,
         }
     }
 }
@@ -62,6 +68,15 @@ pub(super) struct ExportArguments {
     /// What one row is. [default: turns where there are any, then laps, then series]
     #[arg(long, value_enum)]
     kind: Option<Rows>,
+    /// With --kind sensor: what the sensor says, as NODE.SIGNAL. The run must have been recorded with --record full.
+    #[arg(long, value_name = "SIGNAL", value_parser = quantity, requires_all = ["reference", "kind"])]
+    measured: Option<QuantityName>,
+    /// With --kind sensor: what is true, in the same unit.
+    #[arg(long, value_name = "SIGNAL", value_parser = quantity, requires = "measured")]
+    reference: Option<QuantityName>,
+    /// With --kind sensor: what may be a cause beside, such as its temperature. May be given several times.
+    #[arg(long, value_name = "SIGNAL", value_parser = quantity, requires = "measured")]
+    beside: Vec<QuantityName>,
     /// Compress the table.
     #[arg(long)]
     gzip: bool,
@@ -105,6 +120,7 @@ Examples:
   hil export runs/laps-corrected-seed1 --mf4 laps.mf4
   hil export runs/laps-corrected-seed1 --bus laps.pcapng
   hil export runs/laps-corrected-seed1 --kind odometry
+  hil export runs/turns-seed1 --kind sensor --measured resolver.Angle --reference encoder.Angle
   hil export devices/oven.toml --fmu oven.fmu
 ";
 
@@ -160,7 +176,10 @@ impl ExportArguments {
                 "say what to write: --tables DIR, --mcap FILE.mcap or --mf4 FILE.mf4",
             ));
         }
-        let dataset = export(&folder, self.kind.map(Kind::from))?;
+        let dataset = match self.kind {
+            Some(Rows::Sensor) => self.sensor(&folder)?,
+            kind => export(&folder, kind.map(Kind::from))?,
+        };
         tell(&dataset, screen);
         let name = || format!("{}-{}", plain_name(&dataset.name), dataset.kind.name());
         let out = self.out.clone().unwrap_or_else(|| PathBuf::from("data").join(name()));
@@ -180,4 +199,25 @@ impl ExportArguments {
         ))?;
         Ok(Outcome::Passed)
     }
+
+    fn sensor(&self, folder: &RunFolder) -> Result<Dataset, Failure> {
+        let (Some(measured), Some(reference)) = (&self.measured, &self.reference) else {
+            return Err(Failure::arguments(
+                "which signal is measured, and which is its reference?",
+                "--measured resolver.Angle --reference encoder.Angle",
+            ));
+        };
+        let records = folder.records()?;
+        let Some((_, rig)) = load_recorded(records.header(), None)? else {
+            let message = format!("the record of {} holds no plan", self.run.display());
+            return Err(Failure::arguments(message, "run the plan again with this version"));
+        };
+        let (measured, reference) = (measured.clone(), reference.clone());
+        let signals = Signals { measured, reference, beside: self.beside.clone() };
+        Ok(of_run(folder, &rig, &signals)?)
+    }
+}
+
+fn quantity(name: &str) -> Result<QuantityName, String> {
+    QuantityName::new(name).ok_or_else(|| "expected NODE.SIGNAL".to_owned())
 }

@@ -106,3 +106,61 @@ fn a_signal_errs_as_its_model_says() {
     let ran = hil.run(&["run", "./turns.toml"]).exits(2);
     assert!(ran.err.contains("schema 9, expected 1"), "{}", ran.err);
 }
+
+/// A level, and a device that reads it with a bend.
+fn level(name: &str, id: u16, expression: &str) -> String {
+    format!(
+        "name = \"{name}\"\ntitle = \"\"\nstep_s = 0.05\n[[message]]\nname = \"Reading\"\n\
+         sent_by = \"device\"\ncan_id = {id}\nperiod_s = 0.05\n\
+         fields = [{{ name = \"Level\", type = \"f32\", unit = \"m\" }}]\n\
+         [state.true]\nvalue = \"1 + sin(0.7 * t) + 0.5 * sin(0.31 * t)\"\n\
+         [signal.Level]\nexpression = \"{expression}\"\nnoise = 0.001\n"
+    )
+}
+
+#[test]
+fn a_run_of_a_sensor_and_its_reference_is_a_data_package() {
+    let hil = Hil::new();
+    let node =
+        |name: &str| format!("[[node]]\nname = \"{name}\"\nat = \"can0\"\nemulate = \"{name}\"\n");
+    let rig = format!("[[line]]\nname = \"can0\"\ncan = {{}}\n{}{}", node("probe"), node("gauge"));
+    let plan = "name = \"levels\"\ntitle = \"\"\nrig = \"tank\"\nsteps = [{ repeat = { times = 3, \
+        steps = [{ wait = { duration_s = 20 } }] } }]\n[[measurement]]\nname = \"level\"\ndoc = \"\"\n\
+        quantity = \"probe.Level\"\nunit = \"m\"\ncheck = { all_within = [-2, 4] }\n";
+    for (name, text) in [
+        ("devices/probe.toml", &*level("probe", 256, "true + 0.05 * true * true")),
+        ("devices/gauge.toml", &*level("gauge", 257, "true")),
+        ("rigs/tank.toml", &*rig),
+        ("levels.toml", plan),
+    ] {
+        let path = hil.path(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    hil.run(&["run", "levels.toml", "--out", "short"]).exits(0);
+    hil.run(&["run", "levels.toml", "--out", "full", "--record", "full"]).exits(0);
+    let export = |run: &str, measured: &str| {
+        let signals = ["--measured", measured, "--reference", "gauge.Level", "--out", "levels"];
+        hil.run(&[&["export", run, "--kind", "sensor"][..], &signals].concat())
+    };
+    let told = export("short", "probe.Level").exits(2).err;
+    assert!(
+        told.contains("no `probe.Level` was heard") && told.contains("--record full"),
+        "{told}"
+    );
+    let told = export("full", "probe.Levle").exits(2).err;
+    assert!(told.contains("no signal `Levle`") && told.contains("Level"), "{told}");
+    let told = export("full", "probe.Level").exits(0).out;
+    assert!(told.ends_with(" rows, 3 runs\n"), "{told}");
+    hil.run(&["identify", "levels", "--out", "found"]).exits(0);
+    let found = fs::read_to_string(hil.path("found/finding.json")).unwrap();
+    let found: serde_json::Value = serde_json::from_str(&found).unwrap();
+    assert_eq!(found["verdict"], "explained", "{found}");
+    let bend = &found["effects"][0];
+    assert_eq!(
+        (&bend["name"], &bend["drivers"][0]),
+        (&"nonlinearity".into(), &"gauge.Level".into())
+    );
+    let coefficient = bend["parameters"][0]["value"].as_f64().unwrap();
+    assert!((coefficient - 0.05).abs() < 0.001, "{bend}");
+}

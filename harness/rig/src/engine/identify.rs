@@ -2,8 +2,9 @@
 //! controller or the node correct them.
 
 use super::gathered::{self, Selection};
-use super::{Action, Engine, StepAction, Waiting, of_nodes};
+use super::{Action, Engine, StepAction, Waiting};
 use controller::mission::Command;
+use dataset::export::sensor;
 use identification::dataset::Kind;
 use identification::finding::{Compensation, Finding, Verdict};
 use identification::identify::{Options, identify};
@@ -71,7 +72,7 @@ impl Engine {
             let why = "errors are taken off it already: what is left is no model of it";
             return Err(format!("`{measured}`: {why}"));
         }
-        let column = |quantity| of_nodes::Field {
+        let column = |quantity| sensor::Field {
             quantity,
             unit: models::unit_of(self.signals.unit(quantity)),
         };
@@ -79,7 +80,7 @@ impl Engine {
         let over = step.over.as_ref().map(|over| over.as_str());
         let name = format!("{}-{}", self.plan.name, step.name);
         let fields = (&column(measured), &column(reference), &beside[..]);
-        let dataset = of_nodes::dataset(&self.observations, fields, over, &name)?;
+        let dataset = sensor::dataset(&self.observations, fields, over, &name)?;
         let found = identify(&dataset, None, &Options::default(), &mut |_, _| {})
             .map_err(|error| error.to_string())?;
         Ok(Found { finding: found.finding, model: found.model })

@@ -11,7 +11,6 @@ mod fit;
 mod gathered;
 mod identify;
 pub mod observe;
-mod of_nodes;
 mod phases;
 pub mod program;
 mod reactions;

@@ -1,19 +1,136 @@
-//! Messages of nodes so far, as a data set of kind `sensor`: a measured signal beside a reference signal.
+//! Signals of nodes as a data set of kind `sensor`: a measured signal beside a reference signal.
 //!
 //! Each row is a value of the measured signal. The other signals come in their own messages: each is interpolated
 //! linearly between its values before and after, an angle along the shorter way.
 
-use dataset::export::columns::{Columns, Field as Written};
+use super::ExportError;
+use super::columns::{Columns, Field as Written};
 use identification::dataset::{Dataset, Dimension, Kind, Role, Unit};
-use plan::QuantityName;
-use plan::observation::{Observations, Observed};
+use plan::observation::{Observation, Observations, Observed};
 use plan::quantities::during_tag;
+use plan::{MessagePlace, QuantityName, Rig, models, resolve, unit};
+use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::{Device, RecordKind};
 use std::path::Path;
 
+/// A signal, in the unit of its layout.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Field<'a> {
-    pub(super) quantity: &'a QuantityName,
-    pub(super) unit: Unit,
+pub struct Field<'a> {
+    /// Its name: `NODE.SIGNAL`.
+    pub quantity: &'a QuantityName,
+    /// Its unit.
+    pub unit: Unit,
+}
+
+/// The signals of a data set.
+#[derive(Debug, Clone)]
+pub struct Signals {
+    /// What the sensor says.
+    pub measured: QuantityName,
+    /// What is true, in the same unit.
+    pub reference: QuantityName,
+    /// What may be a cause beside.
+    pub beside: Vec<QuantityName>,
+}
+
+/// The data set of these signals of a run on `rig`, which must have been recorded with all messages.
+///
+/// # Errors
+/// When the run cannot be read, when the rig has no such signal, or when one was never sent.
+pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Dataset, ExportError> {
+    let Signals { measured, reference, beside } = signals;
+    let mut wanted: Vec<(&QuantityName, MessagePlace)> = Vec::new();
+    for quantity in [measured, reference].into_iter().chain(beside) {
+        let of = quantity.of_message().ok_or_else(|| ExportError::NoSignal {
+            message: format!("`{quantity}` is no signal of a node"),
+            known: "write NODE.SIGNAL".to_owned(),
+        })?;
+        let place = resolve(&rig.speakers, of).map_err(|(message, known)| {
+            ExportError::NoSignal { message, known: known.join(", ") }
+        })?;
+        wanted.push((quantity, place));
+    }
+    let speaks = |index: &usize| wanted.iter().any(|(_, place)| place.speaker == *index);
+    let heard = rig.speakers.iter().enumerate().filter(|(index, _)| speaks(index));
+    let mut ears: Vec<_> = heard
+        .filter_map(|(index, one)| {
+            Some((Device::of_speaker(rig, one)?, index, one.layout.decoder_for(one.sender)))
+        })
+        .collect();
+    let records = folder.records()?;
+    let name = format!("{}-seed{}", records.header().plan, records.header().seed);
+    let mut observations = Observations::default();
+    let mut is_full = Ok(());
+    let mut rounds = Rounds::default();
+    for record in records {
+        let record = record
+            .map_err(|source| RunFolderError::Record { path: folder.file(RECORD), source })?;
+        if let RecordKind::StepBegan { path, .. } = &record.kind {
+            rounds.began(path);
+        }
+        for (_, speaker, decoder) in ears.iter_mut().filter(|(who, ..)| *who == record.device) {
+            record.messages(decoder, &mut |decoded| {
+                for (quantity, place) in &wanted {
+                    let is_here = (place.speaker, place.message) == (*speaker, decoded.message);
+                    let value = place.signal.filter(|_| is_here);
+                    let value = value.and_then(|signal| decoded.values.get(signal).copied()?);
+                    let Some(value) = value.filter(|_| decoded.is_sound()) else { continue };
+                    let observation = Observation {
+                        quantity: quantity.as_str().to_owned(),
+                        value,
+                        uncertainty: 0.0,
+                        tags: [
+                            ("time".to_owned(), record.at.as_secs_f64()),
+                            ("run".to_owned(), f64::from(rounds.count.max(1))),
+                        ]
+                        .into(),
+                    };
+                    if is_full.is_ok() {
+                        is_full = observations.push(&observation);
+                    }
+                }
+            });
+        }
+    }
+    is_full.map_err(|full| ExportError::Sensor { why: full.to_string() })?;
+    let fields: Vec<_> = wanted
+        .iter()
+        .map(|(quantity, place)| Field {
+            quantity,
+            unit: models::unit_of(&unit(&rig.speakers, *place)),
+        })
+        .collect();
+    let [measured, reference, beside @ ..] = &fields[..] else { unreachable!("two were wanted") };
+    dataset(&observations, (measured, reference, beside), None, &name)
+        .map_err(|why| ExportError::Sensor { why })
+}
+
+/// Counts the rounds of a plan's repeats, each of which is a run that can be held out.
+#[derive(Debug, Default)]
+struct Rounds {
+    /// Those that began.
+    count: u32,
+    last: String,
+}
+
+impl Rounds {
+    /// Takes the place of a step that begins, such as `steps[2].repeat[1] (round 3 of 6)`.
+    fn began(&mut self, path: &str) {
+        let round = path.rfind(" (round ").and_then(|at| {
+            let end = path.get(at..)?.find(')')?;
+            path.get(..=at + end)
+        });
+        // The steps of a round differ in what follows it or stands before it.
+        let round = round.map(|round| {
+            let (list, number) = round.rsplit_once(" (round ").unwrap_or((round, ""));
+            let list = list.rsplit_once('[').map_or(list, |(list, _)| list);
+            format!("{list} {number}")
+        });
+        if let Some(round) = round.filter(|round| *round != self.last) {
+            self.last = round;
+            self.count += 1;
+        }
+    }
 }
 
 /// Returns the data set called `name` of the measured signal, the reference and the others, from all rows or from those
@@ -21,7 +138,7 @@ pub(super) struct Field<'a> {
 ///
 /// # Errors
 /// When one of the signals was never received, or when the observations do not make a data set.
-pub(super) fn dataset(
+pub fn dataset(
     observations: &Observations,
     (measured, reference, beside): (&Field<'_>, &Field<'_>, &[Field<'_>]),
     over: Option<&str>,
