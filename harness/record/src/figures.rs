@@ -12,6 +12,9 @@ const ROUNDING: f64 = 1e-12;
 /// A figure that needs more decimals than this is written with an exponent.
 const DECIMALS_MAX: i32 = 9;
 
+/// So is one from here on: above it a double does not hold every whole number.
+const WHOLE_MAX: f64 = 9_007_199_254_740_992.0;
+
 /// A value, rounded where its standard uncertainty makes further digits meaningless.
 pub fn value(value: f64, uncertainty: f64) -> String {
     if !value.is_finite() {
@@ -30,7 +33,7 @@ fn is_said(value: f64, uncertainty: f64) -> bool {
 
 /// A value without uncertainty, to this many digits.
 pub fn exact(value: f64, digits: i32) -> String {
-    if value.fract() == 0.0 {
+    if value.fract() == 0.0 && value.abs() < WHOLE_MAX {
         return positive_zero(format!("{value:.0}"));
     }
     let written = rounded(value, digits - 1 - exponent(value));
@@ -137,7 +140,7 @@ fn exponent(value: f64) -> i32 {
 
 fn rounded(value: f64, decimals: i32) -> String {
     match usize::try_from(decimals.max(0)) {
-        Ok(decimals) if decimals <= DECIMALS_MAX as usize => {
+        Ok(decimals) if decimals <= DECIMALS_MAX as usize && value.abs() < WHOLE_MAX => {
             positive_zero(format!("{value:.decimals$}"))
         }
         _ => format!("{value:.2e}"),
@@ -177,6 +180,8 @@ mod tests {
             (0.953_333_3, 0.0, "0.9533"),
             (-0.000_012_1, 0.0, "-0.0000121"),
             (1.5e-12, 0.0, "1.50e-12"),
+            (1e300, 0.0, "1.00e300"),
+            (-3.4e38, 1e36, "-3.40e38"),
             (f64::NAN, 0.2, "NaN"),
             (1.25, f64::NAN, "1.25"),
             (0.1, 6.84e-18, "0.1"),

@@ -119,8 +119,8 @@ fn told(violation: &temporal::Violation) -> Violation {
     let values: Vec<String> = violation.values.iter().map(value).collect();
     let after = (violation.known - violation.at).as_secs_f64();
     let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
-    // A comparison for equality and a yes or no have no margin.
-    let by = Some(violation.distance.abs()).filter(|by| *by > 0.0);
+    // A comparison for equality and a yes or no have no margin, nor has a signal beyond every range.
+    let by = Some(violation.distance.abs()).filter(|by| *by > 0.0 && by.is_finite());
     let by =
         by.map_or(String::new(), |by| format!(", margin {} %", figures::value(-100.0 * by, 0.0)));
     let what = format!("{}: false{by}{known}", values.join(", "));
