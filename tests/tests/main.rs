@@ -36,6 +36,7 @@ mod protected;
 mod reactions;
 mod refusals;
 mod rerun;
+mod rig_files;
 mod rigs;
 mod seeds;
 mod silence;

@@ -3,9 +3,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use harness::run::{PrepareError, Prepared, RigError};
+use harness::run::Prepared;
 use harness::{Trial, TrialError, TrialRun};
-use plan::library::LibraryError;
 use plan::made::Made;
 use tempfile::TempDir;
 use tests::plans::{plan_of, record_file};
@@ -13,7 +12,7 @@ use tests::project;
 use wire::device::{Device, PortId, Transmit};
 use wire::time::Timestamp;
 
-const PACK: &str = include_str!("../../examples/battery-pack/rigs/pack.toml");
+pub const PACK: &str = include_str!("../../examples/battery-pack/rigs/pack.toml");
 const DBC: &str = include_str!("../../examples/battery-pack/devices/pack.dbc");
 const CELLS: &str = include_str!("../../examples/battery-pack/devices/cells.toml");
 const CHARGER: &str = include_str!("../../examples/battery-pack/devices/charger.toml");
@@ -57,7 +56,7 @@ BA_ "GenMsgCycleTime" BO_ 256 100;
 "#;
 
 /// Creates a project with this rig and this plan.
-fn project(rig: &str, plan: &str) -> TempDir {
+pub fn project(rig: &str, plan: &str) -> TempDir {
     project_with(MORE, rig, plan)
 }
 
@@ -73,7 +72,7 @@ fn project_with(more: &str, rig: &str, plan: &str) -> TempDir {
     ])
 }
 
-fn load(folder: &TempDir) -> Result<Trial, TrialError> {
+pub fn load(folder: &TempDir) -> Result<Trial, TrialError> {
     project::load(folder, "plan.toml")
 }
 
@@ -87,7 +86,7 @@ fn plan(steps: &str, quantity: &str, unit: &str, check: &str) -> String {
 
 const WAIT: &str = "{ wait = { duration_s = 2 } }";
 
-fn cells() -> String {
+pub fn cells() -> String {
     plan(WAIT, "cells.VoltageMax", "V", "all_within = [3, 4.2]")
 }
 
@@ -145,6 +144,7 @@ fn what_is_wrong_with_a_rig_is_refused() {
         ),
         (node("name = \"extra\"\nat = \"can0\"\nemulate = \"scale\""), "on the other kind of line"),
         (format!("{PACK}\n[[line]]\nname = \"can0\"\ncan = {{}}\n"), "two lines are called `can0`"),
+        (format!("{PACK}\n[[line]]\nname = \"host\"\ncan = {{}}\n"), "`host` has a meaning of"),
         (PACK.replace("pack.dbc", "none.dbc"), "none.dbc"),
         (
             PACK.replace("\"python3\", \"manager.py\", \"{can0}\"", ""),
@@ -155,19 +155,6 @@ fn what_is_wrong_with_a_rig_is_refused() {
         let said = refused(&rig, &cells());
         assert!(said.contains(expected), "{expected}\n{said}");
     }
-}
-
-#[test]
-fn a_device_without_a_file_is_shown_where_the_rig_names_it() {
-    let rig = PACK.replace("emulate = \"cells\"", "emulate = \"cellz\"");
-    let refused = load(&project(&rig, &cells()));
-    let Err(TrialError::Prepare(PrepareError::Rig(RigError::Library(error)))) = refused else {
-        panic!("taken")
-    };
-    let LibraryError::Mistake(mistake) = error else { panic!("without a place: {error}") };
-    assert!(mistake.file().ends_with("rigs/pack.toml"), "{}", mistake.file());
-    assert_eq!(&rig[mistake.range()], "\"cellz\"");
-    assert!(mistake.advice().is_some_and(|help| help.starts_with("did you mean `cells`?")));
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod check;
 mod replayed;
 mod words;
 
+use crate::faults::Target;
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::replayed::Logged;
 use crate::rig::{
@@ -14,6 +15,7 @@ use crate::speakers::Speaker;
 use described::hint;
 use described::{Dbc, Description, FileError, Layout, Medium, Place, Sender};
 use emulators::device_file::Devices;
+use miette::Diagnostic as _;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::serial::SerialSettings;
@@ -93,6 +95,14 @@ impl Builder<'_> {
         self.source.mistake(place.locate(&self.source.text), message, help)
     }
 
+    /// The file of that name beside the rig file, named at the `number`-th table.
+    fn beside(&self, name: &str, at: (&str, usize, &str)) -> Result<Source, LibraryError> {
+        self.library.open_beside(self.source, name).map_err(|error| {
+            let help = error.help().map(|help| help.to_string());
+            self.mistake(at, error.to_string(), help)
+        })
+    }
+
     fn lines<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {
         if file.lines.len() > LINES_MAX {
             let message = format!("{} lines, expected at most {LINES_MAX}", file.lines.len());
@@ -108,6 +118,11 @@ impl Builder<'_> {
                 let message = format!("two lines are called `{name}`");
                 return Err(self.mistake(("line", number, "name"), message, None).into());
             }
+            if [Target::Host, Target::Operator].iter().any(|target| target.name() == name) {
+                let message = format!("`{name}` has a meaning of its own in plans");
+                let help = "call the line otherwise: faults could not strike it".to_owned();
+                return Err(self.mistake(("line", number, "name"), message, Some(help)).into());
+            }
             let mut declared = RigLine {
                 name: name.to_owned(),
                 medium: Medium::Can,
@@ -119,7 +134,7 @@ impl Builder<'_> {
                     self.check_rates(&declared, number)?;
                     let dbcs = can.dbc.iter().flat_map(|dbc| dbc.as_slice());
                     let dbcs =
-                        dbcs.map(|dbc| parts.dbc(&self.library.open_beside(self.source, dbc)?));
+                        dbcs.map(|dbc| parts.dbc(&self.beside(dbc, ("line", number, "can"))?));
                     let dbcs = dbcs.collect::<Result<Vec<_>, _>>()?;
                     if !dbcs.is_empty() {
                         // Reports what they contradict each other in, whichever nodes are on the line.

@@ -55,6 +55,9 @@ impl RunFolder {
     /// [`RunFolderError::Foreign`] when it has files but no run; [`RunFolderError::Busy`] when another run uses it.
     pub fn create(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
         let mut folder = Self { path: path.into(), teller: Teller::default(), lock: None };
+        if folder.path.is_file() {
+            return Err(RunFolderError::NoFolder { path: folder.path });
+        }
         fs::create_dir_all(&folder.path)
             .map_err(|source| RunFolderError::Write { path: folder.path.clone(), source })?;
         folder.lock = Lock::of(&folder.path)?;

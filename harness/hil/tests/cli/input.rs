@@ -75,6 +75,8 @@ fn a_folder_that_is_not_ours_is_refused() {
     let hil = Hil::with_plan(TURN);
     let ran = hil.run(&["run", "turn.toml", "--out", "."]).exits(2);
     assert!(ran.err.contains("refused to replace ."), "{}", ran.err);
+    let ran = hil.run(&["run", "turn.toml", "--out", "turn.toml"]).exits(2);
+    assert!(ran.err.contains("it is a file and no folder"), "{}", ran.err);
     for command in ["check", "report", "show"] {
         let ran = hil.run(&[command, "."]).exits(2);
         assert!(ran.err.contains("no run in ."), "{command}: {}", ran.err);

@@ -25,7 +25,7 @@ impl Builder<'_> {
             let help = Some(help.to_owned());
             return Err(self.mistake(("node", number, "replay"), message, help).into());
         }
-        let source = self.library.open_beside(self.source, &replay.log)?;
+        let source = self.beside(&replay.log, ("node", number, "replay"))?;
         let (log, notes) = parts.log(&source)?;
         self.rig.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", source.origin)));
         let words = |line: &usize| {

@@ -15,6 +15,13 @@ pub enum RunFolderError {
         /// The folder.
         path: PathBuf,
     },
+    /// There is a file of that name.
+    #[error("refused to replace {}: it is a file and no folder", path.display())]
+    #[diagnostic(help("choose another name with --out"))]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// Another run uses it.
     #[error("refused to replace {}: a run is going on there", path.display())]
     #[diagnostic(help("wait until it is over, or choose another folder with --out"))]

@@ -99,7 +99,7 @@ exit_statuses! {
         _ => ERROR,
     }
     RunFolderError {
-        Self::Foreign { .. } | Self::Busy { .. } | Self::NoRun { .. } => BAD,
+        Self::Foreign { .. } | Self::NoFolder { .. } | Self::Busy { .. } | Self::NoRun { .. } => BAD,
         Self::Read { .. } | Self::Summary { .. } | Self::Record { .. } => BAD,
         Self::Write { .. } | Self::Remove { .. } | Self::ArtifactName { .. } => ERROR,
     }
