@@ -201,6 +201,27 @@ fn a_fault_that_never_began_is_told() {
 }
 
 #[test]
+fn what_should_have_been_said_and_never_was_breaks_its_property() {
+    let property = |name: &str, limit: u8| {
+        let rises = format!("rises(cells.CellStatus.Limit > {limit} A)");
+        let always = format!("{rises} -> within 100 ms: cells.Number == 7");
+        format!("[[property]]\nname = \"{name}\"\nalways = \"{always}\"\n")
+    };
+    let mute = fault("cells.CellInfo", "drop = { loss_percent = 100 }").replace("0.5", "0");
+    let (_folder, trial) =
+        load(&format!("{}{}{mute}", property("asked", 15), property("unasked", 200)));
+    let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
+    let asked = run.property("asked").unwrap();
+    assert_eq!(asked.held, Some(false));
+    let told = asked.what.as_deref().unwrap();
+    assert!(
+        told.starts_with("not judged at 1.") && told.ends_with("no value of cells.Number"),
+        "{told}"
+    );
+    assert_eq!(run.property("unasked").unwrap().held, Some(true));
+}
+
+#[test]
 fn a_formula_that_looks_beyond_the_end_was_never_judged() {
     let long = "[[property]]\nname = \"long\"\nalways = \"for 10 s: cells.Limit < 300 A\"\n";
     let (_folder, trial) = load(long);

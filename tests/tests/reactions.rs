@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use harness::TrialRun;
-use record::outcome::Outcome;
+use record::outcome::{Outcome, Verdict};
 use tests::project;
 
 /// Sends its mass ten times a second, and its alarm four times.
@@ -42,7 +42,7 @@ at = "uart"
 emulate = "scale"
 "#;
 
-fn run(steps: &str, to: &str) -> TrialRun {
+fn run(steps: &str, to: &str, least: u32) -> TrialRun {
     let plan = format!(
         r#"
 name = "plan"
@@ -61,7 +61,7 @@ quantity = "reaction.warning"
 where = {{ "during.overload" = 1 }}
 unit = "s"
 check = {{ all_within = [0, 0.25] }}
-observations_min = 3
+observations_min = {least}
 "#
     );
     let folder = project::of([
@@ -82,7 +82,7 @@ fn it_waits_for_one_that_began_in_it_and_what_it_took_has_its_label() {
          {{ set_parameter = {{ parameter = \"scale.load\", value = 5 }} }}, {{ wait = {{ duration_s = 0.33 }} }}] }} }}, \
          {LOADED}, {{ wait = {{ duration_s = 1 }} }}"
     );
-    let run = run(&steps, "scale.Alarm == 1");
+    let run = run(&steps, "scale.Alarm == 1", 3);
     assert!(run.passed(), "{run}");
     let judged = run.measurement("warns_in").unwrap();
     // The fourth does not belong to a `reaction` step.
@@ -101,10 +101,42 @@ fn what_did_not_come_is_said() {
             ": nothing asked for it",
         ),
     ] {
-        let run = run(&steps, to);
+        let run = run(&steps, to, 3);
         assert_eq!(run.summary().outcome, Outcome::Timeout, "{run}");
         let said = run.summary().reason.as_deref().unwrap_or_default();
         assert!(said.contains("wait for the reaction warning"), "{said}");
         assert!(said.ends_with(expected), "{said}");
     }
+}
+
+/// Loads the scale before a wait of 0.12 s with the label, after which the run goes on for `more_s`.
+fn waits(to: &str, more_s: f64) -> TrialRun {
+    let wait = |duration_s: f64, label: &str| {
+        format!("{{ wait = {{ duration_s = {duration_s} }}, label = \"{label}\" }}")
+    };
+    let steps =
+        [wait(0.5, "before"), LOADED.to_owned(), wait(0.12, "overload"), wait(more_s, "after")];
+    run(&steps.join(", "), to, 1)
+}
+
+#[test]
+fn a_reaction_belongs_to_the_step_in_which_it_was_asked_for() {
+    // The alarm is sent four times a second, the mass ten times: the answer comes after the labelled step.
+    let ran = waits("scale.Alarm == 1", 1.0);
+    let warns = ran.measurement("warns_in").unwrap();
+    assert_eq!(warns.observations, 1, "{warns:?}");
+}
+
+#[test]
+fn an_answer_that_never_came_is_no_reaction_time() {
+    // The run ends before the limit of 0.25 s is over.
+    let short = waits("scale.Alarm == 2", 0.05);
+    let warns = short.measurement("warns_in").unwrap();
+    assert_eq!(warns.value, None, "{warns:?}");
+    assert!(warns.statistic.starts_with("no answer in the 0."), "{warns:?}");
+    // And after it.
+    let long = waits("scale.Alarm == 2", 1.0);
+    let warns = long.measurement("warns_in").unwrap();
+    assert!(warns.value.is_some_and(|waited| waited > 1.0), "{warns:?}");
+    assert_eq!(warns.verdict, Verdict::Fail, "{warns:?}");
 }

@@ -35,11 +35,11 @@ impl Case {
 
 impl CaseId {
     /// The name of these texts, which may contain any characters.
-    pub fn of(texts: &[&str]) -> Self {
+    pub fn of<T: AsRef<[u8]>>(texts: &[T]) -> Self {
         let mut hash = Fnv::new();
-        for text in texts {
+        for text in texts.iter().map(T::as_ref) {
             hash.write(&(text.len() as u64).to_le_bytes());
-            hash.write(text.as_bytes());
+            hash.write(text);
         }
         Self(hash.0)
     }

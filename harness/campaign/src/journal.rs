@@ -57,7 +57,7 @@ pub enum JournalError {
     /// The journal is from another campaign.
     #[error("{} is of another campaign: {found}", path.display())]
     #[diagnostic(help(
-        "this one is {asked}: its plan, a file that the plan names, or an option differs; choose another --out, or remove the folder"
+        "this one is {asked}: its plan, a file that the plan names, the program under test, or an option differs; choose another --out, or remove the folder"
     ))]
     Other {
         /// The journal.

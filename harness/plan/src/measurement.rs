@@ -49,6 +49,7 @@ impl Declared {
             filter: &self.filter,
             during: kind.during(),
             least: self.observations_min.get() as usize,
+            most: kind.figure_band().upper(),
         };
         Selection::new(&meant, observations)
     }

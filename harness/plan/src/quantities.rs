@@ -62,6 +62,9 @@ pub const TAGS: &[Tag] = &[
 
 /// Prefix of the tag for observations during a step; the step's name or label follows.
 pub const DURING_PREFIX: &str = "during.";
+
+/// Tag of a reaction that had no answer yet when the run ended: its value is the time until then.
+pub const OPEN_TAG: &str = "open";
 /// Prefix of a signal, `Signal` or `Message.Signal`: its values, in the unit of the layout.
 pub const SIGNAL: &str = "signal";
 /// Prefix of a message of a device: the time between consecutive messages, s.

@@ -27,7 +27,7 @@ pub(super) fn validate(plan: &Plan, rig: Option<&Rig>) -> Checked {
         return Err(at.mistake(message));
     }
     if plan.measurements.is_empty() && !plan.properties.iter().any(Property::is_stated) {
-        let message = "a plan that judges nothing, expected at least one [[measurement]]";
+        let message = "a plan that judges nothing, expected a [[measurement]] or a [[property]] with a formula";
         return Err(Place::file().mistake(message));
     }
     let mut names: BTreeMap<&str, usize> = BTreeMap::new();

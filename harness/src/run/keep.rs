@@ -223,7 +223,14 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
         commands: run.commands.clone(),
         faults: run.faults.clone(),
         properties: properties(prepared, run),
-        notes: prepared.rig.notes.iter().chain(&run.notes).cloned().chain(not_begun(run)).collect(),
+        notes: prepared
+            .rig
+            .notes
+            .iter()
+            .chain(&run.notes)
+            .cloned()
+            .chain(without_effect(run))
+            .collect(),
     };
     if let Some(why) = breach(&summary.properties) {
         worsen(&mut summary, Outcome::Failed, why);
@@ -231,10 +238,13 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
     summary
 }
 
-/// A sentence about each fault of the plan whose time or step did not come: the verdicts are those of a run without it.
-fn not_begun(run: &Simulated) -> impl Iterator<Item = String> + '_ {
-    let not_begun = run.faults.iter().filter(|fault| !fault.begun);
-    not_begun.map(|fault| format!("fault {} never began: {}", fault.index, fault.name))
+/// A sentence about each fault of the plan that changed nothing: the verdicts are those of a run without it.
+fn without_effect(run: &Simulated) -> impl Iterator<Item = String> + '_ {
+    run.faults.iter().filter_map(|fault| match (fault.begun, fault.acted) {
+        (false, _) => Some(format!("fault {} never began: {}", fault.index, fault.name)),
+        (true, 0) => Some(format!("fault {} changed nothing: {}", fault.index, fault.name)),
+        (true, _) => None,
+    })
 }
 
 /// Summaries of the plan's properties, in the order of declaration.

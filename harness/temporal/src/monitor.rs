@@ -137,7 +137,11 @@ impl Monitor {
             .end()
             .map(|end| (end - self.evaluator.horizon() + Span::from_nanos(1)).max(stretch.from));
         let open = open.filter(|open| *open < stretch.to);
-        self.verdict.unknown += open.unwrap_or(stretch.to) - stretch.from;
+        let until = open.unwrap_or(stretch.to);
+        if until > stretch.from {
+            self.verdict.unknown += until - stretch.from;
+            self.verdict.unknown_last = Some((stretch.from, until));
+        }
         if open.is_some() && self.last != Some(Last::Open) {
             self.verdict.open += 1;
         }

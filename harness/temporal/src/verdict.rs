@@ -16,6 +16,8 @@ pub struct Verdict {
     pub judged: Span,
     /// Total time during which it was neither, because a signal had no value.
     pub unknown: Span,
+    /// Beginning and end of the last stretch of that; the end is exclusive.
+    pub unknown_last: Option<(Timestamp, Timestamp)>,
     /// Number of stretches that the end of the run left open: the expected response might still have come.
     pub open: u64,
     /// Number of stretches during which it was false. An edge is one moment, so with `rises(...) -> ...` it is the
@@ -46,6 +48,7 @@ impl Verdict {
             worst: None,
             judged: Span::ZERO,
             unknown: Span::ZERO,
+            unknown_last: None,
             open: 0,
             violations: 0,
             violated: Span::ZERO,

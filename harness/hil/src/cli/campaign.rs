@@ -5,6 +5,7 @@ mod ended;
 mod on_bench;
 #[cfg(feature = "nats")]
 mod over;
+mod what;
 
 use super::EXIT_STATUSES;
 use super::annotation::Annotation;
@@ -274,36 +275,6 @@ impl CampaignArguments {
         ours_or_empty(&folder, ours)?;
         std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
         Ok(folder)
-    }
-
-    /// Describes what determines the cases of the campaign; `bench` names where they are carried out.
-    fn what(&self, task: &Task<'_>, bench: &str) -> String {
-        format!(
-            "{}, by {}, seed {}, up to {} of {}{bench}",
-            self.under_test(task),
-            self.by.name(),
-            self.seed,
-            self.faults_max,
-            if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
-        )
-    }
-
-    /// Describes what determines the runs of envelopes: the cases contain their own seeds and faults.
-    fn envelopes_of(&self, task: &Task<'_>) -> String {
-        format!("envelopes of {}", self.under_test(task))
-    }
-
-    /// Describes the plan with all files that it names, and the device under test.
-    fn under_test(&self, task: &Task<'_>) -> String {
-        let plan = &task.prepared.plan.name;
-        let files = &task.prepared.files;
-        let texts = files.0.iter().map(|file| format!("{}\n{}\n", file.name, file.text));
-        let texts: String = std::iter::once(task.source.to_owned()).chain(texts).collect();
-        let id = campaign::Case::default().id(&texts);
-        match self.setup.replay() {
-            ours if ours.is_empty() => format!("{plan} ({id})"),
-            other => format!("{plan} ({id}) with {other}"),
-        }
     }
 
     /// Searches, shrinks and saves in the campaign's folder.

@@ -13,6 +13,7 @@ use views::console;
 
 /// Judges recorded runs again, by the recorded plan or by another one (--plan).
 ///
+/// With another plan, its measurements and properties are judged by what the run did: its steps are not carried out.
 /// Properties are judged again if the record holds their inputs; the others keep their verdicts and
 /// are named. From a complete record, summary.json, junit.xml and report.html are written again. A
 /// truncated record is judged as far as it goes; it cannot pass, and does not replace an earlier
@@ -60,6 +61,15 @@ impl CheckArguments {
             let help = "say where the plan of the run is: --plan FILE";
             return Err(Failure::arguments(message, help));
         };
+        if self.plan.is_some()
+            && let Ok(Some((run, _))) = load_recorded(&recorded, None)
+            && run.steps != plan.steps
+        {
+            screen.note(&format!(
+                "{}: the steps of {} are not those of the run, and are not carried out again",
+                name, plan.name
+            ));
+        }
         let judged = judge_again(&plan, &rig, was, &recorded, records);
         for one in &judged.kept {
             screen.note(&format!(

@@ -99,11 +99,11 @@ pub(super) struct SetupArguments {
     /// The device under test: in-process, process, or a command line with {gyro} and {base} for the
     /// ports. [default: in-process with the virtual clock, process with the real one]
     #[arg(long, value_name = "in-process|process|COMMAND")]
-    controller: Option<Controller>,
+    pub(super) controller: Option<Controller>,
     /// Bench file, which assigns ports to roles: a name (see `hil list benches`) or a path. Without
     /// it every device is emulated.
     #[arg(long, value_name = "FILE")]
-    bench: Option<String>,
+    pub(super) bench: Option<String>,
     /// How long to wait for a bench that somebody else uses, s.
     #[arg(long, value_name = "S", requires = "bench", default_value_t = 0)]
     wait: u32,

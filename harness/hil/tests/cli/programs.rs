@@ -161,6 +161,11 @@ fn an_envelope_starts_the_program_afresh_for_each_run() {
     assert_eq!(row("0.01"), "5 of 5", "{}", ran.out);
     assert!(row("100").starts_with("0 of "), "{}", ran.out);
     assert!(ran.out.contains("tolerated up to "), "{}", ran.out);
+    assert_eq!(hil.run(&arguments).exits(0).out, ran.out, "from the journal");
+    // What another program did shows nothing of this one.
+    fs::write(hil.path("beat.py"), BEAT.replace("DOES", "continue")).unwrap();
+    let other = hil.run(&arguments).exits(2).err;
+    assert!(other.contains("the program under test"), "{other}");
 }
 
 #[test]

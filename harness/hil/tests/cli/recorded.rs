@@ -38,6 +38,11 @@ fn a_run_is_kept_checked_drawn_and_shown() {
     fs::write(hil.path("strict.toml"), TURN.replace("[-5, 5]", "[-1e-9, 1e-9]")).unwrap();
     let strict = hil.run(&["check", run, "--plan", "strict.toml"]).exits(1);
     assert!(strict.out.contains("fail"), "{}", strict.out);
+    assert!(!strict.err.contains("not carried out"), "{}", strict.err);
+    fs::write(hil.path("wide.toml"), TURN.replace("angle_deg = 90", "angle_deg = 45")).unwrap();
+    let wide = hil.run(&["check", run, "--plan", "wide.toml"]);
+    assert!(wide.err.contains("the steps of turn are not those of the run"), "{}", wide.err);
+    hil.run(&["check", run, "--plan", "strict.toml"]).exits(1);
     assert_eq!(hil.outcome(run), "failed");
 
     let report = hil.path(run).join("report.html");

@@ -103,7 +103,7 @@ fn an_error_and_an_end_give_the_terminal_back() {
     let at = AtTerminal::begin(&hil, &["run", "turn.toml", "--watch", "--out", "taken"], &[], SIZE);
     let (ran, shown) = at.ends();
     assert!(ran.status.is_some_and(|status| status > 0), "{ran:?}");
-    assert!(shown.contains("failed to "), "{shown}");
+    assert!(shown.contains("refused to replace taken"), "{shown}");
     let at = AtTerminal::begin(&hil, &["run", "turn.toml", "--watch", "--out", "out"], &[], SIZE);
     let (ran, shown) = at.ends();
     ran.exits(0);

@@ -19,6 +19,8 @@ pub(super) struct Statement {
     reads: Reads,
     /// Signals without a value so far, by number.
     unseen: BTreeMap<usize, String>,
+    /// When the last of the others had its first value.
+    seen_since: Timestamp,
     violation: Option<Violation>,
 }
 
@@ -38,6 +40,7 @@ impl Statement {
             reads: Reads::of(&formula, speakers),
             monitor: formula.map(Monitor::new),
             unseen,
+            seen_since: Timestamp::ZERO,
             violation: None,
         }
     }
@@ -47,7 +50,11 @@ impl Statement {
         let Some(monitor) = &mut self.monitor else { return };
         let Some(values) = self.reads.take(speaker, decoded) else { return };
         if !self.unseen.is_empty() {
-            values.iter().for_each(|(number, _)| _ = self.unseen.remove(number));
+            for (number, _) in values {
+                if self.unseen.remove(number).is_some() {
+                    self.seen_since = now;
+                }
+            }
         }
         monitor.update(now, values);
         if self.violation.is_none()
@@ -68,7 +75,7 @@ impl Statement {
 
     /// The result in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
-        let Self { name, kind, monitor, unseen, .. } = self;
+        let Self { name, kind, monitor, unseen, seen_since, .. } = self;
         let horizon = monitor.as_ref().map_or(Span::ZERO, |monitor| monitor.formula().horizon());
         let verdict = monitor.map(|monitor| monitor.finish(end));
         let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
@@ -80,6 +87,15 @@ impl Statement {
             return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
+        // A moment at which only a signal is missing that never came: what should have been said was not.
+        let missed = judged.filter(|_| violation.is_none() && !unseen.is_empty());
+        let missed = missed.and_then(|verdict| verdict.unknown_last);
+        if let Some((from, _)) = missed.filter(|(_, until)| *until > seen_since) {
+            let at_s = from.max(seen_since).as_secs_f64();
+            let never_judged = Some(format!("not judged at {at_s:.3} s: {}", no_value(unseen)));
+            let (held, first_violation, margin) = (false, None, None);
+            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
+        }
         if judged.is_none() {
             // A property that could not have been violated counts as not held.
             let why = match unseen.is_empty() {

@@ -3,7 +3,7 @@
 use super::figure::{Refusal, too_few};
 use super::jackknife::Together;
 use crate::observation::{Observations, Observed};
-use crate::quantities::during_tag;
+use crate::quantities::{OPEN_TAG, during_tag};
 use crate::quantity::{Filter, QuantityName};
 use std::cmp::Ordering;
 
@@ -40,6 +40,9 @@ pub struct Meant<'a> {
     pub during: Option<&'a str>,
     /// Fewest observations of the first.
     pub least: usize,
+    /// The most that a value may be. A reaction that was still open when the run ended, and had waited no longer than
+    /// this, is not judged: its answer might have come in time.
+    pub most: Option<f64>,
 }
 
 /// The observations of a measurement.
@@ -50,6 +53,8 @@ pub struct Selection<'a> {
     is_exact: bool,
     first: Vec<Observed<'a>>,
     second: Vec<Observed<'a>>,
+    /// The longest that a reaction had waited which is not judged.
+    open: Option<f64>,
 }
 
 impl<'a> Selection<'a> {
@@ -71,9 +76,16 @@ impl<'a> Selection<'a> {
             }
             chosen
         };
-        let first = of(meant.quantity);
+        let mut first = of(meant.quantity);
         let second = meant.second.map(of).unwrap_or_default();
-        Self { least: meant.least, is_exact: false, first, second }
+        let is_open = |one: &Observed<'_>| {
+            one.tag(OPEN_TAG).is_some() && meant.most.is_none_or(|most| one.value() <= most)
+        };
+        let open = first.iter().filter(|one| is_open(one)).map(Observed::value).reduce(f64::max);
+        if open.is_some() {
+            first.retain(|one| !is_open(one));
+        }
+        Self { least: meant.least, is_exact: false, first, second, open }
     }
 
     /// The same selection without the observations' own uncertainties.
@@ -95,7 +107,12 @@ impl<'a> Selection<'a> {
     pub fn complete(&self) -> Result<(), Refusal> {
         let count = self.first.len();
         if count == 0 {
-            return Err(Refusal::Unset("no observation".to_owned()));
+            return Err(Refusal::Unset(match self.open {
+                None => "no observation".to_owned(),
+                Some(waited) => {
+                    format!("no answer in the {waited:.3} s until the run ended")
+                }
+            }));
         }
         for chosen in [&self.first, &self.second] {
             let unusable = chosen.iter().filter(|o| !is_usable(o)).count();

@@ -99,6 +99,7 @@ impl Engine {
                 self.rounds += u64::from(std::mem::take(&mut self.round_begun));
                 let label = step.label.as_ref().map(|label| label.as_str());
                 self.tags = self.program.tags(&step.action, label, self.rounds);
+                self.reactions.step_began(now, &self.tags);
                 self.step_deadline = (now + step.time_limit()).min(self.program.deadline());
                 self.answer_limit = step.answer_limit();
                 self.record(RecordKind::StepBegan {

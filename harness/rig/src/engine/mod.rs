@@ -285,13 +285,14 @@ impl Engine {
             return;
         }
         self.answer_sdo(now, speaker, decoded);
-        let mut brought = self.signals.take(now, (speaker, decoded.message), decoded.values);
-        brought.extend(self.reactions.take(now, speaker, decoded));
-        if !brought.is_empty() {
+        let brought = self.signals.take(now, (speaker, decoded.message), decoded.values);
+        let took = self.reactions.take(now, speaker, decoded);
+        if !brought.is_empty() || !took.is_empty() {
             self.observe(now, |collector| {
                 for (name, value) in &brought {
                     collector.add_named(name, *value, 0.0, &[]);
                 }
+                took.into_iter().for_each(|took| collector.reaction(took));
             });
         }
         if self.ends_wait() {

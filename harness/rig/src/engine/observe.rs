@@ -4,7 +4,7 @@ use super::rest_watch::Window;
 use crate::bench::{BenchFacts, Look};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use plan::observation::Observation;
-use plan::quantities::{self as q, Quantity};
+use plan::quantities::{self as q, OPEN_TAG, Quantity};
 use plan::{Direction, TableTurn};
 use std::collections::BTreeMap;
 use wire::base::HEADING_STEP;
@@ -63,6 +63,17 @@ impl Ends {
 /// Tags of every observation of the moment.
 pub type Tags = BTreeMap<String, f64>;
 
+/// A reaction time, or how long a stimulus has waited in vain.
+#[derive(Debug)]
+pub(super) struct Took {
+    pub(super) quantity: String,
+    pub(super) seconds: f64,
+    /// Tags of the step during which the stimulus came.
+    pub(super) tags: Tags,
+    /// The run ended before the answer.
+    pub(super) is_open: bool,
+}
+
 /// Collects observations with common tags.
 pub(super) struct Collector<'a> {
     pub(super) tags: &'a Tags,
@@ -86,6 +97,15 @@ impl<'a> Collector<'a> {
         let mut tags = self.tags.clone();
         tags.extend(more.iter().map(|&(name, value)| (name.to_owned(), value)));
         self.out.push(Observation { quantity: name.to_owned(), value, uncertainty: u, tags });
+    }
+
+    /// With the tags of the step during which the stimulus came, and the time of now.
+    pub(super) fn reaction(&mut self, took: Took) {
+        let Took { quantity, seconds, mut tags, is_open } = took;
+        let time = self.tags.get("time").map(|time| ("time".to_owned(), *time));
+        let open = is_open.then(|| (OPEN_TAG.to_owned(), 1.0));
+        tags.extend(time.into_iter().chain(open));
+        self.out.push(Observation { quantity, value: seconds, uncertainty: 0.0, tags });
     }
 
     pub(super) fn bias_test(&mut self, result: &BiasTestResult) {

@@ -1,8 +1,10 @@
 //! How long nodes take from one condition to another, as the plan defines reactions.
 
+use super::observe::{Tags, Took};
 use described::Decoded;
 use plan::quantities::REACTION_PREFIX;
 use plan::{Plan, Reads, Speaker, formula};
+use std::collections::VecDeque;
 use temporal::Reaction;
 use wire::time::Timestamp;
 
@@ -15,6 +17,8 @@ pub(super) struct Reactions {
     each: Vec<(String, Reaction)>,
     reads: Reads,
     awaited: Option<Awaited>,
+    /// The steps during which stimuli came that still wait, the last one always: when each began, and its tags.
+    steps: VecDeque<(Timestamp, Tags)>,
 }
 
 #[derive(Debug, Clone)]
@@ -39,7 +43,8 @@ impl Reactions {
             each.push((quantity, Reaction::new(&from, &to, WAITING_MAX)));
             formulas.extend([from, to]);
         }
-        Self { each, reads: Reads::of(&formulas, speakers), awaited: None }
+        let reads = Reads::of(&formulas, speakers);
+        Self { each, reads, awaited: None, steps: VecDeque::new() }
     }
 
     /// Waits from now on for the first answer to a stimulus of the reaction `name`.
@@ -60,32 +65,49 @@ impl Reactions {
         reaction.is_some_and(|(_, one)| one.waiting().any(|asked| asked >= awaited.since))
     }
 
-    /// Takes a message of a speaker. Returns the reaction times that it completes, by quantity, in s.
+    /// A step begins, whose observations have these tags.
+    pub(super) fn step_began(&mut self, now: Timestamp, tags: &Tags) {
+        if self.each.is_empty() {
+            return;
+        }
+        let oldest = self.each.iter().filter_map(|(_, one)| one.waiting().next()).min();
+        let oldest = oldest.unwrap_or(now);
+        while self.steps.get(1).is_some_and(|(began, _)| *began <= oldest) {
+            self.steps.pop_front();
+        }
+        self.steps.push_back((now, tags.clone()));
+    }
+
+    /// Takes a message of a speaker. Returns the reaction times that it completes.
     pub(super) fn take(
         &mut self,
         now: Timestamp,
         speaker: usize,
         decoded: &Decoded<'_>,
-    ) -> Vec<(String, f64)> {
+    ) -> Vec<Took> {
         let Some(values) = self.reads.take(speaker, decoded) else { return Vec::new() };
         let each = self.each.iter_mut();
         each.for_each(|(_, reaction)| reaction.update(now, values));
         self.answers()
     }
 
-    /// Ends the run: returns the answers by now and how long the open stimuli have waited, by quantity, in s.
-    pub(super) fn finish(&mut self, now: Timestamp) -> Vec<(String, f64)> {
+    /// Ends the run: returns the answers by now and how long the open stimuli have waited.
+    pub(super) fn finish(&mut self, now: Timestamp) -> Vec<Took> {
         self.each.iter_mut().for_each(|(_, reaction)| reaction.finish(now));
         let mut answers = self.answers();
         for (quantity, reaction) in &self.each {
-            let waited = reaction.waiting().map(|asked| (now - asked).as_secs_f64());
-            answers.extend(waited.map(|waited| (quantity.clone(), waited)));
+            answers.extend(reaction.waiting().map(|asked| Took {
+                quantity: quantity.clone(),
+                seconds: (now - asked).as_secs_f64(),
+                tags: tags_at(&self.steps, asked),
+                is_open: true,
+            }));
         }
         self.each.clear();
         answers
     }
 
-    fn answers(&mut self) -> Vec<(String, f64)> {
+    fn answers(&mut self) -> Vec<Took> {
         let mut answers = Vec::new();
         for (quantity, reaction) in &mut self.each {
             while let Some(answer) = reaction.take() {
@@ -93,9 +115,19 @@ impl Reactions {
                     let is_it = *quantity == awaited.quantity && answer.asked >= awaited.since;
                     awaited.has_come |= is_it;
                 }
-                answers.push((quantity.clone(), answer.after.as_secs_f64()));
+                answers.push(Took {
+                    quantity: quantity.clone(),
+                    seconds: answer.after.as_secs_f64(),
+                    tags: tags_at(&self.steps, answer.asked),
+                    is_open: false,
+                });
             }
         }
         answers
     }
+}
+
+fn tags_at(steps: &VecDeque<(Timestamp, Tags)>, asked: Timestamp) -> Tags {
+    let step = steps.iter().rev().find(|(began, _)| *began <= asked).or(steps.front());
+    step.map(|(_, tags)| tags.clone()).unwrap_or_default()
 }

@@ -291,9 +291,7 @@ impl Engine {
         };
         let reactions = self.reactions.finish(now);
         self.observe(now, |collector| {
-            for (name, value) in &reactions {
-                collector.add_named(name, *value, 0.0, &[]);
-            }
+            reactions.into_iter().for_each(|took| collector.reaction(took));
             collector.add(&q::HEALTH_DEGRADED, f64::from(degraded), 0.0, &[]);
             collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);
             let Some(state) = state else { return };

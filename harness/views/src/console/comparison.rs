@@ -2,6 +2,7 @@
 
 use super::{Style, in_cell, judged, keep_whole, lines, measured, seen};
 use comfy_table::{Cell, Row};
+use plan::RUN_ITSELF;
 use record::figures;
 use record::outcome::{Measurement, PropertySummary, Summary, Verdict};
 
@@ -24,6 +25,11 @@ impl Judged<'_> {
             Self::Measurement(one) => &one.name,
             Self::Property(one) => &one.name,
         }
+    }
+
+    /// Whether it is the same one in another run.
+    fn is_as(&self, other: &Self) -> bool {
+        std::mem::discriminant(self) == std::mem::discriminant(other) && self.name() == other.name()
     }
 
     fn figure(&self) -> String {
@@ -67,15 +73,21 @@ pub(crate) struct Compared {
 impl Compared {
     /// All that two runs judge, in the order of the first.
     pub(crate) fn all(one: &Summary, other: &Summary) -> Vec<Self> {
+        // A run also fails or breaks without a verdict that says so.
+        let outcomes = (one.outcome != other.outcome).then(|| Self {
+            name: RUN_ITSELF.to_owned(),
+            figures: [one, other].map(|run| run.reason.clone().unwrap_or_else(|| "-".to_owned())),
+            verdicts: [one, other].map(|run| run.outcome.name()),
+            moved: None,
+        });
         let (one, other): (Vec<_>, Vec<_>) =
             (Judged::all(one).collect(), Judged::all(other).collect());
-        let of =
-            |judged: &[Judged<'_>], name: &str| judged.iter().position(|one| one.name() == name);
-        let firsts =
-            one.iter().map(|first| (Some(first), of(&other, first.name()).map(|at| &other[at])));
-        let seconds = other.iter().filter(|second| of(&one, second.name()).is_none());
+        let of = |all: &[Judged<'_>], of: &Judged<'_>| all.iter().position(|one| one.is_as(of));
+        let firsts = one.iter().map(|first| (Some(first), of(&other, first).map(|at| &other[at])));
+        let seconds = other.iter().filter(|second| of(&one, second).is_none());
         let seconds = seconds.map(|second| (None, Some(second)));
-        firsts.chain(seconds).filter_map(|(first, second)| Self::of(first, second)).collect()
+        let judged = firsts.chain(seconds).filter_map(|(first, second)| Self::of(first, second));
+        outcomes.into_iter().chain(judged).collect()
     }
 
     fn of(first: Option<&Judged<'_>>, second: Option<&Judged<'_>>) -> Option<Self> {
@@ -123,8 +135,8 @@ pub fn comparison(one: &Summary, other: &Summary, style: Style) -> (String, usiz
 #[cfg(test)]
 mod tests {
     use super::{Style, comparison};
-    use record::outcome::Verdict;
     use record::outcome::samples::{properties, summary};
+    use record::outcome::{Outcome, Summary, Verdict};
 
     #[test]
     fn what_differs_is_beside_what_it_was() {
@@ -139,5 +151,15 @@ mod tests {
         let (table, differing) = comparison(&one, &other, Style::PLAIN);
         assert_eq!(differing, 4, "{table}");
         insta::assert_snapshot!(table);
+    }
+
+    #[test]
+    fn a_run_that_failed_without_a_verdict_that_says_so_differs() {
+        let one = Summary { outcome: Outcome::Passed, reason: None, ..summary() };
+        let reason = Some("`manager` is under test and ended".to_owned());
+        let other = Summary { outcome: Outcome::Failed, reason, ..summary() };
+        let (table, differing) = comparison(&one, &other, Style::PLAIN);
+        assert_eq!(differing, 1, "{table}");
+        assert!(table.contains("the run itself") && table.contains("under test"), "{table}");
     }
 }

@@ -1,0 +1,85 @@
+//! What determines the cases of a campaign and the runs of an envelope, as their journals state it: what was carried out
+//! with another plan or another program under test does not count.
+
+use super::{CampaignArguments, Task};
+use crate::cli::setup::Controller;
+use campaign::CaseId;
+use plan::bench_file::{BenchFile, ControllerSection};
+use plan::rig::UnderTest;
+use std::fs;
+use std::path::PathBuf;
+
+impl CampaignArguments {
+    /// Describes what determines the cases of the campaign; `bench` names where they are carried out.
+    pub(super) fn what(&self, task: &Task<'_>, bench: &str) -> String {
+        format!(
+            "{}, by {}, seed {}, up to {} of {}{bench}",
+            self.under_test(task),
+            self.by.name(),
+            self.seed,
+            self.faults_max,
+            if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
+        )
+    }
+
+    /// Describes what determines the runs of envelopes: the cases contain their own seeds and faults.
+    pub(super) fn envelopes_of(&self, task: &Task<'_>) -> String {
+        format!("envelopes of {}", self.under_test(task))
+    }
+
+    /// Describes the plan with all files that it names, and the device under test.
+    fn under_test(&self, task: &Task<'_>) -> String {
+        let plan = &task.prepared.plan.name;
+        let files = &task.prepared.files;
+        let texts = files.0.iter().map(|file| format!("{}\n{}\n", file.name, file.text));
+        let texts: String = std::iter::once(task.source.to_owned()).chain(texts).collect();
+        let id = campaign::Case::default().id(&texts);
+        let with = match self.setup.replay() {
+            ours if ours.is_empty() => ours,
+            other => format!(" with {other}"),
+        };
+        let programs = match self.programs(task) {
+            none if none.is_empty() => String::new(),
+            some => format!(", programs {}", CaseId::of(&some)),
+        };
+        format!("{plan} ({id}{programs}){with}")
+    }
+
+    /// The contents of the programs under test.
+    fn programs(&self, task: &Task<'_>) -> Vec<Vec<u8>> {
+        let of_rig = task.prepared.rig.under_test().filter_map(|(_, how)| match how {
+            UnderTest::Command(words) => Some(words.clone()),
+            UnderTest::InProcess(_) | UnderTest::Attached(_) => None,
+        });
+        let of_line = match &self.setup.controller {
+            Some(Controller::Command(line)) => {
+                Some(line.split_whitespace().map(str::to_owned).collect())
+            }
+            None | Some(Controller::InProcess | Controller::Process) => None,
+        };
+        let of_bench = self.setup.bench.as_deref().and_then(|name| BenchFile::load(name).ok());
+        let of_bench = of_bench.and_then(|bench| match bench.controller? {
+            ControllerSection::Command(words) => Some(words),
+            ControllerSection::InProcess | ControllerSection::Attach(_) => None,
+        });
+        let commands: Vec<Vec<String>> = of_rig.chain(of_line).chain(of_bench).collect();
+        commands
+            .iter()
+            .flat_map(|words| files(words))
+            .filter_map(|path| fs::read(path).ok())
+            .collect()
+    }
+}
+
+/// The program that a command starts. One from the search path may be an interpreter: then also the first file among its
+/// arguments, which is the script. Others may be what the program writes.
+fn files(words: &[String]) -> Vec<PathBuf> {
+    let Some((program, arguments)) = words.split_first() else { return Vec::new() };
+    if program.contains('/') {
+        return vec![PathBuf::from(program)];
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let found = std::env::split_paths(&folders).map(|folder| folder.join(program));
+    let script = arguments.iter().map(PathBuf::from).find(|path| path.is_file());
+    found.filter(|path| path.is_file()).take(1).chain(script).collect()
+}
