@@ -25,3 +25,4 @@ mod set_right;
 mod standing;
 mod stated;
 mod turns;
+mod two_wheels;

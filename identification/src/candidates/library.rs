@@ -3,7 +3,7 @@
 use super::names::{acts, constant, over};
 use super::{Candidate, Family};
 use crate::dataset::{Dimension, Role};
-use crate::model::{Acts, Driver, Form, Shape, Wrap, exposure};
+use crate::model::{Acts, Driver, Form, Shape, WHEEL_SIZE, Wrap, exposure};
 use crate::problem::{Aggregate, Block, Channel, Channels, rotation_driver};
 
 /// Terms that any driver may change.
@@ -32,6 +32,9 @@ pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
         if !block.constants.iter().any(|known| known.acts == on) {
             builder.push(Family::Library, Shape::constant(constant(on, is_steered), on));
         }
+        if on == Acts::Drive && builder.has_two_wheels() {
+            builder.push(Family::Library, Shape::constant(WHEEL_SIZE, on));
+        }
         for channel in &channels.channels {
             builder.over_channel(on, channel);
         }
@@ -55,6 +58,11 @@ pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
 impl Builder<'_> {
     pub(super) fn push(&mut self, family: Family, shape: Shape) {
         self.found.push(Candidate { shape, family });
+    }
+
+    /// Whether a wheel on each side drives and steers.
+    fn has_two_wheels(&self) -> bool {
+        self.block.pose.as_ref().is_some_and(|pose| pose.half_track.is_some())
     }
 
     fn over_channel(&mut self, on: Acts, channel: &Channel) {
@@ -231,7 +239,8 @@ impl Builder<'_> {
         let rotation = rotation_driver(self.channels);
         let size = Driver::new(Wrap::Abs, &self.channels.rotation_name);
         if on == Acts::Curvature {
-            if self.channels.named("speed").is_some() {
+            // Nothing leaks into a steering that there is not.
+            if self.channels.named("speed").is_some() && !self.has_two_wheels() {
                 let driver = Driver::new(Wrap::Sign, "speed");
                 let shape = Shape::new("drive_to_steer_leakage", on, driver, Form::Linear);
                 self.push(Family::Library, shape);

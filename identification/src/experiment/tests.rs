@@ -214,8 +214,8 @@ fn driven(kind: Kind, fields: &[(&str, Role, Unit)], steps: Vec<Step>) -> Datase
 fn what_only_forward_motion_cannot_tell_takes_driving_back() {
     let fields = [
         ("t", Role::Time, Unit::Second),
-        ("left", Role::WheelLeft, Unit::MetrePerSecond),
-        ("right", Role::WheelRight, Unit::MetrePerSecond),
+        ("way", Role::DriveDistance, Unit::MetrePerSecond),
+        ("steer", Role::SteerAngle, Unit::DegreePerSecond),
         ("x", Role::ReferenceX, Unit::Metre),
         ("y", Role::ReferenceY, Unit::Metre),
         ("psi", Role::ReferenceHeading, Unit::Degree),

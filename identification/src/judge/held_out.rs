@@ -2,7 +2,7 @@
 
 use super::Errors;
 use crate::linear::Normal;
-use crate::model::{Shape, exposure};
+use crate::model::{Shape, beside, exposure};
 use crate::noise::{NoiseModel, Whitener};
 use crate::problem::{Added, Aggregate, Moves, Path};
 use crate::select::{Data, Fold, combine, folds};
@@ -218,16 +218,20 @@ pub(crate) fn path_errors(
 pub(crate) fn add_driven(data: Data<'_>, terms: &[Shape], coefficients: &[f64], added: &mut Added) {
     let mut at = 0;
     for term in terms {
-        let to = added.of(Moves::of(term.acts));
         let Some(exposed) = exposure(data.block, term.acts) else { continue };
         if data.columns(term).is_empty() {
             continue;
         }
+        let also = beside(term, data.block);
+        let also = also.as_ref().map(|(acts, per_row)| (*acts, per_row));
         for column in term.per_row(data.channels).unwrap_or_default() {
             let coefficient = coefficients.get(at).copied().unwrap_or(0.0);
             at += 1;
-            for ((total, value), per) in to.iter_mut().zip(&column).zip(&exposed.per_row) {
-                *total += coefficient * value * per;
+            for (acts, per_row) in std::iter::once((term.acts, &exposed.per_row)).chain(also) {
+                let to = added.of(Moves::of(acts));
+                for ((total, value), per) in to.iter_mut().zip(&column).zip(per_row) {
+                    *total += coefficient * value * per;
+                }
             }
         }
     }

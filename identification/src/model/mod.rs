@@ -4,6 +4,7 @@
 //! drive, the turned angle is `(1 + turn) x nominal + curvature x distance`, the distance `(1 + drive) x nominal`.
 
 mod acts;
+mod beside;
 mod driver;
 mod powers;
 mod range;
@@ -20,6 +21,7 @@ use crate::dataset::{Axis, Kind, Role};
 use crate::finding::{Compensation, Parameter};
 use crate::problem::Known;
 pub use acts::Acts;
+pub use beside::{WHEEL_SIZE, beside};
 pub use driver::{Driver, Wrap};
 pub use range::{is_physical, range};
 use schemars::JsonSchema;

@@ -2,7 +2,7 @@
 
 use super::see::{Field, Fixed, field, fixed, fixed_or, is_noise, see};
 use super::spline::{REACH, cardinal, hats};
-use super::{Acts, Driver, Form, Wrap};
+use super::{Acts, Driver, Form, Wrap, beside};
 use crate::dataset::Role;
 use crate::problem::{Block, Channels, Exposure, Over};
 use crate::signal::interpolate_along;
@@ -330,14 +330,21 @@ impl Shape {
     pub fn observed(&self, block: &Block, channels: &Channels) -> Option<Vec<Vec<f64>>> {
         let exposure = exposure(block, self.acts)?;
         let columns = self.within_rows(channels)?;
+        let beside = beside(self, block);
         Some(
             columns
                 .into_iter()
                 .map(|mut column| {
+                    let more = beside.as_ref().map(|(acts, per_row)| {
+                        let also = column.iter().zip(per_row).map(|(value, per)| value * per);
+                        block.observe(*acts, also.collect(), &channels.run)
+                    });
                     for (value, per) in column.iter_mut().zip(&exposure.per_row) {
                         *value *= per;
                     }
-                    block.observe(self.acts, column, &channels.run)
+                    let mut seen = block.observe(self.acts, column, &channels.run);
+                    seen.iter_mut().zip(more.iter().flatten()).for_each(|(seen, more)| *seen += more);
+                    seen
                 })
                 .collect(),
         )

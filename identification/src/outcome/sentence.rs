@@ -4,6 +4,7 @@ use super::phrases::{number, of_axis, plain, quantity, seen, short, subject, wit
 use super::polynomial::is_polynomial;
 use crate::dataset::Drive;
 use crate::finding::Effect;
+use crate::model::WHEEL_SIZE;
 use crate::units::si_factor;
 
 /// A sentence for each cause, of a robot driven so. Late axes share one delay.
@@ -151,6 +152,10 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
                 "The robot turns as if its wheels stood {} times as far apart as the package says.",
                 short(1.0 / (1.0 + value))
             );
+        }
+        ("drive", WHEEL_SIZE) => {
+            let more = more_or_less("larger", "smaller");
+            return format!("Its wheels are {} % {more} than the package says.", percent());
         }
         ("drive", _) if is_constant => {
             let more = more_or_less("farther", "less far");

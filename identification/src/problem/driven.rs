@@ -2,7 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::missing;
-use super::path::Path;
+use super::path::{Path, bulges, chord};
 use super::series;
 use super::wheels::{self, Motion};
 use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
@@ -53,6 +53,7 @@ pub(super) fn odometry(
         runs: judged,
         distance: motion.distance.clone(),
         turn: motion.turn.clone(),
+        bulge: bulges(&motion.distance, &motion.turn, &channels),
     };
     let heading = dense_heading(&path);
     add_channels(dataset, &mut channels, &motion, &heading);
@@ -66,6 +67,9 @@ pub(super) fn odometry(
         .map(|(distance, turn)| distance.abs() + METRES_PER_RADIAN * turn.abs())
         .collect();
     let mut blocks = vec![pose_block(&path, &heading, &activity)];
+    if let Some(pose) = &mut blocks[0].pose {
+        pose.half_track = wheels::half_track(dataset);
+    }
     if blocks[0].rows.len() < 3 * path.runs.len() + 8 {
         return Err(missing("reference in enough rows"));
     }
@@ -179,6 +183,10 @@ fn add_channels(dataset: &Dataset, channels: &mut Channels, motion: &Motion, hea
             for row in range.start + 1..range.end {
                 found[row] = values[row] / (channels.time[row] - channels.time[row - 1]);
             }
+            // How fast it is where the record begins, no row says but the next: it need not begin at rest.
+            if range.len() > 1 {
+                found[range.start] = found[range.start + 1];
+            }
         }
         found
     };
@@ -231,6 +239,7 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
         starts: Vec::new(),
         displacement: [vec![0.0; n], vec![0.0; n]],
         direction: [vec![0.0; n], vec![0.0; n]],
+        half_track: None,
     };
     let mut errors = Vec::new();
     let mut by_component: [Vec<f64>; 3] = Default::default();
@@ -248,10 +257,9 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
             // A path that is off by turns is off by the chord: the sine of half the error, not half the error.
             off += wrap(known - believed - off);
             let between = believed + off / 2.0;
-            let half = off / 2.0;
-            let chord = if half.abs() > 1e-4 { half.sin() / half } else { 1.0 };
-            pose.displacement[0][row] = path.distance[row] * chord * between.cos();
-            pose.displacement[1][row] = path.distance[row] * chord * between.sin();
+            let way = path.distance[row] * chord(off) * chord(turned);
+            pose.displacement[0][row] = way * between.cos();
+            pose.displacement[1][row] = way * between.sin();
             pose.direction[0][row] = known.cos();
             pose.direction[1][row] = known.sin();
         }

@@ -56,6 +56,8 @@ pub struct Pose {
     pub displacement: [Vec<f64>; 2],
     /// Direction of each row.
     pub direction: [Vec<f64>; 2],
+    /// Half the distance of the wheels, m, of a robot with one on each side.
+    pub half_track: Option<f64>,
 }
 
 impl Pose {
@@ -166,6 +168,7 @@ mod tests {
             starts: vec![0],
             displacement: [vec![0.0, 1.0, 1.0], vec![0.0; 3]],
             direction: [vec![1.0; 3], vec![0.0; 3]],
+            half_track: None,
         };
         pose.group(4);
         assert_eq!(pose.observe(&[0.1, 0.0, 0.0], Moves::Turns), [0.1, 0.0, 0.2]);

@@ -2,6 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::missing;
+use super::path::{chord, slopes};
 use super::wrap;
 use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::error::IdentifyError;
@@ -49,6 +50,12 @@ impl Motion {
 /// Names of the constant that says how far apart the wheels stand.
 pub(crate) const TRACK: &[&str] =
     &["wheelbase", "track", "track_width", "wheel_base", "wheel_track"];
+
+/// Half the distance of the wheels, m, of a robot with one on each side.
+pub(super) fn half_track(dataset: &Dataset) -> Option<f64> {
+    dataset.column(Role::WheelLeft).and(dataset.column(Role::WheelRight))?;
+    length(dataset, TRACK).map(|track| track / 2.0)
+}
 
 /// Ratio of range to largest step from which a reading counts as cumulative.
 const CUMULATIVE: f64 = 20.0;
@@ -102,8 +109,8 @@ fn tricycle(
     let base = length(dataset, &["wheelbase"]).ok_or_else(|| no_constant(dataset, "wheelbase"))?;
     let scale = number(dataset, &["steer_scale"]).unwrap_or(1.0);
     let angles: Vec<f64> = steer.si().map(|angle| scale * finite(angle)).collect();
-    // The steering angle of a row is the mean of those at both ends.
-    let middle: Vec<f64> = (0..angles.len())
+    // The steering angle of a row is the mean over it.
+    let mut middle: Vec<f64> = (0..angles.len())
         .map(|row| match row {
             0 => angles[0],
             _ if channels.run[row] == channels.run[row - 1] => {
@@ -112,9 +119,27 @@ fn tricycle(
             _ => angles[row],
         })
         .collect();
+    // It is turned by a motor: between rows it follows a cubic, as its slopes at both ends say (Hermite).
+    for range in &channels.segments {
+        let slopes = slopes(&angles[range.clone()]);
+        for row in range.start + 1..range.end {
+            let at = row - range.start;
+            middle[row] -= (slopes[at] - slopes[at - 1]) / 12.0;
+        }
+    }
+    // The mean of a sine or a cosine over a row in which the angle changes evenly is less than that in its middle.
+    let half = |row: usize| match row {
+        0 => 0.0,
+        _ if channels.run[row] == channels.run[row - 1] => (angles[row] - angles[row - 1]) / 2.0,
+        _ => 0.0,
+    };
+    let even: Vec<f64> = (0..angles.len()).map(|row| chord(2.0 * half(row))).collect();
+    let mean = |part: fn(f64) -> f64| -> Vec<f64> {
+        (0..angles.len()).map(|row| distance[row] * even[row] * part(middle[row])).collect()
+    };
     Ok(Motion {
-        turn: distance.iter().zip(&middle).map(|(way, angle)| way * angle.sin() / base).collect(),
-        distance: distance.iter().zip(&middle).map(|(way, angle)| way * angle.cos()).collect(),
+        turn: mean(f64::sin).into_iter().map(|turn| turn / base).collect(),
+        distance: mean(f64::cos),
         steer: Some((steer.name.clone(), middle)),
     })
 }

@@ -1,0 +1,156 @@
+//! A robot with a wheel on each side, integrated a thousand times a second and sampled twenty times: one parameter of the
+//! wheels is one cause, and a robot without a fault has none.
+
+use identification::dataset::{Column, Constant, Dataset, Drive, Kind, Role, Unit};
+use identification::finding::{Finding, Verdict};
+use identification::identify::{Options, identify};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+
+const FINE: f64 = 1e-3;
+const EACH: usize = 50;
+const TRACK: f64 = 0.4;
+const RADIUS: f64 = 0.08;
+const BASE: f64 = 1.1;
+
+/// A smooth programme between -1 and 1 that holds, goes to another level over 0.4 s, and holds again.
+fn levels(draw: &mut dyn FnMut() -> f64, steps: usize) -> Vec<f64> {
+    let (mut found, mut now): (Vec<f64>, f64) = (Vec::with_capacity(steps), 0.0);
+    while found.len() < steps {
+        let next = if draw() > 0.4 { draw().clamp(-1.0, 1.0) } else { 0.0 };
+        for step in 0..400 {
+            let share = f64::from(step) / 400.0;
+            found.push(now + (next - now) * share * share * (3.0 - 2.0 * share));
+        }
+        now = next;
+        found.resize(found.len() + 1500, now);
+    }
+    found.truncate(steps);
+    found
+}
+
+/// Runs of 30 s with these errors of the right wheel and of the left one, or of a tricycle; the reference has `noise`.
+fn drive(drive: Drive, wheels: [f64; 2], noise: f64, seed: u64) -> Dataset {
+    const RUNS: usize = 6;
+    const ROWS: usize = 600;
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let mut columns: [Vec<f64>; 6] = Default::default();
+    for _ in 0..RUNS {
+        let faster = levels(&mut draw, ROWS * EACH);
+        let sharper = levels(&mut draw, ROWS * EACH);
+        let (mut x, mut y, mut heading) = (0.0, 0.0, draw());
+        let mut said = [0.0; 2];
+        for step in 0..ROWS * EACH {
+            let (speed, input) = (0.35 + 0.25 * faster[step], sharper[step]);
+            let (way, turned, read) = if drive == Drive::Tricycle {
+                let angle = 0.5 * input;
+                (speed * angle.cos(), speed * angle.sin() / BASE, [speed * FINE, 0.0])
+            } else {
+                let side = 0.8 * input * TRACK / 2.0;
+                let read = [(1, speed + side), (0, speed - side)].map(|(left, speed)| {
+                    speed * FINE / (RADIUS * (1.0 + wheels[1 - left]))
+                });
+                (speed, 0.8 * input, read)
+            };
+            if step % EACH == 0 {
+                let read = match drive {
+                    Drive::Tricycle => [said[0], 0.5 * input],
+                    _ => said,
+                };
+                let pose = [x, y, heading].map(|value| value + noise * draw());
+                let time = (step as f64) * FINE;
+                let values = [time, read[0], read[1], pose[0], pose[1], pose[2]];
+                columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+            }
+            x += way * FINE * (heading + turned * FINE / 2.0).cos();
+            y += way * FINE * (heading + turned * FINE / 2.0).sin();
+            heading += turned * FINE;
+            said.iter_mut().zip(read).for_each(|(said, read)| *said += read);
+        }
+    }
+    let of_wheels = match drive {
+        Drive::Tricycle => [
+            ("way", Role::DriveDistance, Unit::Metre),
+            ("steer", Role::SteerAngle, Unit::Radian),
+        ],
+        _ => [
+            ("right", Role::WheelRight, Unit::Radian),
+            ("left", Role::WheelLeft, Unit::Radian),
+        ],
+    };
+    let [one, other] = of_wheels;
+    let named = [
+        ("time", Role::Time, Unit::Second),
+        one,
+        other,
+        ("x", Role::ReferenceX, Unit::Metre),
+        ("y", Role::ReferenceY, Unit::Metre),
+        ("heading", Role::ReferenceHeading, Unit::Radian),
+    ];
+    let named = named.into_iter().zip(columns);
+    let metres = |name: &str, value| (name.to_owned(), Constant { value, unit: Unit::Metre });
+    let constants = match drive {
+        Drive::Tricycle => vec![metres("wheelbase", BASE)],
+        _ => vec![metres("wheelbase", TRACK), metres("wheel_diameter", 2.0 * RADIUS)],
+    };
+    Dataset {
+        name: "robot".to_owned(),
+        kind: Kind::Odometry,
+        drive: Some(drive),
+        constants: BTreeMap::from_iter(constants),
+        columns: named.map(|((name, role, unit), v)| Column::new(name, role, unit, v)).collect(),
+        run_labels: (0..RUNS).map(|run| run.to_string()).collect(),
+        run_of_row: (0..RUNS * ROWS).map(|row| row / ROWS).collect(),
+        notices: Vec::new(),
+    }
+}
+
+fn found(dataset: &Dataset) -> Finding {
+    identify(dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding
+}
+
+fn names(finding: &Finding) -> Vec<&str> {
+    finding.effects.iter().map(|effect| effect.name.as_str()).collect()
+}
+
+#[test]
+fn wheels_that_are_unequal_about_their_mean_are_one_cause() {
+    let finding = found(&drive(Drive::Differential, [0.008, -0.008], 1e-3, 21));
+    assert_eq!(names(&finding), ["unequal_wheels"], "{:?}", finding.effects);
+    // (1.008 - 0.992) / 0.4 m.
+    let bend = finding.effects[0].parameters[0].value;
+    assert!((bend - (0.016 / TRACK).to_degrees()).abs() < 0.005, "{bend}");
+}
+
+#[test]
+fn one_wheel_that_is_larger_makes_both_larger_on_the_mean_and_unequal() {
+    let finding = found(&drive(Drive::Differential, [0.012, 0.0], 1e-3, 22));
+    assert_eq!(names(&finding), ["unequal_wheels", "wheel_size"], "{:?}", finding.effects);
+    let mean = finding.effects[1].parameters[0].value;
+    assert!((mean - 0.006).abs() < 2e-4, "{mean}");
+    let said = finding.in_words();
+    assert!(said.iter().any(|one| one.contains("wheels are 0.6")), "{said:?}");
+}
+
+#[test]
+fn wheels_that_are_both_larger_are_one_cause() {
+    let finding = found(&drive(Drive::Differential, [0.01, 0.01], 1e-3, 23));
+    assert_eq!(names(&finding), ["wheel_size"], "{:?}", finding.effects);
+}
+
+/// Seen to a tenth of a millimetre, straight lines between rows are no path of a robot.
+#[test]
+fn a_robot_without_a_fault_has_none_however_well_it_is_seen() {
+    for (kind, noise, seed) in [
+        (Drive::Differential, 5e-4, 24),
+        (Drive::Differential, 1e-3, 25),
+        (Drive::Tricycle, 5e-4, 26),
+        (Drive::Tricycle, 1e-3, 27),
+    ] {
+        let finding = found(&drive(kind, [0.0; 2], noise, seed));
+        assert_eq!(names(&finding), [""; 0], "{kind:?} {noise}: {:?}", finding.effects);
+        assert_eq!(finding.verdict, Verdict::NothingMissing, "{kind:?} {noise}");
+    }
+}
