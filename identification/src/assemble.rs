@@ -5,7 +5,7 @@ use crate::compensation::compensation;
 use crate::dataset::{Dataset, Drive};
 use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{
-    Compensation, Effect, Figure, Finding, HeldOut, Left, PathModel, SCHEMA, Verdict,
+    Compensation, Effect, Figure, Finding, HeldOut, Left, LeftOut, PathModel, SCHEMA, Verdict,
 };
 use crate::judge::{Judge, Metric, margin};
 use crate::model::{Acts, Model, Shape, Term, is_frame};
@@ -93,10 +93,20 @@ impl<'a> Done<'a> {
     }
 
     /// Held-out error over the innovation noise of a reading, for blocks whose observations are single rows.
+    /// Rounding and an offset of each run are no noise that is new in a reading, but known.
     fn error_over_floor(&self) -> Option<f64> {
         let is_row = self.data.block.aggregate == Aggregate::Row;
         let error = self.errors().1.first()?.errors.rmse();
-        (is_row && self.fit.floor > 0.0).then(|| error / self.fit.floor)
+        // Rounding is spread evenly over its step.
+        let rounded = self.step.map_or(0.0, |step| step.powi(2) / 12.0);
+        let offset = self.offset_of_runs(1.0).map_or(0.0, |(_, deviation)| deviation);
+        let floor = (self.fit.floor.powi(2) + rounded + offset.powi(2)).sqrt();
+        (is_row && floor > 0.0).then(|| error / floor)
+    }
+
+    /// An offset that differs from run to run, of a block with this share of the risk.
+    fn offset_of_runs(&self, share: f64) -> Option<(Effect, f64)> {
+        outcome::offset_of_runs(self.data, &self.fit, share)
     }
 
     /// How firmware removes the errors that were found.
@@ -107,7 +117,13 @@ impl<'a> Done<'a> {
         let noise = (&self.fit.noise, &*self.fit.left_out);
         let shapes = self.fit.shapes().into_iter();
         let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
-        compensation(dataset, self.data, (self.factor, shapes), &coefficients, noise, seed)
+        let mut found =
+            compensation(dataset, self.data, (self.factor, shapes), &coefficients, noise, seed)?;
+        found.left_out.extend(self.clipped.as_ref().map(|(clipped, _)| LeftOut {
+            term: clipped.shape.name.clone(),
+            why: "what lies beyond a limit is lost".to_owned(),
+        }));
+        Some(found)
     }
 
     /// Held-out errors without an effect, and without the other powers of the same polynomial.
@@ -240,7 +256,10 @@ pub(crate) fn assemble(
     for one in done {
         effects.extend(one.rounding());
         // Each quantity has its share of the risk of a false alarm.
-        if let Some(slow) = outcome::slow_noise(one.data, &one.fit, 1.0 / done.len() as f64) {
+        let share = 1.0 / done.len() as f64;
+        if let Some((offset, _)) = one.offset_of_runs(share) {
+            effects.push(offset);
+        } else if let Some(slow) = outcome::slow_noise(one.data, &one.fit, share) {
             effects.push(slow.effect);
             notices.extend(slow.notice);
         }

@@ -16,6 +16,7 @@ use crate::select::{
 };
 use crate::set_right::{set_right, worthwhile};
 use crate::still;
+use crate::unreferenced;
 
 pub use crate::assemble::Identified;
 pub use crate::error::IdentifyError;
@@ -43,6 +44,10 @@ pub fn identify(
     if !wild.is_empty() {
         outliers::set_aside(&mut dataset, &wild);
         outliers::join(&mut told, wild);
+        identified = once(&dataset, model, options, progress)?.0;
+    }
+    // What is late shows what was before the record, which the reference does not say.
+    if model.is_none() && unreferenced::set_aside(&mut dataset, &identified.model) {
         identified = once(&dataset, model, options, progress)?.0;
     }
     progress(1.0, "done");

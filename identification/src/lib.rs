@@ -34,3 +34,4 @@ mod signal;
 mod significance;
 mod still;
 pub mod units;
+mod unreferenced;

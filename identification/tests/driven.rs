@@ -182,27 +182,32 @@ fn a_wheel_of_a_synchro_drive_errs_with_its_angle_to_the_base() {
 /// A front-driven tricycle whose steering angle is `scale` times the reported one, plus `offset`.
 fn tricycle(scale: f64, offset: f64, runs: usize, rows: usize) -> Dataset {
     const BASE: f64 = 1.2;
+    /// The wheel is steered also between rows.
+    const PARTS: usize = 20;
     let mut random = chacha20::ChaCha8Rng::seed_from_u64(5);
     let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
     let mut columns: [Vec<f64>; 6] = Default::default();
     for run in 0..runs {
         let (mut x, mut y, mut heading, mut way) = (0.0, 0.0, draw(), 0.0);
         let phase = 2.0 * run as f64;
-        let told = |row: usize| 0.5 * (row as f64 / 25.0 + phase).sin();
+        let told = |row: f64| 0.5 * (row / 25.0 + phase).sin();
         for row in 0..rows {
             if row > 0 {
-                let angle = scale * (told(row) + told(row - 1)) / 2.0 + offset;
-                let driven = 0.5 * DT;
-                way += driven;
-                let turned = driven * angle.sin() / BASE;
-                x += driven * angle.cos() * (heading + turned / 2.0).cos();
-                y += driven * angle.cos() * (heading + turned / 2.0).sin();
-                heading += turned;
+                way += 0.5 * DT;
+                for part in 0..PARTS {
+                    let at = row as f64 - 1.0 + (part as f64 + 0.5) / PARTS as f64;
+                    let angle = scale * told(at) + offset;
+                    let driven = 0.5 * DT / PARTS as f64;
+                    let turned = driven * angle.sin() / BASE;
+                    x += driven * angle.cos() * (heading + turned / 2.0).cos();
+                    y += driven * angle.cos() * (heading + turned / 2.0).sin();
+                    heading += turned;
+                }
             }
             let values = [
                 row as f64 * DT,
                 way,
-                told(row),
+                told(row as f64),
                 x + 0.001 * draw(),
                 y + 0.001 * draw(),
                 heading + 0.001 * draw(),

@@ -1,5 +1,6 @@
 //! Named effects (devices of this class, IEEE Std 952 and the odometry of wheeled robots).
 
+use super::late;
 use super::names::{acts, constant, over};
 use super::{Candidate, Family};
 use crate::dataset::{Dimension, Role};
@@ -284,7 +285,11 @@ impl Builder<'_> {
         if !self.channels.rotation.is_empty() && on == Acts::Scale {
             let rates: Vec<f64> = self.channels.rotation.iter().map(|rate| rate.abs()).collect();
             with("rate", Driver::new(Wrap::Abs, &self.channels.rotation_name), mean(&rates));
-            with("direction", Driver::new(Wrap::Sign, &self.channels.rotation_name), 0.0);
+            // Where only one direction occurs, its sign is a constant.
+            let occurs = |sign: f64| self.channels.rotation.iter().any(|rate| sign * rate > 0.0);
+            if occurs(1.0) && occurs(-1.0) {
+                with("direction", Driver::new(Wrap::Sign, &self.channels.rotation_name), 0.0);
+            }
         }
     }
 
@@ -314,6 +319,11 @@ impl Builder<'_> {
         for multiple in DELAYS {
             let shape = Shape::new("delay", Acts::Delay, rotation.clone(), Form::Delay);
             self.push(Family::Library, shape.with("delay", multiple * interval));
+        }
+        // One that lies between or beyond them.
+        if let Some(late) = late::delay(self.block, self.channels) {
+            let shape = Shape::new("delay", Acts::Delay, rotation.clone(), Form::Delay);
+            self.push(Family::Library, shape.with("delay", late));
         }
         for multiple in [0.3, 1.0, 3.0, 10.0] {
             let driver = Driver::new(Wrap::LagOf, &self.channels.rotation_name);

@@ -111,7 +111,8 @@ pub(crate) fn compensation(
             |shape: &Shape| LeftOut { term: shape.name.clone(), why: AS_GOOD_WITHOUT.to_owned() };
         unused = others.map(term).collect();
     }
-    if !(after.rmse() < before.rmse()) {
+    // Steps that gain nothing are no use to firmware.
+    if !(after.rmse() < before.rmse() * (1.0 - AS_GOOD)) {
         return None;
     }
     let unit = data.block.unit.clone();

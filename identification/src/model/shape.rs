@@ -343,7 +343,9 @@ impl Shape {
                         *value *= per;
                     }
                     let mut seen = block.observe(self.acts, column, &channels.run);
-                    seen.iter_mut().zip(more.iter().flatten()).for_each(|(seen, more)| *seen += more);
+                    seen.iter_mut()
+                        .zip(more.iter().flatten())
+                        .for_each(|(seen, more)| *seen += more);
                     seen
                 })
                 .collect(),

@@ -109,6 +109,9 @@ fn set_right(effect: &Effect) -> Option<String> {
     })
 }
 
+/// Error of turns below which a track is 1.00 times what the package says, in three digits.
+const TRACK_SHOWS: f64 = 0.005;
+
 /// A cause as a sentence.
 fn cause(effect: &Effect, drive: Option<Drive>) -> String {
     let first = effect.parameters.first();
@@ -146,6 +149,10 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
         ("turn", _) if is_constant && drive == Some(Drive::Synchro) => {
             let more = more_or_less("farther", "less far");
             return format!("It turns {} % {more} than its steering says.", percent());
+        }
+        ("turn", _) if is_constant && value.abs() < TRACK_SHOWS => {
+            let more = more_or_less("farther", "less far");
+            return format!("It turns {} % {more} than its wheels say.", percent());
         }
         ("turn", _) if is_constant && value > -1.0 => {
             return format!(
@@ -205,6 +212,11 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
             return format!(
                 "What is measured{of} is zero within {} of zero.",
                 number(effect, "width")
+            );
+        }
+        ("noise", "offset_of_runs") => {
+            return format!(
+                "The offset of what is measured{of} differs from run to run by {size}, and stays within each."
             );
         }
         ("noise", "correlated_noise") => {

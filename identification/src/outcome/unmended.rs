@@ -7,6 +7,7 @@ use crate::model::Acts;
 use crate::noise;
 use crate::problem::Aggregate;
 use crate::select::{BlockFit, Data, Found};
+use crate::significance::surprise;
 
 /// Readings in steps coarser than their noise.
 pub(crate) fn rounding(data: Data<'_>, fit: &BlockFit, step: f64) -> Effect {
@@ -19,6 +20,89 @@ pub(crate) fn rounding(data: Data<'_>, fit: &BlockFit, step: f64) -> Effect {
         range: None,
     };
     effect(data, fit, ("rounding", Acts::Quantisation), vec![parameter], 0.0)
+}
+
+/// Minimum number of runs, and of readings in each, to tell their offsets.
+const RUNS_MIN: usize = 5;
+const READINGS_MIN: usize = 20;
+/// Surprise from which means within a run differ by more than noise without a memory makes them differ, in nats: 1 %.
+const WANDERS: f64 = 4.6;
+
+/// An offset that differs from run to run and stays within each, and its standard deviation, SI; `share` is this quantity's
+/// share of the risk of a false alarm.
+///
+/// Means of half a run are compared with their neighbour in the same run and in the next one: noise of any memory makes
+/// both pairs differ alike, and only an offset of the run makes the second differ more.
+pub(crate) fn offset_of_runs(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<(Effect, f64)> {
+    if data.block.aggregate != Aggregate::Row {
+        return None;
+    }
+    let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let left = residual(data, &all);
+    let Offsets { within, across, readings, runs } = Offsets::of(&left, &data.layout.run)?;
+    // Half a run has half its readings; two of its means differ by twice the variance of one.
+    let white = 4.0 * fit.floor.powi(2) / readings;
+    let pairs = runs as f64;
+    let wanders = !(surprise(within / white, pairs, 1e6) < WANDERS);
+    let p_value = (-surprise(across / within.max(white), pairs - 1.0, pairs)).exp();
+    if wanders || !(p_value < RISK * share) {
+        return None;
+    }
+    let deviation = ((across - within) / 2.0).max(0.0).sqrt();
+    let unit = &data.block.unit;
+    let parameter = Parameter {
+        name: "deviation".to_owned(),
+        value: deviation / unit.si,
+        // Of a standard deviation from that many values.
+        standard_error: Some(deviation / (2.0 * (pairs - 1.0)).sqrt() / unit.si),
+        unit: unit.text.clone(),
+        range: None,
+    };
+    let found = effect(data, fit, ("offset_of_runs", Acts::Noise), vec![parameter], p_value);
+    Some((found, deviation))
+}
+
+/// Mean squares of differences between means of half a run.
+struct Offsets {
+    /// In the same run.
+    within: f64,
+    /// Of two runs, one after the other.
+    across: f64,
+    /// Mean number of readings of a run.
+    readings: f64,
+    runs: usize,
+}
+
+impl Offsets {
+    fn of(left: &[f64], run: &[usize]) -> Option<Self> {
+        let mut halves: Vec<[f64; 2]> = Vec::new();
+        let mut start = 0;
+        for i in 1..=run.len() {
+            if i < run.len() && run[i] == run[start] {
+                continue;
+            }
+            if i - start < READINGS_MIN {
+                return None;
+            }
+            let middle = usize::midpoint(start, i);
+            let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
+            halves.push([mean(&left[start..middle]), mean(&left[middle..i])]);
+            start = i;
+        }
+        let runs = halves.len();
+        if runs < RUNS_MIN {
+            return None;
+        }
+        let square = |differences: Vec<f64>| {
+            differences.iter().map(|one| one * one).sum::<f64>() / differences.len() as f64
+        };
+        Some(Self {
+            within: square(halves.iter().map(|[first, last]| last - first).collect()),
+            across: square(halves.windows(2).map(|pair| pair[1][0] - pair[0][1]).collect()),
+            readings: run.len() as f64 / runs as f64,
+            runs,
+        })
+    }
 }
 
 /// Noise whose memory is a considerable part of the record, or infinite.

@@ -20,6 +20,9 @@ impl Finding {
         if self.effects.iter().all(|effect| effect.term == "quantisation") {
             said.push(
                 match self.verdict {
+                    Verdict::NothingMissing if !self.effects.is_empty() => {
+                        "Beside that, the model given leaves nothing but noise."
+                    }
                     Verdict::NothingMissing => {
                         "The model given leaves nothing but noise: these data give no reason to add anything."
                     }
@@ -77,6 +80,9 @@ impl Finding {
     /// How far the error of readings is above the noise.
     fn above_noise(&self) -> Option<String> {
         let is_alone = matches!(self.kind, Kind::Series | Kind::Sensor);
+        // Beside steps that are coarser than the noise, the noise is not what errors are measured by.
+        let is_rounded = self.effects.iter().any(|effect| effect.term == "quantisation");
+        let is_alone = is_alone && !is_rounded;
         let ratio = self.held_out.after / self.noise_floor.value;
         (is_alone && self.held_out.unit == self.noise_floor.unit && ratio.is_finite()).then(|| {
             format!("The error is {} times the noise that is new in a reading.", short(ratio))

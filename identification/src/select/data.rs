@@ -1,5 +1,6 @@
 //! The data of one block and the columns of shapes over them.
 
+use super::timing;
 use crate::model::{Form, Shape, exposure};
 use crate::noise::Layout;
 use crate::problem::{Block, Channels};
@@ -124,6 +125,39 @@ impl Data<'_> {
             }
         }
         found
+    }
+
+    /// Derivatives of the observations by the delay of each of `terms` that is longer than a sample, at `coefficients`. Such
+    /// a delay is no longer its coefficient: that says how much is late, and only this how late it is.
+    pub fn by_delays(&self, terms: &[Shape], coefficients: &[f64]) -> Vec<Derivative> {
+        let mut found = Vec::new();
+        let mut at = 0;
+        for (index, term) in terms.iter().enumerate() {
+            let width = self.width(term);
+            let coefficient = coefficients.get(at).copied().unwrap_or(0.0);
+            at += width;
+            if let Some((name, column)) = self.by_delay(term).filter(|_| width > 0) {
+                let column = column.into_iter().map(|value| coefficient * value).collect();
+                found.push(Derivative { term: index, name, column });
+            }
+        }
+        found
+    }
+
+    /// Derivative of the column of a delay longer than a sample by that delay.
+    pub fn by_delay(&self, term: &Shape) -> Option<(&'static str, Vec<f64>)> {
+        let interval = self.channels.interval();
+        if !timing::is_delay(term) || term.number("delay")?.abs() < interval {
+            return None;
+        }
+        let (now, step) = (term.number("delay")?, 0.02 * interval);
+        let side = |sign: f64| {
+            let mut moved = term.clone();
+            moved.set("delay", now + sign * step);
+            self.columns(&moved).pop()
+        };
+        let (high, low) = (side(1.0)?, side(-1.0)?);
+        Some(("delay", high.iter().zip(&low).map(|(h, l)| (h - l) / (2.0 * step)).collect()))
     }
 }
 

@@ -9,6 +9,9 @@ use super::state::State;
 use crate::candidates::Candidate;
 use crate::noise::Whitener;
 
+/// Standard errors within which all of what is measured is late by the same.
+const ALL_LATE: f64 = 3.0;
+
 /// Values, errors and rivals of the terms of `state`.
 pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     let data = state.data;
@@ -18,7 +21,8 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     let mut white = whitener.apply_all(&columns);
     let linear = white.len();
     let first = robust_fit(&white, &target);
-    let derivatives = data.derivatives(&state.terms, &first.coefficients);
+    let mut derivatives = data.derivatives(&state.terms, &first.coefficients);
+    derivatives.extend(data.by_delays(&state.terms, &first.coefficients));
     // The numbers are at their best, so the residual has no component along the derivatives: they only widen the errors
     // of the rest.
     let fitted = combine(&white, &first.coefficients);
@@ -46,9 +50,17 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     let mut found = Vec::new();
     for (index, shape) in state.terms.iter().enumerate() {
         let width = data.width(shape);
-        let coefficients =
+        let mut coefficients =
             (at..at + width).map(|i| (first.coefficients[i], errors[i])).collect::<Vec<_>>();
         at += width;
+        // How late it is, where all of it is late: more exact than how much is.
+        let by_delay = derivatives.iter().position(|one| one.term == index && one.name == "delay");
+        if let Some((error, late)) = by_delay.map(|i| errors[linear + i]).zip(shape.number("delay"))
+            && let [(value, its)] = &mut coefficients[..]
+            && (*value - late).abs() < ALL_LATE * *its
+        {
+            (*value, *its) = (late, error);
+        }
         let numbers = derivatives
             .iter()
             .enumerate()

@@ -244,6 +244,9 @@ impl<'a> Material<'a> {
     }
 }
 
+/// Share of a delay by which it moves at least.
+const MOVED: f64 = 1e-5;
+
 /// Sets the number of each delay to its coefficient; returns false if none moved.
 fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     if state.terms.iter().all(|term| term.form != Form::Delay) {
@@ -251,18 +254,27 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     }
     let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
     let columns = whitener.apply_all(&data.all_columns(&state.terms));
-    let coefficients = Normal::of(&columns, &whitener.apply(&data.block.residual)).solve();
+    let target = whitener.apply(&data.block.residual);
+    let coefficients = Normal::of(&columns, &target).solve();
+    // Those that are longer than a sample move by how late it is, and not by how much.
+    let long = data.by_delays(&state.terms, &coefficients);
+    let mut with_long = columns;
+    with_long.extend(long.iter().map(|one| whitener.apply(&one.column)));
+    let moves = if long.is_empty() { Vec::new() } else { Normal::of(&with_long, &target).solve() };
     let mut at = 0;
     let mut moved = false;
-    for term in &mut state.terms {
+    for (index, term) in state.terms.iter_mut().enumerate() {
         let width = data.width(term);
         if term.form == Form::Delay {
             let name = term.fixed.first().map(|(name, _)| name.clone()).unwrap_or_default();
             let now = term.number(&name).unwrap_or(0.0);
-            let found = coefficients[at];
+            let by = long.iter().position(|one| one.term == index);
+            let by = by.and_then(|i| moves.get(with_long.len() - long.len() + i));
+            let sample = data.channels.interval();
+            let found = by.map_or(coefficients[at], |by| now + by.clamp(-sample, sample));
             let positive = name != "time_constant" || found > now / 4.0;
             let next = if positive { found } else { now / 4.0 };
-            if next.is_finite() && next != 0.0 && (next - now).abs() > 1e-3 * now.abs() {
+            if next.is_finite() && next != 0.0 && (next - now).abs() > MOVED * now.abs() {
                 term.set(&name, next);
                 moved = true;
             }

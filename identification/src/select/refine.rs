@@ -1,7 +1,7 @@
 //! Tunes the nonlinear numbers of a shape to their best values.
 
 use super::data::Data;
-use super::scene::{Scene, robust_fit};
+use super::scene::{RobustFit, Scene, robust_fit};
 use crate::model::{Form, Shape};
 
 /// Steps of the golden section.
@@ -98,36 +98,85 @@ fn golden(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     if fc > fd { (fc, c) } else { (fd, d) }
 }
 
+/// Share of its standard error within which a delay is its own coefficient. A rougher one leaves an error that goes with the
+/// slope of the reference, and a clock or a hysteresis would take it up.
+pub(super) const SETTLED: f64 = 0.05;
+
 /// A delay is its own coefficient: finds the fixed point at which the fit returns the number.
 fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
-    const ROUNDS: usize = 6;
+    const ROUNDS: usize = 10;
     let name = best.fixed.iter().map(|(name, _)| name.clone()).next().unwrap_or_default();
+    let mut last: Option<(f64, f64)> = None;
     for _ in 0..ROUNDS {
         let Some(now) = best.number(&name) else { return };
-        let found = coefficient(scene, best);
-        if !found.is_finite() || found == 0.0 || (found - now).abs() < 1e-3 * now.abs() {
+        let (found, error) = coefficient(scene, best);
+        let off = found - now;
+        if !found.is_finite() || found == 0.0 || !(off.abs() > SETTLED * error) {
             break;
         }
+        // The secant through the last two converges where repetition alone is slow.
+        let secant = last.filter(|_| off.abs() < 0.1 * now.abs()).map(|(before, its)| {
+            let slope = (off - its) / (now - before);
+            if slope < -0.2 { now - off / slope } else { found }
+        });
+        let found = secant.unwrap_or(found);
         // Half steps if it would diverge; a lag cannot be negative.
         let next = found.clamp(now - 4.0 * now.abs(), now + 4.0 * now.abs());
         let next = if name == "time_constant" { next.max(now / 4.0) } else { next };
+        if next == 0.0 {
+            break;
+        }
         let mut tried = best.clone();
         tried.set(&name, next);
         let score = scene.score(&tried).statistic;
         if score < 0.5 * *value {
             break;
         }
+        last = Some((now, off));
+        *value = score;
+        *best = tried;
+    }
+    long_delay(scene, best, value);
+}
+
+/// Moves a delay longer than a sample to where it explains most.
+fn long_delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
+    const ROUNDS: usize = 4;
+    for _ in 0..ROUNDS {
+        let Some((name, slope)) = scene.data.by_delay(best) else { return };
+        let mut columns = scene.data.columns(best);
+        columns.push(slope);
+        let fit = fit(scene, &columns);
+        let ([much, moves], [_, error]) = (&fit.coefficients[..], &fit.errors[..]) else { return };
+        let by =
+            (moves / much).clamp(-scene.data.channels.interval(), scene.data.channels.interval());
+        if !(by.abs() > SETTLED * (error / much).abs()) {
+            return;
+        }
+        let mut tried = best.clone();
+        tried.set(name, best.number(name).unwrap_or(0.0) + by);
+        let score = scene.score(&tried).statistic;
+        if !(score > *value) {
+            return;
+        }
         *value = score;
         *best = tried;
     }
 }
 
-/// Coefficient of a shape of one column, with the model so far in the fit.
-fn coefficient(scene: &Scene<'_>, shape: &Shape) -> f64 {
+/// Coefficient of a shape of one column and its standard error, with the model so far in the fit.
+fn coefficient(scene: &Scene<'_>, shape: &Shape) -> (f64, f64) {
+    let fit = fit(scene, &scene.data.columns(shape));
+    let first = |of: &[f64]| of.first().copied().unwrap_or(f64::NAN);
+    (first(&fit.coefficients), first(&fit.errors))
+}
+
+/// Fit of `columns` beside the model so far.
+fn fit(scene: &Scene<'_>, columns: &[Vec<f64>]) -> RobustFit {
     let mut columns: Vec<Vec<f64>> =
-        scene.data.columns(shape).iter().map(|column| scene.whitener.apply(column)).collect();
+        columns.iter().map(|column| scene.whitener.apply(column)).collect();
     for column in &mut columns {
         scene.project(column);
     }
-    robust_fit(&columns, &scene.scores).coefficients.first().copied().unwrap_or(f64::NAN)
+    robust_fit(&columns, &scene.scores)
 }

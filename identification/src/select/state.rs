@@ -49,12 +49,14 @@ impl<'a> State<'a> {
     /// Columns of the model, derivatives of its numbers included.
     pub fn columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
         let mut columns = self.data.all_columns(terms);
-        if terms.iter().any(|term| !term.nonlinear().is_empty()) {
+        if terms.iter().any(|term| !term.nonlinear().is_empty() || term.form == Form::Delay) {
             let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
             let white = whitener.apply_all(&columns);
             let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
             let derivatives = self.data.derivatives(terms, &fit.coefficients);
-            columns.extend(derivatives.into_iter().map(|derivative| derivative.column));
+            let by_delays = self.data.by_delays(terms, &fit.coefficients);
+            let all = derivatives.into_iter().chain(by_delays);
+            columns.extend(all.map(|derivative| derivative.column));
         }
         columns
     }
