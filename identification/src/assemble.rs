@@ -93,20 +93,23 @@ impl<'a> Done<'a> {
     }
 
     /// Held-out error over the innovation noise of a reading, for blocks whose observations are single rows.
-    /// Rounding and an offset of each run are no noise that is new in a reading, but known.
     fn error_over_floor(&self) -> Option<f64> {
-        let is_row = self.data.block.aggregate == Aggregate::Row;
-        let error = self.errors().1.first()?.errors.rmse();
-        // Rounding is spread evenly over its step.
-        let rounded = self.step.map_or(0.0, |step| step.powi(2) / 12.0);
-        let offset = self.offset_of_runs(1.0).map_or(0.0, |(_, deviation)| deviation);
-        let floor = (self.fit.floor.powi(2) + rounded + offset.powi(2)).sqrt();
-        (is_row && floor > 0.0).then(|| error / floor)
+        self.error_over(0.0)
     }
 
-    /// An offset that differs from run to run, of a block with this share of the risk.
-    fn offset_of_runs(&self, share: f64) -> Option<(Effect, f64)> {
-        outcome::offset_of_runs(self.data, &self.fit, share)
+    /// The same, over the noise together with the errors of readings that have a name: rounding, which is spread evenly over
+    /// its step, and an offset of each run.
+    fn error_over_known(&self) -> Option<f64> {
+        let rounded = self.step.map_or(0.0, |step| step.powi(2) / 12.0);
+        let offset =
+            outcome::offset_of_runs(self.data, &self.fit, 1.0).map_or(0.0, |found| found.1);
+        self.error_over(rounded + offset.powi(2))
+    }
+
+    fn error_over(&self, known: f64) -> Option<f64> {
+        let is_row = self.data.block.aggregate == Aggregate::Row;
+        let error = self.errors().1.first()?.errors.rmse();
+        (is_row && self.fit.floor > 0.0).then(|| error / (self.fit.floor.powi(2) + known).sqrt())
     }
 
     /// How firmware removes the errors that were found.
@@ -257,7 +260,7 @@ pub(crate) fn assemble(
         effects.extend(one.rounding());
         // Each quantity has its share of the risk of a false alarm.
         let share = 1.0 / done.len() as f64;
-        if let Some((offset, _)) = one.offset_of_runs(share) {
+        if let Some((offset, _)) = outcome::offset_of_runs(one.data, &one.fit, share) {
             effects.push(offset);
         } else if let Some(slow) = outcome::slow_noise(one.data, &one.fit, share) {
             effects.push(slow.effect);
@@ -335,7 +338,7 @@ const ALIKE: f64 = 1e-9;
 
 /// A residual far above the innovation noise: it holds something slow that no cause explains.
 fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
-    let ratio = one.error_over_floor()?;
+    let ratio = one.error_over_known()?;
     (ratio > ABOVE_FLOOR_MAX && !noise_is_known).then(|| Left {
         drivers: vec![one.data.channels.time_name.clone()],
         shape: format!(

@@ -109,6 +109,8 @@ fn set_right(effect: &Effect) -> Option<String> {
     })
 }
 
+/// Share by which what is lost beyond a limit may differ from all of it, by the scale and its own error.
+const WHOLE: f64 = 0.3;
 /// Error of turns below which a track is 1.00 times what the package says, in three digits.
 const TRACK_SHOWS: f64 = 0.005;
 
@@ -235,6 +237,11 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
         ("quantisation", _) => {
             return format!("What is measured{of} is rounded to steps of {size}.");
         }
+        ("saturation", _) if (value - 1.0).abs() > WHOLE => {
+            let more = more_or_less("less", "more");
+            let limit = number(effect, "limit");
+            return format!("What is measured{of} rises {} % {more} beyond {limit}.", percent());
+        }
         ("saturation", _) => {
             let limits = effect.parameters.iter().filter(|one| one.name.ends_with("limit"));
             let known: Vec<String> =
@@ -317,6 +324,19 @@ mod tests {
             cause(&effect("effective_track", "turn", "constant", -0.5, "1"), None),
             "The robot turns as if its wheels stood 2.00 times as far apart as the package says."
         );
+        // Three digits of a track do not show it.
+        assert_eq!(
+            cause(&effect("effective_track", "turn", "constant", 2e-5, "1"), None),
+            "It turns 0.00200 % farther than its wheels say."
+        );
+        let mut bent = effect("saturation", "saturation", "saturation", -0.79, "1");
+        bent.parameters.push(Parameter {
+            name: "limit".to_owned(),
+            value: 52.3,
+            unit: "V".to_owned(),
+            ..bent.parameters[0].clone()
+        });
+        assert_eq!(cause(&bent, None), "What is measured rises 79.0 % more beyond 52.3 V.");
         // Wheels that are steered together have no distance that turns the robot.
         assert_eq!(
             cause(&effect("effective_track", "turn", "constant", -0.01, "1"), Some(Drive::Synchro)),
