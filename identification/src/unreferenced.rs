@@ -27,8 +27,9 @@ pub(crate) fn set_aside(dataset: &mut Dataset, model: &Model) -> bool {
                     let at = times[*row] - delay;
                     at < ends[0] || at > ends[1]
                 };
-                // Of a stretch that is shorter than the delay nothing would be left.
-                if rows.clone().filter(outside).count() * 2 > rows.len() {
+                let step = (ends[1] - ends[0]) / (rows.len() - 1).max(1) as f64;
+                // Within a sample the reference is near. Of a stretch that is shorter than the delay nothing would be left.
+                if delay.abs() < step || rows.clone().filter(outside).count() * 2 > rows.len() {
                     continue;
                 }
                 for row in rows.clone().filter(outside) {
