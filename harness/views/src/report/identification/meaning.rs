@@ -57,6 +57,9 @@ fn of_any_sensor(name: &str) -> Option<&'static str> {
         "supply_voltage" => "The offset follows the supply voltage. A steadier supply removes it.",
         "warm_up" => "The offset settles after power-up.",
         "scale_warm_up" => "The gain settles after power-up.",
+        "offset_of_runs" => {
+            "The offset is another in each run: it comes back differently after a start."
+        }
         "bias_ageing" => "The offset drifts steadily over the record.",
         "scale_ageing" => "The gain drifts steadily over the record.",
         "direction_asymmetry" => "Positive and negative values are read with a gain each.",
@@ -190,6 +193,9 @@ fn standard(name: &str) -> Option<&'static str> {
         }
         "unequal_wheels" => {
             "The robot bends to one side while it drives straight, as with wheels of unequal diameter."
+        }
+        "wheel_size" => {
+            "Distances and turns read long or short by one factor: the wheels are larger or smaller than assumed."
         }
         "wheel_toe" => {
             "The bend while driving straight depends on where the wheels are steered to: they are not all \
