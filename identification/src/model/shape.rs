@@ -330,7 +330,7 @@ impl Shape {
     pub fn observed(&self, block: &Block, channels: &Channels) -> Option<Vec<Vec<f64>>> {
         let exposure = exposure(block, self.acts)?;
         let columns = self.within_rows(channels)?;
-        let beside = beside(self, block);
+        let beside = beside(&self.name, (self.acts, self.form), block);
         Some(
             columns
                 .into_iter()
