@@ -222,7 +222,7 @@ pub(crate) fn add_driven(data: Data<'_>, terms: &[Shape], coefficients: &[f64], 
         if data.columns(term).is_empty() {
             continue;
         }
-        let also = beside(term, data.block);
+        let also = beside(&term.name, (term.acts, term.form), data.block);
         let also = also.as_ref().map(|(acts, per_row)| (*acts, per_row));
         for column in term.per_row(data.channels).unwrap_or_default() {
             let coefficient = coefficients.get(at).copied().unwrap_or(0.0);
