@@ -22,6 +22,7 @@ mod judge;
 mod lattice;
 mod linear;
 pub mod model;
+mod moments;
 mod noise;
 mod options;
 pub mod outcome;

@@ -52,7 +52,7 @@ fn an_offset_of_each_run_is_no_random_walk_and_not_nothing() {
     }
 }
 
-/// What wanders within its runs as well has no offset of a run, and noise has none.
+/// What wanders within its runs as well is not called an offset of a run, nor is noise.
 #[test]
 fn what_wanders_and_what_is_noise_have_no_offset_of_a_run() {
     let walk = std::cell::Cell::new(0.0);

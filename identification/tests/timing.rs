@@ -96,7 +96,7 @@ fn a_delay_of_many_samples_is_found_whatever_the_signal() {
     }
 }
 
-/// A low-pass that is fast against the samples is none of a reference that is noisy, nor a delay.
+/// A low-pass that is fast against the samples is not taken for a noisy reference, nor for a delay.
 #[test]
 fn a_low_pass_is_no_delay() {
     for (dt, constant, noise, most) in [(0.05, 0.02, 0.5, 1.4), (0.01, 0.004, 0.05, 5.0)] {

@@ -1,5 +1,5 @@
 //! A robot with a wheel on each side, integrated a thousand times a second and sampled twenty times: one parameter of the
-//! wheels is one cause, and a robot without a fault has none.
+//! wheels is one cause, and on a robot without a fault nothing is found.
 
 use identification::dataset::{Column, Constant, Dataset, Drive, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};

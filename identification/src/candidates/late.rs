@@ -1,5 +1,6 @@
 //! How late what is measured comes, at first sight: delays of many samples lie far from those that are tried.
 
+use crate::moments::Moments;
 use crate::problem::{Aggregate, Block, Channels};
 use crate::signal::interpolate;
 
@@ -67,13 +68,6 @@ pub(super) fn delay(block: &Block, channels: &Channels) -> Option<f64> {
 
 /// Sum of squares of the second of each pair beside a line over the first.
 fn rest(pairs: &[(f64, f64)]) -> f64 {
-    let n = pairs.len().max(1) as f64;
-    let (x, y) = pairs.iter().fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for (a, b) in pairs {
-        xx += (a - x).powi(2);
-        xy += (a - x) * (b - y);
-        yy += (b - y).powi(2);
-    }
+    let Moments { xx, xy, yy, .. } = Moments::of(pairs.iter().copied());
     if xx > 0.0 { yy - xy * xy / xx } else { yy }
 }

@@ -2,6 +2,7 @@
 
 use super::{Correction, Fault, reference_of};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Unit};
+use crate::moments::Moments;
 
 /// Minimum squared correlation of readings and reference for a correction.
 const FOLLOWS: f64 = 0.8;
@@ -70,22 +71,17 @@ fn factors(unit: Unit) -> Vec<f64> {
     std::iter::once(1.0).chain(both).flat_map(|size| [size, -size]).collect()
 }
 
-fn pairs<'a>(column: &'a Column, reference: &'a Column) -> impl Iterator<Item = (f64, f64)> + 'a {
+fn pairs<'a>(
+    column: &'a Column,
+    reference: &'a Column,
+) -> impl Iterator<Item = (f64, f64)> + Clone + 'a {
     let both = reference.si().zip(column.si());
     both.filter(|(truth, reading)| (truth + reading).is_finite())
 }
 
 /// The factor near the slope of a line through truth and reading; `None` if it is 1 or they do not follow a line.
 fn factor(column: &Column, reference: &Column) -> Option<f64> {
-    let n = pairs(column, reference).count() as f64;
-    let (mx, my) =
-        pairs(column, reference).fold((0.0, 0.0), |(x, y), pair| (x + pair.0 / n, y + pair.1 / n));
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for (x, y) in pairs(column, reference) {
-        xx += (x - mx).powi(2);
-        xy += (x - mx) * (y - my);
-        yy += (y - my).powi(2);
-    }
+    let Moments { xx, xy, yy, .. } = Moments::of(pairs(column, reference));
     if !(xy * xy > FOLLOWS * xx * yy && xx > 0.0) {
         return None;
     }

@@ -121,7 +121,7 @@ impl Column {
     }
 
     /// Values in SI (radians, seconds, metres); temperatures in degrees Celsius.
-    pub fn si(&self) -> impl Iterator<Item = f64> + '_ {
+    pub fn si(&self) -> impl Iterator<Item = f64> + Clone + '_ {
         let factor = self.unit.si();
         self.values.iter().map(move |value| value * factor)
     }

@@ -65,12 +65,12 @@ pub enum ExportError {
     },
     /// The rig has no signal of that name.
     #[error("{message}")]
-    #[diagnostic(help("known here: {known}"))]
+    #[diagnostic(help("{help}"))]
     NoSignal {
         /// What is wrong.
         message: String,
-        /// Names of nodes or signals.
-        known: String,
+        /// What to write, or the names of nodes or signals.
+        help: String,
     },
     /// The signals make no data set.
     #[error("the run makes no data set of kind sensor: {why}")]

@@ -39,18 +39,12 @@ pub struct Signals {
 /// When the run cannot be read, when the rig has no such signal, or when one was never sent.
 pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Dataset, ExportError> {
     let Signals { measured, reference, beside } = signals;
-    let mut wanted: Vec<(&QuantityName, MessagePlace)> = Vec::new();
-    for quantity in [measured, reference].into_iter().chain(beside) {
-        let of = quantity.of_message().ok_or_else(|| ExportError::NoSignal {
-            message: format!("`{quantity}` is no signal of a node"),
-            known: "write NODE.SIGNAL".to_owned(),
-        })?;
-        let place = resolve(&rig.speakers, of).map_err(|(message, known)| {
-            ExportError::NoSignal { message, known: known.join(", ") }
-        })?;
-        wanted.push((quantity, place));
-    }
-    let speaks = |index: &usize| wanted.iter().any(|(_, place)| place.speaker == *index);
+    let wanted: Vec<Wanted<'_>> = [measured, reference]
+        .into_iter()
+        .chain(beside)
+        .map(|quantity| Wanted::of(quantity, rig))
+        .collect::<Result<_, _>>()?;
+    let speaks = |index: &usize| wanted.iter().any(|one| one.place.speaker == *index);
     let heard = rig.speakers.iter().enumerate().filter(|(index, _)| speaks(index));
     let mut ears: Vec<_> = heard
         .filter_map(|(index, one)| {
@@ -70,11 +64,12 @@ pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Datase
         }
         for (_, speaker, decoder) in ears.iter_mut().filter(|(who, ..)| *who == record.device) {
             record.messages(decoder, &mut |decoded| {
-                for (quantity, place) in &wanted {
+                for Wanted { quantity, place, signal } in &wanted {
                     let is_here = (place.speaker, place.message) == (*speaker, decoded.message);
-                    let value = place.signal.filter(|_| is_here);
-                    let value = value.and_then(|signal| decoded.values.get(signal).copied()?);
-                    let Some(value) = value.filter(|_| decoded.is_sound()) else { continue };
+                    let value = decoded.values.get(*signal).copied().flatten();
+                    let Some(value) = value.filter(|_| is_here && decoded.is_sound()) else {
+                        continue;
+                    };
                     let observation = Observation {
                         quantity: quantity.as_str().to_owned(),
                         value,
@@ -93,16 +88,37 @@ pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Datase
         }
     }
     is_full.map_err(|full| ExportError::Sensor { why: full.to_string() })?;
-    let fields: Vec<_> = wanted
-        .iter()
-        .map(|(quantity, place)| Field {
-            quantity,
-            unit: models::unit_of(&unit(&rig.speakers, *place)),
-        })
-        .collect();
-    let [measured, reference, beside @ ..] = &fields[..] else { unreachable!("two were wanted") };
-    dataset(&observations, (measured, reference, beside), None, &name)
+    let fields: Vec<_> = wanted.iter().map(|one| one.field(rig)).collect();
+    dataset(&observations, (&fields[0], &fields[1], &fields[2..]), None, &name)
         .map_err(|why| ExportError::Sensor { why })
+}
+
+/// A signal of a rig, and where it is.
+struct Wanted<'a> {
+    quantity: &'a QuantityName,
+    place: MessagePlace,
+    /// Index in its message.
+    signal: usize,
+}
+
+impl<'a> Wanted<'a> {
+    fn of(quantity: &'a QuantityName, rig: &Rig) -> Result<Self, ExportError> {
+        let no_signal = || ExportError::NoSignal {
+            message: format!("`{quantity}` is no signal of a node"),
+            help: "write NODE.SIGNAL".to_owned(),
+        };
+        let of = quantity.of_message().ok_or_else(no_signal)?;
+        let place = resolve(&rig.speakers, of).map_err(|(message, known)| {
+            ExportError::NoSignal { message, help: format!("known here: {}", known.join(", ")) }
+        })?;
+        let signal = place.signal.ok_or_else(no_signal)?;
+        Ok(Self { quantity, place, signal })
+    }
+
+    fn field(&self, rig: &Rig) -> Field<'a> {
+        let unit = models::unit_of(&unit(&rig.speakers, self.place));
+        Field { quantity: self.quantity, unit }
+    }
 }
 
 /// Counts the rounds of a plan's repeats, each of which is a run that can be held out.
@@ -116,17 +132,11 @@ struct Rounds {
 impl Rounds {
     /// Takes the place of a step that begins, such as `steps[2].repeat[1] (round 3 of 6)`.
     fn began(&mut self, path: &str) {
-        let round = path.rfind(" (round ").and_then(|at| {
-            let end = path.get(at..)?.find(')')?;
-            path.get(..=at + end)
-        });
-        // The steps of a round differ in what follows it or stands before it.
-        let round = round.map(|round| {
-            let (list, number) = round.rsplit_once(" (round ").unwrap_or((round, ""));
-            let list = list.rsplit_once('[').map_or(list, |(list, _)| list);
-            format!("{list} {number}")
-        });
-        if let Some(round) = round.filter(|round| *round != self.last) {
+        let Some((place, number)) = path.rsplit_once(" (round ") else { return };
+        // The steps of a round differ in their index in its list.
+        let list = place.rsplit_once('[').map_or(place, |(list, _)| list);
+        let round = format!("{list} {number}");
+        if round != self.last {
             self.last = round;
             self.count += 1;
         }

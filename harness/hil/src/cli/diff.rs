@@ -12,7 +12,8 @@ use views::report::compared::{Run, render};
 
 /// Compares two runs: verdicts and figures side by side, and the first event that differs.
 ///
-/// Fails (exit status 1) if a verdict or the outcome differs, or a verdict exists in only one of them. A damaged record is an error (3).
+/// Fails (exit status 1) if a verdict or the outcome differs, or a verdict exists in only one of
+/// them. A damaged record is an error (3).
 ///
 /// Records may differ without that: noise, or a program in real time.
 #[derive(Debug, Args)]

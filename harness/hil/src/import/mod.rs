@@ -77,12 +77,15 @@ fn kept(
     if log.len() > most { Err(ImportError::TooLong { most }) } else { Ok((log, note)) }
 }
 
+fn lasted(log: &[Logged]) -> Span {
+    log.last().map_or(Span::ZERO, |last| last.at)
+}
+
 /// Why a plan that ended at this time had nothing to judge at its end; `None` if the log covers it.
 fn outlasted(log: &[Logged], end_s: f64) -> Option<String> {
-    let gap = |pair: &[Logged]| pair[1].at.as_secs_f64() - pair[0].at.as_secs_f64();
-    let quiet_s = log.windows(2).map(gap).fold(QUIET.as_secs_f64(), f64::max);
-    let last_s = log.last().map_or(0.0, |last| last.at.as_secs_f64());
-    (end_s > last_s + quiet_s)
+    let quiet = log.windows(2).map(|pair| pair[1].at - pair[0].at).fold(QUIET, Span::max);
+    let last_s = lasted(log).as_secs_f64();
+    (end_s > last_s + quiet.as_secs_f64())
         .then(|| format!("the log ends at {last_s:.3} s, before the plan, which took {end_s:.3} s"))
 }
 
@@ -112,12 +115,14 @@ pub fn import_rig_to_folder(
     summary.bus = "can".to_owned();
     summary.device_under_test = "unknown".to_owned();
     // So long did the bench run that was recorded.
-    summary.wall_s = log.last().map_or(0.0, |last| last.at.as_secs_f64());
+    summary.wall_s = lasted(&log).as_secs_f64();
     summary.notes.extend(note);
     if let Some(why) = outlasted(&log, summary.simulated_s) {
         summary.outcome = summary.outcome.max(Outcome::Failed);
-        let known = summary.reason.take().into_iter();
-        summary.reason = Some(std::iter::once(why).chain(known).collect::<Vec<_>>().join("; "));
+        summary.reason = Some(match summary.reason.take() {
+            Some(reason) => format!("{why}; {reason}"),
+            None => why,
+        });
     }
     write_documents(&RunFolder::open(out)?, &summary, &prepared.header(seed))?;
     Ok(summary)

@@ -90,24 +90,23 @@ impl Statement {
         // A moment at which only a signal is missing that never came: what should have been said was not.
         let missed = judged.filter(|_| violation.is_none() && !unseen.is_empty());
         let missed = missed.and_then(|verdict| verdict.unknown_last);
-        if let Some((from, _)) = missed.filter(|(_, until)| *until > seen_since) {
-            let at_s = from.max(seen_since).as_secs_f64();
-            let never_judged = Some(format!("not judged at {at_s:.3} s: {}", no_value(unseen)));
-            let (held, first_violation, margin) = (false, None, None);
-            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
-        }
-        if judged.is_none() {
+        let why = match missed.filter(|(_, until)| *until > seen_since) {
+            Some((from, _)) => {
+                let at_s = from.max(seen_since).as_secs_f64();
+                Some(format!("not judged at {at_s:.3} s: {}", no_value(unseen)))
+            }
+            None if judged.is_some() => None,
+            None if unseen.is_empty() => Some(format!(
+                "never judged: the run ended at {} s, and the formula looks {} s ahead",
+                figures::value(end.as_secs_f64(), 0.0),
+                figures::value(horizon.as_secs_f64(), 0.0)
+            )),
+            None => Some(format!("never judged: {}", no_value(unseen))),
+        };
+        if let Some(why) = why {
             // A property that could not have been violated counts as not held.
-            let why = match unseen.is_empty() {
-                false => no_value(unseen),
-                true => format!(
-                    "the run ended at {} s, and the formula looks {} s ahead",
-                    figures::value(end.as_secs_f64(), 0.0),
-                    figures::value(horizon.as_secs_f64(), 0.0)
-                ),
-            };
-            let never_judged = Some(format!("never judged: {why}"));
             let (held, first_violation, margin) = (false, None, None);
+            let never_judged = Some(why);
             return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
         }
         PropertyVerdict {

@@ -2,6 +2,7 @@
 
 use super::{BenchFile, ROLES};
 use crate::rig::Rig;
+use crate::speakers::DEVICE;
 use described::hint;
 
 /// Names a table of a bench file that the rig lacks, so that a device at its port would be emulated without a word.
@@ -24,16 +25,10 @@ impl BenchFile {
     pub fn expect_of(&self, rig: &Rig) -> Result<(), Foreign> {
         let roles: Vec<&str> = match (&rig.robot, rig.device()) {
             (Some(_), _) => ROLES.to_vec(),
-            (None, Some(_)) => vec!["device"],
+            (None, Some(_)) => vec![DEVICE],
             (None, None) => Vec::new(),
         };
-        let sections = [
-            ("gyro", &self.gyro),
-            ("base", &self.base),
-            ("table", &self.table),
-            ("device", &self.device),
-        ];
-        let named = sections.iter().filter(|(_, role)| role.is_some()).map(|(name, _)| *name);
+        let named = ROLES.into_iter().chain([DEVICE]).filter(|name| self.section(name).is_some());
         let (known, foreign): (Vec<_>, Vec<_>) = named.partition(|name| roles.contains(name));
         // The line of a plan's only device is the role `device`.
         let lines = rig.lines.iter().filter(|_| !rig.is_short);

@@ -46,6 +46,7 @@ pub use timing::Timing;
 
 use crate::library::{Kind, Library, LibraryError};
 use crate::name::Name;
+use crate::speakers::DEVICE;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -141,14 +142,18 @@ impl BenchFile {
 
     /// The device in the role with this name, one of [`ROLES`] or `device`; emulated if the file has no such role.
     pub fn role(&self, name: &str) -> Role {
-        let section = match name {
-            "gyro" => &self.gyro,
-            "base" => &self.base,
-            "table" => &self.table,
-            "device" => &self.device,
-            _ => &None,
-        };
-        section.clone().unwrap_or_default()
+        self.section(name).cloned().unwrap_or_default()
+    }
+
+    /// The table of the role with this name, if the file has it.
+    fn section(&self, name: &str) -> Option<&Role> {
+        match name {
+            "gyro" => self.gyro.as_ref(),
+            "base" => self.base.as_ref(),
+            "table" => self.table.as_ref(),
+            DEVICE => self.device.as_ref(),
+            _ => None,
+        }
     }
 
     /// Each role and its device, in the order of [`ROLES`].

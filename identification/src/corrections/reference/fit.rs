@@ -1,6 +1,7 @@
 //! How wide a reference is evened out, beside a lag and a delay of the sensor.
 
 use super::evened;
+use crate::moments::Moments;
 use crate::robust;
 use crate::signal::{first_order, interpolate_along};
 use std::cell::RefCell;
@@ -180,14 +181,8 @@ impl Pieces {
         let seen = self.seen(numbers);
         let readings = self.all.iter().flat_map(|one| &one.readings);
         let pairs: Vec<(f64, f64)> = seen.iter().copied().zip(readings.copied()).collect();
-        let used = || pairs.iter().zip(&self.counts).filter(|(_, counts)| **counts);
-        let n = used().count().max(1) as f64;
-        let (x, y) = used().fold((0.0, 0.0), |sum, ((x, y), _)| (sum.0 + x / n, sum.1 + y / n));
-        let (mut xx, mut xy) = (0.0, 0.0);
-        for ((one, other), _) in used() {
-            xx += (one - x) * (one - x);
-            xy += (one - x) * (other - y);
-        }
+        let used = pairs.iter().zip(&self.counts).filter(|(_, counts)| **counts);
+        let Moments { x, y, xx, xy, .. } = Moments::of(used.map(|(pair, _)| *pair));
         let gain = if xx > 0.0 { xy / xx } else { 1.0 };
         pairs.iter().map(|(one, other)| other - y - gain * (one - x)).collect()
     }

@@ -4,10 +4,11 @@
 use super::{CampaignArguments, Task};
 use crate::cli::setup::Controller;
 use campaign::CaseId;
+use live::command::find;
 use plan::bench_file::{BenchFile, ControllerSection};
 use plan::rig::UnderTest;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 impl CampaignArguments {
     /// Describes what determines the cases of the campaign; `bench` names where they are carried out.
@@ -75,11 +76,7 @@ impl CampaignArguments {
 /// arguments, which is the script. Others may be what the program writes.
 fn files(words: &[String]) -> Vec<PathBuf> {
     let Some((program, arguments)) = words.split_first() else { return Vec::new() };
-    if program.contains('/') {
-        return vec![PathBuf::from(program)];
-    }
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let found = std::env::split_paths(&folders).map(|folder| folder.join(program));
-    let script = arguments.iter().map(PathBuf::from).find(|path| path.is_file());
-    found.filter(|path| path.is_file()).take(1).chain(script).collect()
+    let is_own = program.contains('/');
+    let script = arguments.iter().map(PathBuf::from).find(|path| !is_own && path.is_file());
+    find(Path::new(program)).into_iter().chain(script).collect()
 }
