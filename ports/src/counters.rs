@@ -18,7 +18,8 @@ pub struct Counters {
     pub overrun_bytes: u64,
     /// Frames to send that found no room (`ENOBUFS`), an interface that is down, a closed adapter, or no port.
     pub overrun_frames: u64,
-    /// Received frames dropped because the socket's receive queue was full (SocketCAN).
+    /// Received frames dropped because the socket's receive queue was full, or the kernel's queue before it
+    /// (SocketCAN).
     pub receive_dropped_frames: u64,
     /// Bytes received with a framing or parity error (serial ports with a UART).
     pub line_errors: u64,

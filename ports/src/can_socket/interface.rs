@@ -10,11 +10,11 @@ use std::path::PathBuf;
 /// `CAN_RAW` of `linux/can.h`.
 const CAN_RAW: NonZeroU32 = NonZeroU32::MIN;
 /// `IFF_UP` of `linux/if.h`.
-const INTERFACE_UP: u32 = 1;
+const INTERFACE_UP: u64 = 1;
 /// `ARPHRD_CAN` of `linux/if_arp.h`.
-const TYPE_CAN: u32 = 280;
+const TYPE_CAN: u64 = 280;
 /// Size of a CAN FD frame (`CANFD_MTU` of `linux/can.h`).
-const MTU_FD: u32 = 72;
+const MTU_FD: u64 = 72;
 
 /// A network interface by its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,6 +65,12 @@ impl Interface {
         self.number("mtu").is_some_and(|mtu| mtu >= MTU_FD)
     }
 
+    /// Frames that arrived at the interface and were dropped before any socket (`rx_dropped`): the kernel's queue between
+    /// the two was full (`net.core.netdev_max_backlog`), or its driver had no memory.
+    pub(super) fn dropped(&self) -> u64 {
+        self.number("statistics/rx_dropped").unwrap_or(0)
+    }
+
     /// # Errors
     /// If the kernel has no CAN, or the interface is missing or down.
     pub(super) fn require_up(&self) -> Result<(), PortError> {
@@ -88,10 +94,10 @@ impl Interface {
     }
 
     /// `None` if there is no such number.
-    fn number(&self, what: &str) -> Option<u32> {
+    fn number(&self, what: &str) -> Option<u64> {
         let text = std::fs::read_to_string(self.folder().join(what)).ok()?;
         match text.trim().strip_prefix("0x") {
-            Some(digits) => u32::from_str_radix(digits, 16).ok(),
+            Some(digits) => u64::from_str_radix(digits, 16).ok(),
             None => text.trim().parse().ok(),
         }
     }

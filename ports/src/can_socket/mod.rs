@@ -4,8 +4,8 @@
 //! are not received back; other programs on this machine receive them. When the interface goes down, the port reports
 //! this, waits until it is up again and reports that too; when the interface is deleted the port is lost.
 //!
-//! Frames that arrive between calls of `receive` wait in the socket. If its buffer is full the kernel drops and counts
-//! them ([`Counters::receive_dropped_frames`]).
+//! Frames that arrive between calls of `receive` wait in the socket. If its buffer is full, or the kernel's queue before
+//! it, the kernel drops and counts them ([`Counters::receive_dropped_frames`]).
 
 mod frame;
 mod interface;
@@ -51,6 +51,8 @@ pub struct CanSocketPort {
     next: Option<FrameEvent>,
     backoff: Backoff,
     counters: Counters,
+    /// Frames that the interface had dropped before this socket was opened.
+    dropped_before: u64,
 }
 
 #[derive(Debug)]
@@ -66,9 +68,10 @@ impl CanSocketPort {
     /// If the kernel has no CAN, or the interface is missing or down.
     pub fn open(interface: &str) -> Result<Self, PortError> {
         let interface = Interface::new(interface);
+        let dropped_before = interface.dropped();
         let link = Link::Open(open(&interface)?);
         let (backoff, counters) = (Backoff::default(), Counters::default());
-        Ok(Self { interface, link, look: None, next: None, backoff, counters })
+        Ok(Self { interface, link, look: None, next: None, backoff, counters, dropped_before })
     }
 
     /// The name of the interface.
@@ -205,8 +208,10 @@ impl CanSocketPort {
         }
         let mut last = None;
         while self.backoff.pause().await {
+            let dropped_before = self.interface.dropped();
             match open(&self.interface) {
                 Ok(socket) => {
+                    self.dropped_before = dropped_before;
                     self.link = Link::Open(socket);
                     self.backoff = Backoff::default();
                     self.counters.returns += 1;
@@ -230,7 +235,10 @@ impl CanSocketPort {
     /// Traffic and losses of the port.
     pub fn counters(&self) -> Counters {
         let dropped = match &self.link {
-            Link::Open(socket) => dropped(socket.get_ref()),
+            Link::Open(socket) => {
+                let by_interface = self.interface.dropped().saturating_sub(self.dropped_before);
+                dropped(socket.get_ref()).saturating_add(by_interface)
+            }
             Link::Lost(_) => 0,
         };
         let before = self.counters.receive_dropped_frames;

@@ -128,16 +128,20 @@ fn frames_beyond_the_receive_buffer_are_counted() {
         }
         assert_eq!(here.counters().frames_out, u64::from(BURST));
         // Known at once, not only with the next frame.
-        let dropped = there.counters().receive_dropped_frames;
-        assert!(dropped > 0, "{:?}", there.counters());
-        let kept = u64::from(BURST) - dropped;
-        for number in 0..u32::try_from(kept).unwrap() {
-            assert_eq!(heard(&mut there).await, frame(number));
+        assert!(there.counters().receive_dropped_frames > 0, "{:?}", there.counters());
+        // Each that is not heard is counted, also where the kernel's queue before the socket was full for a moment: on
+        // a busy machine a few are dropped there, between others that are kept.
+        let (mut kept, mut next) = (0, 0);
+        while kept + there.counters().receive_dropped_frames < u64::from(BURST) {
+            let number = u32::from_be_bytes(heard(&mut there).await.data().try_into().unwrap());
+            assert!(number >= next, "{number} after {next}");
+            (kept, next) = (kept + 1, number + 1);
         }
         here.send(NOW, &frame(BURST));
         assert_eq!(heard(&mut there).await, frame(BURST));
         let counters = there.counters();
-        assert_eq!((counters.frames_in, counters.receive_dropped_frames), (kept + 1, dropped));
+        let accounted = counters.frames_in + counters.receive_dropped_frames;
+        assert_eq!((counters.frames_in, accounted), (kept + 1, u64::from(BURST) + 1));
         assert!(!counters.all_crossed());
         let FramePort::Can(port) = &there else { panic!("SocketCAN") };
         eprintln!("{kept} frames kept in {:?} bytes", port.receive_buffer());
