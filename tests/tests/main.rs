@@ -40,5 +40,6 @@ mod rig_files;
 mod rigs;
 mod seeds;
 mod silence;
+mod strange_frames;
 mod uart_settings;
 mod uds;

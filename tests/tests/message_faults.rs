@@ -208,17 +208,23 @@ fn what_should_have_been_said_and_never_was_breaks_its_property() {
         format!("[[property]]\nname = \"{name}\"\nalways = \"{always}\"\n")
     };
     let mute = fault("cells.CellInfo", "drop = { loss_percent = 100 }").replace("0.5", "0");
-    let (_folder, trial) =
-        load(&format!("{}{}{mute}", property("asked", 15), property("unasked", 200)));
-    let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
-    let asked = run.property("asked").unwrap();
-    assert_eq!(asked.held, Some(false));
-    let told = asked.what.as_deref().unwrap();
-    assert!(
-        told.starts_with("not judged at 1.") && told.ends_with("no value of cells.Number"),
-        "{told}"
-    );
-    assert_eq!(run.property("unasked").unwrap().held, Some(true));
+    let properties = format!("{}{}", property("asked", 15), property("unasked", 200));
+    // Never, and for the first time when the answer had been due for long.
+    for (mute, expected) in [
+        (mute.clone(), "not judged at 1.101 s: no value of cells.Number"),
+        (
+            mute + "duration_s = 2\n",
+            "not answered at 1.101 s: no value of cells.Number until 1.201 s",
+        ),
+    ] {
+        let (_folder, trial) = load(&format!("{properties}{mute}"));
+        let run = trial.unwrap_or_else(|error| panic!("{error:?}")).run().unwrap();
+        let asked = run.property("asked").unwrap();
+        assert_eq!((asked.held, asked.what.as_deref()), (Some(false), Some(expected)));
+        let unasked = run.property("unasked").unwrap();
+        assert_eq!(unasked.held, Some(true));
+        assert_eq!(unasked.never_asked.as_deref(), Some("rises(cells.CellStatus.Limit > 200 A)"));
+    }
 }
 
 #[test]

@@ -64,6 +64,10 @@ fn another_response_fails_the_run() {
             "62 01 01 3C is too short for `x`",
         ),
         (
+            "request = [0x22, 1, 0], read = { name = \"x\", type = \"u8\" }",
+            "is longer than `x`; `at` picks a part",
+        ),
+        (
             "request = [0x27, 1], key = \"seed\"",
             "expected a positive response, and 7F 27 35 (invalidKey) came",
         ),

@@ -28,6 +28,19 @@ pub fn fd_length(bytes: usize) -> Option<usize> {
 /// kbit/s).
 pub const BIT_RATE: u32 = 500_000;
 
+/// An identifier as text: `0x` and three digits, or eight of an extended one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hex(pub Id);
+
+impl fmt::Display for Hex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Id::Standard(id) => write!(f, "0x{:03x}", id.as_raw()),
+            Id::Extended(id) => write!(f, "0x{:08x}", id.as_raw()),
+        }
+    }
+}
+
 /// A frame: an identifier with up to eight data bytes, a remote request for as many, or up to 64 bytes with CAN FD.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct CanFrame {

@@ -4,6 +4,7 @@
 //! A registry crate for INI files would lose the positions of keys, without which no mistake has a place.
 
 use super::dictionary::{APPLICATION, Dictionary, Entry, Kind};
+use super::objects::ERROR_HISTORY;
 use crate::error::FileError;
 use crate::layout::{Coding, Note, Scale};
 use std::collections::{BTreeMap, BTreeSet};
@@ -243,10 +244,12 @@ impl<'a> Reader<'a> {
         let Some(first) = self.entries.pop() else { return Ok(()) };
         let limits = (0.0, f64::from(u8::MAX));
         let kind = Kind::Number(Coding::Unsigned, 8);
+        // That of the history is the number of errors so far, and a master clears it (CiA 301, 7.5.2.4).
+        let is_history = index == ERROR_HISTORY;
         let number =
-            Entry { sub: 0, kind, writable: false, mappable: false, limits, ..first.clone() };
+            Entry { sub: 0, kind, writable: is_history, mappable: false, limits, ..first.clone() };
         self.entries.push(Entry {
-            start: vec![count],
+            start: vec![if is_history { 0 } else { count }],
             name: format!("{}_0", first.name),
             ..number
         });

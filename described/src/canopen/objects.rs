@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 /// Error register, and its history (CiA 301, 7.5.2.2 and 7.5.2.4).
 const ERROR_REGISTER: u16 = 0x1001;
-const ERROR_HISTORY: u16 = 0x1003;
+pub(super) const ERROR_HISTORY: u16 = 0x1003;
 
 /// What the device does beside the protocol.
 pub(crate) trait Application {

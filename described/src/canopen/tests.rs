@@ -37,7 +37,11 @@ struct Bus {
 impl Bus {
     /// Pre-operational, its boot-up message sent.
     fn new() -> Self {
-        let mut bus = Self { device: Device::new(Arc::clone(&KNOWN), 1), now: Timestamp::ZERO };
+        Self::of(Arc::clone(&KNOWN))
+    }
+
+    fn of(description: Arc<Description>) -> Self {
+        let mut bus = Self { device: Device::new(description, 1), now: Timestamp::ZERO };
         assert_eq!(bus.until(at_ms(0)), [(0, 0x705, vec![0])]);
         bus
     }
@@ -157,6 +161,26 @@ fn a_pdo_that_is_too_short_is_an_emergency_and_changes_nothing() {
     let emergencies = [(0x85, vec![0x10, 0x82, 0x11, 0, 0, 0, 0, 0]), (0x85, vec![0; 8])];
     assert_eq!(bus.say(0x205, &[6]), emergencies);
     assert_eq!(bus.device.value("controlword"), Some(0.0));
+}
+
+/// Sub-index 0 of 1003h, whether the EDS has each sub-index or says how many there are.
+#[test]
+fn the_error_history_counts_the_errors() {
+    let (begin, end) = (EDS.find("[1003]").unwrap(), EDS.find("[1005]").unwrap());
+    let history = "[1003]\nParameterName=Errors\nObjectType=0x8\nDataType=0x0007\nAccessType=ro\n";
+    let compact = format!("{}{history}CompactSubObj=4\n\n{}", &EDS[..begin], &EDS[end..]);
+    let compact = Arc::new(described(DRIVE, &compact).unwrap());
+    for mut bus in [Bus::new(), Bus::of(compact)] {
+        bus.say(0, &[1, 0]);
+        for count in 0..3u8 {
+            assert_eq!(bus.transfer((0x1003, 0), None).unwrap(), [count]);
+            bus.say(0x205, &[6]);
+        }
+        assert_eq!(bus.transfer((0x1003, 1), None).unwrap(), [0x10, 0x82, 0, 0]);
+        assert_eq!(bus.write((0x1003, 0), &[4]), Err(Abort::RANGE));
+        bus.write((0x1003, 0), &[0]).unwrap();
+        assert_eq!(bus.transfer((0x1003, 0), None).unwrap(), [0]);
+    }
 }
 
 #[test]

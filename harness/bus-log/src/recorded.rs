@@ -7,6 +7,7 @@
 //! | bytes of gyro, base or table | the device's name | received |
 //! | bytes of controller or plan | the device's name | sent |
 //! | frames and bytes of the nodes of a rig | the name of their line | received |
+//! | bytes of a node that talks to the device of a serial line | the name of the line | sent |
 //!
 //! For the paper's robot a record names the sender of bytes but not the line: bytes of a controller that talks to a
 //! gyro and a base on serial lines are all on the channel `controller`. Times are bench times since the start of the
@@ -56,8 +57,10 @@ impl<I: Iterator<Item = Result<Record, RecordError>>> Iterator for Recorded<I> {
 
 /// Bytes that arrived together and exceed a packet become several entries at the same time.
 fn entries(header: &Header, record: &Record) -> Vec<Entry> {
+    let node = header.node(record.device);
     let direction = Some(match record.device {
         Device::Controller | Device::Plan => Direction::Tx,
+        Device::Node(_) if node.is_some_and(|node| node.host) => Direction::Tx,
         Device::Gyro
         | Device::Base
         | Device::Table
@@ -66,7 +69,6 @@ fn entries(header: &Header, record: &Record) -> Vec<Entry> {
         | Device::Node(_) => Direction::Rx,
     });
     let entry = |channel, payload| Entry { at: record.at, channel, direction, payload };
-    let node = header.node(record.device);
     let line = node.map(|node| node.line.as_str()).filter(|line| *line != Device::Base.name());
     let line = line.map(|line| Channel::new(line.get(..CHANNEL_BYTES_MAX).unwrap_or(line)));
     let line = line.flatten();

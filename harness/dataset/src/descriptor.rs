@@ -61,6 +61,9 @@ pub(super) struct Resource {
 pub(super) struct Dialect {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delimiter: Option<String>,
+    /// The decimal sign of numbers: `.` or `,`.
+    #[serde(default, rename = "decimalChar", skip_serializing_if = "Option::is_none")]
+    pub decimal: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub header: Option<bool>,
     /// Name of the group with the rows, in an MDF file, or of the topic, in a ROS bag.
@@ -90,6 +93,9 @@ pub(super) struct Field {
     pub role: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<String>,
+    /// Its own decimal sign.
+    #[serde(default, rename = "decimalChar", skip_serializing_if = "Option::is_none")]
+    pub decimal: Option<String>,
 }
 
 /// Finds `words` as JSON strings one after the other and returns the byte range of the last.

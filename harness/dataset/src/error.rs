@@ -130,6 +130,14 @@ pub enum Defect {
     /// A column of the header that is missing in the schema.
     #[error("the schema has no such field, expected every field of the header")]
     NotInSchema,
+    /// A header that seems to have another delimiter.
+    #[error("the header seems to have {seen:?} between its fields, expected {used:?}")]
+    Delimiter {
+        /// The delimiter of the dialect.
+        used: char,
+        /// The one that it seems to have.
+        seen: char,
+    },
     /// A row with too many or too few cells.
     #[error("found {found} cells, expected {expected} as in the header")]
     Ragged {
@@ -224,6 +232,19 @@ impl Defect {
             Self::Unknown { what, known, .. } => {
                 let other = if *what == "unit" { "; state any other unit as 1" } else { "" };
                 format!("known: {}{other}", known.join(", "))
+            }
+            Self::Delimiter { seen, .. } => format!(
+                "\"dialect\": {{\"delimiter\": {:?}}} in its resource says so, and numbers with a decimal comma need \
+                 \"decimalChar\": \",\" there too",
+                seen.to_string()
+            ),
+            Self::NotANumber(cell) if cell.replacen(',', ".", 1).parse::<f64>().is_ok() => {
+                if cell.contains(',') {
+                    "numbers with a decimal comma need \"dialect\": {\"decimalChar\": \",\"} in the resource"
+                } else {
+                    "the package says that numbers here have a decimal comma (decimalChar)"
+                }
+                .to_owned()
             }
             Self::NotANumber(_) => {
                 "a missing number is an empty cell; text is for the roles run, auxiliary and ignore, and an \

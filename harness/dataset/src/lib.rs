@@ -13,6 +13,7 @@
 #[cfg(any(feature = "mdf", feature = "ros"))]
 mod channels;
 mod descriptor;
+mod dialect;
 mod error;
 pub mod export;
 mod gzip;

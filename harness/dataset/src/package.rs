@@ -1,6 +1,7 @@
 //! Validates a descriptor.
 
 use super::descriptor::{self, Descriptor, Hil, Resource, place};
+use super::dialect;
 use super::error::{DatasetError, Defect};
 use super::thermometer::Scale;
 use identification::dataset::{Axis, Constant, Drive, Kind, Role, Unit};
@@ -48,6 +49,8 @@ pub(super) struct Table {
     pub path: PathBuf,
     pub format: Format,
     pub delimiter: u8,
+    /// Names of the fields whose numbers have a decimal comma.
+    pub commas: BTreeSet<String>,
     pub missing: BTreeSet<String>,
     /// The group with the rows, in an MDF file, or the topic, in a ROS bag, if given.
     #[cfg_attr(
@@ -80,9 +83,9 @@ impl Format {
 impl Table {
     /// A placeholder for a file that was read in another way.
     pub(super) fn of(path: &Path) -> Self {
-        let (name, missing) = (String::new(), BTreeSet::new());
+        let (name, missing, commas) = (String::new(), BTreeSet::new(), BTreeSet::new());
         let (path, format) = (path.to_owned(), Format::Csv);
-        Self { name, path, format, delimiter: b',', missing, group: None }
+        Self { name, path, format, delimiter: b',', commas, missing, group: None }
     }
 }
 
@@ -247,13 +250,8 @@ fn table(
     if dialect.and_then(|dialect| dialect.header) == Some(false) {
         return Err(unsupported("a table without a header is not read, expected a header row"));
     }
-    let delimiter = match dialect.and_then(|dialect| dialect.delimiter.as_deref()) {
-        None => b',',
-        Some(text) => match text.as_bytes() {
-            [one] if one.is_ascii() && !one.is_ascii_alphanumeric() && *one != b'"' => *one,
-            _ => return Err(unsupported("expected one character as the delimiter of a dialect")),
-        },
-    };
+    let delimiter = dialect::delimiter(dialect).map_err(unsupported)?;
+    let commas = dialect::commas(resource).map_err(unsupported)?;
     let schema =
         resource.schema.as_ref().ok_or_else(|| context.missing("the schema of a table"))?;
     let missing = match &schema.missing_values {
@@ -286,7 +284,7 @@ fn table(
     };
     let group = dialect.and_then(|dialect| dialect.group.clone());
     let path = folder.join(plain);
-    Ok((Table { name, path, format, delimiter, missing, group }, fields))
+    Ok((Table { name, path, format, delimiter, commas, missing, group }, fields))
 }
 
 /// Whether two fields have the same meaning.

@@ -1,5 +1,6 @@
 //! Reads a table, from CSV, compressed or not, into columns.
 
+use super::dialect;
 use super::error::{DatasetError, Defect, Row};
 use super::gzip::unpacked;
 use super::package::{Field, Table};
@@ -50,11 +51,7 @@ pub(super) enum Given<'a> {
     Missing,
     /// From a text file.
     Word(&'a str),
-    /// From a numeric file.
-    #[cfg_attr(
-        not(any(feature = "mdf", feature = "ros")),
-        expect(dead_code, reason = "only text files are read then")
-    )]
+    /// From a numeric file, or a number with a decimal comma.
     Number(f64),
 }
 
@@ -121,30 +118,39 @@ impl Rows {
             .buffer_capacity(BUFFER_BYTES)
             .from_reader(input);
         let mut record = StringRecord::new();
-        let mut next = |record: &mut StringRecord, number: u64| {
-            let line = reader.position().line();
+        // For the reader a row ends at its carriage return, and the line feed after it belongs to the next one.
+        let mut own_feeds = 1;
+        // The line on which the row begins, or `None` at the end.
+        let mut next = |record: &mut StringRecord, number: u64| -> Result<_, DatasetError> {
+            let before = reader.position().line();
             in_row.set(0);
-            reader.read_record(record).map_err(|error| {
-                let row = error.position().map_or(line, csv::Position::line);
+            let is_row = reader.read_record(record).map_err(|error| {
+                let line = error.position().map_or(before, csv::Position::line) + 1 - own_feeds;
                 let error = fail(of_csv(error));
                 match (number, error.defect()) {
                     // A compressed file that is damaged has no lines yet.
-                    (0, Defect::NotText) | (1.., _) => error.at_row(Row { number, line: row }),
+                    (0, Defect::NotText) | (1.., _) => error.at_row(Row { number, line }),
                     _ => error,
                 }
-            })
+            })?;
+            let after = reader.position().line();
+            // Rows of several lines and blank lines are rare.
+            let inside = if after - before > 1 { feeds(record) } else { 0 };
+            if number == 0 {
+                own_feeds = after.saturating_sub(before + inside).min(1);
+            }
+            Ok(is_row.then(|| before.max(after.saturating_sub(inside + own_feeds))))
         };
-        if !next(&mut record, 0)? {
+        if next(&mut record, 0)?.is_none() {
             return Err(fail(Defect::Empty));
         }
         let places = places(fields, &record, table)?;
+        let has_comma = |field: &Field| !field.text && table.commas.contains(&field.name);
+        let has_comma: Vec<bool> = fields.iter().map(has_comma).collect();
         let width = record.len();
         let run_of_table = self.run_of(fields, table);
         for number in 1.. {
-            if !next(&mut record, number)? {
-                break;
-            }
-            let line = record.position().map_or(0, csv::Position::line);
+            let Some(line) = next(&mut record, number)? else { break };
             let row = Row { number, line };
             if record.len() != width {
                 let defect = Defect::Ragged { found: record.len(), expected: width };
@@ -154,8 +160,12 @@ impl Rows {
             for (at, field) in fields.iter().enumerate() {
                 let cell = places.get(at).and_then(|place| record.get(*place)).unwrap_or("").trim();
                 let cell = Some(cell).filter(|cell| !table.missing.contains(*cell));
-                let cell = cell.map_or(Given::Missing, Given::Word);
-                self.take(at, field, cell)
+                let cell = match cell {
+                    None => Ok(Given::Missing),
+                    Some(cell) if has_comma[at] => with_comma(cell).map(Given::Number),
+                    Some(cell) => Ok(Given::Word(cell)),
+                };
+                cell.and_then(|cell| self.take(at, field, cell))
                     .map_err(|defect| fail(defect).at_row(row).in_field(&field.name))?;
             }
         }
@@ -221,11 +231,26 @@ impl Rows {
     }
 }
 
+/// The line feeds in the cells of a row.
+fn feeds(record: &StringRecord) -> u64 {
+    record.iter().map(|cell| cell.matches('\n').count() as u64).sum()
+}
+
 fn number(cell: &str) -> Result<f64, Defect> {
-    match cell.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err(Defect::NotFinite(cell.to_owned())),
-        Err(_) => Err(Defect::NotANumber(cell.to_owned())),
+    finite(cell, cell.parse().ok())
+}
+
+/// A number whose decimal sign is a comma. A point in it may be one of thousands: it is refused.
+fn with_comma(cell: &str) -> Result<f64, Defect> {
+    let value = (!cell.contains('.')).then(|| cell.replacen(',', ".", 1).parse().ok());
+    finite(cell, value.flatten())
+}
+
+fn finite(cell: &str, value: Option<f64>) -> Result<f64, Defect> {
+    match value {
+        Some(value) if value.is_finite() => Ok(value),
+        Some(_) => Err(Defect::NotFinite(cell.to_owned())),
+        None => Err(Defect::NotANumber(cell.to_owned())),
     }
 }
 
@@ -237,12 +262,19 @@ fn places(
 ) -> Result<Vec<usize>, DatasetError> {
     let fail = |defect, field: &str| Err(DatasetError::new(&table.path, defect).in_field(field));
     let names: Vec<&str> = header.iter().map(str::trim).collect();
+    let known = |name: &str| fields.iter().any(|field| field.name.trim() == name);
     for (at, name) in names.iter().enumerate() {
         if names[..at].contains(name) {
             return fail(Defect::NameTwice, name);
         }
-        if !fields.iter().any(|field| field.name.trim() == *name) {
-            return fail(Defect::NotInSchema, name);
+        if !known(name) {
+            return match dialect::other(&names, known, table.delimiter) {
+                Some(seen) => {
+                    let defect = Defect::Delimiter { used: char::from(table.delimiter), seen };
+                    Err(DatasetError::new(&table.path, defect))
+                }
+                None => fail(Defect::NotInSchema, name),
+            };
         }
     }
     let mut places = Vec::with_capacity(fields.len());

@@ -56,8 +56,8 @@ impl Band {
         if !value.is_finite() {
             return f64::NEG_INFINITY;
         }
-        let above = self.lower.map_or(f64::INFINITY, |lower| value - lower);
-        let below = self.upper.map_or(f64::INFINITY, |upper| upper - value);
+        let above = self.lower.map_or(f64::INFINITY, |lower| apart(value, lower));
+        let below = self.upper.map_or(f64::INFINITY, |upper| apart(upper, value));
         above.min(below)
     }
 
@@ -65,6 +65,12 @@ impl Band {
     pub fn contains(self, value: f64) -> bool {
         self.margin(value) >= 0.0
     }
+}
+
+/// `a - b`; zero if rounding alone makes the two differ: three counts of 0.1 V are 0.30000000000000004 V.
+fn apart(a: f64, b: f64) -> f64 {
+    let apart = a - b;
+    if apart.abs() <= 4.0 * f64::EPSILON * a.abs().max(b.abs()) { 0.0 } else { apart }
 }
 
 impl fmt::Display for Band {
@@ -209,5 +215,7 @@ mod tests {
             assert_eq!(band.contains(value), inside, "{value}");
         }
         assert!(!Band::at_least(0.0).contains(f64::INFINITY));
+        // 0.30000000000000004
+        assert!(Band::at_most(0.3).contains(0.1 * 3.0));
     }
 }

@@ -62,6 +62,11 @@ pub fn origins(speakers: &[Speaker]) -> impl Iterator<Item = Origin> {
     })
 }
 
+/// The speaker of each number in a [`formula`].
+pub fn speakers_of(speakers: &[Speaker]) -> impl Iterator<Item = usize> {
+    origins(speakers).map(|origin| origin.message().0)
+}
+
 struct Sent<'a>(&'a [Speaker]);
 
 impl Sent<'_> {

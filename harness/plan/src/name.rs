@@ -9,7 +9,8 @@ use std::fmt;
 /// Longest [`Name`], in bytes.
 pub const NAME_LEN_MAX: usize = 64;
 
-const EXPECTED_NAME: &str =
+/// What a [`Name`] is.
+pub(super) const EXPECTED_NAME: &str =
     "a name of a-z, 0-9, `-` and `_`, at most 64 long, that begins with a letter";
 const EXPECTED_PARAMETER: &str = "a parameter as `device.name`, for example `gyro.ambient_celsius`";
 

@@ -3,7 +3,7 @@
 mod schema;
 
 use super::band::Band;
-use super::name::Name;
+use super::name::{EXPECTED_NAME, Name};
 use super::quantities::{
     self, CHOSEN, NAMES, OPERATOR_PREFIX, Quantity, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX,
 };
@@ -79,6 +79,11 @@ impl<'de> Deserialize<'de> for QuantityName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
         Self::new(&name).ok_or_else(|| {
+            if let Some(node) = OfMessage::misnamed(&name) {
+                return de::Error::custom(format_args!(
+                    "`{node}` cannot be the name of a node, expected {EXPECTED_NAME}"
+                ));
+            }
             let known = NAMES.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
             de::Error::custom(format_args!("unknown quantity `{name}`, expected one of {known}"))
         })
@@ -166,6 +171,7 @@ impl<'de> Deserialize<'de> for TagMatch {
 mod tests {
     use super::{Filter, QuantityName};
     use crate::observation::Observation;
+    use std::collections::BTreeMap;
 
     #[test]
     fn a_filter_asks_for_every_tag() {
@@ -201,5 +207,18 @@ mod tests {
         assert!(QuantityName::new("table.error").unwrap().of_message().is_none());
         assert!(QuantityName::new("eror").is_none());
         assert!(QuantityName::new("operator.").is_none());
+    }
+
+    #[test]
+    fn a_node_in_capitals_is_told_the_rule_for_names() {
+        let read = |name: &str| {
+            let text = format!("q = \"{name}\"");
+            toml::from_str::<BTreeMap<String, QuantityName>>(&text).unwrap_err().to_string()
+        };
+        for name in ["period.VCU.VcuCmd", "VCU.GearCmd"] {
+            let told = read(name);
+            assert!(told.contains("`VCU` cannot be the name of a node, expected a name"), "{told}");
+        }
+        assert!(read("eror").contains("unknown quantity `eror`"));
     }
 }

@@ -1,6 +1,7 @@
 //! Nodes that are replayed from a log of their bus.
 
-use crate::rig::{NodePart, Replayed, Rig, RigLine};
+use crate::identifiers::Identifiers;
+use crate::rig::{NodePart, Replayed, Rig, RigLine, RigNode};
 use crate::speakers::Speaker;
 use described::{Layout, Medium, Sender};
 use std::collections::BTreeSet;
@@ -17,6 +18,8 @@ pub struct Logged {
     pub channel: Arc<str>,
     /// The frame or bytes.
     pub what: Transmit,
+    /// Whether who wrote the log had sent it; `None` if the log does not say.
+    pub sent: Option<bool>,
 }
 
 /// Selects traffic on a line.
@@ -24,7 +27,8 @@ pub struct Logged {
 pub(crate) enum Words<'a> {
     /// All traffic, if the senders are unknown.
     All,
-    /// The messages of this sender in the layout. On a serial line a log does not record the sender.
+    /// The messages of this sender in the layout. On a serial line, where bytes name no sender, a log was written by who
+    /// talks to the device: all is the device's that it does not say to have been sent.
     Of(&'a Layout, Sender),
     /// No traffic.
     None,
@@ -88,18 +92,45 @@ fn said_on<'a>(
         Words::All | Words::None => None,
     };
     let is_any = !matches!(words, Words::None);
-    let is_said = move |what: &Transmit| match (what, &of_node) {
+    let is_said = move |one: &Logged| match (&one.what, &of_node) {
         (Transmit::Frame(frame), Some(of_node)) => of_node.takes(frame.id()),
-        _ => is_any,
+        (Transmit::Bytes(_), Some(of_node)) => {
+            let is_of_device = of_node.sender() == Some(Sender::Device);
+            one.sent.unwrap_or(false) != is_of_device
+        }
+        (_, None) => is_any,
     };
     let of_channel = log.iter().filter(move |one| &*one.channel == channel);
-    of_channel.filter(move |one| is_said(&one.what)).map(|one| (one.at, one.what))
+    of_channel.filter(move |one| is_said(one)).map(|one| (one.at, one.what))
+}
+
+/// The messages of a line, and which of them a node sends.
+fn words_of<'a>(
+    speakers: &'a [Speaker],
+    node: &'a RigNode,
+    line: usize,
+) -> Option<(&'a Layout, Sender)> {
+    let mut speakers = speakers.iter();
+    match (&node.part, speakers.find(|one| one.node == node.name && one.line == line)) {
+        (_, Some(speaker)) => Some((&speaker.layout, speaker.sender)),
+        (NodePart::Tester(layout, sender), None) => Some((layout, *sender)),
+        _ => None,
+    }
 }
 
 impl Rig {
+    /// Whether a node sends on a serial line what the device there receives.
+    pub fn is_host(&self, node: &RigNode, line: usize) -> bool {
+        let line_of_rig = line.checked_sub(self.robot_lines());
+        let declared = line_of_rig.and_then(|line| self.lines.get(line));
+        declared.is_some_and(|line| line.medium != Medium::Can)
+            && words_of(&self.speakers, node, line)
+                .is_some_and(|(_, sender)| sender == Sender::Host)
+    }
+
     /// The rig with every node replayed from `log`, as a plan finds it when it listens to the bench of the log. `named`
-    /// states the channel of a line, if it is stated. On a serial line, where a log does not record the sender, all bytes
-    /// count as the device's; a log without any bytes leaves its nodes silent, and the rig's notes say so.
+    /// states the channel of a line, if it is stated. A log without any bytes leaves the nodes of a serial line silent, and
+    /// the rig's notes say so.
     ///
     /// # Errors
     /// The line that is missing in the log, and the channels in it.
@@ -116,21 +147,38 @@ impl Rig {
         let note =
             |line: &RigLine| format!("the log holds nothing of the serial line {}", line.name);
         notes.extend(lines.iter().filter(|line| is_unheard(line)).map(note));
+        for (place, line) in lines.iter().enumerate().filter(|(_, line)| line.medium == Medium::Can)
+        {
+            let Ok(channel) = channel_of(log, line, named(&line.name)) else { continue };
+            let words = nodes.iter().filter_map(|node| words_of(speakers, node, place));
+            let decoders: Vec<_> =
+                words.map(|(layout, sender)| layout.decoder_for(sender)).collect();
+            let mut unknown = Identifiers::default();
+            for one in log.iter().filter(|one| &*one.channel == channel) {
+                if let Transmit::Frame(frame) = &one.what
+                    && decoders.iter().all(|one| !one.takes(frame.id()))
+                {
+                    unknown.count(frame.id());
+                }
+            }
+            if !unknown.is_empty() {
+                let line = &line.name;
+                notes.push(format!(
+                    "frames of {line} left out that are no message of the rig: {unknown}"
+                ));
+            }
+        }
         for node in nodes {
             let words = |line: &usize| {
                 let declared = lines.get(*line).filter(|line| !is_unheard(line))?;
-                let speaks = |one: &&Speaker| one.node == node.name && one.line == *line;
-                let (layout, sender) = match (&node.part, speakers.iter().find(speaks)) {
-                    (_, Some(speaker)) => (&speaker.layout, speaker.sender),
-                    (NodePart::Tester(layout, sender), None) => (layout, *sender),
-                    _ => return Some((declared, Words::None)),
-                };
-                let is_heard = declared.medium == Medium::Can || sender == Sender::Device;
-                Some((declared, if is_heard { Words::Of(layout, sender) } else { Words::None }))
+                let words = words_of(speakers, node, *line);
+                let words = words.map(|(layout, sender)| Words::Of(layout, sender));
+                Some((declared, words.unwrap_or(Words::None)))
             };
             let said = part_in(log, named, node.lines.iter().map(words))?;
             node.part = NodePart::Replayed(said);
         }
+        self.is_logged = true;
         Ok(self)
     }
 }

@@ -210,6 +210,8 @@ impl RigNode {
 /// The rig of a plan, parsed and checked.
 #[derive(Debug, Clone, Default)]
 pub struct Rig {
+    /// All traffic is from a log, which has the times of arrival: nothing takes time on a line or waits for another.
+    pub is_logged: bool,
     /// The paper's robot or table; its lines come before the others.
     pub robot: Option<Box<Devices>>,
     /// The lines, except those of the robot.
@@ -251,7 +253,6 @@ impl Rig {
         };
         let host = NodePart::Tester(layout.clone(), Sender::Host);
         Self {
-            robot: None,
             lines: vec![line],
             nodes: vec![
                 RigNode::of_device("host", host),
@@ -259,7 +260,7 @@ impl Rig {
             ],
             speakers: vec![speaker(DEVICE, Sender::Device)],
             is_short: true,
-            notes: Vec::new(),
+            ..Self::default()
         }
     }
 

@@ -28,6 +28,16 @@ pub enum OfMessage<'a> {
 
 impl<'a> OfMessage<'a> {
     pub(super) fn of(name: &'a str) -> Option<Self> {
+        Self::written(name).filter(|one| Name::new(one.node()).is_some())
+    }
+
+    /// The node of a name that would be well-formed if a node could be called so.
+    pub(super) fn misnamed(name: &'a str) -> Option<&'a str> {
+        let node = Self::written(name)?.node();
+        Name::new(node).is_none().then_some(node)
+    }
+
+    fn written(name: &'a str) -> Option<Self> {
         let (first, rest) = name.split_once('.')?;
         let one = match first {
             SIGNAL => Self::Signal { node: DEVICE, name: rest },
@@ -37,8 +47,7 @@ impl<'a> OfMessage<'a> {
             },
             node => Self::Signal { node, name: rest },
         };
-        let (node, name) = (one.node(), one.name());
-        (Name::new(node).is_some() && name.split('.').all(is_identifier)).then_some(one)
+        one.name().split('.').all(is_identifier).then_some(one)
     }
 
     /// The node that sends it.

@@ -6,6 +6,12 @@ const UNCERTAINTY_DIGITS: i32 = 2;
 /// Digits of a figure without uncertainty.
 const EXACT_DIGITS: i32 = 4;
 
+/// Most digits of a limit: it is stated, and rounded like a figure it would be another one.
+const LIMIT_DIGITS: i32 = 9;
+
+/// Digits that tell any two numbers apart.
+const DIGITS_MAX: i32 = 17;
+
 /// An uncertainty below this share of its value is a rounding error of the arithmetic and is not shown.
 const ROUNDING: f64 = 1e-12;
 
@@ -52,16 +58,18 @@ pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(text, unit)
 }
 
-/// Like [`quantity`], with as many digits as tell the value from the limit that it is beyond.
+/// Like [`quantity`], with as many digits as it takes to be on the same side of the limit as the value.
 pub fn quantity_beyond(value: f64, uncertainty: f64, unit: &str, limit: f64) -> String {
-    let number = |text: &str| text.parse::<f64>().ok();
-    let limit_text = self::value(limit, 0.0);
-    let is_alike = |text: &str| number(text) == number(&limit_text);
-    if value == limit || !is_alike(&self::value(value, uncertainty)) {
+    let shown = stated(limit).parse::<f64>().unwrap_or(limit);
+    let is_told = |text: &str| {
+        let number = text.parse::<f64>();
+        number.is_ok_and(|number| number.partial_cmp(&shown) == value.partial_cmp(&limit))
+    };
+    if value == limit || is_told(&self::value(value, uncertainty)) {
         return quantity(value, uncertainty, unit);
     }
-    let longer = (EXACT_DIGITS + 1..).map(|digits| exact(value, digits));
-    let longer = longer.take_while(|text| !text.contains('e')).find(|text| !is_alike(text));
+    let longer = (EXACT_DIGITS + 1..=DIGITS_MAX).map(|digits| exact(value, digits));
+    let longer = longer.take_while(|text| !text.contains('e')).find(|text| is_told(text));
     let mut text = longer.unwrap_or_else(|| value.to_string());
     if is_said(value, uncertainty) {
         text += &format!(" ± {}", self::value(uncertainty, uncertainty));
@@ -74,15 +82,29 @@ pub fn quantity_alone(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(self::value(value, uncertainty), unit)
 }
 
+/// A limit with its unit, as exact as it was stated.
+pub fn limit(limit: f64, unit: &str) -> String {
+    with_unit(stated(limit), unit)
+}
+
+fn stated(limit: f64) -> String {
+    if !limit.is_finite() {
+        return limit.to_string();
+    }
+    // As many as a figure with all its decimals has.
+    let digits = (DECIMALS_MAX + 1).saturating_add(exponent(limit));
+    exact(limit, digits.clamp(EXACT_DIGITS, LIMIT_DIGITS))
+}
+
 /// A band in words.
 pub fn band(lower: Option<f64>, upper: Option<f64>, unit: &str) -> String {
     let text = match (lower, upper) {
         (None, None) => return "none".to_owned(),
-        (None, Some(upper)) => format!("at most {}", value(upper, 0.0)),
-        (Some(lower), None) => format!("at least {}", value(lower, 0.0)),
-        (Some(lower), Some(upper)) if lower == upper => value(lower, 0.0),
-        (Some(lower), Some(upper)) if lower == -upper => format!("±{}", value(upper, 0.0)),
-        (Some(lower), Some(upper)) => format!("{} to {}", value(lower, 0.0), value(upper, 0.0)),
+        (None, Some(upper)) => format!("at most {}", stated(upper)),
+        (Some(lower), None) => format!("at least {}", stated(lower)),
+        (Some(lower), Some(upper)) if lower == upper => stated(lower),
+        (Some(lower), Some(upper)) if lower == -upper => format!("±{}", stated(upper)),
+        (Some(lower), Some(upper)) => format!("{} to {}", stated(lower), stated(upper)),
     };
     with_unit(text, unit)
 }
@@ -204,6 +226,11 @@ mod tests {
             (117.800_4, 0.02, 117.8, "117.8004 ± 0.020 s"),
             (118.0, 0.02, 117.8, "118.000 ± 0.020 s"),
             (117.8, 0.0, 117.8, "117.8 s"),
+            (123_456.5, 0.0, 123_456.4, "123456.5 s"),
+            (123_456.45, 0.0, 123_456.4, "123456.45 s"),
+            (123_456.3, 0.0, 123_456.4, "123456 s"),
+            (123_456.3, 0.0, 123_456.2, "123456.3 s"),
+            (118.0, 0.0, 117.999_999_999_99, "118 s"),
         ] {
             assert_eq!(quantity_beyond(value, uncertainty, "s", limit), written);
         }
@@ -217,6 +244,10 @@ mod tests {
         assert_eq!(band(Some(-0.6), Some(-0.44), "deg/K"), "-0.6 to -0.44 deg/K");
         assert_eq!(band(Some(0.0), Some(0.0), ""), "0");
         assert_eq!(band(None, None, "deg"), "none");
+        assert_eq!(band(Some(123_456.2), Some(123_456.4), "km"), "123456.2 to 123456.4 km");
+        assert_eq!(band(None, Some(48_137_154.1), "m"), "at most 48137154.1 m");
+        assert_eq!(band(Some(0.1 + 0.2), None, ""), "at least 0.3");
+        assert_eq!(band(Some(0.001_23), Some(1e-12), ""), "0.00123 to 1.00e-12");
     }
 
     #[test]
@@ -237,6 +268,7 @@ mod tests {
         #[test]
         fn no_figure_panics(v in any::<f64>(), u in any::<f64>()) {
             let _ = (quantity(v, u, "m"), band(Some(v), Some(u), "m"), duration(v));
+            let _ = quantity_beyond(v, u, "m", u);
         }
     }
 }

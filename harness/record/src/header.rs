@@ -91,6 +91,9 @@ pub struct Node {
     pub name: String,
     /// The name of the line.
     pub line: String,
+    /// On a serial line: whether it sends what the device there receives.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub host: bool,
 }
 
 /// A serial line.

@@ -142,6 +142,10 @@ pub struct PropertySummary {
     /// Smallest distance to a violation as a share of the limit, -1 to 1.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub margin: Option<f64>,
+    /// For a held property `a -> b`: the text of `a`, if `a` was true at no moment at which `b` was known. Nothing was asked
+    /// for then, and the property would have held for any device.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub never_asked: Option<String>,
     /// Bench time of the first violation, s.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub broken_s: Option<f64>,
@@ -151,6 +155,14 @@ pub struct PropertySummary {
 }
 
 impl PropertySummary {
+    /// A sentence, if the property held only because nothing was asked for.
+    pub fn untested(&self) -> Option<String> {
+        let premise = self.never_asked.as_ref()?;
+        Some(format!(
+            "never put to the test: `{premise}` was true at no moment that could be judged"
+        ))
+    }
+
     /// Whether it was violated, or is a sometimes-property that did not occur.
     pub fn is_broken(&self) -> bool {
         self.held == Some(false)

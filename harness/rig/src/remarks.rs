@@ -3,8 +3,10 @@
 
 use super::Rig;
 use super::node::Part;
+use super::rig::Ear;
 use described::{Clipped, Signal};
 use record::figures;
+use wire::can::{Hex, Id};
 
 impl Rig {
     /// One line for each count that is not zero.
@@ -16,6 +18,7 @@ impl Rig {
         if damaged > 0 {
             remarks.push(format!("bytes or frames outside of any message: {damaged}"));
         }
+        remarks.extend(self.unexpected());
         for ear in &self.ears {
             let node = self.lines[ear.line].name(ear.end);
             for ((message, signal), count) in &ear.out_of_range {
@@ -60,6 +63,40 @@ impl Rig {
             }
         }
         remarks
+    }
+}
+
+impl Rig {
+    /// A sentence about each identifier that an end sent and that is another node's, and one about those of nobody.
+    fn unexpected(&self) -> impl Iterator<Item = String> + '_ {
+        self.ears.iter().filter(|ear| ear.judged && !ear.unexpected.is_empty()).flat_map(|ear| {
+            let mut rest = ear.unexpected.clone();
+            let at = |other: &&Ear| (other.line, other.end) == (ear.line, ear.end);
+            // A node may have several layouts on one line.
+            rest.take(|id| self.ears.iter().filter(at).any(|other| other.decoder.takes(id)));
+            let another = |id: Id| {
+                let is_it = |other: &&Ear| other.line == ear.line && other.decoder.takes(id);
+                self.ears.iter().find(is_it)
+            };
+            let who = match self.is_away(ear.line, ear.end) {
+                // Others may be on that line as well.
+                true => format!("somebody on {}", self.line_names[ear.line]),
+                false => self.lines[ear.line].name(ear.end).to_owned(),
+            };
+            let mut told: Vec<String> = rest
+                .take(|id| another(id).is_some())
+                .into_iter()
+                .filter_map(|(id, count)| {
+                    let other = another(id)?;
+                    let (node, id) = (self.lines[other.line].name(other.end), Hex(id));
+                    Some(format!("{who} sent {count} frames with the identifier {id} of {node}"))
+                })
+                .collect();
+            if !rest.is_empty() {
+                told.push(format!("{who} sent frames that are no message of the rig: {rest}"));
+            }
+            told
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use super::node::{Part, output};
 use crate::engine::FIRST_MISSION;
 use crate::hosted::{HostedController as _, News};
 use controller::mission::{Command, Mission, MissionId};
-use pairs::{Pairs, identifier};
+use pairs::{BUS_APART_MAX, Pairs, identifier};
 use record::reader::RecordError;
 use record::{Device, Record, RecordKind};
 use std::collections::BTreeMap;
@@ -139,6 +139,11 @@ pub fn rerun(
     // After the end of a plan the lines still deliver, but no device is queried any more.
     for pairs in again.outputs.values_mut().chain([&mut again.reports]) {
         pairs.now.retain(|record| record.at <= over);
+        // What the end of the run met on its way, behind frames of nodes that do not run again, is in no record.
+        let is_late = |last: &Record| over - last.at < BUS_APART_MAX;
+        while pairs.now.len() > pairs.recorded.len() && pairs.now.back().is_some_and(is_late) {
+            pairs.now.pop_back();
+        }
     }
     // In real time both sides may still have said something that the other had no time to say.
     again.is_over = true;

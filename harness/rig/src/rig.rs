@@ -7,6 +7,7 @@ use crate::link::Struck;
 use crate::node::{Node, Part, Route, Woken};
 use crate::robot::{self, Robot};
 use described::{Decoded, Decoder};
+use plan::identifiers::Identifiers;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::device::{PortId, Transmit};
@@ -33,6 +34,8 @@ pub(crate) struct Ear {
     pub(crate) judged: bool,
     /// How often each signal was out of its range, by message and signal.
     pub(crate) out_of_range: BTreeMap<(usize, usize), u64>,
+    /// Frames that are none of its messages.
+    pub(crate) unexpected: Identifiers,
 }
 
 impl Rig {
@@ -75,8 +78,8 @@ impl Rig {
         judged: bool,
     ) {
         self.lines[line].expect_messages(decoder.layout(), decoder.sender());
-        let out_of_range = BTreeMap::new();
-        self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range });
+        let (out_of_range, unexpected) = Default::default();
+        self.ears.push(Ear { line, end, speaker, decoder, judged, out_of_range, unexpected });
     }
 
     pub(crate) fn is_read(&self, line: usize) -> bool {
@@ -159,7 +162,7 @@ impl Rig {
             if ear.line != line || (ear.end != from && !strange) {
                 continue;
             }
-            let Ear { speaker, decoder, out_of_range, .. } = ear;
+            let Ear { speaker, decoder, out_of_range, unexpected, .. } = ear;
             let mut take = |decoded: Decoded<'_>| {
                 for signal in decoded.out_of_range() {
                     *out_of_range.entry((decoded.message, signal)).or_default() += 1;
@@ -167,7 +170,14 @@ impl Rig {
                 take(*speaker, decoded);
             };
             match what {
-                Transmit::Frame(frame) => decoder.frame(frame).into_iter().for_each(take),
+                Transmit::Frame(frame) => {
+                    let decoded = decoder.frame(frame);
+                    let is_message = decoded.is_some();
+                    decoded.into_iter().for_each(take);
+                    if !is_message && !strange && !decoder.takes(frame.id()) {
+                        unexpected.count(frame.id());
+                    }
+                }
                 Transmit::Bytes(packet) => decoder.bytes(packet.as_slice(), &mut take),
             }
         }

@@ -24,7 +24,7 @@ use super::keep::{breach, worsen};
 use super::recorded_properties::Replayed;
 use crate::checks::judge_all;
 use crate::observation::Observations;
-use crate::outcome::{Outcome, Summary, Verdict};
+use crate::outcome::{Outcome, PropertySummary, Summary, Verdict};
 use crate::plan::{Plan, Rig};
 use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
@@ -102,6 +102,11 @@ pub fn judge_again(
     let mut summary = Summary { outcome, reason, measurements, properties, ..summary };
     if let Some(why) = breach(&summary.properties) {
         worsen(&mut summary, Outcome::Failed, why);
+    }
+    let is_unjudged = |one: &PropertySummary| one.held.is_none();
+    if has_any && summary.measurements.is_empty() && summary.properties.iter().all(is_unjudged) {
+        let why = "nothing was judged: the record does not hold what the properties need";
+        worsen(&mut summary, Outcome::Failed, why.to_owned());
     }
     JudgedAgain { summary, header, record_error: read.error, kept, rewrite }
 }

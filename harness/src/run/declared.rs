@@ -50,6 +50,7 @@ pub(super) fn nodes(rig: &Rig) -> Vec<Node> {
     let node = |(place, line): (usize, usize)| Node {
         name: rig.nodes[place].name.clone(),
         line: rig.line_name(line).to_owned(),
+        host: rig.is_host(&rig.nodes[place], line),
     };
     if rig.is_short { Vec::new() } else { rig.ends().map(node).collect() }
 }

@@ -164,10 +164,12 @@ pub fn logged(
             earlier += 1;
             by = by.max(last - at);
         }
-        last = last.max(at);
+        // The order of the log is kept: of several at one time each is a nanosecond later than the one before.
+        last = if log.is_empty() { at } else { at.max(last + Span::from_nanos(1)) };
         let channel =
             channels.entry(entry.channel).or_insert_with(|| entry.channel.as_str().into());
-        log.push(Logged { at: last, channel: Arc::clone(channel), what });
+        let sent = entry.direction.map(|direction| direction == bus_log::Direction::Tx);
+        log.push(Logged { at: last, channel: Arc::clone(channel), what, sent });
     }
     let note = (earlier > 0).then(|| {
         let (entries, by) = (figures::counted(earlier, "entry", "entries"), by.as_secs_f64());

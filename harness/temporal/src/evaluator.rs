@@ -1,6 +1,6 @@
 //! Evaluates a formula over time as its signals become known.
 
-use crate::formula::Formula;
+use crate::formula::{Condition, Formula};
 use crate::history::History;
 use crate::network::Network;
 use crate::truth::Truth;
@@ -51,11 +51,16 @@ impl Stretch {
 impl Evaluator {
     /// An evaluator of `formula`, starting with the first update. No signal has a value yet.
     pub fn new(formula: &Formula) -> Self {
+        Self::of(&formula.condition, formula)
+    }
+
+    /// An evaluator of a condition over the signals of `formula`.
+    pub(crate) fn of(condition: &Condition, formula: &Formula) -> Self {
         let mut slots: Vec<_> =
             formula.signals.iter().enumerate().map(|(slot, used)| (used.index, slot)).collect();
         slots.sort_unstable();
         Self {
-            network: Network::new(&formula.condition),
+            network: Network::new(condition),
             values: vec![f64::NAN; slots.len()],
             slots,
             now: 0,
@@ -64,7 +69,7 @@ impl Evaluator {
             truth: Truth::UNKNOWN,
             end: None,
             history: None,
-            horizon: formula.horizon().as_nanos(),
+            horizon: condition.horizon(),
         }
     }
 

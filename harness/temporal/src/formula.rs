@@ -10,6 +10,33 @@ pub struct Formula {
     pub(crate) text: String,
     pub(crate) condition: Condition,
     pub(crate) signals: Vec<Used>,
+    /// Of `a -> b`.
+    pub(crate) premise: Option<Premise>,
+}
+
+/// The left side of a formula `a -> b`: where it is never true, `b` is never asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Premise {
+    pub(crate) text: String,
+    /// `a` is true and `b` is known.
+    pub(crate) answered: Condition,
+    /// `a` is true and `b` is unknown.
+    pub(crate) unanswered: Condition,
+    /// How far `b` looks ahead.
+    pub(crate) limit: Span,
+}
+
+impl Premise {
+    pub(crate) fn new(text: &str, left: Condition, right: &Condition) -> Self {
+        let known = || Box::new(Condition::Known(Box::new(right.clone())));
+        let left = Box::new(left);
+        Self {
+            text: text.to_owned(),
+            answered: Condition::And(left.clone(), known()),
+            unanswered: Condition::And(left, Box::new(Condition::Not(known()))),
+            limit: Span::from_nanos(right.horizon()),
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,6 +55,8 @@ pub(crate) enum Condition {
     Changes(Number, Width),
     Rises(Box<Condition>),
     Not(Box<Condition>),
+    /// Whether it is true or false; never unknown itself.
+    Known(Box<Condition>),
     And(Box<Condition>, Box<Condition>),
     Or(Box<Condition>, Box<Condition>),
     Eventually(Interval, Box<Condition>),
@@ -80,7 +109,7 @@ impl Condition {
     pub(crate) fn horizon(&self) -> i64 {
         match self {
             Self::Compare(..) | Self::Near(..) | Self::Changes(..) => 0,
-            Self::Rises(of) | Self::Not(of) => of.horizon(),
+            Self::Rises(of) | Self::Not(of) | Self::Known(of) => of.horizon(),
             Self::Once(_, of) | Self::Historically(_, of) => of.horizon(),
             Self::And(a, b) | Self::Or(a, b) | Self::Since(_, a, b) => a.horizon().max(b.horizon()),
             Self::Eventually(interval, of) | Self::Always(interval, of) => {
@@ -101,6 +130,7 @@ impl Interval {
 
 impl Comparator {
     pub(crate) fn truth(self, left: f64, right: f64, width: Width) -> Truth {
+        let right = if distance(left, right) == 0.0 { left } else { right };
         let holds = match self {
             Self::Less => left < right,
             Self::LessOrEqual => left <= right,
@@ -113,7 +143,18 @@ impl Comparator {
     }
 }
 
-/// The distance of two numbers. Equal infinities have distance zero.
+/// The distance of two numbers. Equal infinities have distance zero, and so have numbers that differ by rounding alone:
+/// three counts of 0.1 V are 0.30000000000000004 V.
 pub(crate) fn distance(left: f64, right: f64) -> f64 {
-    if left == right { 0.0 } else { (left - right).abs() }
+    rounded(left, right, left.abs().max(right.abs()))
+}
+
+/// The distance of two numbers that were calculated from numbers of that size.
+pub(crate) fn rounded(left: f64, right: f64, size: f64) -> f64 {
+    let apart = (left - right).abs();
+    if left == right || (size.is_finite() && apart <= 4.0 * f64::EPSILON * size) {
+        0.0
+    } else {
+        apart
+    }
 }

@@ -3,6 +3,7 @@
 use crate::evaluator::{Evaluator, Stretch};
 use crate::formula::Formula;
 use crate::history::History;
+use crate::question::Question;
 use crate::verdict::{Verdict, Violation};
 use wire::time::{Span, Timestamp};
 
@@ -40,6 +41,7 @@ use wire::time::{Span, Timestamp};
 pub struct Monitor {
     formula: Formula,
     evaluator: Evaluator,
+    question: Option<Question>,
     verdict: Verdict,
     last: Option<Last>,
 }
@@ -57,7 +59,8 @@ impl Monitor {
     pub fn new(formula: Formula) -> Self {
         let mut evaluator = Evaluator::new(&formula);
         evaluator.history = Some(History::new(formula.signals.len()));
-        Self { formula, evaluator, verdict: Verdict::new(), last: None }
+        let question = Question::of(&formula);
+        Self { formula, evaluator, question, verdict: Verdict::new(), last: None }
     }
 
     pub fn formula(&self) -> &Formula {
@@ -66,14 +69,14 @@ impl Monitor {
 
     /// See [`Evaluator::update`].
     pub fn update(&mut self, time: Timestamp, values: &[(usize, f64)]) {
-        self.evaluator.update(time, values);
+        self.follow(|evaluator| evaluator.update(time, values));
         self.judge();
     }
 
     /// See [`Evaluator::advance`]. A formula that looks ahead is judged when its horizon is over. Only updates of its
     /// signals advance time; call this when no update may come for long.
     pub fn advance(&mut self, time: Timestamp) {
-        self.evaluator.advance(time);
+        self.follow(|evaluator| evaluator.advance(time));
         self.judge();
     }
 
@@ -85,9 +88,33 @@ impl Monitor {
     /// Ends the run at `time`. Everything after it is unknown: a moment whose truth depends on that is open, neither a
     /// violation nor judged.
     pub fn finish(mut self, time: Timestamp) -> Verdict {
-        self.evaluator.finish(time);
+        self.follow(|evaluator| evaluator.finish(time));
         self.judge();
+        self.verdict.never_asked = self.question.and_then(Question::never_asked);
         self.verdict
+    }
+
+    /// The next moments at which `a` of a formula `a -> b` is true and `b` is unknown; each such moment is given once,
+    /// when all that `b` looks ahead to is over.
+    pub fn unanswered(&mut self) -> Option<Stretch> {
+        self.question.as_mut()?.unanswered()
+    }
+
+    /// Every signal of the formula has a value now: nothing more is [unanswered](Self::unanswered).
+    pub fn all_seen(&mut self) {
+        self.question.iter_mut().for_each(Question::all_seen);
+    }
+
+    /// How far `b` of a formula `a -> b` looks ahead.
+    pub fn limit(&self) -> Span {
+        self.question.as_ref().map_or(Span::ZERO, Question::limit)
+    }
+
+    fn follow(&mut self, mut to: impl FnMut(&mut Evaluator)) {
+        to(&mut self.evaluator);
+        if let Some(question) = &mut self.question {
+            question.follow(to);
+        }
     }
 
     fn judge(&mut self) {

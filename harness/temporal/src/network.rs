@@ -1,6 +1,6 @@
 //! A condition as a network of operators connected by streams.
 
-use crate::formula::{Comparator, Condition, Interval, Width, distance};
+use crate::formula::{Comparator, Condition, Interval, Width, distance, rounded};
 use crate::number::Number;
 use crate::operators::{Edge, Join, Reach, Until, Window};
 use crate::stream::Stream;
@@ -20,6 +20,7 @@ enum Node {
     Near(bool, Number, Number, Number, Width),
     Changes(Number, Change, Width),
     Not(usize),
+    Known(usize),
     Edge(usize, Edge),
     Join(usize, usize, Join),
     Window(usize, Window),
@@ -29,6 +30,7 @@ enum Node {
 /// State of `changes`.
 #[derive(Debug, Clone)]
 struct Change {
+    /// The last value; NaN before the first.
     last: f64,
     /// When the nanosecond of the last change ends, and the truth during it.
     over: Option<(i64, Truth)>,
@@ -43,7 +45,12 @@ impl Network {
 
     /// Starts the run at `at`.
     pub(crate) fn start(&mut self, at: i64) {
-        self.streams.iter_mut().for_each(|stream| stream.start(at));
+        for (node, stream) in self.nodes.iter().zip(&mut self.streams) {
+            stream.start(at);
+            if let Node::Known(_) = node {
+                stream.push(at, Truth::FALSE);
+            }
+        }
     }
 
     pub(crate) fn root(&mut self) -> &mut Stream {
@@ -64,6 +71,7 @@ impl Network {
                 Node::Changes(of.clone(), change, *width)
             }
             Condition::Not(of) => Node::Not(self.add(of)),
+            Condition::Known(of) => Node::Known(self.add(of)),
             Condition::Rises(of) => Node::Edge(self.add(of), Edge::new()),
             Condition::And(a, b) => Node::Join(self.add(a), self.add(b), Join::and()),
             Condition::Or(a, b) => Node::Join(self.add(a), self.add(b), Join::or()),
@@ -112,10 +120,11 @@ impl Network {
                     out.know(to);
                 }
                 Node::Near(is_near, a, b, tolerance, width) => {
-                    let apart = distance(a.value(slots), b.value(slots));
-                    let tolerance = tolerance.value(slots);
-                    let is_within = apart <= tolerance;
-                    let share = distance(apart, tolerance) / width.0;
+                    let (a, b) = (a.value(slots), b.value(slots));
+                    let (apart, tolerance) = (distance(a, b), tolerance.value(slots));
+                    let from_edge = rounded(apart, tolerance, a.abs().max(b.abs()));
+                    let is_within = apart < tolerance || from_edge == 0.0;
+                    let share = from_edge / width.0;
                     let truth = Truth::new(is_within == *is_near, share);
                     out.push(from, truth.by(index));
                     out.know(to);
@@ -127,6 +136,14 @@ impl Network {
                 Node::Not(of) => {
                     let input = &mut inputs[*of];
                     input.pour(|step| out.push(step.at, -step.truth));
+                    out.know(input.known());
+                }
+                Node::Known(of) => {
+                    let input = &mut inputs[*of];
+                    input.pour(|step| {
+                        let truth = if step.truth.is_known() { Truth::TRUE } else { Truth::FALSE };
+                        out.push(step.at, truth);
+                    });
                     out.know(input.known());
                 }
                 Node::Edge(of, edge) => edge.run(&mut inputs[*of], out),
@@ -156,9 +173,12 @@ impl Change {
             out.push(over, truth);
         }
         let apart = distance(value, self.last);
-        let truth = Truth::new(apart > 0.0, apart / width.0).by(comparison);
-        out.push(from, truth);
-        self.last = value;
+        let is_first = self.last.is_nan() && !value.is_nan();
+        let truth = if is_first { Truth::TRUE } else { Truth::new(apart > 0.0, apart / width.0) };
+        out.push(from, truth.by(comparison));
+        if !value.is_nan() {
+            self.last = value;
+        }
         let steady =
             if value.is_nan() { Truth::UNKNOWN } else { Truth::new(false, 0.0).by(comparison) };
         let over = from.saturating_add(1);

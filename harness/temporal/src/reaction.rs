@@ -7,8 +7,8 @@ use wire::time::{Span, Timestamp};
 
 /// Measures the time from each moment at which one formula becomes true to the next at which another is true.
 ///
-/// A response that is already true takes no time. A formula that was unknown just before does not become true. Several
-/// triggers that wait for the same response each get their own measurement.
+/// A response that is already true takes no time. A formula becomes true where `rises` of it is true. Several triggers
+/// that wait for the same response each get their own measurement.
 #[derive(Debug, Clone)]
 pub struct Reaction {
     from: Evaluator,
@@ -16,7 +16,8 @@ pub struct Reaction {
     /// The next stretch of each formula, as far as final.
     asked: Option<Stretch>,
     met: Option<Stretch>,
-    was_false: bool,
+    /// Whether the first formula was true when it was last known.
+    was_true: bool,
     capacity: usize,
     waiting: VecDeque<Timestamp>,
     answers: VecDeque<Answer>,
@@ -38,7 +39,7 @@ impl Reaction {
             to: Evaluator::new(to),
             asked: None,
             met: None,
-            was_false: false,
+            was_true: false,
             capacity,
             waiting: VecDeque::new(),
             answers: VecDeque::new(),
@@ -105,14 +106,14 @@ impl Reaction {
     /// Registers a trigger if the formula becomes true at the first moment of the stretch.
     fn ask(&mut self, stretch: Stretch) {
         let holds = stretch.truth.holds();
-        if holds == Some(true) && self.was_false {
+        if holds == Some(true) && !self.was_true {
             if self.waiting.len() < self.capacity {
                 self.waiting.push_back(stretch.from);
             } else {
                 self.dropped += 1;
             }
         }
-        self.was_false = holds == Some(false);
+        self.was_true = holds.unwrap_or(self.was_true);
     }
 
     fn answer(&mut self, at: Timestamp) {

@@ -26,6 +26,9 @@ pub struct Verdict {
     /// Total time during which it was false.
     pub violated: Span,
     pub first_violation: Option<Violation>,
+    /// The text of `a`, if the formula is `a -> b` and `a` was true at no moment at which `b` was known: then nothing was
+    /// asked for. Filled at the end of the run.
+    pub never_asked: Option<String>,
 }
 
 /// A moment at which a formula was false.
@@ -53,6 +56,7 @@ impl Verdict {
             violations: 0,
             violated: Span::ZERO,
             first_violation: None,
+            never_asked: None,
         }
     }
 }

@@ -3,10 +3,9 @@
 //!
 //! RTAMT evaluates offline in discrete time, one sample per step. Here a step is a nanosecond, and, if no operator of
 //! the formula lasts a nanosecond, a millisecond as well. Only samples whose whole horizon is within the trace are
-//! compared: after its end RTAMT assumes the neutral infinity, and this crate unknown. Before the trace an operand of
-//! `rise` is false in RTAMT and unknown here, so the comparison skips as many samples at the start as there are edges,
-//! and edges within operators on the past. RTAMT has no `changes` and less arithmetic (see `form.rs`). It gives only a
-//! robustness and no separate truth: where it is zero, only the robustness is compared.
+//! compared: after its end RTAMT assumes the neutral infinity, and this crate unknown. RTAMT has no `changes` and less
+//! arithmetic (see `form.rs`). It gives only a robustness and no separate truth: where it is zero, only the robustness is
+//! compared.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -68,10 +67,10 @@ fn ask(asked: &Value) -> Vec<Vec<f64>> {
 }
 
 /// Number of moments compared, and of those with a non-zero robustness.
-fn compare(form: &Form, truths: &[Truth], theirs: &[f64], edges: usize) -> (usize, usize) {
+fn compare(form: &Form, truths: &[Truth], theirs: &[f64]) -> (usize, usize) {
     let end = truths.len() - form.horizon() as usize;
     let mut decided = 0;
-    for at in edges..end {
+    for at in 0..end {
         let (ours, theirs) = (truths[at], theirs[at]);
         let place = format!("{} at {at}: {ours:?}, RTAMT {theirs}", form.text(1));
         let robustness = ours.robustness().unwrap_or_else(|| panic!("{place}"));
@@ -82,7 +81,7 @@ fn compare(form: &Form, truths: &[Truth], theirs: &[f64], edges: usize) -> (usiz
             decided += 1;
         }
     }
-    (end.saturating_sub(edges), decided)
+    (end, decided)
 }
 
 #[test]
@@ -98,7 +97,7 @@ fn robustness_is_that_of_rtamt() {
     let mut forms = Vec::new();
     while forms.len() < FORMULAS {
         let form = strategy.new_tree(&mut runner).unwrap().current();
-        if let Some(text) = form.rtamt(false) {
+        if let Some(text) = form.rtamt() {
             forms.push((form, text));
         }
     }
@@ -120,12 +119,11 @@ fn robustness_is_that_of_rtamt() {
         let trace = &traces[index % TRACES];
         let mut operators = Vec::new();
         form.operators(&mut operators);
-        let edges = operators.iter().filter(|name| matches!(**name, "rises" | "falls")).count();
         operators.into_iter().for_each(|name| *seen.entry(name).or_default() += 1);
         let steps = if form.is_coarse() { &[1, MILLISECOND][..] } else { &[1] };
         for step in steps {
             let truths = online(&parsed(form, *step), trace, *step);
-            let compared = compare(form, &truths, theirs, edges);
+            let compared = compare(form, &truths, theirs);
             moments += compared.0;
             decided += compared.1;
         }

@@ -161,6 +161,12 @@ pub fn measurements_table(summaries: &[Summary], style: Style) -> String {
         }
     }
     for summary in summaries {
+        for property in &summary.properties {
+            if let Some(why) = property.untested() {
+                let (plan, name) = (printable(&summary.plan), printable(&property.name));
+                text += &format!("{plan}: {name} was {}\n", printable(&why));
+            }
+        }
         for note in &summary.notes {
             text += &format!("{}: {}\n", printable(&summary.plan), printable(note));
         }
@@ -183,6 +189,7 @@ fn seen(property: &PropertySummary) -> String {
     match (property.broken_s, property.margin) {
         (Some(at_s), _) => format!("broken at {at_s:.3} s"),
         _ if property.is_broken() && !property.always => "never reached".to_owned(),
+        _ if property.never_asked.is_some() => "never tested".to_owned(),
         // A comparison for equality has no margin.
         (None, Some(margin)) if margin >= 0.005 => format!("margin {:.0} %", margin * 100.0),
         (None, _) => "-".to_owned(),

@@ -142,7 +142,11 @@ fn property(summary: &Summary, property: &PropertySummary) -> TestCase {
     let is_taken = summary.measurements.iter().any(|one| one.name == property.name);
     let name =
         if is_taken { format!("{} (property)", property.name) } else { property.name.clone() };
-    named(&name, summary, status)
+    let mut case = named(&name, summary, status);
+    if let Some(why) = property.untested() {
+        case.set_system_out(format!("held, but was {why}"));
+    }
+    case
 }
 
 /// Describes value, band and paper in one line.

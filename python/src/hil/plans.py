@@ -4,6 +4,7 @@ import fcntl
 import json
 import os
 import tomllib
+import warnings
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,10 @@ from hil.runs import JUDGED, Run, run
 
 #: The item that stands for the run itself.
 RUN = "run"
+
+
+class NeverTested(pytest.PytestWarning):
+    """A property held, but what it is about did not happen in the run."""
 
 
 class PlanFile(pytest.File):
@@ -102,6 +107,9 @@ class PlanItem(pytest.Item):
         if row is None:
             pytest.fail(f"{self.name}: the run has no such verdict\n{made}", pytrace=False)
         self.user_properties.append(("verdict", str(row)))
+        if self.kind == "property" and row.untested is not None:
+            told = NeverTested(f"{self.parent.path.name}: {row}")
+            warnings.warn_explicit(told, category=None, filename=str(self.path), lineno=1)
         if row.not_judged is not None:
             pytest.skip(row.not_judged)
         if not row.passed:

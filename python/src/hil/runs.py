@@ -44,18 +44,21 @@ class Measurement:
     def band(self) -> str:
         if self.lower is None and self.upper is None:
             return "any"
-        if self.lower is None:
-            return f"at most {self.upper:g}{self._unit}"
-        if self.upper is None:
-            return f"at least {self.lower:g}{self._unit}"
-        return f"{self.lower:g} to {self.upper:g}{self._unit}"
+        lower, upper = (None if end is None else _figure(end, end) for end in (self.lower, self.upper))
+        if lower is None:
+            return f"at most {upper}{self._unit}"
+        if upper is None:
+            return f"at least {lower}{self._unit}"
+        return f"{lower} to {upper}{self._unit}"
 
     @property
     def _unit(self) -> str:
         return "" if self.unit == "1" else f" {self.unit}"
 
     def __str__(self) -> str:
-        value = "nothing" if self.value is None else f"{self.value:.4g}{self._unit}"
+        value = "nothing"
+        if self.value is not None:
+            value = _figure(self.value, self.lower, self.upper) + self._unit
         return f"{self.name}: measured {value}, band {self.band}: {self.verdict}"
 
 
@@ -69,6 +72,8 @@ class Property:
     #: Why it was not judged on this bench.
     not_judged: str | None = None
     margin: float | None = None
+    #: For `a -> b` that held: the text of `a`, if `a` was true at no moment at which `b` was known.
+    never_asked: str | None = None
     #: Bench time of the violation, s.
     broken_s: float | None = None
     #: What was seen then.
@@ -79,9 +84,18 @@ class Property:
         """Not broken: it held or came about, or this bench cannot judge it."""
         return self.held is not False
 
+    @property
+    def untested(self) -> str | None:
+        """A sentence where it held only because nothing was asked for."""
+        if self.never_asked is None:
+            return None
+        return f"held, but was never put to the test: `{self.never_asked}` was true at no moment that could be judged"
+
     def __str__(self) -> str:
         if self.not_judged is not None:
             return f"{self.name}: not judged: {self.not_judged}"
+        if self.untested is not None:
+            return f"{self.name}: {self.untested}"
         if self.passed:
             return f"{self.name}: held" if self.always else f"{self.name}: came about: {self.held}"
         when = "" if self.broken_s is None else f"broken at {self.broken_s} s: "
@@ -136,6 +150,19 @@ def run(plan, out, *, seed=None, clock=None, bench=None, arguments=()) -> Run:
     stdout, stderr = subprocess.PIPE, subprocess.STDOUT
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=stderr, text=True)
     return Run(Path(out), done.returncode, done.stdout)
+
+
+def _figure(value: float, *limits: float | None) -> str:
+    """With four digits, or as many as it takes to be on the same side of the limits as the value."""
+
+    def sides(number: float):
+        return [(number > limit) - (number < limit) for limit in limits if limit is not None]
+
+    for digits in range(4, 18):
+        text = f"{value:.{digits}g}"
+        if ("e+" not in text or digits == 17) and sides(float(text)) == sides(value):
+            return text
+    return repr(value)
 
 
 def _of(kind, row: dict):

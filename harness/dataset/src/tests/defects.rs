@@ -165,6 +165,21 @@ fn cases() -> Vec<(&'static str, Package)> {
         ("header alone", series("t,w,ref\n")),
         ("field not in the header", series("t,w\n0,1\n")),
         ("field not in the schema", series("t,w,ref,extra\n0,1,2,3\n")),
+        ("another delimiter", series("t;w;ref\n0;0,1;0\n")),
+        ("tabs", series("t\tw\tref\n0\t1\t0\n")),
+        (
+            "a point where a comma is said",
+            written(
+                &plain.replace("\"data.csv\"", r#""data.csv", "dialect": {"decimalChar": ","}"#),
+            ),
+        ),
+        (
+            "another decimal sign",
+            written(
+                &plain.replace("\"data.csv\"", r#""data.csv", "dialect": {"decimalChar": "'"}"#),
+            ),
+        ),
+        ("line ends of Windows", series("t,w,ref\r\n0,1,0\r\n1,\"a\r\nb\",0\r\n")),
         ("name twice in the header", series("t,w,w\n0,1,2\n")),
         ("short row", rows("0,1,0\n1,2\n")),
         ("long row", rows("0,1,0\n1,2,0,9\n")),

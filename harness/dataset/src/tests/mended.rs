@@ -59,6 +59,26 @@ fn a_dialect_and_words_for_nothing_are_kept_to() {
     says(&set, "ref: 1 of 2 cells are missing");
 }
 
+/// As laboratories in half of Europe save it.
+#[test]
+fn decimal_commas_are_read_where_the_package_says_so() {
+    let package = Package::new("series", SERIES, "t;w;ref\r\n0;0,1;0\r\n1;+3e-1;-1,25\r\n");
+    let text = descriptor("series", SERIES, &["data.csv"]);
+    let of_table = text.replace(
+        "\"data.csv\"",
+        r#""data.csv", "dialect": {"delimiter": ";", "decimalChar": ","}"#,
+    );
+    let of_fields = text
+        .replace("\"data.csv\"", r#""data.csv", "dialect": {"delimiter": ";"}"#)
+        .replace(r#""unit": "deg/s""#, r#""unit": "deg/s", "decimalChar": ",""#);
+    for text in [of_table, of_fields] {
+        package.put("datapackage.json", text.as_bytes());
+        let set = package.read().unwrap();
+        assert_eq!(values(&set, Role::GyroRate), [0.1, 0.3]);
+        assert_eq!(values(&set, Role::ReferenceRate), [0.0, -1.25]);
+    }
+}
+
 #[test]
 fn missing_cells_of_a_cause_stay_missing() {
     let set = with(&[("T", "temperature", "Cel", "")], "t,w,ref,T\n0,1,0,20\n1,1.5,0,\n2,1,0,21\n");

@@ -72,12 +72,10 @@ impl CheckArguments {
         }
         let judged = judge_again(&plan, &rig, was, &recorded, records);
         for one in &judged.kept {
-            screen.note(&format!(
-                "{}: {} keeps the verdict of the run: {}",
-                run.display(),
-                one.name,
-                one.why
-            ));
+            let mut all = judged.summary.properties.iter();
+            let is_kept = all.any(|known| known.name == one.name && known.held.is_some());
+            let what = if is_kept { "keeps the verdict of the run" } else { "is not judged" };
+            screen.note(&format!("{}: {} {what}: {}", run.display(), one.name, one.why));
         }
         if let Some(error) = &judged.record_error {
             let kept = if judged.rewrite { "" } else { "; its files are left as they are" };

@@ -9,6 +9,7 @@ use bus_log::convert::{Converted, convert};
 use bus_log::{Format, LogReader, LogWriter};
 use clap::{Args, Subcommand};
 use record::outcome::Outcome;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// Reads, writes and plays bus logs: candump (.log), Vector ASC (.asc) and BLF (.blf), pcapng (.pcapng), PEAK TRC
@@ -83,9 +84,11 @@ impl ConvertArguments {
         }
         let converted = convert(reader.by_ref(), LogWriter::create(&self.output, to)?)?;
         if reader.passed_over() > 0 {
-            let count = reader.passed_over();
-            let what = "lines or blocks that are no frames were passed over";
-            screen.note(&format!("{}: {count} {what}", self.input.display()));
+            let passed_over = match reader.passed_over() {
+                1 => "1 line or block that is no frame was passed over".to_owned(),
+                count => format!("{count} lines or blocks that are no frames were passed over"),
+            };
+            screen.note(&format!("{}: {passed_over}", self.input.display()));
         }
         tell_notes(&self.input, &reader, screen);
         tell(&self.output, converted, screen)
@@ -99,5 +102,7 @@ pub(super) fn tell_notes(path: &Path, reader: &LogReader<'_>, screen: &Screen) {
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    // Two names of one file, hard links included.
+    let of = |path: &Path| path.metadata().map(|file| (file.dev(), file.ino()));
+    matches!((of(a), of(b)), (Ok(a), Ok(b)) if a == b)
 }

@@ -128,7 +128,8 @@ mod tests {
 
     #[test]
     fn nodes_of_a_rig_have_their_names() {
-        let node = |name: &str| Node { name: name.to_owned(), line: "can0".to_owned() };
+        let node =
+            |name: &str| Node { name: name.to_owned(), line: "can0".to_owned(), host: false };
         let nodes = ["manager", "cells"].map(node).to_vec();
         let header = Header { nodes, ..Header::default() };
         assert!(check_name(&header, "cells").is_ok() && check_name(&header, "plan").is_ok());

@@ -38,6 +38,7 @@ use judge::checks::judge_all;
 use plan::Plan;
 use plan::replayed::{Logged, Named};
 use record::VERSION;
+use record::figures;
 use record::outcome::{Outcome, Summary};
 use record::run_folder::RunFolder;
 use record::sink::{Level, NullSink, RecordSink};
@@ -65,16 +66,39 @@ const ENTRIES_MAX: usize = 10_000_000;
 /// quiet. A plan that goes on for longer than that after the log's last frame has nothing to judge.
 const QUIET: Span = Span::from_secs(1);
 
-/// The frames, if there are at most so many, with a note on their times.
+/// A log that begins this late, s, has times of day, or counts from 1970. Assumption: no bench logs for ten days.
+const DATED_S: f64 = 864_000.0;
+
+/// The frames, if there are at most so many, with notes on their times and on what is left out.
 fn kept(
     entries: impl IntoIterator<Item = Result<Entry, LogError>>,
     most: usize,
-) -> Result<(Vec<Logged>, Option<String>), ImportError> {
+) -> Result<(Vec<Logged>, Vec<String>), ImportError> {
+    let (mut errors, mut begins_s) = (0_u64, None);
     let is_kept = |entry: &Result<Entry, LogError>| {
-        !matches!(entry, Ok(Entry { payload: Payload::Error(_), .. }))
+        let Ok(entry) = entry else { return true };
+        let is_error = matches!(entry.payload, Payload::Error(_));
+        errors += u64::from(is_error);
+        if !is_error && begins_s.is_none() {
+            begins_s = Some(entry.at.as_secs_f64());
+        }
+        !is_error
     };
     let (log, note) = logged(entries.into_iter().filter(is_kept).take(most + 1))?;
-    if log.len() > most { Err(ImportError::TooLong { most }) } else { Ok((log, note)) }
+    if log.len() > most {
+        return Err(ImportError::TooLong { most });
+    }
+    let mut notes = Vec::from_iter(note);
+    if errors > 0 {
+        let frames = figures::counted(errors, "error frame", "error frames");
+        notes.push(format!("{frames} of the log left out"));
+    }
+    if let Some(begins_s) = begins_s.filter(|begins_s| (1.0..DATED_S).contains(begins_s)) {
+        notes.push(format!(
+            "the log begins at {begins_s:.3} s: the plan's time counts from its first frame"
+        ));
+    }
+    Ok((log, notes))
 }
 
 fn lasted(log: &[Logged]) -> Span {
@@ -89,6 +113,14 @@ fn outlasted(log: &[Logged], end_s: f64) -> Option<String> {
         .then(|| format!("the log ends at {last_s:.3} s, before the plan, which took {end_s:.3} s"))
 }
 
+/// A sentence about what the log holds after the end of the plan.
+fn unjudged_rest(log: &[Logged], end_s: f64) -> Option<String> {
+    let rest = log.iter().rev().take_while(|one| one.at.as_secs_f64() > end_s).count() as u64;
+    let rest_s = lasted(log).as_secs_f64() - end_s;
+    let frames = figures::counted(rest, "frame", "frames");
+    (rest > 0).then(|| format!("the plan ends {rest_s:.3} s before the log: {frames} not judged"))
+}
+
 /// Creates a run folder from a log of a rig and judges it by its plan: every node sends what it sent in the log, and
 /// the plan listens. What the plan itself would do to the rig is assumed to be in the log. `named` states the channel of
 /// a line.
@@ -101,7 +133,7 @@ pub fn import_rig_to_folder(
     named: Named<'_>,
     out: &Path,
 ) -> Result<Summary, ImportError> {
-    let (log, note) = kept(entries, ENTRIES_MAX)?;
+    let (log, notes) = kept(entries, ENTRIES_MAX)?;
     let rig = prepared.rig.clone().replayed_by(&log, named);
     let rig = rig.map_err(|(line, known)| ImportError::NoLine { line, known: known.join(", ") })?;
     let mut plan = Plan::clone(&prepared.plan);
@@ -116,7 +148,8 @@ pub fn import_rig_to_folder(
     summary.device_under_test = "unknown".to_owned();
     // So long did the bench run that was recorded.
     summary.wall_s = lasted(&log).as_secs_f64();
-    summary.notes.extend(note);
+    summary.notes.extend(notes);
+    summary.notes.extend(unjudged_rest(&log, summary.simulated_s));
     if let Some(why) = outlasted(&log, summary.simulated_s) {
         summary.outcome = summary.outcome.max(Outcome::Failed);
         summary.reason = Some(match summary.reason.take() {

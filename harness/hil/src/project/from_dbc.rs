@@ -208,7 +208,7 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
         text_of,
         "    {{ wait = {{ duration_s = {duration_s} }}, label = \"talking\" }},\n]"
     );
-    let mut measured = Measured::new(&mut text_of);
+    let mut measured = Measured::new(&mut text_of, 0.9 * duration_s);
     let waits = Waits::of(layout);
     for message in of(layout, Sender::Device) {
         measured.add((None, layout, &waits), message, period(message, assumed));
@@ -255,17 +255,19 @@ pub(super) struct Measured<'a> {
     names: BTreeSet<String>,
     /// Messages for which the plan has no room.
     left_out: usize,
+    /// Time for which each message must be heard, s.
+    heard_s: f64,
 }
 
 impl<'a> Measured<'a> {
-    pub(super) const fn new(plan: &'a mut String) -> Self {
-        Self { plan, names: BTreeSet::new(), left_out: 0 }
+    pub(super) const fn new(plan: &'a mut String, heard_s: f64) -> Self {
+        Self { plan, names: BTreeSet::new(), left_out: 0, heard_s }
     }
 
     /// Adds those of a message, unless the plan would be too large to be read.
     pub(super) fn add(&mut self, of: Of<'_>, message: &Message, period: Span) {
         let before = self.plan.len();
-        measure(self.plan, of, message, period, &mut self.names);
+        measure(self.plan, of, message, (period, self.heard_s), &mut self.names);
         if self.plan.len() > PLAN_LEN_MAX {
             self.plan.truncate(before);
             self.left_out += 1;
@@ -288,7 +290,7 @@ fn measure(
     plan: &mut String,
     (node, layout, waits): Of<'_>,
     message: &Message,
-    period: Span,
+    (period, heard_s): (Span, f64),
     names: &mut BTreeSet<String>,
 ) {
     let quantity = match node {
@@ -301,7 +303,8 @@ fn measure(
         let _ = write!(
             plan,
             "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = {}\n\
-             unit = \"1\"\ncheck = {{ share_within = {{ share = 0.95, band = [{}, {}] }} }}\n",
+             unit = \"1\"\ncheck = {{ share_within = {{ share = 0.95, band = [{}, {}] }} }}\n\
+             observations_min = {}     # a silent device must not pass\n",
             unique("period", &message.name, names),
             text(&match node {
                 Some(node) => format!("Time between two {} messages of {node}", message.name),
@@ -309,7 +312,8 @@ fn measure(
             }),
             text(&quantity),
             number(rounded((period_s - beside_s).max(0.0))),
-            number(rounded(period_s + beside_s))
+            number(rounded(period_s + beside_s)),
+            least_of(heard_s, period_s)
         );
     }
     for signal in &message.signals {
@@ -336,6 +340,12 @@ fn measure(
             number(band[1])
         );
     }
+}
+
+/// Whole periods in this time, and at least one.
+fn least_of(heard_s: f64, period_s: f64) -> u32 {
+    let expected = heard_s / period_s;
+    if expected.is_finite() { (expected as u32).max(1) } else { 1 }
 }
 
 /// Returns a name for a measurement that no other has.

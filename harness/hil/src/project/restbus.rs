@@ -157,7 +157,7 @@ fn rest_plan(name: &Name, members: &[Member], assumed: Span) -> String {
          name = \"rest\"\ntitle = \"The rest of the bus of {name} sends its messages\"\nrig = \"rest\"\n\n\
          steps = [{{ wait = {{ duration_s = {listening} }} }}]\n"
     );
-    measured(&mut plan, emulated(), assumed);
+    measured(&mut plan, 0.9 * listening, emulated(), assumed);
     plan
 }
 
@@ -169,12 +169,18 @@ fn bench_plan(name: &Name, members: &[Member], assumed: Span) -> String {
          name = \"bench\"\ntitle = \"The device of {name} sends its messages on time, with values in range\"\nrig = \"bench\"\n\n\
          steps = [{{ wait = {{ duration_s = {listening} }} }}]\n"
     );
-    measured(&mut plan, real(), assumed);
+    // A device may be switched on after the plan has begun.
+    measured(&mut plan, 0.5 * listening, real(), assumed);
     plan
 }
 
-fn measured<'a>(plan: &mut String, members: impl Iterator<Item = &'a Member>, assumed: Span) {
-    let mut measured = Measured::new(plan);
+fn measured<'a>(
+    plan: &mut String,
+    heard_s: f64,
+    members: impl Iterator<Item = &'a Member>,
+    assumed: Span,
+) {
+    let mut measured = Measured::new(plan, heard_s);
     for one in members {
         let waits = Waits::of(&one.layout);
         for message in of(&one.layout, Sender::Device) {

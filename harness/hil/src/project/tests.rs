@@ -100,7 +100,7 @@ fn a_plan_has_as_many_measurements_as_can_be_read() {
     let message = &layout.messages()[0];
     for (length, is_measured) in [(0, true), (PLAN_LEN_MAX - 10, false)] {
         let mut plan = "#".repeat(length);
-        let mut measured = Measured::new(&mut plan);
+        let mut measured = Measured::new(&mut plan, 10.0);
         measured.add((None, &layout, &Waits::of(&layout)), message, wire::time::Span::ZERO);
         measured.finish();
         assert_eq!(plan.contains("[[measurement]]"), is_measured);

@@ -39,10 +39,28 @@ fn a_log_of_a_run_is_judged_as_the_run_was() {
     assert!(!was.is_empty() && was.len() == is.len());
     for (was, is) in was.iter().zip(&is) {
         assert_eq!(was.0, is.0);
-        // A frame at the edge of a step may fall on its other side, since the import sends it over a line again.
+        // A frame at the edge of a step may fall on its other side: the time of the import begins with the first frame.
         assert!(was.2.abs_diff(is.2) <= 1, "{}: {} and {}", was.0, was.2, is.2);
         let (was, is) = (was.1.unwrap(), is.1.unwrap());
         assert!((was - is).abs() <= 0.02 * was.abs().max(1.0), "{was} {is}");
+    }
+    // Each frame has the time that it has in the log, and its place.
+    within(&hil, &["export", "again", "--bus", "again.log"]).exits(0);
+    let frames = |log: &str| {
+        let text = fs::read_to_string(hil.path("oven").join(log)).unwrap();
+        let of = |line: &str| {
+            let (at, frame) = line.strip_prefix('(').unwrap().split_once(") ").unwrap();
+            (at.parse::<f64>().unwrap(), frame.to_owned())
+        };
+        let frames: Vec<_> = text.lines().map(of).collect();
+        let begins = frames[0].0;
+        let since = |(at, frame): (f64, String)| (((at - begins) * 1e6).round(), frame);
+        frames.into_iter().map(since).collect::<Vec<_>>()
+    };
+    let (was, is) = (frames("rigs/oven.log"), frames("again.log"));
+    assert!(was.len().abs_diff(is.len()) <= 2, "{} {}", was.len(), is.len());
+    for (was, is) in was.iter().zip(&is) {
+        assert!((was.0 - is.0).abs() <= 1.0 && was.1 == is.1, "{was:?} {is:?}");
     }
     within(&hil, &["check", "again"]).exits(0);
     let shown = within(&hil, &["show", "again", "--device", "device", "--limit", "1"]).exits(0);
@@ -183,6 +201,35 @@ fn a_plan_that_outlasts_the_log_fails_and_times_that_go_back_are_told() {
 }
 
 #[test]
+fn both_ends_of_a_serial_line_come_back_from_a_log() {
+    let hil = recorded();
+    let device = "name = \"scale\"\ntitle = \"A scale\"\nsource = \"invented\"\n\n[serial]\nbaud = 9600\n\n\
+        [[message]]\nname = \"Status\"\nsent_by = \"device\"\nstart = [0xa5, 0x02]\nperiod_s = 0.1\n\
+        fields = [{ name = \"Weight\", type = \"u16\", unit = \"kg\" }]\n\n\
+        [[message]]\nname = \"Tare\"\nsent_by = \"host\"\nstart = [0xa5, 0x01]\n\
+        fields = [{ name = \"By\", type = \"u16\", unit = \"kg\" }]\n\n\
+        [signal.Weight]\nexpression = \"12 - By\"\n";
+    fs::write(hil.path("oven/devices/scale.toml"), device).unwrap();
+    let rig = "[[line]]\nname = \"uart\"\nserial = {}\n\
+        [[node]]\nname = \"scale\"\nat = \"uart\"\nemulate = \"scale\"\n\
+        [[node]]\nname = \"desk\"\nat = \"uart\"\ntester = true\n";
+    fs::write(hil.path("oven/rigs/uart.toml"), rig).unwrap();
+    let plan = |send: &str| {
+        format!(
+            "name = \"uart\"\ntitle = \"\"\nrig = \"uart\"\nsteps = [{send} {{ wait = {{ duration_s = 1 }} }}]\n\
+             [[property]]\nname = \"answers\"\nalways = \"rises(desk.By == 5) -> within 300 ms: scale.Weight == 7\"\n\
+             [[property]]\nname = \"tared\"\nsometimes = \"desk.By == 5\"\n"
+        )
+    };
+    let sends = "{ send = { message = \"Tare\", set = { By = 5 }, every_s = 0 } },";
+    fs::write(hil.path("oven/uart.toml"), plan(sends)).unwrap();
+    within(&hil, &["run", "uart.toml", "--record", "full", "--out", "u"]).exits(0);
+    within(&hil, &["export", "u", "--bus", "u.pcapng"]).exits(0);
+    fs::write(hil.path("oven/heard.toml"), plan("")).unwrap();
+    within(&hil, &["import", "u.pcapng", "--plan", "heard.toml", "--out", "i"]).exits(0);
+}
+
+#[test]
 fn a_log_without_bytes_leaves_a_serial_line_silent() {
     let hil = recorded();
     let device = "name = \"scale\"\ntitle = \"A scale\"\nsource = \"invented\"\n\n[serial]\nbaud = 9600\n\n\
@@ -205,4 +252,31 @@ fn a_log_without_bytes_leaves_a_serial_line_silent() {
     fs::write(hil.path("oven/both.toml"), plan + weight).unwrap();
     let unheard = import().exits(1).out;
     assert!(unheard.contains("light") && unheard.contains("scale.Weight"), "{unheard}");
+}
+
+#[test]
+fn what_is_left_out_of_a_log_or_not_judged_is_told() {
+    let hil = recorded();
+    let line = "[[line]]\nname = \"can0\"\ncan = {}\n[[node]]\nname = \"oven\"\nat = \"can0\"\nemulate = \"oven\"\n";
+    fs::write(hil.path("oven/rigs/one.toml"), line).unwrap();
+    let plan =
+        "name = \"short\"\ntitle = \"\"\nrig = \"one\"\nsteps = [{ wait = { duration_s = 2 } }]\n";
+    fs::write(hil.path("oven/short.toml"), format!("{plan}{WARMEST}")).unwrap();
+    let log = fs::read_to_string(hil.path("oven/rigs/oven.log")).unwrap();
+    let later = |line: &str| {
+        let (at, frame) = line.strip_prefix('(').unwrap().split_once(") ").unwrap();
+        format!("({:.6}) {frame}\n", at.parse::<f64>().unwrap() + 100.0)
+    };
+    let mut log: String = log.lines().take(40).map(later).collect();
+    log += "(102.000000) can0 7FF#00\n(102.100000) can0 20000004#0000000000000000\n";
+    fs::write(hil.path("oven/rest.log"), log).unwrap();
+    let ran = within(&hil, &["import", "rest.log", "--plan", "short.toml", "--out", "short"]);
+    for told in [
+        "1 error frame of the log left out",
+        "the log begins at 100.",
+        "frames of can0 left out that are no message of the rig: 0x7ff (1)",
+        "before the log: ",
+    ] {
+        assert!(ran.out.contains(told), "{told}: {}", ran.out);
+    }
 }

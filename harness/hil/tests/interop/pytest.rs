@@ -113,6 +113,23 @@ fn a_verdict_that_fails_fails_its_test_and_no_other() {
 }
 
 #[test]
+fn a_property_that_was_never_put_to_the_test_warns() {
+    let Some(project) = Project::new() else { return };
+    let never = "[[property]]\nname = \"cools\"\n\
+        always = \"rises(Temperature > 90 degC) -> within 1 s: Temperature < 90 degC\"\n\n[[envelope]]";
+    project.replace("plans/settles.toml", "[[envelope]]", never);
+    let output = project.pytest(&["plans/settles.toml", "--junitxml", "pytest.xml"]);
+    let shown = shown(&output);
+    assert!(output.status.success(), "{shown}");
+    assert!(shown.contains("5 passed, 1 warning"), "{shown}");
+    let told = "cools: held, but was never put to the test: `rises(Temperature > 90 degC)` was true at no moment";
+    assert!(shown.contains(&format!("NeverTested: settles.toml: {told}")), "{shown}");
+    let junit = fs::read_to_string(project.path("pytest.xml")).unwrap();
+    let told = told.replace('>', "&gt;");
+    assert!(junit.contains(&format!("name=\"verdict\" value=\"{told}")), "{junit}");
+}
+
+#[test]
 fn a_measurement_may_be_called_run_and_a_plan_must_exist() {
     let Some(project) = Project::new() else { return };
     project.replace("plans/settles.toml", "at_most = 150", "at_most = 15");

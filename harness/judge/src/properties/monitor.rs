@@ -117,6 +117,7 @@ impl Monitor {
                 first_violation: None,
                 never_judged: None,
                 margin: None,
+                never_asked: None,
             }),
             Property::Stated(_) => stated.next().map(|statement| statement.verdict(end)),
         });

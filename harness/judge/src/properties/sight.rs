@@ -50,6 +50,7 @@ impl From<&Unjudged> for PropertySummary {
             held: None,
             not_judged: Some(unjudged.why.clone()),
             margin: None,
+            never_asked: None,
             broken_s: None,
             what: None,
         }

@@ -17,8 +17,12 @@ pub(super) struct Statement {
     /// `None` if the formula does not fit the rig; such a plan is rejected before a run.
     monitor: Option<Monitor>,
     reads: Reads,
-    /// Signals without a value so far, by number.
-    unseen: BTreeMap<usize, String>,
+    /// Signals without a value so far, by number, each with its speaker.
+    unseen: BTreeMap<usize, (String, usize)>,
+    /// When each speaker was first heard, as long as a signal has no value.
+    heard: BTreeMap<usize, Timestamp>,
+    /// What was asked for and not answered in time, by a signal that had no value yet.
+    unanswered: Option<String>,
     /// When the last of the others had its first value.
     seen_since: Timestamp,
     violation: Option<Violation>,
@@ -33,13 +37,17 @@ impl Statement {
         };
         let formula = plan::formula(&text, speakers).ok();
         let signals = formula.iter().flat_map(temporal::Formula::signals);
-        let unseen = signals.map(|used| (used.index, used.name.clone())).collect();
+        let of: Vec<usize> = plan::speakers_of(speakers).collect();
+        let unseen = signals.map(|used| (used.index, (used.name.clone(), of[used.index])));
+        let unseen = unseen.collect();
         Self {
             name: stated.name.clone(),
             kind: stated.kind,
             reads: Reads::of(&formula, speakers),
             monitor: formula.map(Monitor::new),
             unseen,
+            heard: BTreeMap::new(),
+            unanswered: None,
             seen_since: Timestamp::ZERO,
             violation: None,
         }
@@ -48,12 +56,20 @@ impl Statement {
     /// Takes a message of a speaker.
     pub(super) fn message(&mut self, now: Timestamp, speaker: usize, decoded: &Decoded<'_>) {
         let Some(monitor) = &mut self.monitor else { return };
-        let Some(values) = self.reads.take(speaker, decoded) else { return };
         if !self.unseen.is_empty() {
-            for (number, _) in values {
-                if self.unseen.remove(number).is_some() {
-                    self.seen_since = now;
-                }
+            self.heard.entry(speaker).or_insert(now);
+        }
+        let Some(values) = self.reads.take(speaker, decoded) else { return };
+        if !self.unseen.is_empty()
+            && values.iter().any(|(number, _)| self.unseen.contains_key(number))
+        {
+            monitor.advance(now);
+            let found = first_unanswered(monitor, &self.unseen, &self.heard);
+            self.unanswered = self.unanswered.take().or(found);
+            self.unseen.retain(|number, _| values.iter().all(|(seen, _)| seen != number));
+            self.seen_since = now;
+            if self.unseen.is_empty() {
+                monitor.all_seen();
             }
         }
         monitor.update(now, values);
@@ -75,7 +91,13 @@ impl Statement {
 
     /// The result in a run that ended at `end`.
     pub(super) fn verdict(self, end: Timestamp) -> PropertyVerdict {
-        let Self { name, kind, monitor, unseen, seen_since, .. } = self;
+        let Self { name, kind, mut monitor, unseen, heard, seen_since, .. } = self;
+        let unanswered =
+            monitor.as_mut().filter(|_| self.unanswered.is_none()).and_then(|monitor| {
+                monitor.advance(end);
+                first_unanswered(monitor, &unseen, &heard)
+            });
+        let unanswered = self.unanswered.or(unanswered).filter(|_| kind == Kind::Always);
         let horizon = monitor.as_ref().map_or(Span::ZERO, |monitor| monitor.formula().horizon());
         let verdict = monitor.map(|monitor| monitor.finish(end));
         let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
@@ -83,8 +105,7 @@ impl Statement {
             let held = violation.is_some();
             let is_blind = !held && !unseen.is_empty();
             let never_judged = is_blind.then(|| format!("{NEVER}: {}", no_value(unseen)));
-            let (first_violation, margin) = (None, None);
-            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
+            return PropertyVerdict { never_judged, ..without_judgement(name, kind, held) };
         }
         let judged = verdict.as_ref().filter(|verdict| verdict.worst.is_some());
         // A moment at which only a signal is missing that never came: what should have been said was not.
@@ -95,7 +116,7 @@ impl Statement {
                 let at_s = from.max(seen_since).as_secs_f64();
                 Some(format!("not judged at {at_s:.3} s: {}", no_value(unseen)))
             }
-            None if judged.is_some() => None,
+            None if judged.is_some() => unanswered.filter(|_| violation.is_none()),
             None if unseen.is_empty() => Some(format!(
                 "never judged: the run ended at {} s, and the formula looks {} s ahead",
                 figures::value(end.as_secs_f64(), 0.0),
@@ -105,9 +126,8 @@ impl Statement {
         };
         if let Some(why) = why {
             // A property that could not have been violated counts as not held.
-            let (held, first_violation, margin) = (false, None, None);
             let never_judged = Some(why);
-            return PropertyVerdict { name, kind, held, first_violation, never_judged, margin };
+            return PropertyVerdict { never_judged, ..without_judgement(name, kind, false) };
         }
         PropertyVerdict {
             name,
@@ -116,13 +136,43 @@ impl Statement {
             first_violation: violation.map(told),
             never_judged: None,
             margin: judged.map(|verdict| verdict.robustness.clamp(-1.0, 1.0)),
+            never_asked: verdict.and_then(|verdict| verdict.never_asked),
         }
     }
 }
 
-fn no_value(unseen: BTreeMap<usize, String>) -> String {
-    let unseen: Vec<String> = unseen.into_values().collect();
+const fn without_judgement(name: String, kind: Kind, held: bool) -> PropertyVerdict {
+    let (first_violation, never_judged, margin, never_asked) = (None, None, None, None);
+    PropertyVerdict { name, kind, held, first_violation, never_judged, margin, never_asked }
+}
+
+fn no_value(unseen: BTreeMap<usize, (String, usize)>) -> String {
+    let unseen: Vec<String> = unseen.into_values().map(|(name, _)| name).collect();
     format!("no value of {}", unseen.join(", "))
+}
+
+/// The first moment at which something was asked for within a time, and a node that had been heard did not say in that
+/// time what it was to say, because it had never said it. A node that was not heard is still starting up.
+fn first_unanswered(
+    monitor: &mut Monitor,
+    unseen: &BTreeMap<usize, (String, usize)>,
+    heard: &BTreeMap<usize, Timestamp>,
+) -> Option<String> {
+    let limit = monitor.limit();
+    let is_due = |(from, name): (Timestamp, &String)| {
+        let (at_s, by_s) = (from.as_secs_f64(), (from + limit).as_secs_f64());
+        format!("not answered at {at_s:.3} s: no value of {name} until {by_s:.3} s")
+    };
+    let mut found = std::iter::from_fn(|| monitor.unanswered()).filter_map(|stretch| {
+        let silent = unseen.values().filter_map(|(name, speaker)| {
+            let from = stretch.from.max(*heard.get(speaker)?);
+            (from < stretch.to).then_some((from, name))
+        });
+        silent.min()
+    });
+    let first = found.next();
+    found.for_each(drop);
+    first.filter(|_| limit > Span::ZERO).map(is_due)
 }
 
 /// The time of the violation, its extent, and the values of the signals.

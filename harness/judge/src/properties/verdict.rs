@@ -24,6 +24,8 @@ pub struct PropertyVerdict {
     /// a share of the limit, from 1 (far) over 0 (at the limit) to -1. `None` if there was nothing to judge, and for
     /// sometimes-properties.
     pub margin: Option<f64>,
+    /// For a held formula `a -> b`: the text of `a`, if it was true at no moment at which `b` was known.
+    pub never_asked: Option<String>,
 }
 
 /// What a sometimes-property comes to that did not occur.
@@ -38,6 +40,7 @@ impl From<&PropertyVerdict> for PropertySummary {
             held: Some(verdict.held),
             not_judged: None,
             margin: verdict.margin,
+            never_asked: verdict.never_asked.clone(),
             broken_s: violation.map(|violation| violation.at.as_secs_f64()),
             what: violation
                 .map(|violation| violation.what.clone())
@@ -91,6 +94,7 @@ impl Judgement {
             first_violation: self.first_violation,
             never_judged: None,
             margin: self.margin,
+            never_asked: None,
         }
     }
 }

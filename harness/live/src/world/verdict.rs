@@ -149,6 +149,7 @@ mod tests {
             first_violation: Some(Violation { at, what: "an old one".to_owned() }),
             never_judged: None,
             margin: Some(-0.1),
+            never_asked: None,
         };
         let passed = || Ending { outcome: Outcome::Passed, reason: None };
         let mut lateness = Lateness::new(Span::from_millis(20));

@@ -8,7 +8,7 @@ use crate::rig::{NodeTable, RigFile, RigLine, RigNode, UnderTest};
 use crate::speakers::{DEVICE, Speaker};
 use described::{Layout, Medium, hint};
 use std::collections::BTreeMap;
-use wire::can::Id;
+use wire::can::{Hex, Id};
 
 impl Builder<'_> {
     /// Checks that a classic bus has no CAN FD messages.
@@ -72,7 +72,7 @@ impl Builder<'_> {
                         "{} and {} both send the identifier {} (`{message}`) on {}",
                         first.node,
                         second.node,
-                        shown(*id),
+                        Hex(*id),
                         rig.line_name(second.line)
                     )
                 }));
@@ -139,12 +139,5 @@ impl Builder<'_> {
             }
         }
         Ok(())
-    }
-}
-
-fn shown(id: Id) -> String {
-    match id {
-        Id::Standard(id) => format!("0x{:03x}", id.as_raw()),
-        Id::Extended(id) => format!("0x{:08x}", id.as_raw()),
     }
 }

@@ -109,7 +109,8 @@ pub struct Read {
     /// Its unit; `1` where this is absent.
     #[serde(default)]
     pub unit: Option<String>,
-    /// Its first byte in the response, from 0; 3 where this is absent, behind the echo of an identifier.
+    /// Its first byte in the response, from 0. Where this is absent, the number is all that follows the echo of an
+    /// identifier, from byte 3.
     #[serde(default)]
     pub at: Option<usize>,
 }
@@ -177,28 +178,55 @@ impl Uds {
             Reply::Failed(why) => return Err(why.clone()),
         };
         let is_positive = response.and_then(<[u8]>::first) == Some(&(asked | POSITIVE));
+        let echoed = echo(&self.request);
+        let echoes = response
+            .is_some_and(|response| response.get(1..).unwrap_or_default().starts_with(&echoed));
         let is_right = match (&self.expect, response) {
             (Expected::Any, _) | (Expected::Silence, None) => true,
-            (Expected::Positive, Some(_)) => is_positive,
+            (Expected::Positive, Some(_)) => is_positive && echoes,
             (Expected::Negative(code), Some(response)) => response == [NEGATIVE, asked, *code],
             (Expected::Data(data), Some(response)) => response == data.as_slice(),
             (Expected::Text(text), Some(response)) => {
-                is_positive && response.get(BEHIND_IDENTIFIER..) == Some(text.as_bytes())
+                let data = response.get(BEHIND_IDENTIFIER..);
+                is_positive && echoes && data == Some(text.as_bytes())
             }
             _ => false,
         };
         if !is_right {
             let found = response.map_or_else(|| "no response".to_owned(), shown);
-            return Err(format!("expected {}, and {found} came", self.expect));
+            let other = if is_positive && !echoes { ", which answers another request" } else { "" };
+            return Err(format!("expected {}, and {found} came{other}", self.expect));
         }
         let (Some(read), Some(response), true) = (&self.read, response, is_positive) else {
             return Ok(None);
         };
         let data = response.get(read.at.unwrap_or(BEHIND_IDENTIFIER)..);
-        let value = read.number().zip(data).and_then(|(number, data)| number.value(data));
         let name = read.name.as_str();
+        let number = read.number().zip(data);
+        if read.at.is_none() && number.is_some_and(|(number, data)| data.len() > number.bytes()) {
+            return Err(format!("{} is longer than `{name}`; `at` picks a part", hex(response)));
+        }
+        let value = number.and_then(|(number, data)| number.value(data));
         value.map(Some).ok_or_else(|| format!("{} is too short for `{name}`", hex(response)))
     }
+}
+
+/// What a positive response repeats behind its service (ISO 14229-1): a sub-function without the bit that suppresses
+/// responses, an identifier, a block counter.
+fn echo(request: &[u8]) -> Vec<u8> {
+    let [service, rest @ ..] = request else { return Vec::new() };
+    let bytes = match service {
+        0x10 | 0x11 | 0x19 | 0x27 | 0x28 | 0x36 | 0x3E | 0x85 | 0x87 => 1,
+        0x22 | 0x2E | 0x2F => 2,
+        0x31 => 3,
+        _ => 0,
+    };
+    let mut echo: Vec<u8> = rest.iter().take(bytes).copied().collect();
+    let has_sub_function = !matches!(service, 0x22 | 0x2E | 0x2F | 0x36);
+    if let (true, Some(sub_function)) = (has_sub_function, echo.first_mut()) {
+        *sub_function &= 0x7F;
+    }
+    echo
 }
 
 fn hex(bytes: &[u8]) -> String {
@@ -256,5 +284,47 @@ impl StepKind for Uds {
 
     fn limit(&self) -> Span {
         self.p2 + self.p2_star * PENDING_MAX + SLACK
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Reply, Uds};
+
+    fn judged(step: &str, response: &[u8]) -> Result<Option<f64>, String> {
+        let step: Uds = toml::from_str(step).unwrap();
+        step.judge(&Reply::Response(response.to_vec()))
+    }
+
+    #[test]
+    fn a_response_to_another_request_is_refused() {
+        for (request, right, wrong) in [
+            ("[0x22, 0x10, 1]", &[0x62, 0x10, 1, 5][..], &[0x62, 0x10, 2, 5][..]),
+            ("[0x2E, 0x20, 0, 7]", &[0x6E, 0x20, 0], &[0x6E, 0x30, 0]),
+            ("[0x31, 1, 0xFF, 0]", &[0x71, 1, 0xFF, 0], &[0x71, 2, 0xFF, 1]),
+            ("[0x10, 3]", &[0x50, 3, 0, 50, 1, 0xF4], &[0x50, 1, 0, 50, 1, 0xF4]),
+            ("[0x27, 1]", &[0x67, 1, 9, 9], &[0x67, 3, 9, 9]),
+            ("[0x3E, 0x80]", &[0x7E, 0], &[0x7E, 1]),
+            ("[0x19, 2, 0xFF]", &[0x59, 2, 0xFF], &[0x59, 1, 0xFF]),
+            ("[0x36, 1, 0xAA]", &[0x76, 1], &[0x76, 2]),
+            ("[0x14, 0xFF, 0xFF, 0xFF]", &[0x54], &[0x55]),
+        ] {
+            let step = format!("request = {request}");
+            assert_eq!(judged(&step, right), Ok(None), "{request}");
+            assert!(judged(&step, wrong).is_err(), "{request}");
+        }
+        let other = judged("request = [0x22, 0xF1, 0x90]", &[0x62, 0xF1, 0x91, 1]).unwrap_err();
+        let told =
+            "expected a positive response, and 62 F1 91 01 came, which answers another request";
+        assert_eq!(other, told);
+    }
+
+    #[test]
+    fn a_number_is_all_that_follows_the_echo_or_where_it_begins() {
+        let read = |at: &str| {
+            format!("request = [0x22, 1, 0]\nread = {{ name = \"x\", type = \"u8\"{at} }}")
+        };
+        assert!(judged(&read(""), &[0x62, 1, 0, 7, 8]).unwrap_err().ends_with("`at` picks a part"));
+        assert_eq!(judged(&read(", at = 4"), &[0x62, 1, 0, 7, 8]), Ok(Some(8.0)));
     }
 }

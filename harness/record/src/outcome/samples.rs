@@ -27,6 +27,7 @@ pub fn properties() -> Vec<PropertySummary> {
         held,
         not_judged: None,
         margin: None,
+        never_asked: None,
         broken_s: None,
         what: None,
     };
@@ -42,6 +43,11 @@ pub fn properties() -> Vec<PropertySummary> {
         PropertySummary {
             not_judged: Some("the base is real".into()),
             ..of("done_is_done", true, None)
+        },
+        PropertySummary {
+            margin: Some(0.0),
+            never_asked: Some("rises(tester.Charge == 3)".into()),
+            ..of("closes when asked", true, Some(true))
         },
         of("gyro_silent", false, Some(true)),
         PropertySummary { what: Some("never reached".into()), ..of("bus_off", false, Some(false)) },

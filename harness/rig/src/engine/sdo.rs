@@ -3,6 +3,7 @@
 use super::{Action, Engine, Waiting};
 use described::{Abort, Decoded, Dictionary, Progress, SDO_RESPONSE, SdoClient, SignalValue};
 use plan::{Order, Sdo, Send, Speaker, canopen_devices};
+use record::figures;
 use record::outcome::Outcome;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -140,7 +141,8 @@ impl Engine {
         if let (Ok(bytes), Some(quantity)) = (&how, step.quantity()) {
             let entry = device.dictionary.find(step.index, step.sub);
             let Some(value) = entry.ok().and_then(|entry| entry.value(bytes)) else {
-                let why = format!("{} bytes do not make this number", bytes.len());
+                let bytes = figures::counted(bytes.len() as u64, "byte does", "bytes do");
+                let why = format!("{bytes} not make this number");
                 return self.end_here(now, Outcome::Failed, &why);
             };
             self.observe(now, |collector| collector.add_named(&quantity, value, 0.0, &[]));

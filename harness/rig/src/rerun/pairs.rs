@@ -7,7 +7,7 @@ use wire::time::{Span, Timestamp};
 
 /// On a bus of the run a frame waits for those of others; here the device is alone. Assumption: longer than a burst of
 /// ten frames at 125 kbit/s takes.
-const BUS_APART_MAX: Span = Span::from_millis(20);
+pub(super) const BUS_APART_MAX: Span = Span::from_millis(20);
 /// An output that the other side has not sent after this long is a difference.
 const AWAITED: Span = Span::from_secs(1);
 

@@ -2,7 +2,7 @@
 
 use super::lexer::Token;
 use super::{Parser, Part, What};
-use crate::formula::{Condition, Interval};
+use crate::formula::{Condition, Interval, Premise};
 use crate::mistake::Mistake;
 use std::ops::Range;
 
@@ -20,8 +20,12 @@ impl Parser<'_> {
             }
             parser.advance()?;
             let right = parser.implication()?;
-            let (at, is_open) = (left.at.start..right.at.end, right.is_open);
+            let (of_left, at) = (left.at.clone(), left.at.start..right.at.end);
+            let is_open = right.is_open;
             let (left, right) = (parser.condition(left)?, parser.condition(right)?);
+            if parser.nesting == 1 {
+                parser.premise = Some(Premise::new(parser.said(&of_left), left.clone(), &right));
+            }
             let condition = Condition::Or(negated(left), Box::new(right));
             Ok(Part { is_open, ..Part::condition(condition, at) })
         })

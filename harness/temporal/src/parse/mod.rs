@@ -10,7 +10,7 @@ mod quantity;
 mod signal;
 mod window;
 
-use crate::formula::{Condition, Formula, Used};
+use crate::formula::{Condition, Formula, Premise, Used};
 use crate::mistake::Mistake;
 use crate::signals::{Signal, Signals};
 use lexer::{Token, token};
@@ -34,6 +34,8 @@ struct Parser<'a> {
     /// End of the previous token.
     end: usize,
     nesting: usize,
+    /// Of the whole formula, if it is `a -> b`.
+    premise: Option<Premise>,
 }
 
 struct Part {
@@ -63,7 +65,16 @@ impl Formula {
             return Err(Mistake::new(0..text.len(), message).help(DIVIDE));
         }
         let (next, at) = token(text, 0)?;
-        let mut parser = Parser { text, signals, found: Vec::new(), next, at, end: 0, nesting: 0 };
+        let mut parser = Parser {
+            text,
+            signals,
+            found: Vec::new(),
+            next,
+            at,
+            end: 0,
+            nesting: 0,
+            premise: None,
+        };
         let whole = parser.implication()?;
         if parser.next != Token::End {
             return Err(parser.unexpected("an operator"));
@@ -76,7 +87,7 @@ impl Formula {
             );
         }
         let signals = parser.found.into_iter().map(|(used, _)| used).collect();
-        Ok(Self { text: text.to_owned(), condition, signals })
+        Ok(Self { text: text.to_owned(), condition, signals, premise: parser.premise })
     }
 }
 

@@ -108,10 +108,32 @@ fn a_signal_without_a_value_is_not_judged() {
 }
 
 #[test]
-fn what_begins_true_does_not_rise() {
-    let verdict =
-        verdict("rises(Count > 0) -> Speed > 100", &[(0, SPEED, 0.0), (5, COUNT, 1.0)], 20);
-    assert_eq!((verdict.violations, verdict.unknown), (0, Span::from_nanos(6)));
+fn a_first_value_is_a_change() {
+    let updates = [(0, SPEED, 0.0), (5, COUNT, 1.0), (9, COUNT, f64::NAN), (12, COUNT, 1.0)];
+    for change in ["rises(Count > 0)", "falls(Count < 0)", "changes(Count)"] {
+        let verdict = verdict(&format!("{change} -> Speed > 100"), &updates, 20);
+        // Once: between two equal values one is missing.
+        assert_eq!((verdict.violations, verdict.violated), (1, Span::from_nanos(1)), "{change}");
+        assert_eq!(verdict.first_violation.unwrap().at, at(5));
+    }
+}
+
+#[test]
+fn what_is_asked_before_a_first_value_is_unanswered() {
+    let mut monitor = Monitor::new(formula("Speed > 3 -> within 10 ns: Count == 1"));
+    monitor.update(at(0), &[(SPEED, 0.0)]);
+    monitor.update(at(20), &[(SPEED, 5.0)]);
+    monitor.update(at(25), &[(SPEED, 0.0)]);
+    monitor.advance(at(28));
+    assert_eq!(monitor.unanswered(), None);
+    monitor.update(at(50), &[(COUNT, 0.0)]);
+    let stretch = monitor.unanswered().unwrap();
+    assert_eq!((stretch.from, stretch.to, monitor.limit()), (at(20), at(25), Span::from_nanos(10)));
+    assert_eq!(monitor.unanswered(), None);
+    monitor.all_seen();
+    let verdict = monitor.finish(at(100));
+    assert!(verdict.holds);
+    assert_eq!(verdict.never_asked.as_deref(), Some("Speed > 3"));
 }
 
 #[test]
@@ -228,4 +250,24 @@ fn memory_is_what_changed_within_the_horizon() {
 #[test]
 fn truth_can_be_printed() {
     assert_eq!(format!("{:?} {:?}", Truth::new(false, 2.5), Truth::UNKNOWN), "false(-2.5) unknown");
+}
+
+#[test]
+fn an_implication_whose_left_side_was_never_true_asked_for_nothing() {
+    let text = "rises(Speed > 3) -> within 10 ns: Count == 1";
+    let start = [(0, SPEED, 0.0), (0, COUNT, 1.0)];
+    let asked = |updates: &[(i64, usize, f64)], end| {
+        let verdict = verdict(text, &[&start[..], updates].concat(), end);
+        assert!(verdict.holds);
+        verdict.never_asked
+    };
+    assert_eq!(asked(&[(20, SPEED, 2.0)], 100).as_deref(), Some("rises(Speed > 3)"));
+    assert_eq!(asked(&[(20, SPEED, 5.0)], 100), None);
+    // The only answer might still have come.
+    let open = [(10, COUNT, 0.0), (20, SPEED, 5.0)];
+    assert_eq!(asked(&open, 25).as_deref(), Some("rises(Speed > 3)"));
+    // A violation was asked for, and a formula without `->` always is.
+    for text in [text, "Count == 1"] {
+        assert_eq!(verdict(text, &[&start[..], &open[..]].concat(), 100).never_asked, None);
+    }
 }

@@ -84,6 +84,20 @@ fn strictness_decides_at_the_border() {
     }
 }
 
+/// Three counts of 0.1 are 0.30000000000000004.
+#[test]
+fn rounding_decides_nothing() {
+    for text in [
+        "0.1 * (Count + 5) <= 0.3",
+        "0.1 * (Count + 5) == 0.3",
+        "not 0.1 * (Count + 5) > 0.3",
+        "5 - 0.1 * (Count + 3) == 5 +- 0.1",
+        "0.1 * (Count + 5) < 0.3000000000001",
+    ] {
+        assert_eq!(holds(text), Some(true), "{text}");
+    }
+}
+
 #[test]
 fn units_are_converted() {
     for text in [

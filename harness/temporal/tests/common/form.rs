@@ -175,9 +175,8 @@ impl Form {
         }
     }
 
-    /// RTAMT notation, times in steps; `None` if RTAMT has no equivalent or means something else. `is_past`: it stands
-    /// within an operator on the past.
-    pub fn rtamt(&self, is_past: bool) -> Option<String> {
+    /// RTAMT notation, times in steps; `None` if RTAMT has no equivalent.
+    pub fn rtamt(&self) -> Option<String> {
         let past = |b: Option<i64>, a: i64| b.map_or(String::new(), |b| format!("[{a}:{b}]"));
         Some(match self {
             Compare(how, a, b) => {
@@ -192,25 +191,23 @@ impl Form {
                 format!("(({0} < {1}) and ({1} <= {2}))", a.rtamt()?, b.rtamt()?, c.rtamt()?)
             }
             Changes(_) => return None,
-            // Before the trace the operand is false in RTAMT and unknown here.
-            Rises(_) | Falls(_) if is_past => return None,
-            Rises(of) => format!("rise({})", of.rtamt(is_past)?),
-            Falls(of) => format!("fall({})", of.rtamt(is_past)?),
-            Not(of) => format!("(not({}))", of.rtamt(is_past)?),
-            And(a, b) => format!("({} and {})", a.rtamt(is_past)?, b.rtamt(is_past)?),
-            Or(a, b) => format!("({} or {})", a.rtamt(is_past)?, b.rtamt(is_past)?),
-            Implies(a, b) => format!("({} -> {})", a.rtamt(is_past)?, b.rtamt(is_past)?),
-            Eventually(a, b, of) => format!("(eventually[{a}:{b}]({}))", of.rtamt(is_past)?),
-            Always(a, b, of) => format!("(always[{a}:{b}]({}))", of.rtamt(is_past)?),
-            Once(a, b, of) => format!("(once{}({}))", past(*b, *a), of.rtamt(true)?),
+            Rises(of) => format!("rise({})", of.rtamt()?),
+            Falls(of) => format!("fall({})", of.rtamt()?),
+            Not(of) => format!("(not({}))", of.rtamt()?),
+            And(a, b) => format!("({} and {})", a.rtamt()?, b.rtamt()?),
+            Or(a, b) => format!("({} or {})", a.rtamt()?, b.rtamt()?),
+            Implies(a, b) => format!("({} -> {})", a.rtamt()?, b.rtamt()?),
+            Eventually(a, b, of) => format!("(eventually[{a}:{b}]({}))", of.rtamt()?),
+            Always(a, b, of) => format!("(always[{a}:{b}]({}))", of.rtamt()?),
+            Once(a, b, of) => format!("(once{}({}))", past(*b, *a), of.rtamt()?),
             Historically(a, b, of) => {
-                format!("(historically{}({}))", past(*b, *a), of.rtamt(true)?)
+                format!("(historically{}({}))", past(*b, *a), of.rtamt()?)
             }
             Until(a, b, p, q) => {
-                format!("(({}) until[{a}:{b}] ({}))", p.rtamt(is_past)?, q.rtamt(is_past)?)
+                format!("(({}) until[{a}:{b}] ({}))", p.rtamt()?, q.rtamt()?)
             }
             Since(a, b, p, q) => {
-                format!("(({}) since{} ({}))", p.rtamt(true)?, past(*b, *a), q.rtamt(true)?)
+                format!("(({}) since{} ({}))", p.rtamt()?, past(*b, *a), q.rtamt()?)
             }
         })
     }

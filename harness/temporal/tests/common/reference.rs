@@ -85,6 +85,11 @@ fn compare(how: &str, a: f64, b: f64) -> Value {
     if holds { True(margin) } else { False(margin) }
 }
 
+/// The last known of the values before `at`, or `first`.
+fn before(values: &[Value], at: usize, first: Value) -> Value {
+    values[..at].iter().rev().copied().find(|value| *value != Unknown).unwrap_or(first)
+}
+
 /// The value of the formula at each moment of `rows`.
 pub fn evaluate(form: &Form, rows: &Rows) -> Vec<Value> {
     let count = rows.len() as i64;
@@ -114,16 +119,21 @@ pub fn evaluate(form: &Form, rows: &Rows) -> Vec<Value> {
             all([compare("<", a, b), compare("<=", b, c)])
         }),
         Form::Changes(of) => at_each(&|at| {
-            let before = at.checked_sub(1).map_or(f64::NAN, |before| number(of, &rows[before]));
-            compare("!=", number(of, &rows[at]), before)
+            let now = number(of, &rows[at]);
+            let mut before = rows[..at].iter().rev().map(|row| number(of, row));
+            match before.find(|value| !value.is_nan()) {
+                Some(before) => compare("!=", now, before),
+                None if now.is_nan() => Unknown,
+                None => True(f64::INFINITY),
+            }
         }),
         Form::Rises(of) => {
             let of = evaluate(of, rows);
-            at_each(&|at| all([of[at], not(get(&of, at as i64 - 1))]))
+            at_each(&|at| all([of[at], not(before(&of, at, False(f64::NEG_INFINITY)))]))
         }
         Form::Falls(of) => {
             let of = evaluate(of, rows);
-            at_each(&|at| all([not(of[at]), get(&of, at as i64 - 1)]))
+            at_each(&|at| all([not(of[at]), before(&of, at, True(f64::INFINITY))]))
         }
         Form::Not(of) => evaluate(of, rows).into_iter().map(not).collect(),
         Form::And(a, b) => {

@@ -1,4 +1,5 @@
-//! What failed, before everything else: each failed measurement with a sentence, and its figure around the moment.
+//! What failed, before everything else: each failed measurement with a sentence, and its figure around the moment; each
+//! property that broke with a sentence.
 
 use super::against::Against;
 use super::collect::Collected;
@@ -6,6 +7,7 @@ use super::frame::{Axis, Frame, SCALE};
 use super::marks::{draw_bands, is_outside};
 use super::observed::Sample;
 use super::palette::{CCW, OUTSIDE};
+use super::properties;
 use super::stimuli;
 use super::thin::Point;
 use maud::{Markup, html};
@@ -13,7 +15,7 @@ use plotters::element::{Circle, PathElement};
 use plotters::style::Color;
 use record::figures;
 use record::header::{Band, Header, Quantity};
-use record::outcome::{Measurement, Summary, Verdict};
+use record::outcome::{Measurement, PropertySummary, Summary, Verdict};
 use std::slice;
 
 const FIGURES_MAX: usize = 6;
@@ -21,11 +23,14 @@ const FIGURES_MAX: usize = 6;
 /// Number of observations that are drawn before and after the first one outside.
 const AROUND: usize = 40;
 
-/// Renders a card for each failed measurement with a band for single observations; `None` without any.
+/// Renders a card for each failed measurement with a band for single observations, and for each property that broke;
+/// `None` without any.
 pub(super) fn figures(summary: &Summary, header: &Header, collected: &Collected) -> Option<Markup> {
     let failed = summary.measurements.iter().filter(|one| one.verdict == Verdict::Fail);
+    let broken = summary.properties.iter().filter(|one| one.is_broken());
     let cards: Vec<Markup> = failed
         .filter_map(|measurement| figure(measurement, header, collected))
+        .chain(broken.map(|property| card(property, collected)))
         .take(FIGURES_MAX)
         .collect();
     (!cards.is_empty()).then(|| html! { div.plots { @for card in cards { (card) } } })
@@ -61,6 +66,22 @@ fn figure(measurement: &Measurement, header: &Header, collected: &Collected) -> 
     })
 }
 
+/// A property that broke, or never came about.
+fn card(broken: &PropertySummary, collected: &Collected) -> Markup {
+    let told = match (broken.broken_s, &broken.what) {
+        (Some(at_s), Some(what)) => format!("{}: {what}", moment(at_s, collected)),
+        _ => properties::result(broken),
+    };
+    html! { figure.broken { h3 { (broken.name) } p { (told) "." } } }
+}
+
+/// When, and in which step.
+fn moment(at_s: f64, collected: &Collected) -> String {
+    let step = collected.steps.at(at_s);
+    let step = step.map_or_else(String::new, |step| format!(", in the step {}", step.name()));
+    format!("At {at_s:.3} s{step}")
+}
+
 /// Says when, in which step, and how far it was outside first.
 fn sentence(
     sample: &Sample,
@@ -69,19 +90,21 @@ fn sentence(
     collected: &Collected,
 ) -> String {
     let Measurement { lower, upper, .. } = measurement;
-    let value = figures::quantity(sample.value, sample.uncertainty, &quantity.unit);
-    let limit = match (lower, upper) {
+    let unit = &quantity.unit;
+    let value = |limit| figures::quantity_beyond(sample.value, sample.uncertainty, unit, limit);
+    let (value, limit) = match (lower, upper) {
         (Some(lower), _) if sample.value < *lower => {
-            format!("below {}", figures::quantity(*lower, 0.0, &quantity.unit))
+            (value(*lower), format!("below {}", figures::limit(*lower, unit)))
         }
         (_, Some(upper)) if sample.value > *upper => {
-            format!("above {}", figures::quantity(*upper, 0.0, &quantity.unit))
+            (value(*upper), format!("above {}", figures::limit(*upper, unit)))
         }
-        _ => "outside its band".to_owned(),
+        _ => {
+            let value = figures::quantity(sample.value, sample.uncertainty, unit);
+            (value, "outside its band".to_owned())
+        }
     };
-    let step = collected.steps.at(sample.at_s);
-    let step = step.map_or_else(String::new, |step| format!(", in the step {}", step.name()));
-    format!("At {:.3} s{step}, {} was {value}, {limit}.", sample.at_s, quantity.name)
+    format!("{}, {} was {value}, {limit}.", moment(sample.at_s, collected), quantity.name)
 }
 
 fn plot(
@@ -123,7 +146,7 @@ mod tests {
     use super::figures;
     use crate::report::collect::Collected;
     use record::header::{Band, Header, Quantity, StepNote};
-    use record::outcome::samples::{measurement, summary};
+    use record::outcome::samples::{measurement, properties, summary};
     use record::outcome::{Summary, Verdict};
     use record::samples::{observation, record};
     use record::{Device, Record, RecordKind};
@@ -192,5 +215,21 @@ mod tests {
         );
         assert!(page.contains("39 outside") && page.contains("at most 60 degC"), "{page}");
         assert!(!page.contains("send Command"), "what acted earlier is not in this figure: {page}");
+    }
+
+    #[test]
+    fn a_property_that_broke_has_a_sentence() {
+        let mut broken = properties();
+        broken[2].broken_s = Some(6.1);
+        let of = Summary { measurements: Vec::new(), properties: broken, ..summary() };
+        let collected = Collected::of(&header(), records().into_iter().map(Ok));
+        let page = figures(&of, &header(), &collected).unwrap().into_string();
+        for told in [
+            "<h3>stops_on_loss</h3><p>At 6.100 s, in the step holding: moves 1.20 s after",
+            "<h3>bus_off</h3><p>did not come about.</p>",
+        ] {
+            assert!(page.contains(told), "{page}");
+        }
+        assert_eq!(page.matches("<figure").count(), 2, "{page}");
     }
 }

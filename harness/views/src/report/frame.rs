@@ -168,6 +168,8 @@ impl Frame {
         let body = body.replace(" opacity=\"1\"", "");
         let (width, height) = (self.size.0 * SCALE, self.size.1 * SCALE);
         html! {
+            // On a narrow screen, where the labels of the ticks take the place of the title in the drawing.
+            p.y-title { (self.y.label) }
             svg.plot role="img" aria-label=(name) viewBox={ "0 0 " (width) " " (height) }
                 style={ "max-width:" (self.size.0) "px" } {
                 (PreEscaped(body))
@@ -217,7 +219,7 @@ mod tests {
     fn a_plot_asks_nobody_for_anything() {
         let svg = Frame::wide(axis(&[0.0, 1.0]), axis(&[0.0, 1.0])).plot("a", |_| Ok(()));
         let svg = svg.into_string();
-        assert!(svg.starts_with("<svg class=\"plot\"") && svg.ends_with("</svg>"), "{svg}");
+        assert!(svg.contains("</p><svg class=\"plot\"") && svg.ends_with("</svg>"), "{svg}");
         assert!(!svg.contains("http"));
         assert_eq!(svg.matches("<svg").count(), 1);
     }

@@ -1,10 +1,10 @@
 //! Identity and outcome of the run.
 
 use super::collect::Collected;
-use super::measurements;
+use super::{measurements, properties};
 use maud::{Markup, html};
 use record::figures;
-use record::outcome::{Counts, Measurement, Outcome, Summary, Verdict};
+use record::outcome::{Counts, Measurement, Outcome, PropertySummary, Summary, Verdict};
 
 pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
     let outcome = summary.outcome;
@@ -45,11 +45,38 @@ pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
 }
 
 fn reason(summary: &Summary) -> String {
+    let broken = summary.properties.iter().filter(|one| one.is_broken());
+    let of = |reason: &String| broken.clone().find(|one| is_of(reason, one));
     match (&summary.reason, summary.outcome) {
-        (Some(reason), _) => reason.clone(),
+        (Some(reason), _) => match of(reason) {
+            Some(first) => property(first, broken.count() - 1),
+            None => reason.clone(),
+        },
         (None, Outcome::Passed) => String::new(),
         (None, _) => failed(&summary.measurements),
     }
+}
+
+/// Whether the reason of a run is that this property broke, or never came about.
+fn is_of(reason: &str, broken: &PropertySummary) -> bool {
+    let name = &broken.name;
+    match (broken.broken_s, &broken.what) {
+        (Some(_), _) => reason.starts_with(&format!("broke {name} at ")),
+        (None, Some(what)) => *reason == format!("{name} {what}"),
+        (None, None) => false,
+    }
+}
+
+/// A sentence about the property that broke first, and the number of others.
+fn property(first: &PropertySummary, others: usize) -> String {
+    let others = match others {
+        0 => String::new(),
+        others => {
+            let counted = figures::counted(others as u64, "more property", "more properties");
+            format!("; {counted} failed")
+        }
+    };
+    format!("Failed: property {} {}{others}.", first.name, properties::result(first))
 }
 
 fn failed(measurements: &[Measurement]) -> String {
@@ -86,6 +113,31 @@ pub(super) fn grouped(count: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::reason;
+    use record::outcome::Summary;
+    use record::outcome::samples::{properties, summary};
+
+    #[test]
+    fn a_property_that_broke_is_called_one() {
+        let of = |reason: &str| Summary {
+            reason: Some(reason.to_owned()),
+            properties: properties(),
+            ..summary()
+        };
+        let what = "moves 1.20 s after the gyro was last heard";
+        assert_eq!(
+            reason(&of(&format!("broke stops_on_loss at 12.500 s: {what}"))),
+            format!(
+                "Failed: property stops_on_loss broke at 12.500 s: {what}; 1 more property failed."
+            )
+        );
+        assert_eq!(
+            reason(&of("bus_off never reached")),
+            "Failed: property bus_off did not come about; 1 more property failed."
+        );
+        assert_eq!(reason(&of("the program ended")), "the program ended");
+    }
+
     #[test]
     fn thousands_are_set_apart() {
         assert_eq!(super::grouped(34_567_890), "34\u{202f}567\u{202f}890");

@@ -2,7 +2,7 @@
 
 use super::listed;
 use maud::{Markup, html};
-use record::outcome::PropertySummary;
+use record::outcome::{PropertySummary, Verdict};
 
 /// Renders the table; `None` if the plan declares no properties.
 pub(super) fn table(properties: &[PropertySummary]) -> Option<Markup> {
@@ -10,28 +10,38 @@ pub(super) fn table(properties: &[PropertySummary]) -> Option<Markup> {
         return None;
     }
     let rows = html! { @for property in properties { (row(property)) } };
-    let heads = ["property", "must hold", "#least margin", "result"];
+    let heads = ["property", "verdict", "must hold", "#least margin", "result"];
     Some(listed::table(Some("properties"), &heads, &rows))
 }
 
 fn row(property: &PropertySummary) -> Markup {
-    let margin = property.margin.filter(|margin| margin.is_finite());
-    let class = match property.held {
-        None => "unset",
-        Some(false) => "fail",
-        Some(true) => "pass",
+    let verdict = match property.held {
+        None => Verdict::NotJudged,
+        Some(false) => Verdict::Fail,
+        Some(true) => Verdict::Pass,
     };
     html! {
-        tr.(class) {
+        tr.(verdict.name()) {
             td { strong { (property.name) } }
+            td { span.verdict { (verdict.in_words()) } }
             td { (if property.always { "always" } else { "sometimes" }) }
-            td.number { (margin.map_or_else(|| "-".to_owned(), |margin| format!("{margin:.3}"))) }
+            td.number { (margin(property).unwrap_or_else(|| "-".to_owned())) }
             td { (result(property)) }
         }
     }
 }
 
-fn result(property: &PropertySummary) -> String {
+/// A comparison for equality that holds has no margin: it is zero.
+fn margin(property: &PropertySummary) -> Option<String> {
+    let margin = property.margin.filter(|margin| margin.is_finite())?;
+    let is_none = property.held == Some(true) && margin.abs() < 0.0005;
+    (!is_none).then(|| format!("{margin:.3}"))
+}
+
+pub(super) fn result(property: &PropertySummary) -> String {
+    if let Some(why) = property.untested() {
+        return format!("held, but was {why}");
+    }
     let what = property.what.as_deref().unwrap_or("-");
     match (property.held, property.always) {
         (None, _) => {
@@ -50,7 +60,7 @@ fn result(property: &PropertySummary) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{PropertySummary, result, table};
+    use super::{PropertySummary, margin, result, table};
     use record::outcome::samples::properties;
 
     #[test]
@@ -59,8 +69,22 @@ mod tests {
             properties().iter().map(|one| format!("{}: {}", one.name, result(one))).collect();
         insta::assert_snapshot!(told.join("\n"));
         let page = table(&properties()).unwrap().into_string();
-        assert_eq!(page.matches("class=\"unset\"").count(), 1, "{page}");
+        for (verdict, count) in [("not_judged", 1), ("fail", 2), ("pass", 4)] {
+            assert_eq!(page.matches(&format!("tr class=\"{verdict}\"")).count(), count, "{page}");
+        }
         assert!(table(&[]).is_none());
+    }
+
+    #[test]
+    fn a_comparison_for_equality_has_no_margin() {
+        let of = |margin, held| PropertySummary {
+            margin: Some(margin),
+            held: Some(held),
+            ..properties()[0].clone()
+        };
+        assert_eq!(margin(&of(0.0, true)), None);
+        assert_eq!(margin(&of(0.25, true)).as_deref(), Some("0.250"));
+        assert_eq!(margin(&of(-0.5, false)).as_deref(), Some("-0.500"));
     }
 
     #[test]

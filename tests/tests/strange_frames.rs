@@ -1,0 +1,88 @@
+//! A node that sends frames which are no messages of it: the run passes, and says so.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use crate::rigs::{cells, load, project};
+use wire::can::{CanFrame, ExtendedId, Id, StandardId};
+use wire::device::{Device, PortId, Transmit};
+use wire::time::{Span, Timestamp};
+
+const RIG: &str = r#"
+[[line]]
+name = "can0"
+can = { bit_rate = 500_000, dbc = "../devices/pack.dbc" }
+[[node]]
+name = "cells"
+at = "can0"
+emulate = "cells"
+[[node]]
+name = "manager"
+at = "can0"
+dbc_node = "Manager"
+under_test = { in_process = true }
+"#;
+
+/// Sends one frame of each identifier every half a second.
+#[derive(Debug)]
+struct Strange {
+    identifiers: Vec<Id>,
+    next: Timestamp,
+    outgoing: Vec<CanFrame>,
+}
+
+impl Device for Strange {
+    fn receive(&mut self, _: Timestamp, _: PortId, _: &Transmit) {}
+
+    fn wake(&mut self, now: Timestamp) {
+        if now < self.next {
+            return;
+        }
+        self.next = now + Span::from_millis(500);
+        let frames = self.identifiers.iter().map(|id| CanFrame::new(*id, &[0; 8]).unwrap());
+        self.outgoing = frames.collect();
+    }
+
+    fn next_wakeup(&self) -> Timestamp {
+        self.next
+    }
+
+    fn transmit(&mut self, _: Timestamp) -> Option<(PortId, Transmit)> {
+        self.outgoing.pop().map(|frame| (PortId(0), Transmit::Frame(frame)))
+    }
+}
+
+fn notes(identifiers: &[Id]) -> Vec<String> {
+    let trial = load(&project(RIG, &cells())).unwrap();
+    let identifiers = identifiers.to_vec();
+    let strange = move || Strange {
+        identifiers: identifiers.clone(),
+        next: Timestamp::from_nanos(1),
+        outgoing: Vec::new(),
+    };
+    trial.with_node("manager", strange).run().unwrap().summary().notes.clone()
+}
+
+fn standard(raw: u16) -> Id {
+    Id::Standard(StandardId::new(raw).unwrap())
+}
+
+#[test]
+fn frames_that_are_no_messages_of_their_sender_are_noted() {
+    assert_eq!(notes(&[standard(512)]), Vec::<String>::new());
+    let extended = Id::Extended(ExtendedId::new(512).unwrap());
+    assert_eq!(
+        notes(&[standard(256), standard(0x7ff), extended]),
+        [
+            "manager sent 4 frames with the identifier 0x100 of cells",
+            "manager sent frames that are no message of the rig: 0x00000200 (4), 0x7ff (4)",
+        ]
+    );
+}
+
+#[test]
+fn only_some_identifiers_are_listed() {
+    let many: Vec<Id> = (0x600..0x620).map(standard).collect();
+    let notes = notes(&many);
+    let [note] = notes.as_slice() else { panic!("{notes:?}") };
+    assert!(note.ends_with(", and 64 with others") && note.matches("0x").count() == 16, "{note}");
+}
