@@ -35,6 +35,7 @@ mod track;
 pub use fault::BaseFault;
 pub use parameters::{BaseParameters, Wheel};
 pub use reports::{MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION, OUTPUTS_MAX, POSE_PERIOD};
+use std::collections::VecDeque;
 use wire::device::Transmit;
 
 use crate::fault::Switches;
@@ -73,6 +74,8 @@ pub struct BaseTruth {
     pub steering_angle: Angle,
     /// Speed along the wheels' direction.
     pub speed: Speed,
+    /// The speed at which the wheels turn: the same, unless they slip.
+    pub wheels: Speed,
     /// Rate of the steering relative to the body.
     pub steer_rate: AngularRate,
 }
@@ -101,7 +104,12 @@ pub struct BaseEmulator {
     faults: Switches<Kept>,
     /// A delayed stop and its time.
     late_stop: Option<(Timestamp, Request)>,
+    /// What it reported last.
+    said: VecDeque<Motion>,
 }
+
+/// Number of remembered reports: of ten seconds in motion.
+const SAID_MAX: usize = 512;
 
 impl BaseEmulator {
     /// The base `name` in a run with `seed`, at rest at the origin, heading along the x axis.
@@ -127,6 +135,7 @@ impl BaseEmulator {
             reports: Reports::new(transport),
             faults: Switches::default(),
             late_stop: None,
+            said: VecDeque::new(),
         };
         base.apply_track_model(Timestamp::ZERO);
         base
@@ -263,11 +272,14 @@ impl BaseEmulator {
         let truth = self.kinematics.truth_at(now);
         let (drive, steer) = self.kinematics.rates_at(now);
         let model = self.kinematics.model_now();
+        let (speed, grip) = (drive * model.path_scale, self.grip());
+        let wheels = if grip > 0.0 { speed / grip } else { drive };
         BaseTruth {
             pose: truth.pose(),
             body_heading: Angle::from_rad(truth.body),
             steering_angle: Angle::from_rad(truth.steer),
-            speed: Speed::from_m_per_s(drive * model.path_scale),
+            speed: Speed::from_m_per_s(speed),
+            wheels: Speed::from_m_per_s(wheels),
             steer_rate: AngularRate::from_rad_per_s(steer * model.turn_scale),
         }
     }
@@ -322,7 +334,21 @@ impl BaseEmulator {
         self.status.moving = self.kinematics.is_moving();
         let motion = self.status;
         self.status.sequence = motion.sequence.wrapping_add(1);
-        if self.faults.is_empty() { motion } else { self.motion_through_faults(motion) }
+        let said = if self.faults.is_empty() { motion } else { self.motion_through_faults(motion) };
+        if self.said.len() == SAID_MAX {
+            self.said.pop_front();
+        }
+        self.said.push_back(said);
+        said
+    }
+
+    /// True if it sent this not long ago: a message that says something else was changed on its way.
+    pub fn has_said(&self, motion: &Motion) -> bool {
+        let is_it = |said: &&Motion| {
+            let reply = Reply::Motion(Motion { sequence: motion.sequence, ..**said });
+            can_link::parse_reply(&can_link::reply_frame(&reply)) == Some(Reply::Motion(*motion))
+        };
+        self.said.iter().rev().any(|said| is_it(&said))
     }
 
     /// The pose by the base's own odometry at `now`, as transmitted; not before the last call with a time. Faults of

@@ -82,7 +82,10 @@ impl GyroEmulator {
         let mut range = self.range;
         for switch in self.faults.iter_mut() {
             match switch.fault.fault {
-                GyroFault::BiasStep { by } => rate += by,
+                GyroFault::BiasStep { by } => {
+                    rate += by;
+                    self.leapt += by * interval_s;
+                }
                 GyroFault::Noise { rms } => rate += rms * switch.chance.standard_normal(),
                 GyroFault::OverRange { lost } => {
                     range *= 1.0 - lost;

@@ -96,6 +96,8 @@ pub struct GyroEmulator {
     pending: VecDeque<(Timestamp, Packet)>,
     dropped: u64,
     faults: Switches<Kept>,
+    /// Angle that shifts of the bias have added so far, rad.
+    leapt: f64,
 }
 
 impl GyroEmulator {
@@ -137,6 +139,7 @@ impl GyroEmulator {
             pending: VecDeque::new(),
             dropped: 0,
             faults: Switches::default(),
+            leapt: 0.0,
             parameters,
         };
         gyro.configure();
@@ -154,6 +157,11 @@ impl GyroEmulator {
             Command::Output(asked) => *mode = asked,
             Command::Zero => *integrated = 0.0,
         });
+    }
+
+    /// The angle that [shifts of the bias](GyroFault::BiasStep) have added to its outputs so far.
+    pub fn leapt(&self) -> Angle {
+        Angle::from_rad(self.leapt)
     }
 
     /// Time of the next [`wake`](Self::wake): the next output by the gyro's own clock, or the end of an output's

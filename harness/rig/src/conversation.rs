@@ -82,7 +82,7 @@ impl Simulation {
             // An action may have reached any node.
             self.touched = Touched::ALL;
             if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
-                watch.look(self.now, &robot.bench.carrier);
+                watch.look(self.now, &robot.bench);
                 watch.see_action(self.now, &action);
             }
             if let Action::Phase(event) = &action {
@@ -110,7 +110,7 @@ impl Simulation {
     pub(super) fn show(&mut self, seen: &Seen<'_>) {
         let Some(watch) = &mut self.watch else { return };
         if let Some(robot) = self.rig.robot() {
-            watch.look(self.now, &robot.bench.carrier);
+            watch.look(self.now, &robot.bench);
         }
         watch.see(self.now, seen);
     }

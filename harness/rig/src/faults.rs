@@ -48,7 +48,7 @@ impl Faults {
 
     /// State of the faults for a monitor.
     pub fn seen(&self) -> Seen<'static> {
-        Seen::Faults { active: self.ledger.injector.active(), unseen: self.ledger.unseen() }
+        Seen::Faults(self.ledger.injector.active())
     }
 
     /// Begins and ends the faults that are due; returns whether any did.

@@ -2,7 +2,7 @@
 
 use super::injector::{Change, Injector};
 use crate::link::StateChange;
-use plan::faults::{Schedule, no_input_shows};
+use plan::faults::Schedule;
 use record::sink::RecordSink;
 use record::{Device, FaultEvent, FaultRecord, FaultSummary, Record, RecordKind};
 use wire::time::Timestamp;
@@ -23,11 +23,6 @@ impl Ledger {
             injector: Injector::new(schedule, seed, Timestamp::ZERO),
             acted: vec![0; schedule.faults.len()],
         })
-    }
-
-    /// An active kind of fault that no input of the controller reveals.
-    pub fn unseen(&self) -> Option<&'static str> {
-        self.injector.on().find_map(|index| no_input_shows(self.injector.fault(index).what.name()))
     }
 
     /// Returns the next change due by `now`, and records it if a fault begins.

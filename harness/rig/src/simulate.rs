@@ -227,7 +227,7 @@ impl Simulation {
         }
         self.wake();
         if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
-            watch.look_again(self.now, &robot.bench.carrier);
+            watch.look_again(self.now, &robot.bench);
         }
         self.transmit(sink, keep);
         None

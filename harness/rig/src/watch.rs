@@ -1,7 +1,8 @@
 //! Shows a monitor of properties what happens on a rig.
 
-use super::bench::Carrier;
+use super::bench::{Bench, Carrier};
 use crate::engine::Action;
+use emulators::base::BaseTruth;
 use judge::properties::{Monitor, Seen, TRUTH_PERIOD, Truth};
 use plan::Order;
 use record::sink::RecordSink;
@@ -54,21 +55,32 @@ impl Watch {
     }
 
     /// Shows the truth of `now`, unless already shown.
-    pub fn look(&mut self, now: Timestamp, carrier: &Carrier) {
+    pub fn look(&mut self, now: Timestamp, bench: &Bench) {
         if self.looked != Some(now) {
             self.looked = Some(now);
-            if let Carrier::Base(base) = carrier {
-                let truth = base.truth_at(now);
-                let (pose, speed) = (truth.pose, truth.speed);
-                let truth = Truth { pose, speed, steer_rate: truth.steer_rate };
+            if let Carrier::Base(base) = &bench.carrier {
+                let BaseTruth { pose, speed, wheels, steer_rate, .. } = base.truth_at(now);
+                let leapt = bench.gyro.leapt();
+                let truth = Truth { pose, speed, wheels, leapt, steer_rate };
                 self.monitor.see(now, &Seen::Truth(truth));
             }
         }
     }
 
-    pub fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
+    /// Shows a message that has come from the base of `bench`, and whether it is what the base said.
+    pub fn hear_base(&mut self, now: Timestamp, seen: &Seen<'_>, bench: Option<&Bench>) {
+        self.see(now, seen);
+        if let (Some(motion), Some(Carrier::Base(base))) =
+            (self.monitor.motion_heard(now), bench.map(|bench| &bench.carrier))
+            && !base.has_said(&motion)
+        {
+            self.see(now, &Seen::Misheard);
+        }
+    }
+
+    pub fn look_again(&mut self, now: Timestamp, bench: &Bench) {
         if self.looked.is_none_or(|looked| now - looked >= TRUTH_PERIOD) {
-            self.look(now, carrier);
+            self.look(now, bench);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Judges properties again if the record holds their data. For the others the verdict of the run stays.
 
-use crate::faults::no_input_shows;
 use crate::outcome::PropertySummary;
 use crate::plan::{Property, Rig, Speaker};
 use crate::properties::{Limits, Monitor, Seen, Sight, Unjudged, View};
@@ -9,7 +8,7 @@ use controller::mission::{Mission, MissionId};
 use controller::{Output, Port};
 use described::Decoder;
 use rig::engine::FIRST_MISSION;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use wire::packet::Packet;
 use wire::time::Timestamp;
 
@@ -18,8 +17,8 @@ use wire::time::Timestamp;
 pub(super) struct Replayed {
     monitor: Monitor,
     mission: MissionId,
-    /// Active faults, each with its kind if no input of the controller reveals it.
-    faults: BTreeMap<u32, Option<&'static str>>,
+    /// Active faults.
+    faults: BTreeSet<u32>,
     /// Whether there were bytes or frames of the gyro and of the base.
     gyro: bool,
     base: bool,
@@ -54,7 +53,7 @@ impl Replayed {
             ears: rig.speakers.iter().enumerate().filter_map(ear).collect(),
             messages: false,
             mission: FIRST_MISSION,
-            faults: BTreeMap::new(),
+            faults: BTreeSet::new(),
             gyro: false,
             base: false,
             latest: Timestamp::ZERO,
@@ -114,10 +113,7 @@ impl Replayed {
 
     fn fault(&mut self, at: Timestamp, fault: &FaultRecord) {
         match &fault.event {
-            FaultEvent::Began => {
-                let kind = fault.name.split(' ').next().unwrap_or_default();
-                self.faults.insert(fault.index, no_input_shows(kind));
-            }
+            FaultEvent::Began => _ = self.faults.insert(fault.index),
             FaultEvent::Ended { .. } => _ = self.faults.remove(&fault.index),
             FaultEvent::NeverHappened { .. } => return,
             FaultEvent::Confinement { state, .. } => {
@@ -127,9 +123,7 @@ impl Replayed {
                 return;
             }
         }
-        let active = self.faults.len();
-        let unseen = self.faults.values().find_map(|kind| *kind);
-        self.see(at, &Seen::Faults { active, unseen });
+        self.see(at, &Seen::Faults(self.faults.len()));
     }
 
     fn see(&mut self, at: Timestamp, seen: &Seen<'_>) {

@@ -9,6 +9,7 @@ use super::verdict::{Judgement, PropertyVerdict};
 use super::{Kind, Limits, Property};
 use plan::Speaker;
 use record::Violation;
+use wire::base::Motion;
 use wire::time::Timestamp;
 
 /// Monitors one run. Duplicate properties are judged once, by the first.
@@ -37,14 +38,44 @@ struct OfRobot {
 struct Judged {
     judge: Box<dyn Judge>,
     judgement: Judgement,
+    /// The same in the world as the inputs of the controller show it, once the two differ.
+    apparent: Option<Box<(Box<dyn Judge>, Judgement)>>,
+    /// The violation is none there.
+    is_explained: bool,
 }
 
 impl Judged {
-    /// Judges a fact, and marks a violation under a fault that no input of the controller shows.
+    fn new(judge: Box<dyn Judge>) -> Self {
+        Self { judge, judgement: Judgement::default(), apparent: None, is_explained: false }
+    }
+
     fn hear(&mut self, senses: &Senses, fact: &Fact) {
         self.judge.judge(senses, fact, &mut self.judgement);
-        if let Some(fault) = senses.unseen {
-            self.judgement.unseen(fault);
+    }
+
+    /// From now on, the inputs show another world.
+    fn part(&mut self) {
+        let Self { judge, judgement, .. } = self;
+        self.apparent.get_or_insert_with(|| Box::new((judge.clone(), judgement.clone())));
+    }
+
+    fn hear_apparent(&mut self, senses: &Senses, fact: &Fact) {
+        let Some(apparent) = &mut self.apparent else { return };
+        let (judge, judgement) = &mut **apparent;
+        judge.judge(senses, fact, judgement);
+    }
+
+    /// Marks a violation that is none in the world of the inputs, as long as that holds.
+    fn explain(&mut self, senses: &Senses) {
+        let Some(apparent) = &self.apparent else { return };
+        let broken = |judgement: &Judgement| judgement.first_violation().is_some();
+        let (real, too) = (broken(&self.judgement), broken(&apparent.1));
+        if real && !too && !self.is_explained {
+            self.judgement.is_explained(&senses.hidden.names());
+            self.is_explained = true;
+        } else if too && self.is_explained {
+            self.judgement.take_violation(&apparent.1);
+            self.is_explained = false;
         }
     }
 }
@@ -85,6 +116,11 @@ impl Monitor {
         }
     }
 
+    /// The motion of the paper's base, if it was heard at `now`.
+    pub fn motion_heard(&self, now: Timestamp) -> Option<Motion> {
+        self.of_robot.as_ref()?.senses.motion_heard(now)
+    }
+
     /// The properties violated so far, each with its first violation.
     pub fn broken(&self) -> impl Iterator<Item = (&str, &Violation)> {
         let always = self.properties.iter().filter_map(|property| match property {
@@ -102,7 +138,7 @@ impl Monitor {
     pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
         if let Some(of_robot) = &mut self.of_robot {
             let OfRobot { senses, judges, .. } = &mut **of_robot;
-            judges.iter_mut().for_each(|judge| judge.hear(senses, &Fact::LapEnded));
+            judge(senses, judges, |_| true, &Fact::LapEnded);
         }
         let mut judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
         let mut stated = self.stated.into_iter();
@@ -128,10 +164,7 @@ impl Monitor {
 impl OfRobot {
     fn new(properties: &[Property], limits: &Limits) -> Self {
         let judges = properties.iter().filter_map(|property| match property {
-            Property::Always(property) => Some(Judged {
-                judge: always::judge(property, limits),
-                judgement: Judgement::default(),
-            }),
+            Property::Always(property) => Some(Judged::new(always::judge(property, limits))),
             Property::Sometimes(_) | Property::Stated(_) => None,
         });
         let judges: Vec<Judged> = judges.collect();
@@ -148,11 +181,28 @@ impl OfRobot {
     fn see(&mut self, now: Timestamp, seen: &Seen<'_>) {
         self.facts.clear();
         self.senses.take(now, seen, &mut self.facts);
-        for fact in &self.facts {
-            for &judge in &self.hearers[fact.topic() as usize] {
-                self.judges[judge].hear(&self.senses, fact);
-            }
-            self.reached.judge(&self.senses, fact);
+        let Self { senses, judges, hearers, reached, facts } = self;
+        for fact in facts {
+            let hearers = &hearers[fact.topic() as usize];
+            judge(senses, judges, |place| hearers.contains(&place), fact);
+            reached.judge(senses, fact);
         }
     }
+}
+
+/// Judges a fact in both worlds.
+fn judge(senses: &mut Senses, judges: &mut [Judged], hears: impl Fn(usize) -> bool, fact: &Fact) {
+    if senses.hidden.is_any() {
+        judges.iter_mut().for_each(Judged::part);
+    }
+    let hearers = judges.iter_mut().enumerate().filter(|(place, _)| hears(*place));
+    hearers.for_each(|(_, judged)| judged.hear(senses, fact));
+    if judges.iter().all(|judged| judged.apparent.is_none()) {
+        return;
+    }
+    senses.show(true);
+    let hearers = judges.iter_mut().enumerate().filter(|(place, _)| hears(*place));
+    hearers.for_each(|(_, judged)| judged.hear_apparent(senses, fact));
+    senses.show(false);
+    judges.iter_mut().for_each(|judged| judged.explain(senses));
 }

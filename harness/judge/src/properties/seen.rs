@@ -4,7 +4,8 @@ use controller::Output;
 use controller::mission::{Mission, Report};
 use described::Decoded;
 use wire::can::CanFrame;
-use wire::units::{AngularRate, Pose, Speed};
+use wire::device::Transmit;
+use wire::units::{Angle, AngularRate, Pose, Speed};
 
 /// True state of the base at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -13,6 +14,10 @@ pub struct Truth {
     pub pose: Pose,
     /// Speed along the path; negative backwards.
     pub speed: Speed,
+    /// Speed at which the wheels turn: the same, unless they slip.
+    pub wheels: Speed,
+    /// The angle that leaps of the gyro's bias have added so far.
+    pub leapt: Angle,
     /// Rate of the steering.
     pub steer_rate: AngularRate,
 }
@@ -40,13 +45,12 @@ pub enum Seen<'a> {
     LapEnded,
     /// A person moved the robot.
     Placed,
-    /// The number of active faults changed.
-    Faults {
-        /// Number of active faults.
-        active: usize,
-        /// An active fault that no input of the controller shows, if any.
-        unseen: Option<&'static str>,
-    },
+    /// The number of active faults changed to this.
+    Faults(usize),
+    /// An output of the controller has come through its line.
+    Carried(&'a Transmit),
+    /// The base did not say what was heard last: it was changed on its way.
+    Misheard,
     /// A node went bus-off after too many errors.
     BusOff,
     /// A message of a node arrived.

@@ -1,6 +1,7 @@
 //! Interprets events: decodes bytes, and remembers orders until they are answered.
 
 use super::Limits;
+use super::hidden::Hidden;
 use super::limits::BRIDGED_MAX;
 use super::seen::{Seen, Truth};
 use controller::config::Transport;
@@ -10,13 +11,20 @@ use controller::{Output, Port};
 use std::collections::VecDeque;
 use wire::base::serial_link::{Device, DeviceEvent, Host, HostEvent};
 use wire::base::{Motion, Reply, Request, can_link};
+use wire::device::Transmit;
 use wire::gyro::{GyroDecoder, GyroOutput, GyroSample};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 use wire::units::{Angle, Length};
 
 /// Missions that wait for an answer; the oldest is dropped first. The controller answers at once or runs one mission,
 /// so more means that it does not answer.
 const ORDERS_MAX: usize = 64;
+
+/// A message of the base is no older: three of its periods in motion.
+const HEARD_JUST_NOW: Span = Span::from_millis(60);
+
+/// A base that said that it stands is known to for this long: its period at rest, and a message on its way.
+const RESTS_FOR: Span = Span::from_millis(600);
 
 /// The part of a mission that matters when it is answered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,8 +106,16 @@ impl Fact {
 enum BaseEars {
     None,
     Can,
-    /// The base's decoder, and the controller's decoder of its replies.
-    Serial(Device, Host),
+    Serial(Box<SerialEars>),
+}
+
+#[derive(Debug, Clone, Default)]
+struct SerialEars {
+    /// The base's decoder of what the controller sends, and of what has come through the line.
+    sent: Device,
+    carried: Device,
+    /// The controller's decoder of the replies.
+    host: Host,
 }
 
 /// The current state of knowledge.
@@ -114,8 +130,12 @@ pub(super) struct Senses {
     pub(super) health: Health,
     pub(super) source: HeadingSource,
     pub(super) faults: usize,
-    /// The first fault that has begun and that no input of the controller shows, and when.
-    pub(super) unseen: Option<(&'static str, Timestamp)>,
+    /// What faults hide from the controller.
+    pub(super) hidden: Hidden,
+    /// The [truth](Self::truth) is that of the inputs.
+    apparent: bool,
+    /// The last motion of the base.
+    motion: Option<Motion>,
     gyro: GyroDecoder,
     base: BaseEars,
     orders: VecDeque<(MissionId, Order)>,
@@ -131,12 +151,14 @@ impl Senses {
             health: Health::default(),
             source: HeadingSource::default(),
             faults: 0,
-            unseen: None,
+            hidden: Hidden::default(),
+            apparent: false,
+            motion: None,
             gyro: GyroDecoder::new(limits.gyro),
             base: match limits.base.map(|base| base.transport) {
                 None => BaseEars::None,
                 Some(Transport::Can) => BaseEars::Can,
-                Some(Transport::Serial) => BaseEars::Serial(Device::default(), Host::default()),
+                Some(Transport::Serial) => BaseEars::Serial(Box::default()),
             },
             orders: VecDeque::new(),
         }
@@ -164,6 +186,10 @@ impl Senses {
         match seen {
             Seen::Truth(truth) => {
                 self.truth = Some(*truth);
+                let heard = |within| self.base_heard.is_some_and(|heard| now - heard <= within);
+                let new = self.motion.filter(|_| heard(HEARD_JUST_NOW));
+                let rests = self.motion.is_some_and(|motion| !motion.moving) && heard(RESTS_FOR);
+                self.hidden.truth(now, truth, (new.map(|motion| motion.heading), rests));
                 facts.push(Fact::Truth);
             }
             Seen::GyroBytes(bytes) => {
@@ -176,9 +202,9 @@ impl Senses {
                 facts.push(Fact::Gyro);
             }
             Seen::BaseBytes(bytes) => {
-                let BaseEars::Serial(_, host) = &mut self.base else { return };
+                let BaseEars::Serial(ears) = &mut self.base else { return };
                 let mut motion: Option<Motion> = None;
-                host.feed(bytes, |event| {
+                ears.host.feed(bytes, |event| {
                     if let HostEvent::Reply(Reply::Motion(heard)) = event {
                         motion = Some(heard);
                     }
@@ -201,12 +227,16 @@ impl Senses {
             Seen::Report(report) => self.report(report, facts),
             Seen::LapBegan => facts.push(Fact::LapBegan),
             Seen::LapEnded => facts.push(Fact::LapEnded),
-            Seen::Placed => facts.push(Fact::Placed),
-            Seen::Faults { active, unseen } => {
+            Seen::Placed => {
+                self.hidden.placed();
+                facts.push(Fact::Placed);
+            }
+            Seen::Faults(active) => {
                 self.faults = *active;
-                self.unseen = self.unseen.or(unseen.map(|fault| (fault, now)));
                 facts.push(Fact::Faults);
             }
+            Seen::Carried(what) => self.carried(what),
+            Seen::Misheard => self.hidden.hears(true),
             Seen::BusOff => facts.push(Fact::BusOff),
             Seen::Message { .. } => {}
         }
@@ -214,7 +244,8 @@ impl Senses {
 
     fn motion(&mut self, now: Timestamp, motion: Option<Motion>, facts: &mut Vec<Fact>) {
         if motion.is_some() {
-            self.base_heard = Some(now);
+            (self.base_heard, self.motion) = (Some(now), motion);
+            self.hidden.hears(false);
             facts.push(Fact::Motion);
         }
     }
@@ -222,15 +253,21 @@ impl Senses {
     fn sent(&mut self, output: &Output, facts: &mut Vec<Fact>) {
         match (output, &mut self.base) {
             (Output::Frame(frame), _) => {
-                facts.extend(can_link::parse_request(frame).map(Fact::Request));
+                if let Some(request) = can_link::parse_request(frame) {
+                    self.hidden.sent(self.now, request);
+                    facts.push(Fact::Request(request));
+                }
             }
-            (Output::Bytes(Port::Base, packet), BaseEars::Serial(device, host)) => {
-                device.feed(packet.as_slice(), |event| {
+            (Output::Bytes(Port::Base, packet), BaseEars::Serial(ears)) => {
+                let (now, hidden) = (self.now, &mut self.hidden);
+                let SerialEars { sent, host, .. } = &mut **ears;
+                sent.feed(packet.as_slice(), |event| {
                     let request = match event {
                         DeviceEvent::Write { request, .. } => request,
                         DeviceEvent::Read(_) => Request::ReadMotion,
                         DeviceEvent::Refused(_) => return,
                     };
+                    hidden.sent(now, request);
                     // The controller begins an exchange only after it has finished the previous one.
                     host.abandon();
                     let _ = host.start(&request);
@@ -239,6 +276,57 @@ impl Senses {
             }
             _ => {}
         }
+    }
+
+    fn carried(&mut self, what: &Transmit) {
+        let (now, hidden) = (self.now, &mut self.hidden);
+        match (what, &mut self.base) {
+            (Transmit::Frame(frame), BaseEars::Can) => {
+                if let Some(request) = can_link::parse_request(frame) {
+                    hidden.carried(now, request);
+                }
+            }
+            (Transmit::Bytes(packet), BaseEars::Serial(ears)) => {
+                ears.carried.feed(packet.as_slice(), |event| {
+                    if let DeviceEvent::Write { request, .. } = event {
+                        hidden.carried(now, request);
+                    }
+                });
+            }
+            _ => {}
+        }
+    }
+
+    /// Exchanges the real world for the one that the inputs show, or back.
+    pub(super) fn show(&mut self, apparent: bool) {
+        let real = self.hidden.real();
+        self.truth = if apparent { self.hidden.apparent().or(real) } else { real };
+        self.apparent = apparent;
+    }
+
+    /// In the world of the inputs: the base obeys an order that the controller did not give, or has withdrawn.
+    pub(super) fn is_astray(&self) -> bool {
+        self.apparent && self.hidden.is_astray()
+    }
+
+    /// Or speeds up and brakes by ramps that it did not give.
+    pub(super) fn has_stray_ramps(&self) -> bool {
+        self.apparent && self.hidden.has_stray_ramps()
+    }
+
+    /// In the world of the inputs: how long the velocity that the base obeys was on its way, if that is unusual.
+    pub(super) fn order_late(&self) -> Span {
+        if self.apparent { self.hidden.order_late() } else { Span::ZERO }
+    }
+
+    /// In the world of the inputs: the last message of the base was changed on its way.
+    pub(super) fn is_misheard(&self) -> bool {
+        self.apparent && self.hidden.misheard
+    }
+
+    /// The motion of the base, if it was heard at `now`.
+    pub(super) fn motion_heard(&self, now: Timestamp) -> Option<Motion> {
+        self.motion.filter(|_| self.base_heard == Some(now))
     }
 
     fn report(&mut self, report: &Report, facts: &mut Vec<Fact>) {
@@ -266,6 +354,9 @@ impl Senses {
         let order = order.map_or(Order::Other, |(_, order)| order);
         if let (Order::Source(source), Report::Done { .. }) = (order, report) {
             self.source = source;
+        }
+        if let (Order::Setting, Report::Done { .. }) = (order, report) {
+            self.hidden.pose_is_set();
         }
         facts.push(Fact::Answered(id, order, *report));
     }

@@ -1,5 +1,6 @@
 //! Each judge with hand-made events: what it accepts, what it rejects, and the margin.
 
+mod hidden;
 mod scene;
 
 use super::{
@@ -144,27 +145,6 @@ fn speeds_commanded_and_true_and_speeding_up_are_limited() {
 }
 
 #[test]
-fn what_no_input_shows_is_named_from_when_it_began() {
-    let slips = Seen::Faults { active: 1, unseen: Some("wheel_slip") };
-    let after = Seen::Faults { active: 1, unseen: Some("later") };
-    let what = |scene: &dyn Fn(&mut Scene)| {
-        let verdict = verdict("within_limits", |built| scene(built));
-        verdict.first_violation.expect("it is violated").what
-    };
-    let before = what(&|scene| {
-        scene.truth(0.0, -0.83).after(10).see(&slips);
-    });
-    assert!(!before.contains("wheel_slip"), "{before}");
-    let since = what(&|scene| {
-        scene.see(&slips).after(10).truth(0.0, -0.83).see(&after).after(10).truth(0.0, -0.9);
-    });
-    assert!(
-        since.ends_with("; under wheel_slip, which no input of the controller shows"),
-        "{since}"
-    );
-}
-
-#[test]
 fn a_pose_is_written_at_rest() {
     let write = Request::WritePose { pose: Pose::default(), counter: 1 };
     let stood = |millis| {
@@ -197,7 +177,7 @@ fn numbers_are_numbers() {
 
 #[test]
 fn after_a_fault_it_works_or_says_that_it_does_not() {
-    let faults = |active| Seen::Faults { active, unseen: None };
+    let faults = Seen::Faults;
     let (active, over) = (faults(1), faults(0));
     let well = Causes::default();
     let counting = margin("recovers", |scene| {

@@ -55,8 +55,6 @@ impl From<&PropertyVerdict> for PropertySummary {
 pub(super) struct Judgement {
     margin: Option<f64>,
     first_violation: Option<Violation>,
-    /// Whether the fault of the first violation has been named.
-    is_named: bool,
 }
 
 impl Judgement {
@@ -69,15 +67,16 @@ impl Judgement {
         self.margin = Some(self.margin.map_or(margin, |least| least.min(margin)));
     }
 
-    /// A fault has begun that no input of the controller shows; later violations are marked with it.
-    pub(super) fn unseen(&mut self, (fault, since): (&str, Timestamp)) {
-        if let Some(violation) = &mut self.first_violation
-            && !self.is_named
-            && violation.at >= since
-        {
-            violation.what += &format!("; under {fault}, which no input of the controller shows");
-            self.is_named = true;
+    /// What was hidden explains the first violation.
+    pub(super) fn is_explained(&mut self, hidden: &str) {
+        if let Some(violation) = &mut self.first_violation {
+            violation.what += &format!("; under {hidden}, which no input of the controller shows");
         }
+    }
+
+    /// The first violation is that of another judgement.
+    pub(super) fn take_violation(&mut self, of: &Self) {
+        self.first_violation.clone_from(&of.first_violation);
     }
 
     /// The first violation.

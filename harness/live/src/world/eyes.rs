@@ -10,7 +10,7 @@ use judge::properties::{Limits, Monitor, Property, PropertyVerdict, Seen, Sight,
 use plan::Speaker;
 use record::Device;
 use record::sink::RecordSink;
-use rig::bench::Carrier;
+use rig::bench::Bench;
 use rig::engine::Action;
 use rig::watch::Watch;
 use wire::device::Transmit;
@@ -70,31 +70,31 @@ impl Eyes {
     }
 
     /// Shows an action of the engine before it is carried out.
-    pub(super) fn see_action(&mut self, now: Timestamp, carrier: &Carrier, action: &Action) {
-        self.look(now, carrier);
+    pub(super) fn see_action(&mut self, now: Timestamp, bench: &Bench, action: &Action) {
+        self.look(now, bench);
         let latest = self.latest;
         if let Some(watch) = &mut self.watch {
             watch.see_action(latest, action);
         }
     }
 
-    pub(super) fn report(&mut self, now: Timestamp, carrier: &Carrier, report: &Report) {
-        self.look(now, carrier);
+    pub(super) fn report(&mut self, now: Timestamp, bench: &Bench, report: &Report) {
+        self.look(now, bench);
         self.see(now, &Seen::Report(report));
     }
 
     /// Shows the truth of `now`, unless already shown.
-    fn look(&mut self, now: Timestamp, carrier: &Carrier) {
+    fn look(&mut self, now: Timestamp, bench: &Bench) {
         self.latest = self.latest.max(now);
         if let Some(watch) = self.watch.as_mut().filter(|_| self.truth) {
-            watch.look(self.latest, carrier);
+            watch.look(self.latest, bench);
         }
     }
 
-    pub(super) fn look_again(&mut self, now: Timestamp, carrier: &Carrier) {
+    pub(super) fn look_again(&mut self, now: Timestamp, bench: &Bench) {
         self.latest = self.latest.max(now);
         if let Some(watch) = self.watch.as_mut().filter(|_| self.truth) {
-            watch.look_again(self.latest, carrier);
+            watch.look_again(self.latest, bench);
         }
     }
 
@@ -105,9 +105,9 @@ impl Eyes {
     }
 
     /// Shows what crossed a port of the in-process controller.
-    pub(super) fn within(&mut self, now: Timestamp, carrier: &Carrier, crossing: &Crossing) {
+    pub(super) fn within(&mut self, now: Timestamp, bench: &Bench, crossing: &Crossing) {
         if crossing.by == Device::Controller {
-            self.look(now, carrier);
+            self.look(now, bench);
         }
         self.crossed(now, crossing.role, crossing.by, crossing.crossed);
     }

@@ -72,7 +72,7 @@ impl LiveWorld {
             }
             Heard::Report(report) => {
                 if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
-                    eyes.report(now, &robot.bench.carrier, &report);
+                    eyes.report(now, &robot.bench, &report);
                 }
                 self.director.record_report(now, &mut self.rig, sink, &report);
                 self.director.engine.report(now, &report);

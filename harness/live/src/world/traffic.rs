@@ -44,11 +44,11 @@ impl LiveWorld {
                 record(sink, now, crossing.by, &crossing.crossed);
             }
             if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
-                eyes.within(now, &robot.bench.carrier, &crossing);
+                eyes.within(now, &robot.bench, &crossing);
             }
         }
         if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
-            eyes.look_again(now, &robot.bench.carrier);
+            eyes.look_again(now, &robot.bench);
         }
     }
 
@@ -234,7 +234,7 @@ impl LiveWorld {
             while let Some(action) = self.director.engine.action() {
                 quiet = false;
                 if let (Some(eyes), Some(robot)) = (&mut self.eyes, self.rig.robot()) {
-                    eyes.see_action(now, &robot.bench.carrier, &action);
+                    eyes.see_action(now, &robot.bench, &action);
                 }
                 if let (Action::Phase(event), Some(faults)) = (&action, &mut self.faults) {
                     faults.phase(now, event);

@@ -31,9 +31,7 @@ mod when;
 pub use chance::Chance;
 pub use fault::{Fault, Toward};
 pub(crate) use kind::schema::name as kind_name_schema;
-pub use kind::{
-    FaultKind, KindInfo, KindParameter, Lasts, Reach, Share, UnknownKind, no_input_shows,
-};
+pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, Share, UnknownKind};
 pub use lines::{LineKind, Lines, Ride, Said};
 pub use schedule::{FAULTS_MAX, Schedule};
 pub use target::{Target, TargetName};

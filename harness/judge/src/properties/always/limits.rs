@@ -75,10 +75,15 @@ impl Judge for WithinLimits {
             (Fact::Request(Request::SetVelocity { drive, steer }), _) => {
                 self.rates(now, judgement, ("commanded", 1.0), (*drive, *steer));
             }
+            (Fact::Truth, _) if senses.is_astray() => self.before = None,
             (Fact::Truth, Some(truth)) => {
                 let by = ("true", TRUE_OVER_COMMANDED_MAX);
                 self.rates(now, judgement, by, (truth.speed, truth.steer_rate));
-                self.changes(now, truth, judgement);
+                if senses.has_stray_ramps() {
+                    self.before = None;
+                } else {
+                    self.changes(now, truth, judgement);
+                }
             }
             _ => {}
         }

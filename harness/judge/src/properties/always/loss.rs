@@ -75,7 +75,7 @@ impl StopsOnLoss {
         let Some(truth) = senses.truth else { return };
         let now = senses.now;
         let passed_s = self.last.replace(now).map_or(0.0, |last| (now - last).as_secs_f64());
-        if !truth.is_moving() {
+        if !truth.is_moving() || senses.has_stray_ramps() {
             self.gyro.heard(now);
             self.base.heard(now);
             return;
@@ -88,7 +88,7 @@ impl StopsOnLoss {
         if senses.is_bridged() {
             self.gyro.heard(now);
         }
-        let reaction_s = self.limits.reaction_max.as_secs_f64();
+        let reaction_s = (self.limits.reaction_max + senses.order_late()).as_secs_f64();
         let braking = self.limits.braking_min.m_per_s2();
         let steer_braking = self.limits.steer_braking_min.rad_per_s2();
         for missed in [by_gyro.then_some(&self.gyro), Some(&self.base)].into_iter().flatten() {

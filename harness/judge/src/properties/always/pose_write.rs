@@ -25,9 +25,11 @@ impl Judge for PoseWrittenAtRest {
 
     fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         match fact {
-            Fact::Truth if senses.is_moving() => self.moved = Some(senses.now),
+            Fact::Truth if senses.is_moving() && !senses.is_astray() => {
+                self.moved = Some(senses.now)
+            }
             Fact::Request(Request::WritePose { .. }) => {
-                let Some(truth) = senses.truth else { return };
+                let Some(truth) = senses.truth.filter(|_| !senses.is_astray()) else { return };
                 let stood = self.moved.map_or(AT_REST, |moved| senses.now - moved);
                 let margin = stood.as_secs_f64() / AT_REST.as_secs_f64();
                 let margin = if truth.is_moving() { -1.0 } else { margin };

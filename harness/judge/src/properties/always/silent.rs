@@ -47,7 +47,8 @@ pub(super) struct NoSilentWrong {
 
 impl NoSilentWrong {
     fn look(&mut self, senses: &Senses, state: &State, truth: &Truth) {
-        if senses.source != HeadingSource::Gyro || self.setting.is_some() {
+        let skipped = senses.source != HeadingSource::Gyro || senses.is_misheard();
+        if skipped || self.setting.is_some() {
             return;
         }
         let Some((believed, real)) = self.lap.start else {

@@ -30,14 +30,6 @@ pub struct KindInfo {
     pub typical: FaultKind,
 }
 
-/// Kinds that no input of the paper's controller shows: slipping wheels turn as the encoders report.
-const NO_INPUT_SHOWS: &[&str] = &["wheel_slip"];
-
-/// The kind with this name, if no input of the paper's controller shows it.
-pub fn no_input_shows(name: &str) -> Option<&'static str> {
-    NO_INPUT_SHOWS.iter().copied().find(|kind| *kind == name)
-}
-
 /// One parameter of a kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KindParameter {
