@@ -117,19 +117,39 @@ fn wheels_that_are_unequal_about_their_mean_are_one_cause() {
     // (1.008 - 0.992) / 0.4 m.
     let bend = finding.effects[0].parameters[0].value;
     assert!((bend - (0.016 / TRACK).to_degrees()).abs() < 0.02, "{bend}");
+    let between = &finding.effects[0].parameters[1];
+    assert_eq!((between.name.as_str(), between.unit.as_str()), ("difference", "1"));
+    assert!((between.value - 0.016).abs() < 2e-4, "{between:?}");
+    let said = finding.in_words();
+    assert!(said.iter().any(|one| one.contains("% larger than the left one")), "{said:?}");
 }
 
 #[test]
-fn one_wheel_that_is_larger_makes_both_larger_on_the_mean_and_unequal() {
-    let finding = found(&drive(Drive::Differential, [0.012, 0.0], 1e-3, 22));
+fn one_wheel_that_is_larger_is_one_cause() {
+    for (wheels, name, seed) in
+        [([0.012, 0.0], "right_wheel", 22), ([0.0, -0.03], "left_wheel", 28)]
+    {
+        let finding = found(&drive(Drive::Differential, wheels, 1e-3, seed));
+        assert_eq!(names(&finding), [name], "{:?}", finding.effects);
+        let parameter = &finding.effects[0].parameters[0];
+        let (error, truth) = (parameter.value, wheels[0] + wheels[1]);
+        assert!((error - truth).abs() < 2e-4, "{error}");
+        assert_eq!(parameter.unit, "1");
+        let said = finding.in_words();
+        let one = format!("Its {} wheel is", name.trim_end_matches("_wheel"));
+        assert!(said.iter().any(|sentence| sentence.starts_with(&one)), "{said:?}");
+    }
+}
+
+/// Neither is as the package says: the two differ, and both are larger on the mean.
+#[test]
+fn two_wheels_that_are_wrong_are_unequal_and_of_another_size() {
+    let finding = found(&drive(Drive::Differential, [0.014, 0.006], 1e-3, 29));
     assert_eq!(names(&finding), ["unequal_wheels", "wheel_size"], "{:?}", finding.effects);
     let mean = finding.effects[1].parameters[0].value;
-    assert!((mean - 0.006).abs() < 2e-4, "{mean}");
+    assert!((mean - 0.01).abs() < 2e-4, "{mean}");
     let said = finding.in_words();
-    assert!(
-        said.iter().any(|one| one.starts_with("Its wheels are 0.") && one.contains("larger")),
-        "{said:?}"
-    );
+    assert!(said.iter().any(|one| one.starts_with("Its wheels are 1")), "{said:?}");
 }
 
 #[test]

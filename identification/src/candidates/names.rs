@@ -1,7 +1,7 @@
 //! Standard names of effects, by what they act on and what drives them.
 
 use crate::dataset::{Role, Unit};
-use crate::model::{Acts, Form, Wrap};
+use crate::model::{Acts, Form, UNEQUAL_WHEELS, Wrap};
 use crate::problem::Channel;
 
 /// The contract's word for what a term acts on.
@@ -70,7 +70,7 @@ pub(super) fn constant(on: Acts, is_steered: bool) -> &'static str {
         Acts::Turn if is_steered => "effective_wheelbase",
         Acts::Curvature if is_steered => "steer_offset",
         Acts::Turn => "effective_track",
-        Acts::Curvature => "unequal_wheels",
+        Acts::Curvature => UNEQUAL_WHEELS,
         Acts::Drive => "distance_scale",
         Acts::Scale => "scale_factor",
         Acts::Reference => "reference_ahead_of_axle",

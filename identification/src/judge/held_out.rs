@@ -223,11 +223,11 @@ pub(crate) fn add_driven(data: Data<'_>, terms: &[Shape], coefficients: &[f64], 
             continue;
         }
         let also = beside(&term.name, (term.acts, term.form), data.block);
-        let also = also.as_ref().map(|(acts, per_row)| (*acts, per_row));
+        let also = || also.iter().map(|(acts, per_row)| (*acts, per_row));
         for column in term.per_row(data.channels).unwrap_or_default() {
             let coefficient = coefficients.get(at).copied().unwrap_or(0.0);
             at += 1;
-            for (acts, per_row) in std::iter::once((term.acts, &exposed.per_row)).chain(also) {
+            for (acts, per_row) in std::iter::once((term.acts, &exposed.per_row)).chain(also()) {
                 let to = added.of(Moves::of(acts));
                 for ((total, value), per) in to.iter_mut().zip(&column).zip(per_row) {
                     *total += coefficient * value * per;

@@ -21,7 +21,7 @@ use crate::dataset::{Axis, Kind, Role};
 use crate::finding::{Compensation, Parameter};
 use crate::problem::Known;
 pub use acts::Acts;
-pub use beside::{WHEEL_SIZE, beside};
+pub use beside::{ONE_WHEEL, UNEQUAL_WHEELS, WHEEL_SIZE, beside};
 pub use driver::{Driver, Wrap};
 pub use range::{is_physical, range};
 use schemars::JsonSchema;

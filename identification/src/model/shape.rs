@@ -335,17 +335,18 @@ impl Shape {
             columns
                 .into_iter()
                 .map(|mut column| {
-                    let more = beside.as_ref().map(|(acts, per_row)| {
+                    let more = beside.iter().map(|(acts, per_row)| {
                         let also = column.iter().zip(per_row).map(|(value, per)| value * per);
                         block.observe(*acts, also.collect(), &channels.run)
                     });
+                    let more: Vec<Vec<f64>> = more.collect();
                     for (value, per) in column.iter_mut().zip(&exposure.per_row) {
                         *value *= per;
                     }
                     let mut seen = block.observe(self.acts, column, &channels.run);
-                    seen.iter_mut()
-                        .zip(more.iter().flatten())
-                        .for_each(|(seen, more)| *seen += more);
+                    for more in more {
+                        seen.iter_mut().zip(more).for_each(|(seen, more)| *seen += more);
+                    }
                     seen
                 })
                 .collect(),

@@ -1,7 +1,7 @@
 //! Effects and terms in the form of the contract.
 
-use crate::finding::{Effect, Rival};
-use crate::model::{Fitted, Form, Term, exposure};
+use crate::finding::{Effect, Parameter, Rival};
+use crate::model::{Fitted, Form, Term, UNEQUAL_WHEELS, exposure};
 use crate::problem::DisplayUnit;
 use crate::select::{Data, Found};
 
@@ -35,6 +35,21 @@ pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
     term
 }
 
+/// By how much the right wheel is larger than the left one: what a user can measure, and how their bend comes about.
+fn between_wheels(data: Data<'_>, found: &Found) -> Option<Parameter> {
+    let half = data.block.pose.as_ref()?.half_track?;
+    let is_bend = found.shape.name == UNEQUAL_WHEELS && found.shape.form == Form::Constant;
+    let (bend, error) = *found.coefficients.first().filter(|_| is_bend)?;
+    let error = 2.0 * half * error;
+    Some(Parameter {
+        name: "difference".to_owned(),
+        value: 2.0 * half * bend,
+        standard_error: error.is_finite().then_some(error),
+        unit: "1".to_owned(),
+        range: None,
+    })
+}
+
 /// An effect of the finding.
 pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> Effect {
     let term = term(data, found);
@@ -60,7 +75,7 @@ pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> 
         form: form(found.shape.form),
         knots: term.knots,
         knots_2: term.knots_2,
-        parameters: term.parameters,
+        parameters: term.parameters.into_iter().chain(between_wheels(data, found)).collect(),
         p_value: (-found.strength).exp().min(1.0),
         held_out_before: before,
         held_out_after: after,

@@ -1,5 +1,6 @@
 //! Phrases on an effect: the quantity that it changes, what it goes with, and its numbers.
 
+use crate::dataset::Drive;
 use crate::finding::{Effect, Parameter};
 use crate::model::{Driver, Wrap};
 
@@ -65,4 +66,19 @@ pub(super) fn with_unit(parameter: &Parameter) -> String {
 pub(super) fn quantity(value: f64, unit: &str) -> String {
     let unit = if unit == "1" { "" } else { unit };
     format!("{} {unit}", short(value)).trim_end().to_owned()
+}
+
+/// Why a robot that is driven so drifts while it drives straight.
+pub(super) fn why_it_drifts(effect: &Effect, drive: Option<Drive>) -> String {
+    let between = effect.parameters.iter().find(|one| one.name == "difference");
+    match (drive, between) {
+        (Some(Drive::Synchro), _) => "its steering turns with the way".to_owned(),
+        (Some(Drive::Tricycle), _) => "its steering is off".to_owned(),
+        (_, Some(between)) => {
+            let more = if between.value > 0.0 { "larger" } else { "smaller" };
+            let percent = short(100.0 * between.value.abs());
+            format!("the right wheel is {percent} % {more} than the left one")
+        }
+        _ => "the wheels are unequal".to_owned(),
+    }
 }

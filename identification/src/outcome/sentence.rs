@@ -1,10 +1,12 @@
 //! Causes in sentences, as one engineer would write them to another.
 
-use super::phrases::{number, of_axis, plain, quantity, seen, short, subject, with_unit};
+use super::phrases::{
+    number, of_axis, plain, quantity, seen, short, subject, why_it_drifts, with_unit,
+};
 use super::polynomial::is_polynomial;
 use crate::dataset::Drive;
 use crate::finding::Effect;
-use crate::model::WHEEL_SIZE;
+use crate::model::{ONE_WHEEL, WHEEL_SIZE};
 use crate::units::si_factor;
 
 /// A sentence for each cause, of a robot driven so. Late axes share one delay.
@@ -162,24 +164,22 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
                 short(1.0 / (1.0 + value))
             );
         }
-        ("drive", WHEEL_SIZE) => {
+        ("drive", name) if name == WHEEL_SIZE || ONE_WHEEL.contains(&name) => {
             let more = more_or_less("larger", "smaller");
-            return format!("Its wheels are {} % {more} than the package says.", percent());
+            let which =
+                if name == WHEEL_SIZE { "wheels are" } else { &format!("{} is", plain(name)) };
+            return format!("Its {which} {} % {more} than the package says.", percent());
         }
         ("drive", _) if is_constant => {
             let more = more_or_less("farther", "less far");
             return format!("It drives {} % {more} than the wheels say.", percent());
         }
         ("curvature", _) if is_constant => {
-            let why = match drive {
-                Some(Drive::Synchro) => "its steering turns with the way",
-                Some(Drive::Tricycle) => "its steering is off",
-                _ => "the wheels are unequal",
-            };
             return format!(
-                "It drifts to the {} by {} {unit} while it drives straight: {why}.",
+                "It drifts to the {} by {} {unit} while it drives straight: {}.",
                 more_or_less("left", "right"),
-                short(value.abs())
+                short(value.abs()),
+                why_it_drifts(effect, drive)
             );
         }
         ("reference", _) if is_constant => {

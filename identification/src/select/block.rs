@@ -11,6 +11,7 @@ use super::scene::robust_fit;
 use super::state::State;
 use super::step::{Asked, Step};
 use super::values;
+use super::wheels::one_wheel;
 use crate::judge::{
     Beside, Goes, Holding, Judge, Metric, Standing, best, choose, goes_with, margin, nested,
 };
@@ -78,6 +79,9 @@ pub fn identify_block(
                     state.exchange(threshold);
                 }
                 state.prune();
+                if let Some(one) = one_wheel(&state, false) {
+                    state = one;
+                }
                 // The added term was dropped again: the next round would repeat this one.
                 if state.terms == before {
                     break;

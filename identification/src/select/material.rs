@@ -10,6 +10,7 @@ use super::roughly::{doubtful, is_sure};
 use super::state::{State, is_sound};
 use super::step::{Asked, Step};
 use super::timing;
+use super::wheels::one_wheel;
 use crate::candidates::Candidate;
 use crate::judge::{Judge, Metric};
 use crate::linear::{Basis, Normal, dot};
@@ -94,7 +95,13 @@ impl<'a> Material<'a> {
             Step::new(self.fitted(last.state.clone()), self.judge);
         while Shape::causes(&now.terms[now.base..]) < asked.effects_max {
             let Some((next, judged)) = self.step(&now, &metrics) else { break };
-            (now, metrics) = (next, judged);
+            (now, metrics) = match one_wheel(&next, true) {
+                Some(one) => {
+                    let Step { state, metrics } = Step::new(self.fitted(one), self.judge);
+                    (state, metrics)
+                }
+                None => (next, judged),
+            };
             path.push(Step::new(now.clone(), judge));
         }
     }

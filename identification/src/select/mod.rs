@@ -27,6 +27,7 @@ mod state;
 mod step;
 mod timing;
 mod values;
+mod wheels;
 
 pub use axes::{agreed, is_against};
 pub use block::identify_block;

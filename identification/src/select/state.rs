@@ -135,10 +135,12 @@ impl<'a> State<'a> {
             }
             let scene = self.scene(&others);
             let found = contenders(&scene);
-            let Some(mine) = found.iter().find(|one| one.candidate.shape.label() == term.label())
-            else {
-                continue;
+            // By its name as well: several causes of a drive have the same form.
+            let is_mine = |one: &&Contender| {
+                let shape = &one.candidate.shape;
+                shape.label() == term.label() && shape.name == term.name
             };
+            let Some(mine) = found.iter().find(is_mine) else { continue };
             // A shape that is level is its constant, however certain the rest of it may be.
             let is_level = |one: &Contender| {
                 let constant = &one.candidate.shape;

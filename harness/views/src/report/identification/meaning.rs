@@ -197,6 +197,9 @@ fn standard(name: &str) -> Option<&'static str> {
         "wheel_size" => {
             "Distances and turns read long or short by one factor: the wheels are larger or smaller than assumed."
         }
+        "right_wheel" | "left_wheel" => {
+            "One wheel is larger or smaller than assumed: distances read long or short, and the robot bends to one side."
+        }
         "wheel_toe" => {
             "The bend while driving straight depends on where the wheels are steered to: they are not all \
              parallel."
