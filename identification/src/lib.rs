@@ -19,6 +19,7 @@ pub mod experiment;
 pub mod finding;
 pub mod identify;
 mod judge;
+mod late;
 mod lattice;
 mod linear;
 pub mod model;

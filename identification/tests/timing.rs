@@ -2,7 +2,7 @@
 
 use identification::dataset::{Column, Dataset, Kind, Role, Unit};
 use identification::finding::{Finding, Verdict};
-use identification::identify::{Options, identify};
+use identification::identify::{Options, identify, predict};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use std::f64::consts::TAU;
@@ -107,4 +107,77 @@ fn a_low_pass_is_no_delay() {
         assert_only(&finding, "bandwidth", constant, 0.02 * constant);
         assert!(!finding.notices.iter().any(|one| one.contains("noisy itself")));
     }
+}
+
+/// All of what is measured is late, its scale error included: a delay of the truth alone came out wrong by that error.
+#[test]
+fn a_delay_beside_a_scale_error_is_as_long_as_it_is() {
+    for (kind, by, gain, error) in [
+        (Kind::Series, 0.02, 1.03, 1e-4),
+        (Kind::Sensor, 0.3, 0.96, 5e-4),
+        (Kind::Sensor, 0.85, 1.05, 2e-3),
+    ] {
+        let finding = read((kind, 0.05, 0.1), (51, 1.4), |tone, t| gain * delayed(by)(tone, t));
+        assert_only(&finding, "delay", by, error);
+        let base = finding.base.iter().find(|one| one.name == "scale_factor").unwrap();
+        assert!((1.0 + base.value - gain).abs() < 3e-4, "{base:?}");
+    }
+}
+
+/// What is measured, V or deg/s: two tones, levels that are held and left within two seconds, or slow tones.
+fn measured(what: usize, t: f64) -> f64 {
+    let level = |i: f64| 30.0 * (7.3 * i).sin() + 20.0 * (2.9 * i).cos();
+    let (at, since) = ((t / 6.0).floor(), (t.rem_euclid(6.0) / 2.0).min(1.0));
+    match what {
+        0 => 50.0 + 30.0 * (t / 5.3).sin() + 14.0 * (t / 1.9).cos(),
+        1 => level(at) + (level(at + 1.0) - level(at)) * since * since * (3.0 - 2.0 * since),
+        _ => 50.0 + 30.0 * (t / 41.0).sin() + 14.0 * (t / 17.0).cos(),
+    }
+}
+
+/// Five minutes, ten readings a second.
+fn late(kind: Kind, what: usize, (by, gain, noise): (f64, f64, f64), seed: u64) -> Dataset {
+    let mut random = chacha20::ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let times: Vec<f64> = (0..3000).map(|row| f64::from(row) * 0.1).collect();
+    let readings = times.iter().map(|t| 0.3 + gain * measured(what, t - by) + noise * draw());
+    let (roles, unit) = match kind {
+        Kind::Series => ([Role::GyroRate, Role::ReferenceRate], Unit::DegreePerSecond),
+        _ => ([Role::Measured, Role::Reference], Unit::Volt),
+    };
+    let columns = vec![
+        Column::new("time", Role::Time, Unit::Second, times.clone()),
+        Column::new("reading", roles[0], unit, readings.collect()),
+        Column::new("truth", roles[1], unit, times.iter().map(|t| measured(what, *t)).collect()),
+    ];
+    Dataset::new("late", kind, columns, vec![0; times.len()])
+}
+
+/// It was a wave of the bias, an error over the slope of the reference, noise of the reference, or a clock that is off by 2 %.
+#[test]
+fn a_delay_of_seconds_is_no_wave_and_no_noise_of_the_reference() {
+    for (kind, what, delay, noise, error) in [
+        (Kind::Sensor, 0, 4.03, 1.0, 0.01),
+        (Kind::Sensor, 1, 4.0, 1.0, 0.03),
+        (Kind::Sensor, 2, 4.0, 0.1, 0.03),
+        (Kind::Series, 0, 4.0, 0.1, 1e-3),
+        (Kind::Series, 2, -4.03, 0.1, 0.03),
+    ] {
+        let dataset = late(kind, what, (delay, 1.0, noise), 77);
+        let found = identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap().finding;
+        assert_only(&found, "delay", delay, error);
+        assert!(!found.notices.iter().any(|one| one.contains("noisy itself")), "{kind:?} {what}");
+    }
+}
+
+/// Also in what is applied to other data.
+#[test]
+fn a_model_with_a_delay_and_a_scale_error_predicts_both() {
+    let [one, other] = [78, 79].map(|seed| late(Kind::Sensor, 1, (4.03, 1.05, 0.1), seed));
+    let model = identify(&one, None, &Options::default(), &mut |_, _| ()).unwrap().model;
+    let predicted = predict(&other, &model).unwrap();
+    // The first rows have no reference.
+    let left = &predicted.residual[60..];
+    let error = (left.iter().map(|one| one * one).sum::<f64>() / left.len() as f64).sqrt();
+    assert!(error < 0.12, "{error}");
 }

@@ -6,12 +6,12 @@ use super::terms::{Estimate, Fields, adds, lagged};
 use crate::corrections::factor;
 use crate::dataset::{Dataset, Role};
 use crate::finding::{CompensationInput, CompensationStep, LeftOut};
-use crate::model::{Acts, Form, Model, Shape, Wrap};
+use crate::model::{Acts, Form, LATE_SHARE, Model, Shape, Wrap};
 use crate::problem::Channels;
 use std::collections::BTreeMap;
 
-/// How a sensor reads: steps over the truth, in its own unit. As in the model, all errors but a delay depend on the
-/// current truth.
+/// How a sensor reads: steps over the truth, in its own unit. As in the model, all errors but a delay and a constant scale
+/// depend on the current truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
     /// Inputs of the steps: the truth as `x`, and other inputs of the model by field.
@@ -46,6 +46,7 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
     let time = named(Role::Time, "time");
     let fields = Fields { reference, time, si: &si_of, smoothing: 0.0 };
     let (mut refused, mut delay_s, mut lag) = (Vec::new(), 0.0, None);
+    let mut share = 1.0;
     let mut shapes = Vec::new();
     let nothing = nothing(model);
     for term in &model.terms {
@@ -58,6 +59,9 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
             }
         };
         let value = values.first().copied().unwrap_or(0.0);
+        if shape.form == Form::Delay {
+            share = shape.number(LATE_SHARE).unwrap_or(share);
+        }
         match (shape.acts, shape.form) {
             (Acts::Delay, Form::Delay) if is_lag(&shape) && value > 0.0 => lag = Some(value),
             (Acts::Delay, Form::Delay) if value >= 0.0 => delay_s += value,
@@ -72,6 +76,10 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
     if let Some(constant) = lag {
         let level = program.step("truth", sum);
         sum = lagged(&mut program, &level, constant);
+    }
+    if share != 1.0 {
+        // The scale error is late as well, and stands below as one of the current truth.
+        sum = truth.clone() + number(share) * (sum - truth.clone());
     }
     for (shape, values) in &shapes {
         match adds(&mut program, (shape, values), &Estimate(truth.clone()), &fields) {

@@ -2,13 +2,14 @@
 
 use super::{Acts, Driver, Form, Shape, Wrap, narrowest_play};
 use crate::dataset::Dimension;
+use crate::late::SHARE_MAX;
 use crate::problem::Channels;
 
 /// Maximum delay of filters and buffers, in samples.
 const SAMPLES_LATE_MAX: f64 = 10.0;
 
 /// Range of the values of a kind of term, SI. `None` if unknown.
-pub fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
+fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
     Some(match acts {
         // A gyro that reads nothing has a scale error of -1; one that reads twice the rate has another unit or is
         // another gyro (data sheets of MEMS parts state 3 % and less). A wrong sign is corrected earlier.
@@ -26,7 +27,7 @@ pub fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
         Acts::Clock => [-0.05, 0.05],
         // A sensor sits on the robot.
         Acts::Reference => [-5.0, 5.0],
-        // Data later than a second, or than some samples at a slow rate, belong to another recording.
+        // A device is late by a second at most, or by some samples at a slow rate.
         Acts::Delay => {
             let late = (SAMPLES_LATE_MAX * channels.interval()).max(1.0);
             [-late, late]
@@ -35,6 +36,16 @@ pub fn range(acts: Acts, channels: &Channels) -> Option<[f64; 2]> {
         Acts::Axis => [-1.1, 1.1],
         _ => return None,
     })
+}
+
+/// Range of the value of `shape`, SI. `None` if unknown.
+pub fn range_of(shape: &Shape, channels: &Channels) -> Option<[f64; 2]> {
+    let [low, high] = range(shape.acts, channels)?;
+    let is_delay =
+        shape.acts == Acts::Delay && shape.drivers.iter().all(|one| one.wrap == Wrap::Plain);
+    // Two recordings whose clocks nobody set against one another are off by any time that leaves enough of both to compare.
+    let apart = if is_delay { SHARE_MAX * channels.span() } else { 0.0 };
+    Some([low.min(-apart), high.max(apart)])
 }
 
 /// Maximum sensitivity of a gyro's bias to acceleration, rad/s/(m/s^2): 1 deg/s/g, five to ten times what data sheets
@@ -91,7 +102,7 @@ pub fn is_physical(
             return false;
         }
     }
-    let Some([low, high]) = range(shape.acts, channels) else { return true };
+    let Some([low, high]) = range_of(shape, channels) else { return true };
     let inside = |value: f64| value >= low && value <= high;
     if matches!(shape.form, Form::Delay) || shape.acts == Acts::Axis {
         return coefficients.iter().all(|value| inside(*value));

@@ -8,6 +8,9 @@ use crate::problem::{Block, Channels, Exposure, Over};
 use crate::signal::interpolate_along;
 use std::f64::consts::TAU;
 
+/// Name of the number of a delay that says how much of what is measured is late: all of it, its scale error included.
+pub const LATE_SHARE: &str = "share";
+
 /// Names of the numbers that hold the observed range of each driver.
 pub const SEEN: [[&str; 2]; 2] = [["seen_from", "seen_to"], ["seen_from_2", "seen_to_2"]];
 
@@ -299,15 +302,15 @@ impl Shape {
     /// Effect of a delay, a clock or a bandwidth on the rotation, per unit of its number.
     fn delayed(&self, channels: &Channels) -> Option<Vec<f64>> {
         let rate = &channels.rotation;
+        let share = fixed_or(&self.fixed, LATE_SHARE, 1.0);
         let Some(Field::Rotation | Field::Time) = field(channels, &self.drivers[0]) else {
             return None;
         };
         if self.drivers[0].wrap == Wrap::LagOf {
             let lagged = see(channels, &self.drivers[0], &self.fixed)?;
             let constant = self.number("time_constant")?;
-            return Some(
-                lagged.iter().zip(rate).map(|(lagged, rate)| (lagged - rate) / constant).collect(),
-            );
+            let slower = |(lagged, rate): (&f64, &f64)| share * ((lagged - rate) / constant);
+            return Some(lagged.iter().zip(rate).map(slower).collect());
         }
         let (number, is_clock) = match self.acts {
             Acts::Clock => (self.number("stretch")?, true),
@@ -321,7 +324,8 @@ impl Shape {
                 if is_clock { time + number * (time - times[0]) } else { time - number }
             });
             let moved = interpolate_along(times, values, at);
-            found.extend(moved.zip(values).map(|(moved, value)| (moved - value) / number));
+            found
+                .extend(moved.zip(values).map(|(moved, value)| share * ((moved - value) / number)));
         }
         Some(found)
     }

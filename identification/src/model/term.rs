@@ -1,7 +1,7 @@
 //! Converts shapes with numbers in SI to terms in the units of the data, and back.
 
 use super::unit::{coefficient_unit, fixed_unit, place_unit};
-use super::{Acts, Form, SEEN, Shape, Term, Wrap, range};
+use super::{Acts, Form, SEEN, Shape, Term, Wrap, range_of};
 use crate::finding::Parameter;
 use crate::problem::{Channels, DisplayUnit};
 use crate::units::si_factor;
@@ -83,7 +83,7 @@ impl Term {
                 standard_error: fitted.error.is_finite().then_some(fitted.error / written.si),
                 unit: written.text.clone(),
                 range: (told_by_itself(shape) && !channels.of_sensor)
-                    .then(|| range(shape.acts, channels))
+                    .then(|| range_of(shape, channels))
                     .flatten()
                     .map(|range| range.map(|end| end / written.si)),
             })

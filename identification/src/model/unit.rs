@@ -4,7 +4,7 @@
 //! temperature is in `Cel`, the width of a bump over it in `K`.
 
 use super::see::{Field, fixed_or};
-use super::{Acts, Driver, Form, Shape, Wrap, field};
+use super::{Acts, Driver, Form, LATE_SHARE, Shape, Wrap, field};
 use crate::problem::{Channels, DisplayUnit};
 use crate::units::per;
 
@@ -56,7 +56,7 @@ pub fn fixed_unit(shape: &Shape, channels: &Channels, name: &str) -> DisplayUnit
     let time = DisplayUnit::new(channels.time_unit.text(), 1.0);
     match name {
         "time_constant" | "delay" => time,
-        "stretch" | "through" => DisplayUnit::new("1", 1.0),
+        "stretch" | "through" | LATE_SHARE => DisplayUnit::new("1", 1.0),
         "origin" | "at" | "centre" | "seen_from" | "seen_to" => place_unit(channels, shape, 0),
         "origin_2" | "seen_from_2" | "seen_to_2" => place_unit(channels, shape, 1),
         _ => shape.drivers.first().map_or(time, |driver| difference_unit(channels, driver)),

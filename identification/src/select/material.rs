@@ -14,7 +14,7 @@ use super::wheels::one_wheel;
 use crate::candidates::Candidate;
 use crate::judge::{Judge, Metric};
 use crate::linear::{Basis, Normal, dot};
-use crate::model::{Form, Shape};
+use crate::model::{Form, LATE_SHARE, Shape};
 use crate::noise::{NoiseModel, Whitener};
 use crate::robust::root_mean_square;
 use std::cell::OnceCell;
@@ -268,6 +268,9 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     let mut with_long = columns;
     with_long.extend(long.iter().map(|one| whitener.apply(&one.column)));
     let moves = if long.is_empty() { Vec::new() } else { Normal::of(&with_long, &target).solve() };
+    let share = |term: &Shape| term.number(LATE_SHARE).unwrap_or(1.0);
+    let before: Vec<f64> = state.terms.iter().map(share).collect();
+    timing::delay_all(data, &mut state.terms, &coefficients);
     let mut at = 0;
     let mut moved = false;
     for (index, term) in state.terms.iter_mut().enumerate() {
@@ -278,7 +281,8 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
             let by = long.iter().position(|one| one.term == index);
             let by = by.and_then(|i| moves.get(with_long.len() - long.len() + i));
             let sample = data.channels.interval();
-            let found = by.map_or(coefficients[at], |by| now + by.clamp(-sample, sample));
+            let of_all = coefficients[at] * before[index] / share(term);
+            let found = by.map_or(of_all, |by| now + by.clamp(-sample, sample));
             let positive = name != "time_constant" || found > now / 4.0;
             let next = if positive { found } else { now / 4.0 };
             if next.is_finite() && next != 0.0 && (next - now).abs() > MOVED * now.abs() {

@@ -102,8 +102,17 @@ fn golden(low: f64, high: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
 /// slope of the reference, and a clock or a hysteresis would take it up.
 pub(super) const SETTLED: f64 = 0.05;
 
-/// A delay is its own coefficient: finds the fixed point at which the fit returns the number.
+/// Tunes a delay. The coefficient of one that is longer than a sample says how much is late, and not how late it is.
 fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
+    long_delay(scene, best, value);
+    if scene.data.by_delay(best).is_none() {
+        short_delay(scene, best, value);
+        long_delay(scene, best, value);
+    }
+}
+
+/// A delay shorter than a sample is its own coefficient: finds the fixed point at which the fit returns the number.
+fn short_delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
     const ROUNDS: usize = 10;
     let name = best.fixed.iter().map(|(name, _)| name.clone()).next().unwrap_or_default();
     let mut last: Option<(f64, f64)> = None;
@@ -136,31 +145,33 @@ fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
         *value = score;
         *best = tried;
     }
-    long_delay(scene, best, value);
 }
 
 /// Moves a delay longer than a sample to where it explains most.
 fn long_delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
-    const ROUNDS: usize = 4;
+    const ROUNDS: usize = 10;
     for _ in 0..ROUNDS {
         let Some((name, slope)) = scene.data.by_delay(best) else { return };
         let mut columns = scene.data.columns(best);
         columns.push(slope);
         let fit = fit(scene, &columns);
         let ([much, moves], [_, error]) = (&fit.coefficients[..], &fit.errors[..]) else { return };
-        let by =
-            (moves / much).clamp(-scene.data.channels.interval(), scene.data.channels.interval());
-        if !(by.abs() > SETTLED * (error / much).abs()) {
-            return;
-        }
-        let mut tried = best.clone();
-        tried.set(name, best.number(name).unwrap_or(0.0) + by);
-        let score = scene.score(&tried).statistic;
-        if !(score > *value) {
-            return;
-        }
-        *value = score;
-        *best = tried;
+        let most = scene.data.channels.interval();
+        let mut by = (moves / much).clamp(-most, most);
+        // Where the whole step is too long, as between two turns of the reference, a part of it is not.
+        let next = loop {
+            if !(by.abs() > SETTLED * (error / much).abs()) {
+                return;
+            }
+            let mut tried = best.clone();
+            tried.set(name, best.number(name).unwrap_or(0.0) + by);
+            let score = scene.score(&tried).statistic;
+            if score > *value {
+                break (tried, score);
+            }
+            by /= 4.0;
+        };
+        (*best, *value) = next;
     }
 }
 

@@ -80,6 +80,12 @@ impl<'a> State<'a> {
 
     /// Tunes the numbers of every term to their best values, with the others in the fit.
     pub fn refit(&mut self) {
+        if self.terms.iter().any(|term| term.form == Form::Delay) {
+            let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
+            let white = whitener.apply_all(&self.data.all_columns(&self.terms));
+            let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
+            timing::delay_all(self.data, &mut self.terms, &fit.coefficients);
+        }
         for index in 0..self.terms.len() {
             let term = &self.terms[index];
             if term.nonlinear().is_empty() && term.form != Form::Delay {

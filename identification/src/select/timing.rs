@@ -1,7 +1,8 @@
 //! Kinds of delay.
 
+use super::data::Data;
 use crate::candidates::Candidate;
-use crate::model::{Acts, Driver, Form, Shape, Wrap};
+use crate::model::{Acts, Driver, Form, LATE_SHARE, Shape, Wrap};
 
 /// A kind of delay: a delay, a filter or a clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,6 +18,24 @@ impl Timing {
     /// Removes other kinds of delay from `candidates`.
     pub fn keep(self, candidates: &mut Vec<Candidate>) {
         candidates.retain(|one| Self::of(&one.shape).is_none_or(|timing| timing == self));
+    }
+}
+
+/// Says of each delay among `terms`, which have these `coefficients`, that all of what is measured is late, its scale error
+/// included. What a delay of the truth alone leaves of a scale error looks like another delay, or like a wave.
+pub fn delay_all(data: Data<'_>, terms: &mut [Shape], coefficients: &[f64]) {
+    let mut at = 0;
+    let mut all = 1.0;
+    for term in terms.iter() {
+        if term.acts == Acts::Scale && term.drivers.is_empty() {
+            all += coefficients.get(at).copied().unwrap_or(0.0);
+        }
+        at += data.width(term);
+    }
+    if all > 0.0 && all.is_finite() {
+        for term in terms.iter_mut().filter(|term| term.form == Form::Delay) {
+            term.set(LATE_SHARE, all);
+        }
     }
 }
 

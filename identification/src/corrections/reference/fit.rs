@@ -1,6 +1,7 @@
 //! How wide a reference is evened out, beside a lag and a delay of the sensor.
 
 use super::evened;
+use crate::late;
 use crate::moments::Moments;
 use crate::robust;
 use crate::signal::{first_order, interpolate_along};
@@ -16,6 +17,12 @@ pub struct Stretch {
 }
 
 impl Stretch {
+    /// As a delay at first sight sees it.
+    fn seen(&self) -> late::Stretch<'_> {
+        let readings = self.readings.iter().copied().enumerate().collect();
+        late::Stretch { times: &self.times, truth: &self.reference, readings }
+    }
+
     /// Parts of about as many rows each.
     fn pieces(&self) -> impl Iterator<Item = Self> + '_ {
         let rows = self.times.len();
@@ -60,6 +67,8 @@ struct Pieces {
     /// Which of their rows count, one after the other.
     counts: Vec<bool>,
     step: f64,
+    /// How late the readings are at first sight, in steps: what follows a reference late is not told by evening it out.
+    late: Option<f64>,
     /// Whether noise keeps a share of the row before.
     is_slow: bool,
     /// Independent rows, and their share of all that count and follow one that does.
@@ -80,13 +89,17 @@ impl Pieces {
         let all: Vec<Stretch> = stretches.iter().flat_map(Stretch::pieces).step_by(every).collect();
         let steps = all.iter().flat_map(|one| one.times.windows(2).map(|two| two[1] - two[0]));
         let step = robust::median(steps.collect());
+        let at_sight: Vec<late::Stretch<'_>> = all.iter().map(Stretch::seen).collect();
+        let late = late::delay(&at_sight, step).map(|delay| delay / step);
+        // Rows that lie nearer to an end than they are late have no reference.
+        let ends = ENDS + late.map_or(0, |late| late.abs().ceil() as usize);
         let counts = all.iter().flat_map(|one| {
-            let last = one.times.len().saturating_sub(ENDS);
-            (0..one.times.len()).map(move |row| row >= ENDS && row < last)
+            let last = one.times.len().saturating_sub(ends);
+            (0..one.times.len()).map(move |row| row >= ends && row < last)
         });
         let (counts, evened, lagged) = (counts.collect(), RefCell::default(), RefCell::default());
         let (free, share) = (0.0, 1.0);
-        let mut found = Self { all, counts, step, is_slow, free, share, evened, lagged };
+        let mut found = Self { all, counts, step, late, is_slow, free, share, evened, lagged };
         let plain = found.left([0.0; 3]);
         let used: Vec<f64> = found.counted(&plain).collect();
         let limit = robust::GROSS * robust::spread(&used);
@@ -198,8 +211,8 @@ impl Pieces {
             for index in (0..3).filter(|&index| free[index]) {
                 let signs: &[f64] = if index == 2 { &[1.0, -1.0] } else { &[1.0] };
                 if round == 0 || best.1[index] == 0.0 {
-                    for tried in TRIED.iter().flat_map(|tried| signs.iter().map(move |s| s * tried))
-                    {
+                    let near = TRIED.iter().flat_map(|tried| signs.iter().map(move |s| s * tried));
+                    for tried in near.chain(self.late.filter(|_| index == 2)) {
                         let mut numbers = best.1;
                         numbers[index] = tried * self.step;
                         best = better(best, (value(numbers), numbers));
