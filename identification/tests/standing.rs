@@ -104,3 +104,32 @@ fn a_bias_that_swings_with_the_temperature_is_no_motion() {
     assert_eq!(finding.effects.len(), 1, "{:?}", finding.effects);
     assert_eq!(finding.effects[0].name, "bias_over_temperature");
 }
+
+/// A run of which a single reading has a reference tells nothing, and would count as much as a whole one.
+#[test]
+fn a_run_with_one_reading_left_is_left_out_by_name() {
+    let rows = 603;
+    let run: Vec<usize> = (0..rows).map(|row| row / 100).collect();
+    let truth: Vec<f64> = (0..rows).map(|row| 5.0 * (row as f64 / 7.0).sin()).collect();
+    let mut reading: Vec<f64> =
+        truth.iter().zip(noise(rows, 0.05)).map(|(truth, noise)| truth + 0.2 + noise).collect();
+    let read = |reading: &[f64]| {
+        let columns = vec![
+            Column::new("time", Role::Time, Unit::Second, (0..rows).map(|t| t as f64).collect()),
+            Column::new("w", Role::GyroRate, Unit::DegreePerSecond, reading.to_vec()),
+            Column::new("truth", Role::ReferenceRate, Unit::DegreePerSecond, truth.clone()),
+        ];
+        let dataset =
+            Dataset::new("runs", identification::dataset::Kind::Series, columns, run.clone());
+        identify(&dataset, None, &Options::default(), &mut |_, _| ()).unwrap()
+    };
+    let says = |notices: &[String]| notices.iter().any(|one| one.contains("left out of `w`"));
+    assert!(!says(&read(&reading).finding.notices));
+    // Two of the three rows of the last run are lost.
+    reading[601..].fill(f64::NAN);
+    let identified = read(&reading);
+    let notices = &identified.finding.notices;
+    let expected = "run 6 is left out of `w`: one reading with a reference is left of it";
+    assert!(notices.iter().any(|one| one == expected), "{notices:?}");
+    assert_eq!(identified.diagnostics.blocks[0].time.len(), 600);
+}

@@ -6,6 +6,7 @@ mod closing;
 mod driven;
 mod gyro;
 mod laps;
+mod lonely;
 mod path;
 mod pose;
 mod reference;
@@ -150,13 +151,15 @@ impl Problem {
     /// When it lacks what its kind needs.
     pub fn new(dataset: &Dataset, known: Known) -> Result<Self, IdentifyError> {
         let channels = Channels::new(dataset);
-        match dataset.kind {
+        let mut problem = match dataset.kind {
             Kind::Turns => gyro::turns(dataset, channels),
             Kind::Series => series::series(dataset, channels, known.counts_per_unit),
             Kind::Odometry => driven::odometry(dataset, channels),
             Kind::Laps => laps::laps(dataset, channels, known),
             Kind::Sensor => sensor::sensor(dataset, channels),
-        }
+        }?;
+        lonely::leave_out(&mut problem, dataset);
+        Ok(problem)
     }
 }
 
