@@ -5,13 +5,13 @@ use crate::compensation::compensation;
 use crate::dataset::{Dataset, Drive};
 use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{
-    Compensation, Effect, Figure, Finding, HeldOut, Left, LeftOut, PathModel, SCHEMA, Verdict,
+    Compensation, Effect, Figure, Finding, HeldOut, Left, LeftOut, SCHEMA, Verdict,
 };
 use crate::judge::{Judge, Metric, margin};
 use crate::model::{Acts, Model, Shape, Term, is_frame};
 use crate::noise::{Layout, NoiseModel};
 use crate::options::Options;
-use crate::outcome::{self, Diagnostics};
+use crate::outcome::{self, Diagnostics, OffsetOfRuns};
 use crate::problem::{Aggregate, Problem};
 use crate::select::{BlockFit, Data, Found, Waypoint};
 
@@ -98,11 +98,10 @@ impl<'a> Done<'a> {
     }
 
     /// The same, over the noise together with the errors of readings that have a name: rounding, which is spread evenly over
-    /// its step, and an offset of each run.
-    fn error_over_known(&self) -> Option<f64> {
+    /// its step, and an `offset` of each run.
+    fn error_over_known(&self, offset: Option<&OffsetOfRuns>) -> Option<f64> {
         let rounded = self.step.map_or(0.0, |step| step.powi(2) / 12.0);
-        let offset =
-            outcome::offset_of_runs(self.data, &self.fit, 1.0).map_or(0.0, |found| found.1);
+        let offset = offset.map_or(0.0, |found| found.deviation);
         self.error_over(rounded + offset.powi(2))
     }
 
@@ -160,7 +159,9 @@ pub(crate) fn assemble(
         dataset.notices.iter().chain(&problem.notices).cloned().collect();
     let mut diagnostics =
         Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
-    for one in done {
+    let offsets: Vec<Option<OffsetOfRuns>> =
+        done.iter().map(|one| outcome::offset_of_runs(one.data, &one.fit)).collect();
+    for (one, offset) in done.iter().zip(&offsets) {
         if let Some((found, effect)) = one.clipping() {
             terms.push(outcome::term(one.data, &found));
             effects.push((found.strength, effect));
@@ -202,7 +203,7 @@ pub(crate) fn assemble(
                     .min(1.0),
             });
         }
-        if let Some(slow) = above_floor(one, noise_is_known) {
+        if let Some(slow) = above_floor(one, offset.as_ref(), noise_is_known) {
             left.push(slow);
         }
         if let Some(goes) = &one.fit.goes {
@@ -256,12 +257,12 @@ pub(crate) fn assemble(
     } else {
         Verdict::StructureLeft
     };
-    for one in done {
+    for (one, offset) in done.iter().zip(offsets) {
         effects.extend(one.rounding());
         // Each quantity has its share of the risk of a false alarm.
         let share = 1.0 / done.len() as f64;
-        if let Some((offset, _)) = outcome::offset_of_runs(one.data, &one.fit, share) {
-            effects.push(offset);
+        if let Some(offset) = offset.filter(|offset| offset.is_certain(share)) {
+            effects.push(offset.effect);
         } else if let Some(slow) = outcome::slow_noise(one.data, &one.fit, share) {
             effects.push(slow.effect);
             notices.extend(slow.notice);
@@ -301,7 +302,7 @@ pub(crate) fn assemble(
             held_out_also,
             base,
             effects,
-            path: path(done),
+            path: outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>()),
             left,
             compensation: compensation.clone(),
             next_experiment: None,
@@ -337,8 +338,12 @@ const ABOVE_FLOOR_MAX: f64 = 5.0;
 const ALIKE: f64 = 1e-9;
 
 /// A residual far above the innovation noise: it holds something slow that no cause explains.
-fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
-    let ratio = one.error_over_known()?;
+fn above_floor(
+    one: &Done<'_>,
+    offset: Option<&OffsetOfRuns>,
+    noise_is_known: bool,
+) -> Option<Left> {
+    let ratio = one.error_over_known(offset)?;
     (ratio > ABOVE_FLOOR_MAX && !noise_is_known).then(|| Left {
         drivers: vec![one.data.channels.time_name.clone()],
         shape: format!(
@@ -347,11 +352,6 @@ fn above_floor(one: &Done<'_>, noise_is_known: bool) -> Option<Left> {
         ),
         share_of_residual_variance: 1.0 - ratio.powi(-2),
     })
-}
-
-/// The models that were judged.
-fn path(done: &[Done<'_>]) -> Vec<PathModel> {
-    outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>())
 }
 
 /// Whether the gyro sees less than half of the rotation that it should measure.

@@ -18,7 +18,7 @@ pub(crate) use effects::{effect, lines_before_their_zero, term};
 pub(crate) use path::path;
 pub(crate) use polynomial::join_powers;
 pub(crate) use predict::{is_of_kind, predict};
-pub(crate) use unmended::{offset_of_runs, rounding, slow_noise};
+pub(crate) use unmended::{OffsetOfRuns, offset_of_runs, rounding, slow_noise};
 pub use whiteness::{WHITENESS_LEVEL, Whiteness};
 pub(crate) use whiteness::{of_innovations, stretches, whiteness};
 

@@ -28,12 +28,25 @@ const READINGS_MIN: usize = 20;
 /// Surprise from which means within a run differ by more than noise without a memory makes them differ, in nats: 1 %.
 const WANDERS: f64 = 4.6;
 
-/// An offset that differs from run to run and stays within each, and its standard deviation, SI; `share` is this quantity's
-/// share of the risk of a false alarm.
+/// An offset that differs from run to run and stays within each.
+pub(crate) struct OffsetOfRuns {
+    pub effect: Effect,
+    /// Its standard deviation, SI.
+    pub deviation: f64,
+}
+
+impl OffsetOfRuns {
+    /// Whether it is certain at this `share` of the risk of a false alarm.
+    pub fn is_certain(&self, share: f64) -> bool {
+        self.effect.p_value < RISK * share
+    }
+}
+
+/// An offset that differs from run to run and stays within each, if it is certain at the whole risk of a false alarm.
 ///
 /// Means of half a run are compared with their neighbour in the same run and in the next one: noise of any memory makes
 /// both pairs differ alike, and only an offset of the run makes the second differ more.
-pub(crate) fn offset_of_runs(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<(Effect, f64)> {
+pub(crate) fn offset_of_runs(data: Data<'_>, fit: &BlockFit) -> Option<OffsetOfRuns> {
     if data.block.aggregate != Aggregate::Row {
         return None;
     }
@@ -45,7 +58,7 @@ pub(crate) fn offset_of_runs(data: Data<'_>, fit: &BlockFit, share: f64) -> Opti
     let pairs = runs as f64;
     let wanders = !(surprise(within / white, pairs, 1e6) < WANDERS);
     let p_value = (-surprise(across / within.max(white), pairs - 1.0, pairs)).exp();
-    if wanders || !(p_value < RISK * share) {
+    if wanders || !(p_value < RISK) {
         return None;
     }
     let deviation = ((across - within) / 2.0).max(0.0).sqrt();
@@ -58,8 +71,8 @@ pub(crate) fn offset_of_runs(data: Data<'_>, fit: &BlockFit, share: f64) -> Opti
         unit: unit.text.clone(),
         range: None,
     };
-    let found = effect(data, fit, ("offset_of_runs", Acts::Noise), vec![parameter], p_value);
-    Some((found, deviation))
+    let effect = effect(data, fit, ("offset_of_runs", Acts::Noise), vec![parameter], p_value);
+    Some(OffsetOfRuns { effect, deviation })
 }
 
 /// Mean squares of differences between means of half a run.
