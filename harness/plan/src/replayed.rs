@@ -164,7 +164,7 @@ impl Rig {
             if !unknown.is_empty() {
                 let line = &line.name;
                 notes.push(format!(
-                    "frames of {line} left out that are no message of the rig: {unknown}"
+                    "frames of {line} left out that no node of the rig sends: {unknown}"
                 ));
             }
         }

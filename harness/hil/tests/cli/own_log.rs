@@ -274,7 +274,7 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
     for told in [
         "1 error frame of the log left out",
         "the log begins at 100.",
-        "frames of can0 left out that are no message of the rig: 0x7ff (1)",
+        "frames of can0 left out that no node of the rig sends: 0x100 (21), 0x7ff (1)",
         "before the log: ",
     ] {
         assert!(ran.out.contains(told), "{told}: {}", ran.out);
