@@ -39,9 +39,6 @@ pub fn identify(
     model.map_or(Ok(()), |model| outcome::is_of_kind(model, dataset))?;
     progress(0.0, "reading");
     let (mut dataset, mut told) = without_outliers(dataset, model)?;
-    if model.is_none() {
-        unreferenced::set_aside_at_first_sight(&mut dataset)?;
-    }
     let (mut identified, wild) = once(&dataset, model, options, progress)?;
     // What an effect hid shows once the effect is known.
     if !wild.is_empty() {

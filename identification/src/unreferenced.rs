@@ -1,53 +1,20 @@
 //! Readings of what was before the record: where a sensor is late, the first ones of each stretch of time have no reference.
 
-use crate::candidates::late_at_first_sight;
-use crate::corrections;
-use crate::dataset::{Axis, Dataset, Kind, Role};
-use crate::error::IdentifyError;
+use crate::dataset::{Dataset, Kind, Role};
 use crate::model::{Acts, Driver, Form, Model, Wrap};
-use crate::problem::{Known, Problem, segments};
-
-/// Sets aside the readings in `dataset` whose reference lies outside its stretch of time by the delays that show at first
-/// sight, and those of a sample more: the delay that is found will hardly need another look at the whole.
-///
-/// # Errors
-///
-/// When the data lack what the kind needs.
-pub(crate) fn set_aside_at_first_sight(dataset: &mut Dataset) -> Result<(), IdentifyError> {
-    if !can_be_late(dataset) {
-        return Ok(());
-    }
-    let right = corrections::applied(dataset, &corrections::exact(dataset));
-    let problem = Problem::new(&right, Known::default())?;
-    let seen = problem.blocks.iter().filter_map(|block| {
-        let channels = problem.channels_of(block);
-        let delay = late_at_first_sight(block, channels)?;
-        // One that may be shorter than a sample keeps its readings.
-        let is_long = delay.abs() > 1.5 * channels.interval();
-        is_long.then_some((block.axis, delay + channels.interval().copysign(delay)))
-    });
-    let seen: Vec<_> = seen.collect();
-    without(dataset, seen);
-    Ok(())
-}
-
-fn can_be_late(dataset: &Dataset) -> bool {
-    matches!(dataset.kind, Kind::Series | Kind::Sensor)
-}
+use crate::problem::segments;
 
 /// Sets aside the readings in `dataset` whose reference lies outside its stretch of time, by the delays of `model`. Returns
 /// whether there are any.
 pub(crate) fn set_aside(dataset: &mut Dataset, model: &Model) -> bool {
-    can_be_late(dataset) && without(dataset, delays(model))
-}
-
-/// Sets aside what these delays of each axis leave without a reference.
-fn without(dataset: &mut Dataset, delays: Vec<(Option<Axis>, f64)>) -> bool {
+    if !matches!(dataset.kind, Kind::Series | Kind::Sensor) {
+        return false;
+    }
     let Some(time) = dataset.column(Role::Time) else { return false };
     let times: Vec<f64> = time.si().collect();
     let stretches = segments(&times, &dataset.run_of_row);
     let mut found = false;
-    for (axis, delay) in delays {
+    for (axis, delay) in delays(model) {
         let is_reading = |role| matches!(role, Role::Measured | Role::GyroRate | Role::GyroCounts);
         let mine = dataset
             .columns
@@ -76,7 +43,7 @@ fn without(dataset: &mut Dataset, delays: Vec<(Option<Axis>, f64)>) -> bool {
 }
 
 /// Axis and size, s, of each delay in `model`.
-fn delays(model: &Model) -> Vec<(Option<Axis>, f64)> {
+fn delays(model: &Model) -> Vec<(Option<crate::dataset::Axis>, f64)> {
     let is_plain = |driver: &Driver| driver.wrap == Wrap::Plain;
     let late = model.terms.iter().filter(|term| {
         term.term == Acts::Delay && term.form == Form::Delay && term.drivers.iter().all(is_plain)

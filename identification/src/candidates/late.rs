@@ -5,7 +5,7 @@ use crate::problem::{Aggregate, Block, Channels};
 
 /// The delay (negative: a lead), s, at which the moved rotation leaves least of the readings of `block`; `None` if no delay
 /// takes away much.
-pub(crate) fn delay(block: &Block, channels: &Channels) -> Option<f64> {
+pub(super) fn delay(block: &Block, channels: &Channels) -> Option<f64> {
     if block.aggregate != Aggregate::Row {
         return None;
     }

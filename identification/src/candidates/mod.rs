@@ -10,7 +10,6 @@ mod timed;
 use crate::dataset::Unit;
 use crate::model::{Driver, Form, Shape, Wrap};
 use crate::problem::{Block, Channels};
-pub(crate) use late::delay as late_at_first_sight;
 pub use library::library;
 pub use shapes::{narrow_on, pairs, products, smooth};
 pub use timed::{periodic, steps};

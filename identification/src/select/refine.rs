@@ -105,7 +105,9 @@ pub(super) const SETTLED: f64 = 0.05;
 /// Tunes a delay. The coefficient of one that is longer than a sample says how much is late, and not how late it is.
 fn delay(scene: &Scene<'_>, best: &mut Shape, value: &mut f64) {
     long_delay(scene, best, value);
-    if scene.data.by_delay(best).is_none() {
+    // A small part that is late by a sample or some is all of it, late by a part of a sample.
+    let is_part = coefficient(scene, best).0.abs() < scene.data.channels.interval();
+    if is_part || scene.data.by_delay(best).is_none() {
         short_delay(scene, best, value);
         long_delay(scene, best, value);
     }
