@@ -270,7 +270,7 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     let moves = if long.is_empty() { Vec::new() } else { Normal::of(&with_long, &target).solve() };
     let share = |term: &Shape| term.number(LATE_SHARE).unwrap_or(1.0);
     let before: Vec<f64> = state.terms.iter().map(share).collect();
-    timing::delay_all(data, &mut state.terms, &coefficients);
+    timing::delay_all(&mut state.terms, &coefficients, |term| data.width(term));
     let mut at = 0;
     let mut moved = false;
     for (index, term) in state.terms.iter_mut().enumerate() {

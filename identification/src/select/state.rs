@@ -84,7 +84,8 @@ impl<'a> State<'a> {
             let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
             let white = whitener.apply_all(&self.data.all_columns(&self.terms));
             let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
-            timing::delay_all(self.data, &mut self.terms, &fit.coefficients);
+            let data = self.data;
+            timing::delay_all(&mut self.terms, &fit.coefficients, |term| data.width(term));
         }
         for index in 0..self.terms.len() {
             let term = &self.terms[index];

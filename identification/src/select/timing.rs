@@ -1,6 +1,5 @@
 //! Kinds of delay.
 
-use super::data::Data;
 use crate::candidates::Candidate;
 use crate::model::{Acts, Driver, Form, LATE_SHARE, Shape, Wrap};
 
@@ -21,16 +20,16 @@ impl Timing {
     }
 }
 
-/// Says of each delay among `terms`, which have these `coefficients`, that all of what is measured is late, its scale error
-/// included. What a delay of the truth alone leaves of a scale error looks like another delay, or like a wave.
-pub fn delay_all(data: Data<'_>, terms: &mut [Shape], coefficients: &[f64]) {
+/// Says of each delay among `terms` that all of what is measured is late, its scale error included. What a delay of the truth
+/// alone leaves of a scale error looks like another delay, or like a wave. A term has `width` of the `coefficients`.
+pub fn delay_all(terms: &mut [Shape], coefficients: &[f64], width: impl Fn(&Shape) -> usize) {
     let mut at = 0;
     let mut all = 1.0;
     for term in terms.iter() {
         if term.acts == Acts::Scale && term.drivers.is_empty() {
             all += coefficients.get(at).copied().unwrap_or(0.0);
         }
-        at += data.width(term);
+        at += width(term);
     }
     if all > 0.0 && all.is_finite() {
         for term in terms.iter_mut().filter(|term| term.form == Form::Delay) {
