@@ -358,7 +358,7 @@ impl Controller {
         let heading = if self.plants(Mutant::MirroredReckoning) { -heading } else { heading };
         self.reckoning.advance(&motion, heading);
         self.look_at_motion(now, &motion);
-        self.estimate(now);
+        self.estimate_in_motion(now);
         if self.stopping && self.base.as_ref().is_none_or(|base| !base.may_move()) {
             // The next mission starts from where the base came to rest, not from where the stop was commanded.
             self.stopping = false;

@@ -17,6 +17,10 @@ use wire::units::{Angle, AngularRate, Length};
 /// The paper's heading is wrong if the filter puts it this far off: the band of its gyro after a lap (Fig. 5).
 const HEADING_OFF_MAX: Angle = Angle::from_deg(1.0);
 
+/// Time between two steps of a filter that corrects nothing, s. Assumption: soon enough beside comparisons over one to two
+/// seconds (`heading_watch.rs`).
+const WATCH_PERIOD_S: f64 = 0.25;
+
 /// The filter and its inputs so far.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimating {
@@ -122,7 +126,16 @@ impl Controller {
         self.leading().map(|estimating| estimating.filter.uncertainty())
     }
 
-    /// Advances the filter to now, after a motion message or at a certain standstill.
+    /// Advances the filter after a motion message. One that corrects nothing takes several messages together, as it costs
+    /// more than all else that the controller does with them.
+    pub(super) fn estimate_in_motion(&mut self, now: Timestamp) {
+        let waits = |one: &Estimating| !one.leads && one.passed_s < WATCH_PERIOD_S;
+        if self.gyro.is_silent(now) || !self.estimating.as_ref().is_some_and(waits) {
+            self.estimate(now);
+        }
+    }
+
+    /// Advances the filter to now, after motion messages or at a certain standstill.
     pub(super) fn estimate(&mut self, now: Timestamp) {
         if self.gyro.is_silent(now) {
             match self.leading() {
