@@ -165,8 +165,7 @@ impl Planted {
         matches!(
             self.mutant,
             Some(
-                Mutant::CcwSign
-                    | Mutant::WatchdogOffByTen
+                Mutant::WatchdogOffByTen
                     | Mutant::BiasTestWhileMoving
                     | Mutant::OverflowAfterLongRuns
                     | Mutant::OverRangeIgnored

@@ -1,8 +1,4 @@
-//! The filter: takes the inputs, and corrects heading, position and bias if a mission chose it.
-//!
-//! Otherwise the paper's method leads, and the filter corrects nothing. It runs beside, because it learns what a single
-//! comparison cannot know: the odometry's errors from earlier drives, and the bias from many short standstills. It shows
-//! leaps of the bias that an unknown base could hide, and by how much a bias that moved has turned the heading.
+//! The estimator beside the paper's method: takes the inputs, provides corrections and bias.
 
 use super::{Controller, Task};
 use crate::base_driver::BaseDriver;
@@ -14,21 +10,10 @@ use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
 
-/// The paper's heading is wrong if the filter puts it this far off: the band of its gyro after a lap (Fig. 5).
-const HEADING_OFF_MAX: Angle = Angle::from_deg(1.0);
-
-/// Time between two steps of a filter that corrects nothing, s. Assumption: soon enough beside comparisons over one to two
-/// seconds (`heading_watch.rs`).
-const WATCH_PERIOD_S: f64 = 0.25;
-
 /// The filter and its inputs so far.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimating {
     filter: Kalman,
-    /// What it estimates is used.
-    leads: bool,
-    /// Its heading minus the integrated one; zero if it leads.
-    aside: Angle,
     passed_s: f64,
     free_s: f64,
     gaps_s4: f64,
@@ -53,33 +38,26 @@ impl Controller {
     /// Selects the estimator.
     pub(super) fn set_estimator(&mut self, estimator: Estimator) {
         self.estimator_failed = false;
-        self.begin_estimating(estimator == Estimator::Kalman);
-    }
-
-    /// Starts the filter, with nothing learnt.
-    fn begin_estimating(&mut self, leads: bool) {
-        let period_s = self.config.gyro.stream.format.period().as_secs_f64();
-        self.estimating = Some(Estimating {
-            filter: Kalman::new(self.noise(), period_s),
-            leads,
-            aside: Angle::ZERO,
-            passed_s: 0.0,
-            free_s: 0.0,
-            gaps_s4: 0.0,
-            heading: self.gyro.integrator().heading(),
-            displacement: self.reckoning.displacement(),
-            odometry_zero: Angle::ZERO,
-            anchor: None,
-            before: None,
-        });
-        self.gyro.integrator_mut().carry_across_stalls(leads);
+        self.estimating = match estimator {
+            Estimator::Paper => None,
+            Estimator::Kalman => {
+                let period_s = self.config.gyro.stream.format.period().as_secs_f64();
+                Some(Estimating {
+                    filter: Kalman::new(self.noise(), period_s),
+                    passed_s: 0.0,
+                    free_s: 0.0,
+                    gaps_s4: 0.0,
+                    heading: self.gyro.integrator().heading(),
+                    displacement: self.reckoning.displacement(),
+                    odometry_zero: Angle::ZERO,
+                    anchor: None,
+                    before: None,
+                })
+            }
+        };
+        self.gyro.integrator_mut().carry_across_stalls(estimator == Estimator::Kalman);
         self.estimate_from_here();
         self.update_bias();
-    }
-
-    /// The filter, if a mission chose it.
-    fn leading(&self) -> Option<&Estimating> {
-        self.estimating.as_ref().filter(|estimating| estimating.leads)
     }
 
     /// Noise of one reading at rest: from the last bias test, at least half a count.
@@ -97,7 +75,7 @@ impl Controller {
         let zero = self.reckoning.odometry_heading() - heading;
         if let Some(estimating) = &mut self.estimating {
             estimating.filter.place();
-            (estimating.heading, estimating.aside) = (heading, Angle::ZERO);
+            estimating.heading = heading;
             estimating.odometry_zero = zero;
             (estimating.anchor, estimating.before) = (None, None);
         }
@@ -119,50 +97,29 @@ impl Controller {
     }
 
     pub(super) fn estimated_bias(&self) -> Option<AngularRate> {
-        self.leading().map(|estimating| estimating.filter.bias())
+        self.estimating.as_ref().map(|estimating| estimating.filter.bias())
     }
 
     pub(super) fn uncertainty(&self) -> Option<Uncertainty> {
-        self.leading().map(|estimating| estimating.filter.uncertainty())
+        self.estimating.as_ref().map(|estimating| estimating.filter.uncertainty())
     }
 
-    /// Advances the filter after a motion message. One that corrects nothing takes several messages together, as it costs
-    /// more than all else that the controller does with them.
-    pub(super) fn estimate_in_motion(&mut self, now: Timestamp) {
-        let waits = |one: &Estimating| !one.leads && one.passed_s < WATCH_PERIOD_S;
-        if self.gyro.is_silent(now) || !self.estimating.as_ref().is_some_and(waits) {
-            self.estimate(now);
-        }
-    }
-
-    /// Advances the filter to now, after motion messages or at a certain standstill.
+    /// Advances the filter to now, after a motion message or at a certain standstill.
     pub(super) fn estimate(&mut self, now: Timestamp) {
         if self.gyro.is_silent(now) {
-            match self.leading() {
-                Some(_) => self.bridge(now),
-                // Already reported; the rotation during the silence is unknown.
-                None => self.estimate_from_here(),
-            }
+            self.bridge(now);
             return;
         }
-        let integrated = self.gyro.integrator().heading();
-        let bias = self.gyro.integrator().bias();
+        let heading = self.gyro.integrator().heading();
         let displacement = self.reckoning.displacement();
         let odometry = self.reckoning.odometry_heading();
         let fresh = self.gyro.is_fresh(now);
         let Some(estimating) = &mut self.estimating else { return };
-        let free_s = core::mem::take(&mut estimating.free_s);
-        if !estimating.leads {
-            let apart = (bias - estimating.filter.bias()).rad_per_s();
-            estimating.aside += Angle::from_rad(apart * free_s);
-        }
-        let off = estimating.aside.abs() > HEADING_OFF_MAX;
-        let heading = integrated + estimating.aside;
         let turned = heading - estimating.heading;
         let step = Step {
             now,
             passed_s: core::mem::take(&mut estimating.passed_s),
-            free_s,
+            free_s: core::mem::take(&mut estimating.free_s),
             gaps_s4: core::mem::take(&mut estimating.gaps_s4),
             turned,
             path: displacement - estimating.displacement,
@@ -171,7 +128,6 @@ impl Controller {
         (estimating.heading, estimating.displacement) = (heading, displacement);
         let came = estimating.filter.go_on(&step);
         self.take(came);
-        self.turned_by_bias |= off && self.watches_bias();
         let heading = self.gyro.integrator().heading();
         if let Some(estimating) = &mut self.estimating
             && fresh
@@ -189,14 +145,10 @@ impl Controller {
         let odometry = self.reckoning.odometry_heading();
         let Some(estimating) = &mut self.estimating else { return };
         let came = estimating.filter.at_rest(rest.piece, rest.piece_readings);
-        let off = (rest.mean - self.gyro.integrator().bias()).abs();
-        // The bias of a test may drift further than the filter's own, which follows it.
-        let may_drift = !estimating.leads && off <= self.config.gyro.rest_drift_max;
-        let moved = self.take(came) && !may_drift;
+        let moved = self.take(came);
         self.hear_of_moved_bias(moved);
-        let integrated = self.gyro.integrator().heading();
+        let heading = self.gyro.integrator().heading();
         let Some(estimating) = &mut self.estimating else { return };
-        let heading = integrated + estimating.aside;
         let came = estimating.filter.odometry(odometry - estimating.odometry_zero - heading);
         let planted = self.config.planted();
         self.headings_disagree |= self.take(came)
@@ -225,7 +177,7 @@ impl Controller {
     /// True while the gyro is silent and the odometry replaces it. If the last sample had waited for a stalled host, its
     /// age is unknown, and so is the length of the silence: nothing bridges it.
     pub(super) fn is_bridging(&self, now: Timestamp) -> bool {
-        self.leading().is_some_and(|estimating| estimating.anchor.is_some())
+        self.estimating.as_ref().is_some_and(|estimating| estimating.anchor.is_some())
             && self.source == HeadingSource::Gyro
             && !matches!(self.task, Task::BiasTest { .. })
             && self.gyro.is_silent(now)
@@ -286,21 +238,16 @@ impl Controller {
     /// Returns true if the measurement came from something that has changed.
     fn take(&mut self, came: Result<Correction, Fault>) -> bool {
         let is_foreign = came.is_ok_and(|correction| correction.is_foreign);
-        match (came, &mut self.estimating) {
-            (Ok(correction), Some(estimating)) if !estimating.leads => {
-                estimating.aside += correction.heading;
-                estimating.heading += correction.heading;
-            }
-            (Err(_), Some(Estimating { leads: false, .. })) => self.begin_estimating(false),
-            (Ok(correction), estimating) => {
+        match came {
+            Ok(correction) => {
                 let heading = self.gyro.integrator().heading() + correction.heading;
                 self.gyro.integrator_mut().set_heading(heading);
                 self.reckoning.correct(&correction);
-                if let Some(estimating) = estimating {
+                if let Some(estimating) = &mut self.estimating {
                     estimating.heading = heading;
                 }
             }
-            (Err(fault), _) => {
+            Err(fault) => {
                 tracing::warn!(?fault, "the filter is not used any more");
                 self.estimating = None;
                 self.estimator_failed = true;
