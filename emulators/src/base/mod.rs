@@ -35,7 +35,6 @@ mod track;
 pub use fault::BaseFault;
 pub use parameters::{BaseParameters, Wheel};
 pub use reports::{MOTION_PERIOD_AT_REST, MOTION_PERIOD_IN_MOTION, OUTPUTS_MAX, POSE_PERIOD};
-use std::collections::VecDeque;
 use wire::device::Transmit;
 
 use crate::fault::Switches;
@@ -46,6 +45,7 @@ use kinematics::{Kinematics, State};
 use reports::Reports;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 use track::TrackModel;
 use wire::base::serial_link::{Device, DeviceEvent, write_answer};
 use wire::base::{Message, Motion, Reply, Request, can_link};

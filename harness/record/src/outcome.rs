@@ -155,6 +155,15 @@ pub struct PropertySummary {
 }
 
 impl PropertySummary {
+    /// A sentence about a property that [is broken](Self::is_broken), as the reason of a run gives it.
+    pub fn breach(&self) -> String {
+        let what = self.what.as_deref().unwrap_or("-");
+        match self.broken_s {
+            Some(at_s) => format!("broke {} at {at_s:.3} s: {what}", self.name),
+            None => format!("{} {what}", self.name),
+        }
+    }
+
     /// A sentence, if the property held only because nothing was asked for.
     pub fn untested(&self) -> Option<String> {
         let premise = self.never_asked.as_ref()?;

@@ -61,16 +61,16 @@ impl Simulation {
             Transmit::Frame(frame) => sink.frame(now, who, *frame),
         }
         if let Some(watch) = watch {
-            let bench = rig.robot().map(|robot| &robot.bench);
+            let bench = || rig.robot().map(|robot| &robot.bench);
             match (what, who) {
                 (Transmit::Bytes(packet), Device::Gyro) => {
                     watch.see(now, &Seen::GyroBytes(packet.as_slice()));
                 }
                 (Transmit::Bytes(packet), Device::Base) => {
-                    watch.hear_base(now, &Seen::BaseBytes(packet.as_slice()), bench);
+                    watch.hear_base(now, &Seen::BaseBytes(packet.as_slice()), bench());
                 }
                 (Transmit::Frame(frame), Device::Base | Device::Plan) => {
-                    watch.hear_base(now, &Seen::BaseFrame(frame), bench);
+                    watch.hear_base(now, &Seen::BaseFrame(frame), bench());
                 }
                 (_, Device::Controller) => watch.see(now, &Seen::Carried(what)),
                 _ => {}

@@ -261,10 +261,5 @@ pub(super) fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySu
 pub(super) fn breach(properties: &[PropertySummary]) -> Option<String> {
     let broken = properties.iter().filter(|property| property.is_broken());
     let at_s = |property: &&PropertySummary| property.broken_s.unwrap_or(f64::INFINITY);
-    let broken = broken.min_by(|one, other| at_s(one).total_cmp(&at_s(other)))?;
-    let what = broken.what.as_deref().unwrap_or("-");
-    Some(match broken.broken_s {
-        Some(at_s) => format!("broke {} at {at_s:.3} s: {what}", broken.name),
-        None => format!("{} {what}", broken.name),
-    })
+    broken.min_by(|one, other| at_s(one).total_cmp(&at_s(other))).map(PropertySummary::breach)
 }

@@ -149,7 +149,7 @@ pub fn logged(
     entries: impl IntoIterator<Item = Result<bus_log::Entry, bus_log::LogError>>,
 ) -> Result<(Vec<Logged>, Option<String>), bus_log::LogError> {
     let mut log = Vec::new();
-    let (mut origin, mut last) = (None, Span::ZERO);
+    let (mut origin, mut latest, mut last) = (None, Span::ZERO, Span::ZERO);
     let (mut earlier, mut by) = (0_u64, Span::ZERO);
     let mut channels: BTreeMap<bus_log::Channel, Arc<str>> = BTreeMap::new();
     for entry in entries {
@@ -160,10 +160,11 @@ pub fn logged(
             bus_log::Payload::Error(_) => continue,
         };
         let at = entry.at.since(*origin.get_or_insert(entry.at));
-        if at < last {
+        if at < latest {
             earlier += 1;
-            by = by.max(last - at);
+            by = by.max(latest - at);
         }
+        latest = latest.max(at);
         // The order of the log is kept: of several at one time each is a nanosecond later than the one before.
         last = if log.is_empty() { at } else { at.max(last + Span::from_nanos(1)) };
         let channel =

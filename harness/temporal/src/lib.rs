@@ -62,7 +62,7 @@
 //!   last counts. Windows are closed: `within 100 ms` includes the moment 100 ms later. `rises(p)` is true at the
 //!   single nanosecond at which `p` is true and was not before: false, or not known since the start; `changes(x)`
 //!   likewise, with the size of the change as robustness. A first value is a change, as with RTAMT and with `$rose` of
-//!   IEEE 1800. A reading of NaN between two values is none.
+//!   IEEE 1800. A reading of NaN in between is no change.
 //! * **`p until [a, b] q`**: `q` holds at some moment of the window, and `p` at every moment from now until just before
 //!   it. `p since q`: `q` held at some moment, and `p` at every later moment until now.
 //! * **Unknown** is a third truth value (Kleene): a comparison is unknown while one of its signals has no value, either

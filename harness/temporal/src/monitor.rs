@@ -94,8 +94,8 @@ impl Monitor {
         self.verdict
     }
 
-    /// The next moments at which `a` of a formula `a -> b` is true and `b` is unknown; each such moment is given once,
-    /// when all that `b` looks ahead to is over.
+    /// The next moments at which `a` of a formula `a -> b` is true and `b`, which looks ahead, is unknown; each such moment
+    /// is given once, when all that `b` looks ahead to is over.
     pub fn unanswered(&mut self) -> Option<Stretch> {
         self.question.as_mut()?.unanswered()
     }

@@ -10,7 +10,7 @@ pub(crate) struct Question {
     premise: Premise,
     /// Until `a` was true while `b` was known.
     answered: Option<Evaluator>,
-    /// Until the caller knows that every signal has a value.
+    /// Of a formula with a limit, until the caller knows that every signal has a value.
     unanswered: Option<Evaluator>,
 }
 
@@ -19,7 +19,8 @@ impl Question {
     pub(crate) fn of(formula: &Formula) -> Option<Self> {
         let premise = formula.premise.clone()?;
         let answered = Some(Evaluator::of(&premise.answered, formula));
-        let unanswered = Some(Evaluator::of(&premise.unanswered, formula));
+        let has_limit = premise.limit > Span::ZERO;
+        let unanswered = has_limit.then(|| Evaluator::of(&premise.unanswered, formula));
         Some(Self { premise, answered, unanswered })
     }
 
@@ -29,7 +30,8 @@ impl Question {
             .take_if(|answered| std::iter::from_fn(|| true_from(answered)).next().is_some());
     }
 
-    /// The next moments at which `a` is true and `b`, with all that it looks ahead to, is unknown.
+    /// The next moments at which `a` is true and `b`, with all that it looks ahead to, is unknown; never if it does not look
+    /// ahead.
     pub(crate) fn unanswered(&mut self) -> Option<Stretch> {
         true_from(self.unanswered.as_mut()?)
     }

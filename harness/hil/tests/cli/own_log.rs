@@ -164,6 +164,13 @@ fn a_log_plays_the_part_of_a_node() {
     assert!(within(&hil, &["run", "warm.toml"]).exits(2).err.contains("hil log convert"));
 }
 
+const ONE_OVEN: &str = "[[line]]\nname = \"can0\"\ncan = {}\n[[node]]\nname = \"oven\"\nat = \"can0\"\nemulate = \"oven\"\n";
+
+/// Without the signal.
+const SCALE: &str = "name = \"scale\"\ntitle = \"A scale\"\nsource = \"invented\"\n\n[serial]\nbaud = 9600\n\n\
+    [[message]]\nname = \"Status\"\nsent_by = \"device\"\nstart = [0xa5, 0x02]\nperiod_s = 0.1\n\
+    fields = [{ name = \"Weight\", type = \"u16\", unit = \"kg\" }]\n\n";
+
 const WARMEST: &str = "[[measurement]]\nname = \"warmest\"\ndoc = \"How warm it was\"\n\
     quantity = \"oven.Temperature\"\nunit = \"degC\"\ncheck = { all_within = [0, 200] }\n";
 
@@ -171,8 +178,7 @@ const WARMEST: &str = "[[measurement]]\nname = \"warmest\"\ndoc = \"How warm it 
 fn a_plan_that_outlasts_the_log_fails_and_times_that_go_back_are_told() {
     let hil = recorded();
     fs::create_dir_all(hil.path("oven/rigs")).unwrap();
-    let line = "[[line]]\nname = \"can0\"\ncan = {}\n[[node]]\nname = \"oven\"\nat = \"can0\"\nemulate = \"oven\"\n";
-    fs::write(hil.path("oven/rigs/one.toml"), line).unwrap();
+    fs::write(hil.path("oven/rigs/one.toml"), ONE_OVEN).unwrap();
     let plan = |duration_s: u32| {
         let plan = format!(
             "name = \"waits\"\ntitle = \"\"\nrig = \"one\"\n\
@@ -198,18 +204,21 @@ fn a_plan_that_outlasts_the_log_fails_and_times_that_go_back_are_told() {
     fs::write(hil.path("oven/mixed.log"), lines.join("\n") + "\n").unwrap();
     let mixed = import("mixed.log").exits(0).out;
     assert!(mixed.contains("3 entries are earlier than one before, by up to "), "{mixed}");
+    let at_once = |line: &str| format!("(0.000000) {}\n", line.split_once(") ").unwrap().1);
+    let same: String = log.lines().take(5).map(at_once).collect();
+    let rest: String = log.lines().skip(5).map(|line| line.to_owned() + "\n").collect();
+    fs::write(hil.path("oven/same.log"), same + &rest).unwrap();
+    let same = import("same.log").exits(0).out;
+    assert!(!same.contains("earlier"), "{same}");
 }
 
 #[test]
 fn both_ends_of_a_serial_line_come_back_from_a_log() {
     let hil = recorded();
-    let device = "name = \"scale\"\ntitle = \"A scale\"\nsource = \"invented\"\n\n[serial]\nbaud = 9600\n\n\
-        [[message]]\nname = \"Status\"\nsent_by = \"device\"\nstart = [0xa5, 0x02]\nperiod_s = 0.1\n\
-        fields = [{ name = \"Weight\", type = \"u16\", unit = \"kg\" }]\n\n\
-        [[message]]\nname = \"Tare\"\nsent_by = \"host\"\nstart = [0xa5, 0x01]\n\
+    let tare = "[[message]]\nname = \"Tare\"\nsent_by = \"host\"\nstart = [0xa5, 0x01]\n\
         fields = [{ name = \"By\", type = \"u16\", unit = \"kg\" }]\n\n\
         [signal.Weight]\nexpression = \"12 - By\"\n";
-    fs::write(hil.path("oven/devices/scale.toml"), device).unwrap();
+    fs::write(hil.path("oven/devices/scale.toml"), format!("{SCALE}{tare}")).unwrap();
     let rig = "[[line]]\nname = \"uart\"\nserial = {}\n\
         [[node]]\nname = \"scale\"\nat = \"uart\"\nemulate = \"scale\"\n\
         [[node]]\nname = \"desk\"\nat = \"uart\"\ntester = true\n";
@@ -232,11 +241,8 @@ fn both_ends_of_a_serial_line_come_back_from_a_log() {
 #[test]
 fn a_log_without_bytes_leaves_a_serial_line_silent() {
     let hil = recorded();
-    let device = "name = \"scale\"\ntitle = \"A scale\"\nsource = \"invented\"\n\n[serial]\nbaud = 9600\n\n\
-        [[message]]\nname = \"Status\"\nsent_by = \"device\"\nstart = [0xa5, 0x02]\nperiod_s = 0.1\n\
-        fields = [{ name = \"Weight\", type = \"u16\", unit = \"kg\" }]\n\n\
-        [signal.Weight]\nexpression = \"12\"\n";
-    fs::write(hil.path("oven/devices/scale.toml"), device).unwrap();
+    let weight = "[signal.Weight]\nexpression = \"12\"\n";
+    fs::write(hil.path("oven/devices/scale.toml"), format!("{SCALE}{weight}")).unwrap();
     let rig = "[[line]]\nname = \"can0\"\ncan = {}\n[[line]]\nname = \"uart\"\nserial = {}\n\
         [[node]]\nname = \"oven\"\nat = \"can0\"\nemulate = \"oven\"\n\
         [[node]]\nname = \"scale\"\nat = \"uart\"\nemulate = \"scale\"\n";
@@ -257,8 +263,7 @@ fn a_log_without_bytes_leaves_a_serial_line_silent() {
 #[test]
 fn what_is_left_out_of_a_log_or_not_judged_is_told() {
     let hil = recorded();
-    let line = "[[line]]\nname = \"can0\"\ncan = {}\n[[node]]\nname = \"oven\"\nat = \"can0\"\nemulate = \"oven\"\n";
-    fs::write(hil.path("oven/rigs/one.toml"), line).unwrap();
+    fs::write(hil.path("oven/rigs/one.toml"), ONE_OVEN).unwrap();
     let plan =
         "name = \"short\"\ntitle = \"\"\nrig = \"one\"\nsteps = [{ wait = { duration_s = 2 } }]\n";
     fs::write(hil.path("oven/short.toml"), format!("{plan}{WARMEST}")).unwrap();

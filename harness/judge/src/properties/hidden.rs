@@ -41,7 +41,6 @@ const SENT_MAX: usize = 512;
 /// What is hidden now.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Hidden {
-    truth: Option<Truth>,
     last: Option<(Timestamp, Truth)>,
     /// Where the base would be had its wheels not slipped, minus where it is.
     slid: (f64, f64),
@@ -94,7 +93,6 @@ struct Orders {
 impl Hidden {
     /// The truth at `now`; `said` is the base's heading if it was heard just now, and whether it is known to stand.
     pub(super) fn truth(&mut self, now: Timestamp, truth: &Truth, said: (Option<Angle>, bool)) {
-        self.truth = Some(*truth);
         self.orders.settle(truth);
         let Some((then, last)) = self.last.replace((now, *truth)) else { return };
         let passed = now - then;
@@ -152,21 +150,15 @@ impl Hidden {
         self.orders.late
     }
 
-    /// The truth.
-    pub(super) fn real(&self) -> Option<Truth> {
-        self.truth
-    }
-
     /// The truth as the inputs show it, if that is another.
     pub(super) fn apparent(&self) -> Option<Truth> {
         let (_, truth) = self.last?;
         let slips = self.slid != (0.0, 0.0) || truth.wheels != truth.speed;
-        if !slips && !self.leap.is_hidden() {
-            return None;
-        }
-        let hidden = self.leap.is_hidden();
-        let (led, angle) =
-            if hidden { (self.leap.led, self.leap.angle) } else { ((0.0, 0.0), Angle::ZERO) };
+        let (led, angle) = match self.leap.is_hidden() {
+            true => (self.leap.led, self.leap.angle),
+            false if slips => ((0.0, 0.0), Angle::ZERO),
+            false => return None,
+        };
         let pose = Pose {
             x: truth.pose.x + Length::from_m(self.slid.0 + led.0),
             y: truth.pose.y + Length::from_m(self.slid.1 + led.1),
@@ -183,7 +175,7 @@ impl Hidden {
             || self.apparent().is_some()
     }
 
-    /// What is or was hidden, in words.
+    /// What is or was hidden, as it is shown to people.
     pub(super) fn names(&self) -> String {
         let (x, y) = self.slid;
         let slips = self.last.is_some_and(|(_, truth)| truth.wheels != truth.speed);

@@ -16,8 +16,8 @@
 //! | `done_is_done` | a turn or straight that a healthy controller reports as done was not done |
 //! | `no_silent_wrong` | heading or position leaves its band, and health does not report it before the lap's end |
 //!
-//! A violation that is none in the world as the inputs of the controller show it is marked as such, with what faults hid:
-//! it is no error of the controller. See `hidden.rs`.
+//! What is violated in the real world, and not in the one that the inputs of the controller show, is marked with what faults
+//! hid: it is no error of the controller. See `hidden.rs`.
 //!
 //! Properties on the heading are judged while the gyro closes the loops: a plan that runs on odometry accepts worse. A
 //! lap is a step of the plan, or the whole run if there are no steps.

@@ -40,7 +40,7 @@ struct Judged {
     judgement: Judgement,
     /// The same in the world as the inputs of the controller show it, once the two differ.
     apparent: Option<Box<(Box<dyn Judge>, Judgement)>>,
-    /// The violation is none there.
+    /// The violation is marked with what was hidden: that world does not have it.
     is_explained: bool,
 }
 
@@ -55,8 +55,11 @@ impl Judged {
 
     /// From now on, the inputs show another world.
     fn part(&mut self) {
-        let Self { judge, judgement, .. } = self;
-        self.apparent.get_or_insert_with(|| Box::new((judge.clone(), judgement.clone())));
+        self.apparent = Some(Box::new((self.judge.clone(), self.judgement.clone())));
+    }
+
+    const fn has_parted(&self) -> bool {
+        self.apparent.is_some()
     }
 
     fn hear_apparent(&mut self, senses: &Senses, fact: &Fact) {
@@ -65,7 +68,7 @@ impl Judged {
         judge.judge(senses, fact, judgement);
     }
 
-    /// Marks a violation that is none in the world of the inputs, as long as that holds.
+    /// Marks a violation that the world of the inputs does not have, as long as it does not.
     fn explain(&mut self, senses: &Senses) {
         let Some(apparent) = &self.apparent else { return };
         let broken = |judgement: &Judgement| judgement.first_violation().is_some();
@@ -138,7 +141,8 @@ impl Monitor {
     pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
         if let Some(of_robot) = &mut self.of_robot {
             let OfRobot { senses, judges, .. } = &mut **of_robot;
-            judge(senses, judges, |_| true, &Fact::LapEnded);
+            let all: Vec<usize> = (0..judges.len()).collect();
+            judge(senses, judges, &all, &Fact::LapEnded);
         }
         let mut judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
         let mut stated = self.stated.into_iter();
@@ -183,26 +187,27 @@ impl OfRobot {
         self.senses.take(now, seen, &mut self.facts);
         let Self { senses, judges, hearers, reached, facts } = self;
         for fact in facts {
-            let hearers = &hearers[fact.topic() as usize];
-            judge(senses, judges, |place| hearers.contains(&place), fact);
+            judge(senses, judges, &hearers[fact.topic() as usize], fact);
             reached.judge(senses, fact);
         }
     }
 }
 
-/// Judges a fact in both worlds.
-fn judge(senses: &mut Senses, judges: &mut [Judged], hears: impl Fn(usize) -> bool, fact: &Fact) {
-    if senses.hidden.is_any() {
+/// Judges a fact in both worlds, by the judges at these places.
+fn judge(senses: &mut Senses, judges: &mut [Judged], hearers: &[usize], fact: &Fact) {
+    let have_parted = |judges: &[Judged]| judges.first().is_some_and(Judged::has_parted);
+    if !have_parted(judges) && senses.hidden.is_any() {
         judges.iter_mut().for_each(Judged::part);
     }
-    let hearers = judges.iter_mut().enumerate().filter(|(place, _)| hears(*place));
-    hearers.for_each(|(_, judged)| judged.hear(senses, fact));
-    if judges.iter().all(|judged| judged.apparent.is_none()) {
-        return;
+    for &place in hearers {
+        judges[place].hear(senses, fact);
     }
-    senses.show(true);
-    let hearers = judges.iter_mut().enumerate().filter(|(place, _)| hears(*place));
-    hearers.for_each(|(_, judged)| judged.hear_apparent(senses, fact));
-    senses.show(false);
-    judges.iter_mut().for_each(|judged| judged.explain(senses));
+    if have_parted(judges) {
+        senses.in_apparent(|senses| {
+            for &place in hearers {
+                judges[place].hear_apparent(senses, fact);
+            }
+        });
+        judges.iter_mut().for_each(|judged| judged.explain(senses));
+    }
 }

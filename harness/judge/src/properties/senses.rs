@@ -297,11 +297,12 @@ impl Senses {
         }
     }
 
-    /// Exchanges the real world for the one that the inputs show, or back.
-    pub(super) fn show(&mut self, apparent: bool) {
-        let real = self.hidden.real();
-        self.truth = if apparent { self.hidden.apparent().or(real) } else { real };
-        self.apparent = apparent;
+    /// Exchanges the real world for the one that the inputs show while `look` looks.
+    pub(super) fn in_apparent(&mut self, look: impl FnOnce(&Self)) {
+        let real = self.truth;
+        (self.truth, self.apparent) = (self.hidden.apparent().or(real), true);
+        look(self);
+        (self.truth, self.apparent) = (real, false);
     }
 
     /// In the world of the inputs: the base obeys an order that the controller did not give, or has withdrawn.

@@ -172,7 +172,7 @@ fn first_unanswered(
     });
     let first = found.next();
     found.for_each(drop);
-    first.filter(|_| limit > Span::ZERO).map(is_due)
+    first.map(is_due)
 }
 
 /// The time of the violation, its extent, and the values of the signals.

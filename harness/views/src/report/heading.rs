@@ -46,7 +46,7 @@ pub(super) fn heading(summary: &Summary, collected: &Collected) -> Markup {
 
 fn reason(summary: &Summary) -> String {
     let broken = summary.properties.iter().filter(|one| one.is_broken());
-    let of = |reason: &String| broken.clone().find(|one| is_of(reason, one));
+    let of = |reason: &String| broken.clone().find(|one| one.breach() == *reason);
     match (&summary.reason, summary.outcome) {
         (Some(reason), _) => match of(reason) {
             Some(first) => property(first, broken.count() - 1),
@@ -54,16 +54,6 @@ fn reason(summary: &Summary) -> String {
         },
         (None, Outcome::Passed) => String::new(),
         (None, _) => failed(&summary.measurements),
-    }
-}
-
-/// Whether the reason of a run is that this property broke, or never came about.
-fn is_of(reason: &str, broken: &PropertySummary) -> bool {
-    let name = &broken.name;
-    match (broken.broken_s, &broken.what) {
-        (Some(_), _) => reason.starts_with(&format!("broke {name} at ")),
-        (None, Some(what)) => *reason == format!("{name} {what}"),
-        (None, None) => false,
     }
 }
 
