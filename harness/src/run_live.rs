@@ -260,7 +260,7 @@ fn not_begun(error: &LiveError) -> Simulated {
         LiveError::Stopped => Outcome::Aborted,
         _ => Outcome::Error,
     };
-    Simulated::not_begun(Ending { outcome, reason: Some(said(error)) })
+    Simulated::not_begun(Ending { outcome, reason: Some(said(error)), lost_node: false })
 }
 
 /// Runs a prepared plan in real time, judges it and writes its run folder. `person` answers what `options` does not.

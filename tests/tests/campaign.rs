@@ -13,7 +13,7 @@ use harness::run::Prepared;
 use plan::Plan;
 use plan::faults::{Fault, FaultKind, Schedule, Target, When};
 use plan::made::Made;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use wire::time::Span;
@@ -39,7 +39,7 @@ fn campaign(cases: u64, threads: usize) -> Campaign {
     let threads = NonZeroUsize::new(threads).unwrap();
     let settings = Settings { cases, threads, shrink_max: 200 };
     let mut search = Guided::new(&space, 1);
-    run(&executor, &mut search, &BTreeSet::new(), &settings, &mut journal, &mut |_| true).unwrap()
+    run(&executor, &mut search, &BTreeMap::new(), &settings, &mut journal, &mut |_| true).unwrap()
 }
 
 #[test]

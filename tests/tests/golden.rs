@@ -15,7 +15,7 @@ use plan::Name;
 use plan::library::{Kind, names};
 use plan::made::Made;
 use record::sink::{FileSink, Level};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
@@ -100,7 +100,7 @@ fn campaign(name: &str, prepared: Prepared, cases: u64) -> String {
     let settings = Settings { cases, threads, shrink_max: 100 };
     let mut search = Guided::new(&space, 1);
     let came: Campaign =
-        run(&executor, &mut search, &BTreeSet::new(), &settings, &mut journal, &mut |_| true)
+        run(&executor, &mut search, &BTreeMap::new(), &settings, &mut journal, &mut |_| true)
             .unwrap();
     let mut kept: Vec<String> =
         std::fs::read_to_string(&path).unwrap().lines().map(str::to_owned).collect();

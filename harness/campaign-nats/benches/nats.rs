@@ -9,7 +9,7 @@ use campaign_nats::{
     work,
 };
 use harness::operator::Answers;
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::net::{TcpListener, TcpStream};
 use std::num::NonZeroUsize;
 use std::process::{Child, Command, Stdio};
@@ -120,7 +120,7 @@ fn measured(url: &str, workers: usize, threads: usize, cases: u64) -> (Duration,
             threads: NonZeroUsize::new(WINDOW as usize).expect("some"),
             shrink_max: 0,
         };
-        let states = BTreeSet::new();
+        let states = BTreeMap::new();
         let begin = Instant::now();
         let done = run(&remote, &mut Counting(0), &states, &settings, &mut journal, &mut |_| true);
         let took = begin.elapsed();

@@ -8,6 +8,8 @@ use std::fmt;
 
 /// The property that a controller breaks by a panic.
 pub const PANIC: &str = "no_panic";
+/// The property that a program under test breaks if it ends or hangs.
+pub const KEEPS_RUNNING: &str = "keeps_running";
 /// The property that a plan breaks if it does not pass.
 pub const PASSES: &str = "passes";
 
@@ -90,6 +92,12 @@ pub struct CaseResult {
     /// Smallest margin of each always-property that had something to judge; negative if it broke.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub margins: BTreeMap<String, f64>,
+    /// Always-properties for which the run had nothing to judge, and why.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub never_judged: BTreeMap<String, String>,
+    /// Always-properties `a -> b` that held only because `a` was never true.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub never_asked: BTreeSet<String>,
     /// Sometimes-properties that occurred.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub reached: BTreeSet<String>,

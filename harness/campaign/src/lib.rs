@@ -41,7 +41,7 @@ pub mod toy;
 mod window;
 
 pub use account::{ACCOUNT, Account, AccountError, End, FoundCase, Struck};
-pub use case::{Case, CaseId, CaseResult, PANIC, PASSES, Repeated, Violated};
+pub use case::{Case, CaseId, CaseResult, KEEPS_RUNNING, PANIC, PASSES, Repeated, Violated};
 pub use envelope::{Envelope, EnvelopeSettings, Level, Measured, envelope};
 pub use executor::Executor;
 pub use guard::caught;

@@ -9,7 +9,7 @@ use super::shrink::{Shrunk, shrink};
 use super::window::{Step, Window};
 use crate::seeds::for_each_seed;
 use record::outcome::Outcome;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
 /// Settings of a campaign.
@@ -58,6 +58,8 @@ pub struct Tally {
     pub unconfirmed: BTreeMap<String, u64>,
     /// Smallest margin of each property, and its case.
     pub nearest: BTreeMap<String, (f64, u64)>,
+    /// Number of cases that put each always-property to the test: that had something to judge, and asked for something.
+    pub tested: BTreeMap<String, u64>,
 }
 
 /// Result of a campaign.
@@ -69,11 +71,13 @@ pub struct Campaign {
     pub found: Vec<Found>,
     /// States that no case reached.
     pub never: Vec<String>,
+    /// Those of them that the plan demands.
+    pub missed: Vec<String>,
     /// Whether it was stopped before its end.
     pub stopped: bool,
 }
 
-/// Runs a campaign. `states` are those that it should reach. `journal` contains finished cases, which are learnt from
+/// Runs a campaign. `states` are those that it should reach, and whether the plan demands it. `journal` contains finished cases, which are learnt from
 /// and not carried out again. `pulse` is called for each case that is learnt from, and regularly in between; returning
 /// false stops. A case that ends as [`Aborted`](record::outcome::Outcome::Aborted) was interrupted: it is not stored,
 /// and the campaign stops.
@@ -87,7 +91,7 @@ pub struct Campaign {
 pub fn run(
     executor: &impl Executor,
     search: &mut dyn Search,
-    states: &BTreeSet<String>,
+    states: &BTreeMap<String, bool>,
     settings: &Settings,
     journal: &mut Journal,
     pulse: &mut dyn FnMut(&Tally) -> bool,
@@ -122,8 +126,11 @@ pub fn run(
     journal.done = done;
     let found = made_small(executor, first, &tally, settings);
     let stopped = stopped || executor.is_stopped();
-    let never = states.iter().filter(|state| !tally.reached.contains_key(*state)).cloned();
-    Ok(Campaign { never: never.collect(), tally, found, stopped })
+    let never = || states.iter().filter(|(state, _)| !tally.reached.contains_key(*state));
+    let missed = never().filter(|(_, is_demanded)| **is_demanded);
+    let missed = missed.map(|(state, _)| state.clone()).collect();
+    let never = never().map(|(state, _)| state.clone()).collect();
+    Ok(Campaign { never, missed, tally, found, stopped })
 }
 
 /// Shrinks the first case of each property, several properties in parallel.
@@ -146,6 +153,12 @@ fn made_small(
 }
 
 impl Tally {
+    /// Always-properties that no case put to the test.
+    pub fn untested(&self) -> impl Iterator<Item = &str> {
+        let untested = self.tested.iter().filter(|(_, times)| **times == 0);
+        untested.map(|(property, _)| property.as_str())
+    }
+
     /// Counts one more case, with whatever is known of it.
     pub fn count(&mut self, number: u64, result: &CaseResult) {
         self.cases += 1;
@@ -161,7 +174,12 @@ impl Tally {
         for state in &result.reached {
             *self.reached.entry(state.clone()).or_default() += 1;
         }
+        for property in result.never_judged.keys().chain(&result.never_asked) {
+            self.tested.entry(property.clone()).or_default();
+        }
         for (property, margin) in &result.margins {
+            let is_tested = !result.never_asked.contains(property);
+            *self.tested.entry(property.clone()).or_default() += u64::from(is_tested);
             let nearest = self.nearest.entry(property.clone()).or_insert((*margin, number));
             if *margin < nearest.0 {
                 *nearest = (*margin, number);
@@ -176,7 +194,6 @@ mod tests {
     use crate::toy::{Toy, space};
     use crate::{Case, CaseResult, Executor, Guided, Journal, PANIC, Violated};
     use record::outcome::Outcome;
-    use std::collections::BTreeSet;
     use std::num::NonZeroUsize;
     use std::path::Path;
     use std::sync::atomic::{AtomicU64, Ordering};
@@ -188,8 +205,8 @@ mod tests {
     fn campaign(executor: &impl Executor, settings: &Settings, folder: &Path) -> Campaign {
         let mut journal = Journal::open(&folder.join("journal.jsonl"), "toy").unwrap();
         let mut search = Guided::new(&space(), 4);
-        let states: BTreeSet<String> =
-            ["2-faults", "9-faults"].into_iter().map(str::to_owned).collect();
+        let states = [("2-faults", true), ("8-faults", false), ("9-faults", true)];
+        let states = states.map(|(state, is_demanded)| (state.to_owned(), is_demanded)).into();
         run(executor, &mut search, &states, settings, &mut journal, &mut |_| true).unwrap()
     }
 
@@ -202,7 +219,8 @@ mod tests {
         assert_eq!(found.property, "held");
         assert_eq!(found.shrunk.case.schedule.faults.len(), 2);
         assert_eq!(done.tally.broken["held"], (found.times, found.number));
-        assert_eq!(done.never, ["9-faults"]);
+        assert_eq!(done.never, ["8-faults", "9-faults"]);
+        assert_eq!(done.missed, ["9-faults"]);
     }
 
     #[test]

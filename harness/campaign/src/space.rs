@@ -84,6 +84,11 @@ impl Space {
         self.horizon
     }
 
+    /// The longest time from the start of a phase to that of a fault: later than the run no fault strikes.
+    pub(super) fn after_max(&self) -> Span {
+        AFTER_MAX.min(self.horizon)
+    }
+
     /// The most faults of one case.
     pub const fn faults_max(&self) -> usize {
         self.faults_max
@@ -119,7 +124,7 @@ impl Space {
         }
         let phase =
             select(self.phases.clone()).prop_flat_map(|(phase, times)| (Just(phase), 1..=times));
-        let after_ms = AFTER_MAX.as_nanos() / 1_000_000;
+        let after_ms = (self.after_max().as_nanos() / 1_000_000).max(1);
         let step = (phase.clone(), 0..after_ms).prop_map(|((phase, number), ms)| When::Step {
             phase,
             number,
@@ -169,7 +174,7 @@ pub(super) fn duration(horizon: Span, share: f64) -> Span {
 mod tests {
     use super::{Plan, Space, Span};
     use crate::toy;
-    use plan::faults::{Fault, FaultKind, Lines, Schedule, Target};
+    use plan::faults::{Fault, FaultKind, Lines, Schedule, Target, When};
 
     #[test]
     fn what_is_at_odds_with_a_fault_of_the_plan_is_not_taken() {
@@ -183,6 +188,28 @@ mod tests {
         plan.faults = Schedule { faults: vec![Fault::new(Target::Gyro, restart)] };
         assert!(!space(&plan).takes(&stuck));
         assert!(space(&plan).kinds().contains(&(Target::Gyro, stuck.faults[0].what)));
+    }
+
+    /// In a plan of 2 s, a third of the faults waited for longer than the run took.
+    #[test]
+    fn no_fault_waits_longer_than_the_run_takes() {
+        let plan = toy::plan();
+        let horizon = Span::from_secs(2);
+        let space = Space::new(&plan, Lines::CAN_BASE, horizon, 4, &[]);
+        let random = &mut crate::Random::new(&space, 1) as &mut dyn crate::Search;
+        let guided = &mut crate::Guided::new(&space, 1) as &mut dyn crate::Search;
+        for search in [random, guided] {
+            let mut waited = 0;
+            for _ in 0..100 {
+                for fault in search.next().schedule.faults {
+                    if let When::Step { after, .. } = fault.when {
+                        assert!(after <= horizon, "{after:?}");
+                        waited += 1;
+                    }
+                }
+            }
+            assert!(waited > 20, "{waited}");
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@
 
 use super::case::Case;
 use super::search::Dice;
-use super::space::{AFTER_MAX, Space, duration, severity, whole_ms};
+use super::space::{Space, duration, severity, whole_ms};
 use plan::faults::{Fault, Lasts, Schedule, Toward, When};
 use rand::RngExt as _;
 use rand::seq::SliceRandom as _;
@@ -150,7 +150,7 @@ impl Survey {
         if dice.random.random_bool(WHOLE_PHASE) {
             return When::During { phase, number };
         }
-        let after = AFTER_MAX.as_secs_f64() * dice.random.random::<f64>();
+        let after = self.space.after_max().as_secs_f64() * dice.random.random::<f64>();
         When::Step { phase, number, after: whole_ms(after) }
     }
 }

@@ -5,7 +5,6 @@ use super::executor::Executor;
 use super::space::{Space, severities};
 use plan::Plan;
 use plan::faults::{Fault, Lines, When};
-use std::collections::BTreeMap;
 use wire::time::Span;
 
 const PLAN: &str = r#"
@@ -88,12 +87,10 @@ impl Executor for Toy {
         CaseResult {
             outcome: "passed".to_owned(),
             passed: violated.is_none(),
-            repeated: BTreeMap::new(),
             violated: violated.into_iter().collect(),
             margins: [("held".to_owned(), margin.min(1.0))].into(),
             reached: [format!("{}-faults", case.schedule.faults.len())].into(),
-            announced: false,
-            stopped: false,
+            ..CaseResult::default()
         }
     }
 }

@@ -94,6 +94,7 @@ use described::{FileError, Mistake};
 use emulators::random::seed_of_run;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::str::FromStr;
 use wire::gyro::GyroStream;
 use wire::time::Span;
@@ -226,6 +227,13 @@ impl Plan {
         }
         judged.extend(others);
         judged
+    }
+
+    /// What should occur in some run of a campaign on `rig`, and whether the plan itself demands it.
+    pub fn states(&self, judged: &[Property]) -> BTreeMap<String, bool> {
+        let states = judged.iter().filter(|property| property.kind() == property::Kind::Sometimes);
+        let demands = |name: &str| self.properties.iter().any(|declared| declared.name() == name);
+        states.map(|state| (state.name().to_owned(), demands(state.name()))).collect()
     }
 
     /// Checks that `rig` has every node, message, signal and parameter that the plan names, with the right units, and

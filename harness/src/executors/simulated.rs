@@ -2,7 +2,7 @@
 
 use super::beginnings::Beginnings;
 use super::passes;
-use crate::campaign::{Case, CaseResult, Executor, Violated};
+use crate::campaign::{Case, CaseResult, Executor, KEEPS_RUNNING, Violated};
 use crate::outcome::Outcome;
 use crate::properties::{Kind, PropertyVerdict};
 use crate::record::sink::NullSink;
@@ -91,9 +91,10 @@ pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
         return passes::result(run, &measurements, judged);
     }
     let verdicts = &run.properties;
+    let never_judged: BTreeMap<_, _> = verdicts.iter().filter_map(never_judged).collect();
     CaseResult {
         outcome: run.ending.outcome.name().to_owned(),
-        violated: verdicts.iter().filter_map(violated).collect(),
+        violated: verdicts.iter().filter_map(violated).chain(lost(run)).collect(),
         margins: verdicts
             .iter()
             .filter_map(|verdict| Some((verdict.name.to_owned(), verdict.margin?)))
@@ -103,11 +104,32 @@ pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
             .filter(|verdict| verdict.kind == Kind::Sometimes && verdict.held)
             .map(|verdict| verdict.name.to_owned())
             .collect(),
+        never_asked: verdicts
+            .iter()
+            .filter(|verdict| verdict.never_asked.is_some())
+            .map(|verdict| verdict.name.clone())
+            .collect(),
         repeated: BTreeMap::new(),
-        passed: run.ending.outcome.max(judged) == Outcome::Passed,
+        passed: run.ending.outcome.max(judged) == Outcome::Passed && never_judged.is_empty(),
+        never_judged,
         announced: run.announced,
         stopped: false,
     }
+}
+
+/// A sometimes-property has nothing to judge until it occurs.
+fn never_judged(verdict: &PropertyVerdict) -> Option<(String, String)> {
+    let why = verdict.never_judged.clone().filter(|_| verdict.kind == Kind::Always)?;
+    Some((verdict.name.clone(), why))
+}
+
+/// A program under test that ended: whatever the plan declares, no fault may do that to it.
+fn lost(run: &run::Simulated) -> Option<Violated> {
+    run.ending.lost_node.then(|| Violated {
+        property: KEEPS_RUNNING.to_owned(),
+        at_s: run.end.as_secs_f64(),
+        what: run.ending.reason.clone().unwrap_or_default(),
+    })
 }
 
 fn violated(verdict: &PropertyVerdict) -> Option<Violated> {

@@ -9,10 +9,9 @@ use crate::campaign::{
 use crate::executors::Simulated;
 use crate::faults::FaultKind;
 use crate::outcome::Outcome;
-use crate::plan::Property;
 use crate::run::Prepared;
 use crate::run_folder::RunFolderError;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::thread::available_parallelism;
@@ -72,13 +71,14 @@ impl TrialCampaign {
         let prepared = &trial.prepared;
         let executor = Simulated::new(prepared.clone(), trial.answers.clone());
         let executor = if self.must_pass { executor.that_must_pass() } else { executor };
-        let space = self.space(prepared, executor.without_faults(trial.seed))?;
+        let clean = executor.without_faults(trial.seed);
+        let states = self.states(&clean.1.reached);
+        let space = self.space(prepared, clean)?;
         let folder = Folder::of(trial.folder.as_deref())?;
         let mut journal = opened(folder.path(), &self.what())?;
         let threads = available_parallelism().unwrap_or(NonZeroUsize::MIN);
         let settings = Settings { cases: self.cases, threads, shrink_max: SHRINK_MAX };
         let mut search = Guided::new(&space, trial.seed);
-        let states = self.states();
         let pulse = &mut |_: &_| true;
         let done = campaign::run(&executor, &mut search, &states, &settings, &mut journal, pulse)?;
         let smallest = done.found.iter().map(|found| self.keep(found, folder.path()));
@@ -101,6 +101,9 @@ impl TrialCampaign {
             let campaign::Violated { property, at_s, what } = violated;
             return Err(TrialError::Broken { plan: name(), property, at_s, what });
         }
+        if let Some((property, why)) = clean.never_judged.into_iter().next() {
+            return Err(TrialError::NeverJudged { plan: name(), property, why });
+        }
         if clean.outcome != Outcome::Passed.name() {
             return Err(TrialError::Unfinished { plan: name(), outcome: clean.outcome });
         }
@@ -112,15 +115,15 @@ impl TrialCampaign {
         Ok(space)
     }
 
-    /// States that should occur sometimes. A test does not fail if they do not; the findings list them.
-    fn states(&self) -> BTreeSet<String> {
-        let judged = if self.must_pass {
-            Vec::new()
-        } else {
-            self.trial.prepared.plan.judged(&self.trial.prepared.rig)
-        };
-        let sometimes = judged.iter().filter(|one| matches!(one, Property::Sometimes(_)));
-        sometimes.map(|property| property.name().to_owned()).collect()
+    /// States that should occur in some run, and whether the plan demands it; `reached` are those of the run without faults.
+    fn states(&self, reached: &BTreeSet<String>) -> BTreeMap<String, bool> {
+        if self.must_pass {
+            return BTreeMap::new();
+        }
+        let Prepared { plan, rig, .. } = &self.trial.prepared;
+        let mut states = plan.states(&plan.judged(rig));
+        states.retain(|state, _| !reached.contains(state));
+        states
     }
 
     /// Identity of the campaign: everything that determines its cases.

@@ -47,6 +47,17 @@ pub enum TrialError {
         /// The violation.
         what: String,
     },
+    /// A property has nothing to judge without any fault, so a campaign would show nothing about it.
+    #[error("{plan}: never judges {property}, without any fault: {why}")]
+    #[diagnostic(help("`run` the trial first, and assert that it passes"))]
+    NeverJudged {
+        /// Name of the plan.
+        plan: String,
+        /// The property.
+        property: String,
+        /// What is missing.
+        why: String,
+    },
     /// The plan does not end properly without any fault, so a campaign could not judge it.
     #[error("{plan}: ends in {outcome} without any fault")]
     #[diagnostic(help("`run` the trial first, and assert that it passes"))]

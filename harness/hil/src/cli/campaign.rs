@@ -35,7 +35,7 @@ use plan::library::{Kind, Library};
 use plan::made::Made;
 use record::figures;
 use record::outcome::Outcome;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
@@ -189,8 +189,9 @@ impl CampaignArguments {
                 return self.envelopes.execute(&means, &folder, self.json);
             }
             let clean = executor.without_faults(self.seed);
+            let reached = clean.1.reached.clone();
             let space = self.space(&task, clean, |_, _| true)?;
-            let states = states(&prepared.plan.judged(&prepared.rig));
+            let states = unreached(&prepared, &prepared.plan.judged(&prepared.rig), &reached);
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
             let (folder, what) = (self.opened(&prepared)?, self.what(&task, ""));
@@ -257,6 +258,18 @@ impl CampaignArguments {
                 format!("at {:.3} s: {}", violated.at_s, violated.what),
             ));
         }
+        if let Some((property, why)) = clean.never_judged.first_key_value() {
+            return Err(Failure::arguments(
+                format!("{} never judges the property {property}, without any fault", plan.name),
+                why,
+            ));
+        }
+        if clean.outcome != Outcome::Passed.name() {
+            return Err(Failure::arguments(
+                format!("{} ends in {} without any fault", plan.name, clean.outcome),
+                format!("run it by itself to see why: hil run {}", self.plan),
+            ));
+        }
         let faults_max = usize::from(self.faults_max);
         let space = Space::new(plan, lines, horizon, faults_max, &self.faults).within(can_suffer);
         if space.kinds().is_empty() {
@@ -284,7 +297,7 @@ impl CampaignArguments {
         begun: Begun,
         executor: &impl Executor,
         space: &Space,
-        states: &BTreeSet<String>,
+        states: &BTreeMap<String, bool>,
         settings: &Settings,
     ) -> Result<(Campaign, Vec<PathBuf>), Failure> {
         let Task { source, prepared, interrupt, screen } = *task;
@@ -339,6 +352,9 @@ impl CampaignArguments {
             screen.chat(&format!("{}", page.display()));
         }
         self.summary.append(&markdown)?;
+        for state in &done.missed {
+            screen.note(&format!("the plan demands {state} sometimes, and no case reached it"));
+        }
         let outcome = ended::outcome(done);
         if outcome == Outcome::Error {
             let cases = figures::counted(done.tally.cases, "case", "cases");
@@ -358,11 +374,13 @@ impl CampaignArguments {
     }
 }
 
-/// States that must occur in some run.
-fn states(properties: &[Property]) -> BTreeSet<String> {
-    properties
-        .iter()
-        .filter(|property| matches!(property, Property::Sometimes(_)))
-        .map(|property| property.name().to_owned())
-        .collect()
+/// States that no run has reached yet, and whether the plan demands them; `reached` are those of the run without faults.
+fn unreached(
+    prepared: &Prepared,
+    judged: &[Property],
+    reached: &BTreeSet<String>,
+) -> BTreeMap<String, bool> {
+    let mut states = prepared.plan.states(judged);
+    states.retain(|state, _| !reached.contains(state));
+    states
 }

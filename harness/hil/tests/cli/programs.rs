@@ -225,3 +225,76 @@ fn a_rerun_says_what_it_has_started_and_takes_the_command_of_the_plan_that_is_na
     let said = "started `beat`: python3 ./other.py {can0} (by the rig of ./beats.toml)";
     assert!(changed.starts_with(said) && changed.contains("first difference"), "{changed}");
 }
+
+/// The plan with these properties in place of its measurement.
+fn with_properties(hil: &Hil, properties: &str) {
+    let (head, _) = PLAN.split_once("\n[[measurement]]").unwrap();
+    fs::write(hil.path("beats.toml"), format!("{head}\n{properties}")).unwrap();
+}
+
+const COUNTS: &str = "[[property]]\nname = \"counts\"\nalways = \"beat.Count >= 0\"\n";
+
+const CAMPAIGN: &[&str] = &[
+    "campaign",
+    "./beats.toml",
+    "--cases",
+    "6",
+    "--faults",
+    "scheduler_stall",
+    "--quiet",
+    "--out",
+    "found",
+];
+
+#[test]
+fn a_campaign_of_a_program_that_says_nothing_shows_nothing() {
+    let hil = project("continue");
+    with_properties(&hil, COUNTS);
+    let ran = hil.run(CAMPAIGN).exits(2);
+    assert!(ran.err.contains("never judges the property counts, without any fault"), "{}", ran.err);
+    let envelope = [
+        &["campaign", "./beats.toml", "--envelope", "scheduler_stall"][..],
+        &["--at-least", "0.1", "--runs", "35", "--quiet"],
+    ];
+    let ran = hil.run(&envelope.concat()).exits(1);
+    assert!(ran.out.contains("too few runs pass without any fault: 0 of "), "{}", ran.out);
+}
+
+#[test]
+fn a_program_that_a_fault_ends_breaks_a_property_whatever_is_declared() {
+    let late = "now = time.monotonic()\n    late = now - globals().get('then', now)\n    then = now\n    \
+                if late > 0.3: sys.exit(7)";
+    let hil = project(late);
+    with_properties(&hil, COUNTS);
+    let ran = hil.run(CAMPAIGN).exits(1);
+    assert!(ran.out.contains("keeps_running: case "), "{}", ran.out);
+    assert!(ran.out.contains("`beat` is under test and ended: "), "{}", ran.out);
+    let smallest = fs::read_dir(hil.path("found")).unwrap().map(|entry| entry.unwrap().path());
+    let smallest = smallest.filter(|path| path.to_string_lossy().contains("keeps-running"));
+    let smallest: Vec<_> = smallest.collect();
+    assert_eq!(smallest.len(), 1, "{smallest:?}");
+    let again = hil.run(&["run", smallest[0].to_str().unwrap(), "--out", "again"]).exits(1);
+    assert!(again.out.contains("`beat` is under test and ended: "), "{}", again.out);
+}
+
+#[test]
+fn what_a_plan_demands_sometimes_some_case_reaches() {
+    let hil = project("pass");
+    let some = |limit: u32| format!("{COUNTS}[[property]]\nsometimes = \"beat.Count > {limit}\"\n");
+    with_properties(&hil, &some(200));
+    let ran = hil.run(CAMPAIGN).exits(1);
+    let note = "the plan demands beat.Count > 200 sometimes, and no case reached it";
+    assert!(ran.err.contains(note), "{}", ran.err);
+    let junit = fs::read_to_string(hil.path("found/junit.xml")).unwrap();
+    assert!(junit.contains("no case reached it") && junit.contains("failures=\"1\""), "{junit}");
+    fs::remove_dir_all(hil.path("found")).unwrap();
+    with_properties(&hil, &some(20));
+    hil.run(CAMPAIGN).exits(0);
+    // A condition that never came is not a test, and the campaign says so.
+    fs::remove_dir_all(hil.path("found")).unwrap();
+    let never =
+        "[[property]]\nname = \"stops\"\nalways = \"beat.Count > 200 -> beat.Count < 202\"\n";
+    with_properties(&hil, &format!("{COUNTS}{never}"));
+    let ran = hil.run(CAMPAIGN).exits(0);
+    assert!(ran.out.contains("stops: no case put it to the test"), "{}", ran.out);
+}

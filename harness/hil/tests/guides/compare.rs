@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 pub const CHANGING: [(&str, &str); 4] = [
     // Wall time.
     (r"\bin (about )?\d+(\.\d+)? (s|min|h)( \d+ (s|min))?", "in TIME"),
-    (r"\d+ times real time", "N times real time"),
+    (r"\d+(\.\d+)? times real time", "N times real time"),
     // Number of the pty.
     (r"/dev/pts/\d+", "/dev/pts/N"),
     // Versions of pytest, Python and so on, and pytest's rulers.

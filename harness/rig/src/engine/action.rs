@@ -1,10 +1,11 @@
-//! Requests of the engine to its owner.
+//! Requests of the engine to its owner, and how it ends.
 
 use controller::calibration::Calibration;
 use controller::mission::Mission;
 use identification::finding::Compensation;
 use plan::made::{Found, Made};
 use plan::{Order, PhaseEvent};
+use record::outcome::Outcome;
 use record::{Device, RecordKind};
 use wire::table;
 
@@ -56,4 +57,15 @@ impl Action {
             _ => {}
         }
     }
+}
+
+/// How a run ended, with a reason unless it simply ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ending {
+    /// `Passed` here means that every step was carried out; the checks follow.
+    pub outcome: Outcome,
+    /// One sentence.
+    pub reason: Option<String>,
+    /// It ended because a program under test did.
+    pub lost_node: bool,
 }

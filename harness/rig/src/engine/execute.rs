@@ -2,12 +2,10 @@
 
 use super::program::Next;
 use super::rest_watch::Window;
-use super::robot::Robot;
-use super::signals::Signals;
 use super::strays::FIRST_MISSION;
 use super::{Action, Engine, StepAction, Waiting, fit};
 use controller::mission::{Command, Mission};
-use plan::{Condition, Fit, Known, Op, Order, SaveCalibration, quantities as q};
+use plan::{Fit, Known, Op, Order, SaveCalibration, quantities as q};
 use record::outcome::Outcome;
 use record::{Device, RecordKind};
 use wire::table;
@@ -75,7 +73,7 @@ impl Engine {
         let is_over = |action: &StepAction| match action {
             StepAction::Repeat(repeat) => {
                 let until = repeat.until.as_ref();
-                until.is_some_and(|until| holds(&self.signals, self.robot.as_deref(), until))
+                until.is_some_and(|until| self.signals.holds(until))
             }
             _ => false,
         };
@@ -314,13 +312,5 @@ impl Engine {
                 self.end_here(now, Outcome::Failed, &why);
             }
         }
-    }
-}
-
-/// Whether the condition holds at the last value, of a node's signal or of the controller's state.
-pub(super) fn holds(signals: &Signals, robot: Option<&Robot>, condition: &Condition) -> bool {
-    match condition.quantity().of_message() {
-        Some(_) => signals.holds(condition),
-        None => robot.is_some_and(|robot| robot.rest.holds(condition)),
     }
 }

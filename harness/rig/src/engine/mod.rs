@@ -11,6 +11,7 @@ mod fit;
 mod gathered;
 mod identify;
 pub mod observe;
+mod past;
 mod phases;
 pub mod program;
 mod reactions;
@@ -26,13 +27,12 @@ mod tests;
 mod uds;
 mod waiting;
 
-pub use action::Action;
+pub use action::{Action, Ending};
 
 pub use crate::bench::{BenchFacts, Look};
 
 use crate::node::Woken;
 use described::Decoded;
-use execute::holds;
 use identification::model::Model;
 use observe::{Collector, Tags};
 use phases::Phases;
@@ -53,15 +53,6 @@ use waiting::Waiting;
 use wire::time::{Span, Timestamp};
 
 pub use strays::FIRST_MISSION;
-
-/// How a run ended, with a reason unless it simply ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ending {
-    /// `Passed` here means that every step was carried out; the checks follow.
-    pub outcome: Outcome,
-    /// One sentence.
-    pub reason: Option<String>,
-}
 
 #[derive(Debug, Clone)]
 pub struct Engine {
@@ -152,7 +143,11 @@ impl Engine {
 
     /// Ends the run as failed: a node under test is gone, and nothing else broke.
     pub fn lost_node(&mut self, now: Timestamp, node: &str, how: &str) {
+        let is_first = self.ending.is_none();
         self.end(now, Outcome::Failed, Some(format!("`{node}` is under test and ended: {how}")));
+        if let Some(ending) = &mut self.ending {
+            ending.lost_node |= is_first;
+        }
     }
 
     /// Ends the run as failed: the device under test did something forbidden.
@@ -303,7 +298,7 @@ impl Engine {
     /// Ends the wait if the awaited condition holds; returns whether it did.
     fn ends_wait(&mut self) -> bool {
         let holds = match &self.waiting {
-            Waiting::Condition(condition) => holds(&self.signals, self.robot.as_deref(), condition),
+            Waiting::Condition(condition) => self.signals.holds(condition),
             Waiting::Reaction => self.reactions.has_come(),
             _ => false,
         };
@@ -385,7 +380,7 @@ impl Engine {
             let note = RecordKind::Note(reason.clone());
             self.actions.push_back(Action::Record(Device::Plan, note));
         }
-        self.ending = Some(Ending { outcome, reason });
+        self.ending = Some(Ending { outcome, reason, lost_node: false });
         self.observe_whole_run(now);
         self.ops.clear();
         self.phases.all_ended(&mut self.actions);

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use wire::base::HEADING_STEP;
 use wire::table;
 use wire::time::Timestamp;
-use wire::units::{Angle, Pose};
+use wire::units::{Angle, Pose, Temperature};
 
 /// Reason of an error when the base was not seen at rest after the end.
 pub(super) const NO_REST: &str = "the controller never confirmed that the base stands still";
@@ -243,7 +243,10 @@ impl Engine {
         let Some(robot) = &mut self.robot else { return };
         let first = robot.state.replace(*state).is_none();
         robot.ends.take(now, state);
-        robot.rest.take(now, state);
+        let rests = robot.rest.take(state);
+        let temperature = state.temperature.filter(|_| rests).map(Temperature::celsius);
+        self.signals.hear(now, q::GYRO_TEMPERATURE.name, temperature);
+        self.signals.hear(now, q::GYRO_RATE.name, rests.then(|| state.raw_rate.deg_per_s()));
         if let Some(error) = state.heading_error
             && self.wanted.contains(q::STRAIGHT_HEADING_ERROR.name)
         {

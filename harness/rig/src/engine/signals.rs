@@ -1,11 +1,9 @@
 //! Signals of nodes: their observations, and conditions to wait for.
 
+use super::past::Past;
 use plan::{Action, Condition, MessagePlace, Plan, QuantityName, Speaker, Step, resolve, unit};
-use std::collections::{BTreeMap, VecDeque};
-use wire::time::{Span, Timestamp};
-
-/// Most values of one signal kept for conditions: 16 minutes at 1 kHz.
-pub const HISTORY_MAX: usize = 1_000_000;
+use std::collections::BTreeMap;
+use wire::time::Timestamp;
 
 /// Quantities of a plan by the messages that carry them.
 #[derive(Debug, Clone, Default)]
@@ -13,16 +11,10 @@ pub(super) struct Signals {
     wanted: BTreeMap<MessagePlace, Vec<String>>,
     /// Time of the last message of each kind, by speaker and message.
     last: BTreeMap<(usize, usize), Timestamp>,
-    /// Recent values of signals in conditions, as far back as their windows reach.
+    /// Recent values of quantities in conditions, as far back as their windows reach.
     past: BTreeMap<String, Past>,
     /// Units of signals, as written in the layouts.
     units: BTreeMap<String, String>,
-}
-
-#[derive(Debug, Clone, Default)]
-struct Past {
-    values: VecDeque<(Timestamp, f64)>,
-    span: Span,
 }
 
 impl Signals {
@@ -30,7 +22,7 @@ impl Signals {
         let mut signals = Self::default();
         let wait = |signals: &mut Self, condition: &Condition| {
             let past = signals.past.entry(condition.quantity().as_str().to_owned()).or_default();
-            past.span = past.span.max(condition.window());
+            past.reach(condition.window());
             signals.want(condition.quantity(), speakers);
         };
         for step in Step::walk(&plan.steps) {
@@ -88,12 +80,17 @@ impl Signals {
             let Some(value) = value else { continue };
             brought.extend(names.iter().map(|name| (name.clone(), value)));
         }
-        for (name, value) in &brought {
-            if let Some(past) = self.past.get_mut(name) {
-                past.add(now, *value);
-            }
-        }
+        brought.iter().for_each(|(name, value)| self.hear(now, name, Some(*value)));
         brought
+    }
+
+    /// Takes a value that conditions may wait for; without one, what was known of it before counts no more.
+    pub(super) fn hear(&mut self, now: Timestamp, name: &str, value: Option<f64>) {
+        match (self.past.get_mut(name), value) {
+            (Some(past), Some(value)) => past.add(now, value),
+            (Some(past), None) => past.forget(),
+            (None, _) => {}
+        }
     }
 
     /// Unit of a signal that the plan needs.
@@ -101,54 +98,9 @@ impl Signals {
         self.units.get(quantity.as_str()).map_or("1", String::as_str)
     }
 
-    /// Whether the condition holds at the last value of its signal.
+    /// Whether the condition holds at the last value of its quantity.
     pub(super) fn holds(&self, condition: &Condition) -> bool {
         let Some(past) = self.past.get(condition.quantity().as_str()) else { return false };
         past.range(condition.window()).is_some_and(|(low, high)| condition.holds(low, high))
-    }
-}
-
-impl Past {
-    fn add(&mut self, now: Timestamp, value: f64) {
-        self.values.push_back((now, value));
-        // One value from before the window proves that the whole window is known.
-        let from = now - self.span;
-        while self.values.len() > HISTORY_MAX
-            || self.values.get(1).is_some_and(|(second, _)| *second <= from)
-        {
-            self.values.pop_front();
-        }
-    }
-
-    /// Smallest and largest value over the last `span`; `None` while the history is shorter.
-    fn range(&self, span: Span) -> Option<(f64, f64)> {
-        let from = self.values.back()?.0 - span;
-        if self.values.front()?.0 > from {
-            return None;
-        }
-        let recent = self.values.iter().rev().take_while(|(at, _)| *at >= from);
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        Some(recent.fold(ends, |(low, high), (_, value)| (low.min(*value), high.max(*value))))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Past, Span, Timestamp};
-
-    #[test]
-    fn a_window_is_known_once_something_is_older() {
-        let mut past = Past { span: Span::from_secs(2), ..Past::default() };
-        let at = Timestamp::from_secs_f64;
-        past.add(at(0.0), 5.0);
-        past.add(at(1.0), 1.0);
-        assert_eq!(past.range(Span::from_secs(2)), None);
-        assert_eq!(past.range(Span::ZERO), Some((1.0, 1.0)));
-        past.add(at(2.5), 3.0);
-        assert_eq!(past.range(Span::from_secs(2)), Some((1.0, 3.0)));
-        past.add(at(3.5), 2.0);
-        assert_eq!(past.range(Span::from_secs(2)), Some((2.0, 3.0)));
-        // Only the last value before the longest window is kept.
-        assert_eq!(past.values.len(), 3);
     }
 }

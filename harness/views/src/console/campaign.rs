@@ -114,6 +114,9 @@ pub fn campaign_table(
             "\n{property}: broke once in {times} case{s}, but not often enough in the repetitions\n"
         );
     }
+    for property in tally.untested() {
+        let _ = write!(text, "\n{}: no case put it to the test\n", printable(property));
+    }
     for one in again.map_or(&[][..], |again| again.unjudged) {
         let _ = write!(text, "\n{} not judged: {}\n", one.name, one.why);
     }
@@ -160,6 +163,8 @@ pub fn campaign_json(done: &Campaign, saved: &[PathBuf], again: Option<&Again<'_
         "nearest": tally.nearest,
         "reached": tally.reached,
         "never": done.never,
+        "missed": done.missed,
+        "untested": tally.untested().collect::<Vec<_>>(),
         "found": found,
         "unconfirmed": tally.unconfirmed,
         "not_judged": again.map(|again| {
@@ -288,6 +293,7 @@ pub(crate) mod tests {
                 ("within_limits".to_owned(), (0.31, 5)),
             ]
             .into(),
+            tested: [("within_limits".to_owned(), 100), ("opens".to_owned(), 0)].into(),
             ..Tally::default()
         };
         let found = Found {
@@ -300,7 +306,8 @@ pub(crate) mod tests {
         let done = Campaign {
             tally,
             found: vec![found],
-            never: vec!["bus_off".to_owned()],
+            never: vec!["bus_off".to_owned(), "manager.State == 3".to_owned()],
+            missed: vec!["manager.State == 3".to_owned()],
             stopped: false,
         };
         (done, vec!["runs/x/laps-fresh-heading-1a2b3c4d.toml".into()])

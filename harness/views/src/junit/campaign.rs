@@ -13,7 +13,8 @@ const CAMPAIGN_CASE: &str = "the campaign itself";
 
 /// Returns the document for a campaign; `account` states its plan and duration. `saved` are the plans of the smallest
 /// cases, one for each property that broke; `unjudged` are the properties that the bench cannot judge; `folder` is the
-/// campaign's. States that no case reached are skipped, not failed.
+/// campaign's. States that no case reached fail if the plan demands
+/// them, and are skipped otherwise; so are properties that no case put to the test.
 ///
 /// # Errors
 /// When the XML cannot be written, which happens only if memory runs out.
@@ -66,7 +67,7 @@ pub fn campaign(
         suite.add_test_case(broken);
     }
     for (property, (margin, _)) in &tally.nearest {
-        if !found.contains(&**property) {
+        if !found.contains(&**property) && tally.untested().all(|untested| untested != property) {
             let mut held = case(property, TestCaseStatus::success());
             held.set_system_out(format!("held; least margin {margin:.3} of its limit"));
             suite.add_test_case(held);
@@ -80,8 +81,18 @@ pub fn campaign(
         reached.set_system_out(format!("reached by {times} cases"));
         suite.add_test_case(reached);
     }
+    for property in tally.untested().filter(|property| !found.contains(property)) {
+        suite.add_test_case(case(property, skipped("no case put it to the test")));
+    }
     for state in &done.never {
-        suite.add_test_case(case(state, skipped("no case came to it")));
+        if !done.missed.contains(state) {
+            suite.add_test_case(case(state, skipped("no case reached it")));
+            continue;
+        }
+        let why = "the plan demands it sometimes, and no case reached it";
+        let mut missed = case(state, failure(NonSuccessKind::Failure, "missed", why, why));
+        missed.set_system_out(&*report_page);
+        suite.add_test_case(missed);
     }
     of_suite(suite)
 }

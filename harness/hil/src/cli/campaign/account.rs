@@ -6,7 +6,7 @@ use campaign::{Account, Campaign, End, FoundCase, Space, Struck, each_line};
 use harness::stopwatch::Stopwatch;
 use plan::Plan;
 use record::run_folder::{JUNIT, REPORT};
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use views::console::Again;
@@ -31,7 +31,7 @@ impl CampaignArguments {
         &self,
         task: &Task<'_>,
         space: &Space,
-        states: &BTreeSet<String>,
+        states: &BTreeMap<String, bool>,
         place: Place<'_>,
     ) -> Result<Kept, Failure> {
         let plan = &task.prepared.plan;
@@ -51,7 +51,7 @@ impl CampaignArguments {
             horizon_s: space.horizon().as_secs_f64(),
             kinds: space.kinds().iter().map(struck).collect(),
             phases: phases(plan, space),
-            states: states.iter().cloned().collect(),
+            states: states.keys().cloned().collect(),
             ..Account::new()
         };
         let folder = self.folder("campaign", task.prepared);

@@ -8,7 +8,8 @@ pub(super) fn outcome(done: &Campaign) -> Outcome {
     let tally = &done.tally;
     let unjudged = ["error", "worker_lost"].map(|name| tally.outcomes.get(name).unwrap_or(&0));
     let unjudged: u64 = unjudged.into_iter().sum();
-    match (done.stopped, done.found.is_empty()) {
+    let holds = done.found.is_empty() && done.missed.is_empty();
+    match (done.stopped, holds) {
         (true, _) => Outcome::Aborted,
         (false, false) => Outcome::Failed,
         (false, true) if unjudged > 0 && unjudged == tally.cases => Outcome::Error,
@@ -27,12 +28,25 @@ mod tests {
             let cases = outcomes.iter().map(|(_, times)| times).sum();
             let outcomes = outcomes.iter().map(|(name, times)| ((*name).to_owned(), *times));
             let tally = Tally { cases, outcomes: outcomes.collect(), ..Tally::default() };
-            outcome(&Campaign { tally, found: Vec::new(), never: Vec::new(), stopped: false })
+            let (found, never, missed) = <_>::default();
+            outcome(&Campaign { tally, found, never, missed, stopped: false })
         };
         assert_eq!(done(&[("error", 3), ("worker_lost", 2)]), Outcome::Error);
         assert_eq!(done(&[("error", 3), ("passed", 2)]), Outcome::Passed);
         assert_eq!(done(&[]), Outcome::Passed);
-        let (tally, found, never) = <_>::default();
-        assert_eq!(outcome(&Campaign { tally, found, never, stopped: true }), Outcome::Aborted);
+        let (tally, found, never, missed) = <_>::default();
+        let stopped = Campaign { tally, found, never, missed, stopped: true };
+        assert_eq!(outcome(&stopped), Outcome::Aborted);
+    }
+
+    #[test]
+    fn a_state_that_the_plan_demands_is_reached() {
+        let done = |missed: &[&str]| {
+            let missed: Vec<String> = missed.iter().map(|&state| state.to_owned()).collect();
+            let (tally, found, never) = (Tally::default(), Vec::new(), vec!["bus_off".to_owned()]);
+            outcome(&Campaign { tally, found, never, missed, stopped: false })
+        };
+        assert_eq!(done(&[]), Outcome::Passed);
+        assert_eq!(done(&["bus_off"]), Outcome::Failed);
     }
 }

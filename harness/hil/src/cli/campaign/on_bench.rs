@@ -3,7 +3,7 @@
 use super::account::{Kept, Place};
 #[cfg(feature = "nats")]
 use super::over;
-use super::{Begun, CampaignArguments, JOURNAL, Task, states};
+use super::{Begun, CampaignArguments, JOURNAL, Task, unreached};
 use crate::cli::failure::Failure;
 use crate::cli::setup::{LiveSetup, Setup};
 #[cfg(feature = "nats")]
@@ -139,13 +139,13 @@ impl CampaignArguments {
         let journal = Journal::open_in_real_time(&folder.join(JOURNAL), what, lasted)?;
         let horizon = journal.horizon().unwrap_or(lasted);
         let can_suffer = |target, what| bench.can_suffer(target, what);
+        let states = unreached(prepared, bench.properties(), &clean.reached);
         let space = self.space(task, (horizon, clean), can_suffer)?;
         for one in bench.unjudged() {
             screen.note(&format!("{} not judged: {}", one.name, one.why));
         }
         let shrink_max = self.shrink_max(SHRINK_MAX);
         let settings = Settings { cases: self.cases, threads: NonZeroUsize::MIN, shrink_max };
-        let states = states(bench.properties());
         let begun = Begun { folder, journal };
         let place = Place { carried_out_by: name.to_owned(), replay: "--clock real" };
         let kept = self.account(task, &space, &states, place)?;
