@@ -17,11 +17,13 @@
 //! | `OFFSET` | odometry minus heading when a pose was set | grows from drive to drive |
 //! | `X`, `Y` | position | path times heading error, across the path |
 
+mod drift;
 mod matrix;
 #[cfg(test)]
 mod tests;
 
 use crate::mission::Uncertainty;
+use drift::Drift;
 use matrix::{STATES, Symmetric, Vector};
 use wire::time::Timestamp;
 use wire::units::{Angle, AngularRate, Length};
@@ -40,6 +42,7 @@ const Y: usize = 11;
 /// The data sheet's bias drift at stabilised temperature, rms. The data sheet gives no spectrum: taken for bias
 /// instability (IEEE Std 952) over 1 s to 10,000 s, with an equal share of the variance for each decade.
 const DRIFT_RMS: AngularRate = AngularRate::from_deg_per_s(0.005);
+const DRIFT_VARIANCE: f64 = DRIFT_RMS.rad_per_s() * DRIFT_RMS.rad_per_s() / DRIFTS as f64;
 /// The middle of each decade, s.
 const DRIFT_S: [f64; DRIFTS] = [3.0, 30.0, 300.0, 3_000.0];
 /// Initial uncertainty of the bias. Assumption: ten times the drift.
@@ -116,8 +119,9 @@ pub(crate) struct Step {
     pub(crate) free_s: f64,
     /// Sum of the fourth powers of the gaps that neighbours bridged, s^4.
     pub(crate) gaps_s4: f64,
-    /// Angle turned, by the gyro.
+    /// Angle turned, by the gyro with this bias.
     pub(crate) turned: Angle,
+    pub(crate) bias: AngularRate,
     pub(crate) path: Length,
     /// Estimated heading in the middle of the step.
     pub(crate) heading: Angle,
@@ -146,10 +150,8 @@ impl Kalman {
     /// `spread` is the standard deviation of the gyro's readings at rest, one each `period_s`.
     pub(crate) fn new(spread: AngularRate, period_s: f64) -> Self {
         let mut covariance = Symmetric::default();
+        (DRIFT..DRIFT + DRIFTS).for_each(|drift| covariance.set_variance(drift, DRIFT_VARIANCE));
         let mut set = |state, rms: f64| covariance.set_variance(state, rms * rms);
-        for drift in DRIFT..DRIFT + DRIFTS {
-            set(drift, DRIFT_RMS.rad_per_s() / libm::sqrt(DRIFTS as f64));
-        }
         set(CONSTANT, CONSTANT_RMS.rad_per_s());
         set(SCALE, SCALE_RMS);
         set(TURN_SCALE, TURN_SCALE_RMS);
@@ -191,6 +193,12 @@ impl Kalman {
         AngularRate::from_rad_per_s(drift + self.believed[CONSTANT])
     }
 
+    /// Makes room for a bias that has moved by about so much.
+    pub(crate) fn bias_may_have_moved(&mut self, by: AngularRate) {
+        self.covariance.add_variance(CONSTANT, by.rad_per_s() * by.rad_per_s());
+        self.let_go[Kind::AtRest as usize] = 0;
+    }
+
     /// Standard deviations.
     pub(crate) fn uncertainty(&self) -> Uncertainty {
         let deviation = |state| libm::sqrt(self.covariance.variance(state).max(0.0));
@@ -226,23 +234,32 @@ impl Kalman {
         covariance.add_to(X, &[(HEADING, -path * sin)]);
         covariance.add_to(Y, &[(HEADING, path * cos)]);
         let mut from = [(CONSTANT, -free_s); DRIFTS + 2];
-        for (drift, from) in (DRIFT..DRIFT + DRIFTS).zip(&mut from) {
-            from.0 = drift;
+        let drifts = DRIFT_S.map(|correlation_s| Drift::over(passed_s / correlation_s));
+        let mut bias = self.believed[CONSTANT];
+        for ((state, drift), from) in (DRIFT..).zip(&drifts).zip(&mut from) {
+            *from = (state, -free_s * drift.mean);
+            bias += drift.mean * self.believed[state];
         }
         from[DRIFTS + 1] = (SCALE, -turned);
         covariance.add_to(HEADING, &from);
         let gaps = GAP_RMS * GAP_RMS * step.gaps_s4;
         covariance.add_variance(HEADING, self.reading_variance * self.period_s * free_s + gaps);
-        for (index, correlation_s) in DRIFT_S.iter().enumerate() {
-            let left = libm::exp(-passed_s / correlation_s);
-            let variance = DRIFT_RMS.rad_per_s() * DRIFT_RMS.rad_per_s() / DRIFTS as f64;
-            covariance.scale(DRIFT + index, left);
-            covariance.add_variance(DRIFT + index, variance * (1.0 - left * left));
-            self.believed[DRIFT + index] *= left;
+        for (state, drift) in (DRIFT..).zip(&drifts) {
+            covariance.scale(state, drift.left);
+            covariance.add_variance(state, DRIFT_VARIANCE * drift.variance());
+            covariance
+                .add_variance(HEADING, DRIFT_VARIANCE * drift.mean_variance * free_s * free_s);
+            covariance.add_covariance(
+                HEADING,
+                state,
+                -DRIFT_VARIANCE * drift.covariance() * free_s,
+            );
+            self.believed[state] *= drift.left;
         }
         self.turned += turned;
         self.path += path;
-        let heading = Angle::from_rad(-self.believed[SCALE] * turned);
+        let by_bias = (step.bias.rad_per_s() - bias) * free_s;
+        let heading = Angle::from_rad(by_bias - self.believed[SCALE] * turned);
         self.checked(Correction { heading, ..Correction::default() })
     }
 
@@ -268,7 +285,7 @@ impl Kalman {
         self.checked(Correction::default())
     }
 
-    /// Updates with the mean of `readings` readings at rest.
+    /// Updates with the mean of the last `readings` readings at rest.
     pub(crate) fn at_rest(
         &mut self,
         mean: AngularRate,
@@ -277,7 +294,12 @@ impl Kalman {
         let mut seen = [0.0; STATES];
         seen[DRIFT..=CONSTANT].fill(1.0);
         let off = (mean - self.bias()).rad_per_s();
-        self.measure(Kind::AtRest, &seen, off, self.reading_variance / f64::from(readings.max(1)))
+        let readings = f64::from(readings.max(1));
+        let drifted = DRIFT_S.map(|correlation_s| {
+            DRIFT_VARIANCE * Drift::over(readings * self.period_s / correlation_s).mean_from_end()
+        });
+        let noise = self.reading_variance / readings + drifted.iter().sum::<f64>();
+        self.measure(Kind::AtRest, &seen, off, noise)
     }
 
     /// Updates at rest with odometry minus heading, both since a pose was set.

@@ -17,7 +17,7 @@ use crate::gyro_input::GyroInput;
 use crate::heading::Reading;
 use crate::heading_watch::{HeadingWatch, Heard};
 use crate::health::{Health, Level};
-use crate::mission::{BiasMethod, HeadingSource, MissionId, Report};
+use crate::mission::{BiasMethod, Estimator, HeadingSource, MissionId, Report};
 use crate::mutant::Mutant;
 use crate::own_time::OwnTime;
 use crate::pose_download::PoseDownload;
@@ -157,7 +157,7 @@ impl Controller {
         gyro.plant(config.planted());
         let mut time = OwnTime::new(config.planted());
         let now = time.hear(now);
-        Self {
+        let mut controller = Self {
             time,
             decoder: GyroDecoder::new(config.gyro.stream),
             gyro,
@@ -195,7 +195,9 @@ impl Controller {
             tick_at: Timestamp::MAX,
             state_at: now + STATE_PERIOD_AT_REST,
             started: now,
-        }
+        };
+        controller.set_estimator(Estimator::Paper);
+        controller
     }
 
     /// Takes bytes or a frame that arrived at `now`.
@@ -310,8 +312,7 @@ impl Controller {
         let blind = self.config.planted().blinds_second_looks();
         let pushed = pushed && self.tested_bias.is_some() && !self.moved_at_rest && !blind;
         self.moved_at_rest |= pushed;
-        let silent = self.health.causes.gyro_silent;
-        if silent || pushed || self.health.level == Level::Starting {
+        if self.health.causes.gyro_silent || pushed || self.health.level == Level::Starting {
             self.update_health(now);
         }
     }
@@ -357,7 +358,7 @@ impl Controller {
         let heading = if self.plants(Mutant::MirroredReckoning) { -heading } else { heading };
         self.reckoning.advance(&motion, heading);
         self.look_at_motion(now, &motion);
-        self.estimate(now);
+        self.estimate_in_motion(now);
         if self.stopping && self.base.as_ref().is_none_or(|base| !base.may_move()) {
             // The next mission starts from where the base came to rest, not from where the stop was commanded.
             self.stopping = false;

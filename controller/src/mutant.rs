@@ -165,7 +165,8 @@ impl Planted {
         matches!(
             self.mutant,
             Some(
-                Mutant::WatchdogOffByTen
+                Mutant::CcwSign
+                    | Mutant::WatchdogOffByTen
                     | Mutant::BiasTestWhileMoving
                     | Mutant::OverflowAfterLongRuns
                     | Mutant::OverRangeIgnored

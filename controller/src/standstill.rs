@@ -33,9 +33,8 @@ pub(crate) struct Standstill {
 pub(crate) struct Rest {
     pub(crate) mean: AngularRate,
     pub(crate) readings: u32,
-    /// Mean of the newly confirmed readings.
-    pub(crate) piece: AngularRate,
-    pub(crate) piece_readings: u32,
+    /// The newly confirmed ones.
+    pub(crate) piece: RunningMean,
 }
 
 impl Standstill {
@@ -67,17 +66,12 @@ impl Standstill {
     }
 
     fn settle(&mut self, now: Timestamp) -> Option<Rest> {
-        let (piece, piece_readings) = (self.doubtful.mean(), self.doubtful.count());
-        self.sure.join(&self.doubtful);
-        self.doubtful = RunningMean::default();
+        let piece = core::mem::take(&mut self.doubtful);
+        self.sure.join(&piece);
         self.doubtful_since = now;
         let (readings, mean) = (self.sure.count(), self.sure.mean());
-        (piece_readings > 0).then_some(Rest {
-            mean: AngularRate::from_rad_per_s(mean),
-            readings,
-            piece: AngularRate::from_rad_per_s(piece),
-            piece_readings,
-        })
+        let mean = AngularRate::from_rad_per_s(mean);
+        (piece.count() > 0).then_some(Rest { mean, readings, piece })
     }
 }
 

@@ -73,8 +73,8 @@ fn laps(estimator: Estimator, seeds: std::ops::Range<u64>) -> Vec<Lap> {
         let mut rig = ready(&warm(), estimator, seed);
         for n in 0..10 {
             all.push(lap(&mut rig, if n % 2 == 0 { 1.0 } else { -1.0 }));
+            assert!(rig.health().level == Level::Ok, "{seed}, {n}: {:?}", rig.health());
         }
-        assert!(rig.health().level == Level::Ok, "{:?}", rig.health());
     }
     all
 }

@@ -28,6 +28,11 @@ impl Symmetric {
         self.rows[state][state] += variance;
     }
 
+    pub(super) fn add_covariance(&mut self, one: usize, other: usize, covariance: f64) {
+        self.rows[one][other] += covariance;
+        self.rows[other][one] += covariance;
+    }
+
     /// Replaces a state by one with `variance` that is uncorrelated with the others.
     pub(super) fn forget(&mut self, state: usize, variance: f64) {
         self.scale(state, 0.0);

@@ -24,6 +24,7 @@ fn step(now_s: f64, passed_s: f64) -> Step {
         free_s: passed_s,
         gaps_s4: 0.0,
         turned: Angle::ZERO,
+        bias: AngularRate::ZERO,
         path: Length::ZERO,
         heading: Angle::ZERO,
     }

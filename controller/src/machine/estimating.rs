@@ -1,7 +1,12 @@
-//! The estimator beside the paper's method: takes the inputs, provides corrections and bias.
+//! The filter: takes the inputs, and corrects heading, position and bias if a mission chose it.
+//!
+//! Otherwise the paper's method leads, and the filter corrects nothing. It runs beside, because it learns what a single
+//! comparison cannot know: the odometry's errors from earlier drives, and the bias from many short standstills. It shows
+//! leaps of the bias that an unknown base could hide, and by how much a bias that moved has turned the heading.
 
 use super::{Controller, Task};
 use crate::base_driver::BaseDriver;
+use crate::bias_test::RunningMean;
 use crate::config::BRIDGE_MAX;
 use crate::kalman::{Correction, Fault, Kalman, Step};
 use crate::mission::{BiasTestResult, Estimator, HeadingSource, Uncertainty};
@@ -10,13 +15,29 @@ use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
 
+/// The paper's heading is wrong if the filter puts it this far off: the band of its gyro after a lap (Fig. 5).
+const HEADING_OFF_MAX: Angle = Angle::from_deg(1.0);
+
+/// Longest step of a filter that corrects nothing, in time and path. Assumption: soon enough beside comparisons over one to
+/// two seconds (`heading_watch.rs`).
+const WATCH_STEP_S: f64 = 1.0;
+const WATCH_STEP: Length = Length::from_m(0.5);
+/// Such a filter takes pieces of a standstill together, up to this share of it. Assumption.
+const WATCH_SHARE: u32 = 4;
+
 /// The filter and its inputs so far.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimating {
     filter: Kalman,
+    /// What it estimates is used.
+    leads: bool,
+    /// Its heading minus the integrated one; zero if it leads.
+    aside: Angle,
     passed_s: f64,
     free_s: f64,
     gaps_s4: f64,
+    /// Readings at rest that the filter has not taken yet.
+    rest: RunningMean,
     heading: Angle,
     displacement: Length,
     /// Odometry minus heading when a pose was set.
@@ -38,26 +59,34 @@ impl Controller {
     /// Selects the estimator.
     pub(super) fn set_estimator(&mut self, estimator: Estimator) {
         self.estimator_failed = false;
-        self.estimating = match estimator {
-            Estimator::Paper => None,
-            Estimator::Kalman => {
-                let period_s = self.config.gyro.stream.format.period().as_secs_f64();
-                Some(Estimating {
-                    filter: Kalman::new(self.noise(), period_s),
-                    passed_s: 0.0,
-                    free_s: 0.0,
-                    gaps_s4: 0.0,
-                    heading: self.gyro.integrator().heading(),
-                    displacement: self.reckoning.displacement(),
-                    odometry_zero: Angle::ZERO,
-                    anchor: None,
-                    before: None,
-                })
-            }
-        };
-        self.gyro.integrator_mut().carry_across_stalls(estimator == Estimator::Kalman);
+        self.begin_estimating(estimator == Estimator::Kalman);
+    }
+
+    /// Starts the filter, with nothing learnt.
+    fn begin_estimating(&mut self, leads: bool) {
+        let period_s = self.config.gyro.stream.format.period().as_secs_f64();
+        self.estimating = Some(Estimating {
+            filter: Kalman::new(self.noise(), period_s),
+            leads,
+            aside: Angle::ZERO,
+            passed_s: 0.0,
+            free_s: 0.0,
+            gaps_s4: 0.0,
+            rest: RunningMean::default(),
+            heading: self.gyro.integrator().heading(),
+            displacement: self.reckoning.displacement(),
+            odometry_zero: Angle::ZERO,
+            anchor: None,
+            before: None,
+        });
+        self.gyro.integrator_mut().carry_across_stalls(leads);
         self.estimate_from_here();
         self.update_bias();
+    }
+
+    /// The filter, if a mission chose it.
+    fn leading(&self) -> Option<&Estimating> {
+        self.estimating.as_ref().filter(|estimating| estimating.leads)
     }
 
     /// Noise of one reading at rest: from the last bias test, at least half a count.
@@ -75,7 +104,7 @@ impl Controller {
         let zero = self.reckoning.odometry_heading() - heading;
         if let Some(estimating) = &mut self.estimating {
             estimating.filter.place();
-            estimating.heading = heading;
+            (estimating.heading, estimating.aside) = (heading, Angle::ZERO);
             estimating.odometry_zero = zero;
             (estimating.anchor, estimating.before) = (None, None);
         }
@@ -97,24 +126,44 @@ impl Controller {
     }
 
     pub(super) fn estimated_bias(&self) -> Option<AngularRate> {
-        self.estimating.as_ref().map(|estimating| estimating.filter.bias())
+        self.leading().map(|estimating| estimating.filter.bias())
     }
 
     pub(super) fn uncertainty(&self) -> Option<Uncertainty> {
-        self.estimating.as_ref().map(|estimating| estimating.filter.uncertainty())
+        self.leading().map(|estimating| estimating.filter.uncertainty())
     }
 
-    /// Advances the filter to now, after a motion message or at a certain standstill.
+    /// Advances the filter after a motion message. One that corrects nothing takes several together, as a step costs more
+    /// than all else that the controller does with a message.
+    pub(super) fn estimate_in_motion(&mut self, now: Timestamp) {
+        let displacement = self.reckoning.displacement();
+        let is_due = |one: &Estimating| {
+            one.leads
+                || one.passed_s >= WATCH_STEP_S
+                || (displacement - one.displacement).abs() > WATCH_STEP
+        };
+        if self.gyro.is_silent(now) || self.estimating.as_ref().is_some_and(is_due) {
+            self.estimate(now);
+        }
+    }
+
+    /// Advances the filter to now, after motion messages or at a certain standstill.
     pub(super) fn estimate(&mut self, now: Timestamp) {
         if self.gyro.is_silent(now) {
-            self.bridge(now);
+            match self.leading() {
+                Some(_) => self.bridge(now),
+                // Already reported; the rotation during the silence is unknown.
+                None => self.estimate_from_here(),
+            }
             return;
         }
-        let heading = self.gyro.integrator().heading();
+        let integrated = self.gyro.integrator().heading();
         let displacement = self.reckoning.displacement();
         let odometry = self.reckoning.odometry_heading();
         let fresh = self.gyro.is_fresh(now);
+        let bias = self.gyro.integrator().bias();
         let Some(estimating) = &mut self.estimating else { return };
+        let heading = integrated + estimating.aside;
         let turned = heading - estimating.heading;
         let step = Step {
             now,
@@ -122,12 +171,14 @@ impl Controller {
             free_s: core::mem::take(&mut estimating.free_s),
             gaps_s4: core::mem::take(&mut estimating.gaps_s4),
             turned,
+            bias,
             path: displacement - estimating.displacement,
             heading: estimating.heading + turned * 0.5,
         };
         (estimating.heading, estimating.displacement) = (heading, displacement);
         let came = estimating.filter.go_on(&step);
         self.take(came);
+        self.look_aside();
         let heading = self.gyro.integrator().heading();
         if let Some(estimating) = &mut self.estimating
             && fresh
@@ -138,23 +189,52 @@ impl Controller {
 
     /// Updates at a standstill or a piece of it: the gyro reads its bias, and the odometry is at rest.
     pub(super) fn estimate_at_rest(&mut self, now: Timestamp, rest: &Rest) {
-        if self.estimating.is_none() {
+        let Some(estimating) = &mut self.estimating else { return };
+        if rest.readings == rest.piece.count() {
+            estimating.rest = RunningMean::default();
+        }
+        estimating.rest.join(&rest.piece);
+        let many = estimating.rest.count() * WATCH_SHARE >= rest.readings;
+        if !many && !estimating.leads && estimating.passed_s < WATCH_STEP_S {
             return;
         }
+        let piece = core::mem::take(&mut estimating.rest);
         self.estimate(now);
         let odometry = self.reckoning.odometry_heading();
         let Some(estimating) = &mut self.estimating else { return };
-        let came = estimating.filter.at_rest(rest.piece, rest.piece_readings);
-        let moved = self.take(came);
+        let mean = AngularRate::from_rad_per_s(piece.mean());
+        let came = estimating.filter.at_rest(mean, piece.count());
+        let off = (rest.mean - self.gyro.integrator().bias()).abs();
+        // The bias of a test may drift further than the filter's own, which follows it.
+        let drift_max = self.config.gyro.rest_drift_max;
+        let may_drift = !estimating.leads && off <= drift_max;
+        let mut moved = self.take(came);
+        if let Some(estimating) = &mut self.estimating
+            && moved
+            && may_drift
+        {
+            estimating.filter.bias_may_have_moved(drift_max);
+            let came = estimating.filter.at_rest(mean, piece.count());
+            self.take(came);
+            moved = false;
+        }
         self.hear_of_moved_bias(moved);
-        let heading = self.gyro.integrator().heading();
+        let integrated = self.gyro.integrator().heading();
         let Some(estimating) = &mut self.estimating else { return };
+        let heading = integrated + estimating.aside;
         let came = estimating.filter.odometry(odometry - estimating.odometry_zero - heading);
         let planted = self.config.planted();
         self.headings_disagree |= self.take(came)
             && !planted.is(Mutant::HeadingsNotCompared)
             && !planted.blinds_second_looks();
+        self.look_aside();
         self.update_bias();
+    }
+
+    /// Compares the paper's heading with the filter's.
+    fn look_aside(&mut self) {
+        let off = |one: &Estimating| one.aside.abs() > HEADING_OFF_MAX;
+        self.turned_by_bias |= self.watches_bias() && self.estimating.as_ref().is_some_and(off);
     }
 
     /// Adds the duration of new samples.
@@ -177,7 +257,7 @@ impl Controller {
     /// True while the gyro is silent and the odometry replaces it. If the last sample had waited for a stalled host, its
     /// age is unknown, and so is the length of the silence: nothing bridges it.
     pub(super) fn is_bridging(&self, now: Timestamp) -> bool {
-        self.estimating.as_ref().is_some_and(|estimating| estimating.anchor.is_some())
+        self.leading().is_some_and(|estimating| estimating.anchor.is_some())
             && self.source == HeadingSource::Gyro
             && !matches!(self.task, Task::BiasTest { .. })
             && self.gyro.is_silent(now)
@@ -238,16 +318,21 @@ impl Controller {
     /// Returns true if the measurement came from something that has changed.
     fn take(&mut self, came: Result<Correction, Fault>) -> bool {
         let is_foreign = came.is_ok_and(|correction| correction.is_foreign);
-        match came {
-            Ok(correction) => {
+        match (came, &mut self.estimating) {
+            (Ok(correction), Some(estimating)) if !estimating.leads => {
+                estimating.aside += correction.heading;
+                estimating.heading += correction.heading;
+            }
+            (Err(_), Some(Estimating { leads: false, .. })) => self.begin_estimating(false),
+            (Ok(correction), estimating) => {
                 let heading = self.gyro.integrator().heading() + correction.heading;
                 self.gyro.integrator_mut().set_heading(heading);
                 self.reckoning.correct(&correction);
-                if let Some(estimating) = &mut self.estimating {
+                if let Some(estimating) = estimating {
                     estimating.heading = heading;
                 }
             }
-            Err(fault) => {
+            (Err(fault), _) => {
                 tracing::warn!(?fault, "the filter is not used any more");
                 self.estimating = None;
                 self.estimator_failed = true;

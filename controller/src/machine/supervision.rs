@@ -65,7 +65,8 @@ impl Controller {
             // Already reported; the rotation during the silence is unknown.
             self.headings.begin();
         }
-        let differ = self.headings.differs(now, heard);
+        let differ = self.headings.differs(now, heard)
+            || (!motion.moving && !self.headings.agree_at_rest(heard.gyro, heard.odometry));
         self.headings_disagree |= differ && !self.config.planted().is(Mutant::HeadingsNotCompared);
     }
 
@@ -101,15 +102,18 @@ impl Controller {
 
     /// Remembers a bias that is no longer the tested one, and the heading that it may have turned since.
     pub(super) fn hear_of_moved_bias(&mut self, moved: bool) {
-        let planted = self.config.planted();
-        let moved = moved
-            && !self.bias_moved
-            && self.tested_bias.is_some()
-            && self.bias_method == BiasMethod::StaticTest
-            && !planted.is(Mutant::MovedBiasIgnored)
-            && !planted.blinds_second_looks();
+        let moved = moved && !self.bias_moved && self.watches_bias();
         self.bias_moved |= moved;
         self.turned_by_bias |= moved && self.has_driven;
+    }
+
+    /// True if the bias in force is that of a test.
+    pub(super) fn watches_bias(&self) -> bool {
+        let planted = self.config.planted();
+        self.tested_bias.is_some()
+            && self.bias_method == BiasMethod::StaticTest
+            && !planted.is(Mutant::MovedBiasIgnored)
+            && !planted.blinds_second_looks()
     }
 
     /// True unless the base is known to be at rest.
