@@ -14,10 +14,12 @@ use crate::record::VERSION;
 use crate::record::header::{FILES_BYTES_MAX, Header};
 use controller::calibration::Calibration;
 use described::FileError;
+#[cfg(feature = "live")]
+use described::Medium;
 use emulators::device_file::Devices;
 use identification::model::Model;
 #[cfg(feature = "live")]
-use live::world::{PortPlans, Setting, Site};
+use live::world::{LineSite, Player, PortPlans, Setting, Site};
 use rig::bench::Bench;
 use rig::crossing::CrossedLine;
 use rig::director::Director;
@@ -273,6 +275,13 @@ impl Prepared {
             (Site::Robot(placement, lines), Some(bench), _) => {
                 let beside = (&self.rig, &lines[..], &self.own);
                 (live::at_ports::paper(bench, placement, beside, seed), placement.real_roles())
+            }
+            // A bus has room for other programs: the plan is on it beside the device, and the port is theirs.
+            (Site::Device(Player::Emulated(spec)), _, Some(device))
+                if device.layout().medium() == Medium::Can =>
+            {
+                let site = LineSite { line: 0, spec: spec.clone() };
+                (live::at_ports::rig(&self.rig, &[site], &self.own, seed), RealRoles::default())
             }
             (Site::Device(player), _, Some(device)) => {
                 let real = RealRoles { device: !player.is_emulated(), ..RealRoles::default() };

@@ -9,7 +9,7 @@ const PLAN: &str = r#"
 name = "talks"
 title = "It talks"
 device = "oven"
-steps = [{ wait = { duration_s = 5 } }]
+steps = [{ do = "where" }, { wait = { duration_s = 5 } }]
 [[measurement]]
 name = "status_period"
 doc = "Time between two Status messages, of 0.1 s"
@@ -33,7 +33,9 @@ fn a_second_without_the_bus_is_waited_for_and_told() {
         assert!(hil(&["new", "oven"], folder.path()).status().unwrap().success());
         let oven = folder.path().join("oven");
         std::fs::write(oven.join("talks.toml"), PLAN).unwrap();
-        std::fs::write(oven.join("bench.toml"), "[device]\nport = \"can:hilgone\"\n").unwrap();
+        let bench = "[device]\nport = \"can:hilgone\"\n\
+                     [command.where]\nrun = [\"sh\", \"-c\", 'echo \"$HIL_LINES\"']\n";
+        std::fs::write(oven.join("bench.toml"), bench).unwrap();
         let emulate = ["emulate", "device", "devices/oven.toml", "--port", "can:hilgone"];
         let mut emulator = hil(&emulate, &oven).spawn().unwrap();
         let bench =
@@ -46,6 +48,9 @@ fn a_second_without_the_bus_is_waited_for_and_told() {
         let status = ran.wait().unwrap();
         emulator.kill().unwrap();
         emulator.wait().unwrap();
+        // Others can be on the bus too.
+        let told = std::fs::read_to_string(oven.join("run/command-where.log")).unwrap();
+        assert!(told.contains(r#"{"device":{"port":"can:hilgone","bit_rate":500000}}"#), "{told}");
         let summary = std::fs::read(oven.join("run/summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
         assert_eq!((status.code(), &summary["outcome"]), (Some(0), &"passed".into()), "{summary}");

@@ -8,10 +8,14 @@ use skips::in_time;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A described oven, and a plan with these steps.
+/// A described oven on a serial line, and a plan with these steps.
 pub fn project(folder: &Path, steps: &str) {
+    project_on(folder, Template::Serial, steps);
+}
+
+fn project_on(folder: &Path, template: Template, steps: &str) {
     if !folder.join("devices").exists() {
-        write(folder, &Template::Serial.files(&Name::new("oven").unwrap())).unwrap();
+        write(folder, &template.files(&Name::new("oven").unwrap())).unwrap();
     }
     let plan = format!(
         "name = \"flashed\"\ntitle = \"The oven with a new firmware\"\ndevice = \"oven\"\nsteps = [{steps}]\n\
@@ -102,6 +106,24 @@ fn a_plan_has_the_bench_do_what_it_names() {
         );
         let listed = hil().args(["list", "benches"]).current_dir(folder).output().unwrap();
         assert!(!shown(&listed).contains("flashed"), "a bench lies in benches/");
+    });
+}
+
+#[test]
+fn a_command_finds_the_bus_of_the_only_device_and_hears_it() {
+    in_time(|| {
+        let (folder, out) = out("run");
+        let folder = folder.path();
+        project_on(folder, Template::Can, "{ do = \"listen\" }");
+        let script = "echo \"$HIL_LINES\"; exec 3<>can.pty; stty raw -echo <&3; printf \"S6\\rO\\r\" >&3; \
+                      head -c 12 <&3 | tr \"\\r\" \"\\n\"";
+        let port = folder.join("can.pty");
+        let bench = format!("[device]\nport = \"slcan-pty:{}\"\nemulated = true\n", port.display());
+        let output = run(folder, &(bench + &shell("listen", script, 10.0)), &out);
+        assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
+        let heard = std::fs::read_to_string(out.join("command-listen.log")).unwrap();
+        let place = format!("{{\"device\":{{\"port\":\"slcan:{}\",", port.display());
+        assert!(heard.contains(&place) && heard.contains("\nt"), "{heard}");
     });
 }
 

@@ -1,4 +1,4 @@
-//! A custom device in real time: emulated, with its port between it and the plan, and given up when the port is gone.
+//! A custom device in real time: emulated, with a port on its line.
 
 use crate::{hil, out, run, shown, summary};
 use hil::project::{Template, write};
@@ -11,9 +11,12 @@ fn project(folder: &Path, template: Template) {
 }
 
 #[test]
-fn an_emulated_one_is_tested_through_its_port() {
+fn an_emulated_one_is_tested_on_a_line_with_a_port() {
     in_time(|| {
-        for (template, bus) in [(Template::Can, "slcan-pty"), (Template::Serial, "pty")] {
+        // On a bus, the port is for other programs; on a serial line, the plan has its other side.
+        for (template, bus, ports) in
+            [(Template::Can, "slcan-pty", 1), (Template::Serial, "pty", 2)]
+        {
             let (folder, out) = out("own-device");
             project(folder.path(), template);
             let plan = folder.path().join("oven/safe-alone.toml");
@@ -22,7 +25,7 @@ fn an_emulated_one_is_tested_through_its_port() {
             let summary = summary(&out);
             assert_eq!(summary["bus"], bus, "{summary}");
             assert_eq!(summary["device_under_test"], "oven, emulated", "{summary}");
-            assert_eq!(summary["ports"].as_array().unwrap().len(), 2, "{summary}");
+            assert_eq!(summary["ports"].as_array().unwrap().len(), ports, "{summary}");
         }
     });
 }

@@ -154,8 +154,12 @@ impl Ports {
     /// When a USB adapter is not plugged in.
     pub fn wiring(&self) -> Result<Wiring, PortError> {
         let mut wiring = Wiring::default();
+        // A bus of the kernel has room for others even if the plan is at its port, beside a real device.
+        let is_shared = |open: &OpenPort| matches!(open.plan.spec, PortSpec::Can { .. });
         let emulated = self.open.iter().filter(|open| {
-            open.plan.side == PortSide::Bench && !open.plan.listens && !self.has_far(open)
+            (open.plan.side == PortSide::Bench || is_shared(open))
+                && !open.plan.listens
+                && !self.has_far(open)
         });
         let emulated = emulated.filter_map(|open| {
             let path = open.port.far_path();
