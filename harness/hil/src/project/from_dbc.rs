@@ -343,7 +343,7 @@ fn measure(
 }
 
 /// Whole periods in this time, and at least one.
-fn least_of(heard_s: f64, period_s: f64) -> u32 {
+pub(super) fn least_of(heard_s: f64, period_s: f64) -> u32 {
     let expected = heard_s / period_s;
     if expected.is_finite() { (expected as u32).max(1) } else { 1 }
 }

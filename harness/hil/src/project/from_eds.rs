@@ -1,7 +1,7 @@
 //! A project for a CANopen device with a given EDS: every object is what the EDS says, and a plan starts the device and
 //! receives its PDOs.
 
-use super::from_dbc::{of, unique};
+use super::from_dbc::{least_of, of, unique};
 use super::written::{number, text};
 use super::{FromDbc, ProjectFile, Template, with_schemas};
 use described::{Description, Dictionary, Entry, FileError, Layout, Sender, dbc_text};
@@ -11,6 +11,14 @@ use std::fmt::Write as _;
 
 /// Node identifier if neither the user nor a DCF says one. Assumption: the first one is as good as any.
 const NODE_ID: u8 = 1;
+
+/// How long the plan listens before and after it starts the device, and the period of its SYNC, s.
+const BOOTING_S: f64 = 0.5;
+const TALKING_S: f64 = 6.0;
+const SYNC_S: f64 = 0.02;
+
+/// Share of the expected messages that must arrive.
+const HEARD_SHARE: f64 = 0.9;
 
 /// Generates a project for the device of this EDS or DCF; `file` names it in messages.
 ///
@@ -77,8 +85,11 @@ fn device(name: &Name, node: &str, dictionary: Option<&Dictionary>) -> String {
 
 fn plan(name: &Name, layout: &Layout, dictionary: Option<&Dictionary>) -> String {
     let has = |name: &str| layout.find(name).is_some();
-    let sync =
-        if has("SYNC") { "    { send = { message = \"SYNC\", every_s = 0.02 } },\n" } else { "" };
+    let has_sync = has("SYNC");
+    let sync = match has_sync {
+        true => format!("    {{ send = {{ message = \"SYNC\", every_s = {SYNC_S} }} }},\n"),
+        false => String::new(),
+    };
     let kind = dictionary.and_then(|known| known.find(0x1000, 0).ok()).map(Entry::start);
     let asks = if kind.is_some() && has("SDO_request") {
         "    { sdo = { index = 0x1000, read = \"device_type\" } },\n"
@@ -90,45 +101,59 @@ fn plan(name: &Name, layout: &Layout, dictionary: Option<&Dictionary>) -> String
          name = \"talks\"\n\
          title = \"{name} boots, answers, and sends its PDOs with values that the EDS allows\"\n\
          device = \"{name}\"\n\n\
-         steps = [\n    {{ wait = {{ duration_s = 0.5 }}, label = \"booting\" }},\n{asks}\
+         steps = [\n    {{ wait = {{ duration_s = {BOOTING_S} }}, label = \"booting\" }},\n{asks}\
          \x20   {{ send = {{ message = \"NMT\", set = {{ command = 1 }} }} }},\n{sync}\
-         \x20   {{ wait = {{ duration_s = 6 }}, label = \"talking\" }},\n]\n"
+         \x20   {{ wait = {{ duration_s = {TALKING_S} }}, label = \"talking\" }},\n]\n"
     );
     let mut names = BTreeSet::new();
-    let mut measure = |name: &str, doc: &str, quantity: &str, unit: &str, band: [f64; 2]| {
+    // How many values there are at least: a device that goes silent must not pass.
+    let mut measure = |(name, doc): (&str, &str), quantity: &str, unit: &str, band, least: u32| {
+        let [lower, upper]: [f64; 2] = band;
         let _ = write!(
             toml,
             "\n[[measurement]]\nname = \"{}\"\ndoc = {}\nquantity = \"{quantity}\"\nunit = {}\n\
-             check = {{ all_within = [{}, {}] }}\n",
+             check = {{ all_within = [{}, {}] }}\nobservations_min = {least}\n",
             unique("its", name, &mut names),
             text(doc),
             text(unit),
-            number(band[0]),
-            number(band[1])
+            number(lower),
+            number(upper)
         );
     };
+    let heartbeat_s = dictionary.and_then(|known| known.find(0x1017, 0).ok());
+    let heartbeat_s = heartbeat_s.map(|entry| entry.start() / 1e3).filter(|period| *period > 0.0);
     measure(
-        "state",
-        "A state of NMT, from the boot-up message on",
+        ("state", "A state of NMT, from the boot-up message on"),
         "signal.nmt_state",
         "1",
         [0.0, 127.0],
+        heartbeat_s.map_or(1, |period_s| least_of(HEARD_SHARE * (BOOTING_S + TALKING_S), period_s)),
     );
     if let Some(kind) = kind.filter(|_| !asks.is_empty()) {
-        measure("device_type", "The device type, 1000h", "sdo.device_type", "1", [kind, kind]);
+        let what = ("device_type", "The device type, 1000h");
+        measure(what, "sdo.device_type", "1", [kind, kind], 1);
     }
     for message in of(layout, Sender::Device) {
         let pdo = message.name.strip_prefix("TPDO").and_then(|number| number.parse().ok());
         let is_sent = |pdo: u16| dictionary.is_some_and(|known| known.sends_pdo(pdo));
-        if !pdo.is_some_and(is_sent) {
-            continue;
-        }
+        let Some(pdo) = pdo.filter(|pdo| is_sent(*pdo)) else { continue };
+        let period_s = dictionary.and_then(|known| period_s(known, pdo, has_sync));
+        let least = period_s.map_or(1, |period_s| least_of(HEARD_SHARE * TALKING_S, period_s));
         for signal in &message.signals {
             let of = format!("{}.{}", message.name, signal.name);
             let doc = format!("{of} in the limits that the EDS gives");
             let band = [signal.minimum, signal.maximum];
-            measure(&of, &doc, &format!("signal.{of}"), &unit_of(signal), band);
+            measure((&of, &doc), &format!("signal.{of}"), &unit_of(signal), band, least);
         }
     }
     toml
+}
+
+/// The time between two of a PDO, as its parameters say; `None` if it is sent at events alone.
+fn period_s(dictionary: &Dictionary, pdo: u16, has_sync: bool) -> Option<f64> {
+    let setting = |sub| dictionary.find(0x17FF + pdo, sub).ok().map(Entry::start);
+    match setting(2) {
+        Some(syncs @ 1.0..=240.0) => has_sync.then_some(syncs * SYNC_S),
+        _ => setting(5).filter(|period_ms| *period_ms > 0.0).map(|period_ms| period_ms / 1e3),
+    }
 }

@@ -212,6 +212,19 @@ fn a_project_of_an_eds_passes() {
         let made = from_eds(&name, "drive.eds", bytes, node).unwrap();
         write(&at, &made.files).unwrap();
         assert_eq!(outcomes(&at).len(), 1, "{node:?}");
+        // The boot-up and the heartbeats, the PDO of the event timer, and the one of each SYNC.
+        let plan = std::fs::read_to_string(at.join("talks.toml")).unwrap();
+        let talks = [58, 1, 54, 270].map(|least| format!("observations_min = {least}\n"));
+        assert!(talks.iter().all(|least| plan.contains(least)), "{plan}");
+        let silent = format!(
+            "{plan}[[fault]]\ntarget = \"device\"\nwhat = {{ drop = {{ loss_percent = 100 }} }}\nwhen = {{ at_s = 1 }}\n"
+        );
+        std::fs::write(at.join("talks.toml"), silent).unwrap();
+        let prepared = Prepared::load(&plans(&at)[0], &Made::default()).unwrap();
+        let run = simulate(&prepared, 1, &Answers::default(), &mut NullSink, &mut |_| true);
+        let (found, _) = judge::checks::judge_all(&prepared.plan.measurements, &run.observations);
+        let missed = found.iter().filter(|one| one.statistic.contains("are needed")).count();
+        assert_eq!(missed, found.len() - 1, "only the device type was said before: {found:#?}");
     }
     let cut = from_eds(&name, "drive.eds", &eds[..9_000], None).unwrap_err();
     assert!(cut.message().contains("the file has no section"), "{cut}");
