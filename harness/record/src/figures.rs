@@ -58,14 +58,25 @@ pub fn quantity(value: f64, uncertainty: f64, unit: &str) -> String {
     with_unit(text, unit)
 }
 
-/// Like [`quantity`], with as many digits as it takes to be on the same side of the limit as the value.
-pub fn quantity_beyond(value: f64, uncertainty: f64, unit: &str, limit: f64) -> String {
-    let shown = stated(limit).parse::<f64>().unwrap_or(limit);
+/// Like [`quantity`], with as many digits as it takes to be on the same side of each limit as the value.
+pub fn quantity_beside(
+    value: f64,
+    uncertainty: f64,
+    unit: &str,
+    limits: impl IntoIterator<Item = f64>,
+) -> String {
+    let limits = limits.into_iter().filter(|limit| value != *limit);
+    let shown = limits.map(|limit| (limit, stated(limit).parse::<f64>().unwrap_or(limit)));
+    let shown: Vec<(f64, f64)> = shown.collect();
     let is_told = |text: &str| {
         let number = text.parse::<f64>();
-        number.is_ok_and(|number| number.partial_cmp(&shown) == value.partial_cmp(&limit))
+        let is_so = |number: f64| {
+            let mut limits = shown.iter();
+            limits.all(|(limit, shown)| number.partial_cmp(shown) == value.partial_cmp(limit))
+        };
+        number.is_ok_and(is_so)
     };
-    if value == limit || is_told(&self::value(value, uncertainty)) {
+    if is_told(&self::value(value, uncertainty)) {
         return quantity(value, uncertainty, unit);
     }
     let longer = (EXACT_DIGITS + 1..=DIGITS_MAX).map(|digits| exact(value, digits));
@@ -179,7 +190,7 @@ fn positive_zero(text: String) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{band, counted, duration, quantity, quantity_beyond, value};
+    use super::{band, counted, duration, quantity, quantity_beside, value};
     use proptest::prelude::*;
 
     #[test]
@@ -216,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_beyond_a_limit_is_told_from_it() {
+    fn a_value_is_told_from_a_limit() {
         for (value, uncertainty, limit, written) in [
             (117.804, 0.0, 117.8, "117.804 s"),
             (117.8 + 1e-7, 0.0, 117.8, "117.8000001 s"),
@@ -230,10 +241,13 @@ mod tests {
             (123_456.45, 0.0, 123_456.4, "123456.45 s"),
             (123_456.3, 0.0, 123_456.4, "123456 s"),
             (123_456.3, 0.0, 123_456.2, "123456.3 s"),
+            (117.799_6, 0.02, 117.8, "117.7996 ± 0.020 s"),
             (118.0, 0.0, 117.999_999_999_99, "118 s"),
         ] {
-            assert_eq!(quantity_beyond(value, uncertainty, "s", limit), written);
+            assert_eq!(quantity_beside(value, uncertainty, "s", [limit]), written);
         }
+        let both = [123_456.2, 123_456.4];
+        assert_eq!(quantity_beside(123_456.3, 0.0, "s", both), "123456.3 s");
     }
 
     #[test]
@@ -268,7 +282,7 @@ mod tests {
         #[test]
         fn no_figure_panics(v in any::<f64>(), u in any::<f64>()) {
             let _ = (quantity(v, u, "m"), band(Some(v), Some(u), "m"), duration(v));
-            let _ = quantity_beyond(v, u, "m", u);
+            let _ = quantity_beside(v, u, "m", [u, v]);
         }
     }
 }

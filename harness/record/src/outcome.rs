@@ -179,18 +179,11 @@ impl PropertySummary {
 }
 
 impl Measurement {
-    /// The figure with its unit and uncertainty; `None` if it was never made. Outside of the band it has as many digits
-    /// as show that.
+    /// The figure with its unit and uncertainty; `None` if it was never made. It has as many digits as show on which side
+    /// of each end of the band it is.
     pub fn figure(&self) -> Option<String> {
-        let value = self.value?;
-        let beyond = |limit: Option<f64>, is_beyond: fn(f64, f64) -> bool| {
-            limit.filter(|limit| is_beyond(value, *limit))
-        };
-        let lower = beyond(self.lower, |value, lower| value < lower);
-        Some(match lower.or(beyond(self.upper, |value, upper| value > upper)) {
-            Some(limit) => figures::quantity_beyond(value, self.uncertainty, &self.unit, limit),
-            None => figures::quantity(value, self.uncertainty, &self.unit),
-        })
+        let limits = [self.lower, self.upper].into_iter().flatten();
+        Some(figures::quantity_beside(self.value?, self.uncertainty, &self.unit, limits))
     }
 
     /// Distance of the figure from the nearer end of the band, in its unit; negative outside. `None` without a figure

@@ -91,7 +91,7 @@ fn sentence(
 ) -> String {
     let Measurement { lower, upper, .. } = measurement;
     let unit = &quantity.unit;
-    let value = |limit| figures::quantity_beyond(sample.value, sample.uncertainty, unit, limit);
+    let value = |limit| figures::quantity_beside(sample.value, sample.uncertainty, unit, [limit]);
     let (value, limit) = match (lower, upper) {
         (Some(lower), _) if sample.value < *lower => {
             (value(*lower), format!("below {}", figures::limit(*lower, unit)))
