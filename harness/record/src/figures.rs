@@ -156,6 +156,13 @@ pub fn counted(count: u64, one: &str, many: &str) -> String {
     if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
 }
 
+/// The least margin of a property, a share of its limit; `None` if it shows as zero. A comparison for equality that
+/// holds has a margin of zero, and one that is broken shows by how much in its unit.
+pub fn least_margin(margin: f64) -> Option<String> {
+    let is_shown = margin.is_finite() && margin.abs() >= 0.0005;
+    is_shown.then(|| format!("{margin:.3}"))
+}
+
 /// Appends the unit, if any, to a formatted number.
 pub fn with_unit(text: String, unit: &str) -> String {
     // A bare "1" is the SI notation for no unit.
@@ -190,7 +197,7 @@ fn positive_zero(text: String) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{band, counted, duration, quantity, quantity_beside, value};
+    use super::{band, counted, duration, least_margin, quantity, quantity_beside, value};
     use proptest::prelude::*;
 
     #[test]
@@ -248,6 +255,14 @@ mod tests {
         }
         let both = [123_456.2, 123_456.4];
         assert_eq!(quantity_beside(123_456.3, 0.0, "s", both), "123456.3 s");
+    }
+
+    #[test]
+    fn a_margin_that_shows_as_zero_is_not_shown() {
+        assert_eq!(least_margin(-0.000_02), None);
+        assert_eq!(least_margin(0.0), None);
+        assert_eq!(least_margin(0.25).as_deref(), Some("0.250"));
+        assert_eq!(least_margin(-0.5).as_deref(), Some("-0.500"));
     }
 
     #[test]

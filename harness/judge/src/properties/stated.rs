@@ -184,10 +184,27 @@ fn told(violation: &temporal::Violation) -> Violation {
     let values: Vec<String> = violation.values.iter().map(value).collect();
     let after = (violation.known - violation.at).as_secs_f64();
     let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
-    // A comparison for equality and a yes or no have no margin, nor has a signal beyond every range.
+    // In the unit of the comparison. A yes or no has no distance, nor has a signal beyond every range.
     let by = Some(violation.distance.abs()).filter(|by| *by > 0.0 && by.is_finite());
-    let by =
-        by.map_or(String::new(), |by| format!(", margin {} %", figures::value(-100.0 * by, 0.0)));
+    let by = by.map_or(String::new(), |by| format!(" by {}", figures::value(by, 0.0)));
     let what = format!("{}: false{by}{known}", values.join(", "));
     Violation { at: violation.at, what }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Span, Timestamp, told};
+
+    #[test]
+    fn a_violation_says_how_far_it_went() {
+        let what = |distance: f64, later_ms: i64| {
+            let values = vec![("cells.Voltage".to_owned(), 4.3), ("relay".to_owned(), f64::NAN)];
+            let known = Timestamp::ZERO + Span::from_millis(later_ms);
+            told(&temporal::Violation { at: Timestamp::ZERO, known, distance, values }).what
+        };
+        assert_eq!(what(-0.05, 0), "cells.Voltage = 4.3, relay unknown: false by 0.05");
+        let none = "cells.Voltage = 4.3, relay unknown: false, certain 0.010 s later";
+        assert_eq!(what(0.0, 10), none);
+        assert_eq!(what(-f64::INFINITY, 10), none);
+    }
 }

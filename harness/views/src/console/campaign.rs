@@ -56,7 +56,7 @@ pub fn campaign_table(
             let cells = [
                 in_cell(property),
                 format!("{times} of {}", tally.cases),
-                format!("{margin:.3}"),
+                figures::least_margin(*margin).unwrap_or_else(|| "-".to_owned()),
                 number.to_string(),
             ];
             table.add_row(cells.map(Cell::new));
@@ -291,6 +291,8 @@ pub(crate) mod tests {
             nearest: [
                 ("fresh_heading".to_owned(), (-0.21, 41)),
                 ("within_limits".to_owned(), (0.31, 5)),
+                // A comparison for equality.
+                ("echoed".to_owned(), (0.0, 6)),
             ]
             .into(),
             tested: [("within_limits".to_owned(), 100), ("opens".to_owned(), 0)].into(),

@@ -82,9 +82,10 @@ pub fn campaign_markdown(plan: &str, done: &Campaign, saved: &[PathBuf]) -> Stri
         tally.cases,
         if done.stopped { ", stopped" } else { "" },
     );
-    let margin = |property: &str| match tally.nearest.get(property) {
-        Some((margin, _)) => format!("{margin:.3}"),
-        None => "-".to_owned(),
+    let margin = |property: &str| {
+        let nearest = tally.nearest.get(property);
+        let margin = nearest.and_then(|(margin, _)| figures::least_margin(*margin));
+        margin.unwrap_or_else(|| "-".to_owned())
     };
     for (found, path) in done.found.iter().zip(saved) {
         let (property, times) = (escaped(&found.property), found.times);

@@ -4,6 +4,7 @@ use super::{attachment, failure, of_suite, skipped};
 use campaign::{Account, Campaign};
 use judge::properties::Unjudged;
 use quick_junit::{NonSuccessKind, Property, TestCase, TestCaseStatus, TestSuite};
+use record::figures;
 use record::run_folder::REPORT;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,9 @@ pub fn campaign(
     for (property, (margin, _)) in &tally.nearest {
         if !found.contains(&**property) && tally.untested().all(|untested| untested != property) {
             let mut held = case(property, TestCaseStatus::success());
-            held.set_system_out(format!("held; least margin {margin:.3} of its limit"));
+            let margin = figures::least_margin(*margin);
+            let margin = margin.map(|margin| format!("; least margin {margin} of its limit"));
+            held.set_system_out(format!("held{}", margin.unwrap_or_default()));
             suite.add_test_case(held);
         }
     }

@@ -2,6 +2,7 @@
 
 use super::listed;
 use maud::{Markup, html};
+use record::figures;
 use record::outcome::{PropertySummary, Verdict};
 
 /// Renders the table; `None` if the plan declares no properties.
@@ -25,17 +26,10 @@ fn row(property: &PropertySummary) -> Markup {
             td { strong { (property.name) } }
             td { span.verdict { (verdict.in_words()) } }
             td { (if property.always { "always" } else { "sometimes" }) }
-            td.number { (margin(property).unwrap_or_else(|| "-".to_owned())) }
+            td.number { (property.margin.and_then(figures::least_margin).unwrap_or_else(|| "-".to_owned())) }
             td { (result(property)) }
         }
     }
-}
-
-/// A comparison for equality that holds has no margin: it is zero.
-fn margin(property: &PropertySummary) -> Option<String> {
-    let margin = property.margin.filter(|margin| margin.is_finite())?;
-    let is_none = property.held == Some(true) && margin.abs() < 0.0005;
-    (!is_none).then(|| format!("{margin:.3}"))
 }
 
 pub(super) fn result(property: &PropertySummary) -> String {
@@ -60,7 +54,7 @@ pub(super) fn result(property: &PropertySummary) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{PropertySummary, margin, result, table};
+    use super::{PropertySummary, result, table};
     use record::outcome::samples::properties;
 
     #[test]
@@ -73,18 +67,6 @@ mod tests {
             assert_eq!(page.matches(&format!("tr class=\"{verdict}\"")).count(), count, "{page}");
         }
         assert!(table(&[]).is_none());
-    }
-
-    #[test]
-    fn a_comparison_for_equality_has_no_margin() {
-        let of = |margin, held| PropertySummary {
-            margin: Some(margin),
-            held: Some(held),
-            ..properties()[0].clone()
-        };
-        assert_eq!(margin(&of(0.0, true)), None);
-        assert_eq!(margin(&of(0.25, true)).as_deref(), Some("0.250"));
-        assert_eq!(margin(&of(-0.5, false)).as_deref(), Some("-0.500"));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::Gathered;
 use campaign::Account;
 use maud::{Markup, html};
 use plan::confidence::{Z_95, wilson};
+use record::figures;
 use std::collections::BTreeSet;
 
 /// Properties that must hold at every moment; `None` if none was judged.
@@ -37,6 +38,7 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
     let tally = &gathered.tally;
     let (times, first) = tally.broken.get(name).copied().unwrap_or_default();
     let nearest = tally.nearest.get(name).filter(|(margin, _)| margin.is_finite());
+    let margin = nearest.and_then(|(margin, _)| figures::least_margin(*margin));
     let unconfirmed = tally.unconfirmed.get(name);
     html! {
         tr.(if times > 0 { "fail" } else { "pass" }) {
@@ -54,7 +56,7 @@ fn row(name: &str, gathered: &Gathered) -> Markup {
                 }
             }
             td { (bar(times, tally.cases, "fault")) }
-            td.number { (nearest.map_or_else(|| "-".to_owned(), |(margin, _)| format!("{margin:.3}"))) }
+            td.number { (margin.unwrap_or_else(|| "-".to_owned())) }
             td.number { (nearest.map_or(first, |(_, number)| *number)) }
         }
     }
