@@ -1,6 +1,7 @@
 //! Errors of reading and writing a bus log.
 
 use super::Format;
+use record::figures;
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,8 +15,17 @@ pub enum LogError {
     #[error("failed to read {}", path.display())]
     Unreadable { path: PathBuf, source: io::Error },
     #[error("failed to read {} as {}: {place}: {defect}", path.display(), format.name())]
-    #[diagnostic(help("--from {} says what the file is", Format::any_name()))]
-    Malformed { path: PathBuf, format: Format, place: Place, defect: Defect },
+    #[diagnostic(help("{}", help(defect, *good)))]
+    Malformed {
+        path: PathBuf,
+        format: Format,
+        place: Place,
+        defect: Defect,
+        /// Number of entries before it.
+        good: u64,
+    },
+    #[error("failed to read {} as {}: the file is empty", path.display(), format.name())]
+    Empty { path: PathBuf, format: Format },
     #[error("failed to write {}", path.display())]
     Unwritable { path: PathBuf, source: io::Error },
     /// A time that the format cannot express.
@@ -44,6 +54,8 @@ impl fmt::Display for Place {
 pub struct Defect {
     expected: &'static str,
     found: String,
+    /// The file ends too early.
+    is_cut: bool,
 }
 
 impl Defect {
@@ -56,7 +68,12 @@ impl Defect {
         if found.len() < text.len() {
             found.push_str("...");
         }
-        Self { expected, found: found.escape_debug().to_string() }
+        Self { expected, found: found.escape_debug().to_string(), is_cut: false }
+    }
+
+    /// At the end of a file that ends too early.
+    pub(super) fn cut(self) -> Self {
+        Self { is_cut: true, ..self }
     }
 
     pub const fn expected(&self) -> &'static str {
@@ -73,6 +90,23 @@ impl fmt::Display for Defect {
     }
 }
 
+fn help(defect: &Defect, good: u64) -> String {
+    let formats = Format::any_name();
+    match (good, defect.is_cut) {
+        (0, false) => format!("--from {formats} says what the file is"),
+        (0, true) => {
+            format!(
+                "the file seems to be cut short, or of another format: --from {formats} says which"
+            )
+        }
+        (_, is_cut) => {
+            let cut = if is_cut { "the file seems to be cut short; " } else { "" };
+            let good = figures::counted(good, "entry before that is", "entries before that are");
+            format!("{cut}{good} good")
+        }
+    }
+}
+
 impl LogError {
     pub(super) fn unreadable(path: &Path, source: io::Error) -> Self {
         Self::Unreadable { path: path.to_owned(), source }
@@ -83,7 +117,14 @@ impl LogError {
     }
 
     pub(super) fn malformed(path: &Path, format: Format, place: Place, defect: Defect) -> Self {
-        Self::Malformed { path: path.to_owned(), format, place, defect }
+        Self::Malformed { path: path.to_owned(), format, place, defect, good: 0 }
+    }
+
+    pub(super) fn after(mut self, entries: u64) -> Self {
+        if let Self::Malformed { good, .. } = &mut self {
+            *good = entries;
+        }
+        self
     }
 
     pub(super) fn before_1970(path: &Path, format: Format) -> Self {

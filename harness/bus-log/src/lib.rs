@@ -48,7 +48,7 @@ pub use error::{Defect, LogError, Place};
 use record::reading::{Teller, TellingFile};
 use std::fmt;
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use wire::time::Timestamp;
 
@@ -144,6 +144,7 @@ trait WriteEntries: fmt::Debug {
 #[derive(Debug)]
 pub struct LogReader<'r> {
     reader: Box<dyn ReadEntries + 'r>,
+    entries: u64,
     ended: bool,
 }
 
@@ -174,9 +175,15 @@ impl<'r> LogReader<'r> {
     /// When the input does not begin like a file of that format.
     pub fn new(
         path: &Path,
-        input: impl Read + Seek + fmt::Debug + 'r,
+        mut input: impl Read + Seek + fmt::Debug + 'r,
         format: Format,
     ) -> Result<Self, LogError> {
+        // A text without lines is a log without entries, and a pipe has no length.
+        let is_empty = input.seek(SeekFrom::End(0)).is_ok_and(|length| length == 0);
+        if is_empty && matches!(format, Format::Pcapng | Format::Blf | Format::Mdf4) {
+            return Err(LogError::Empty { path: path.to_owned(), format });
+        }
+        let _ = input.rewind();
         let reader: Box<dyn ReadEntries + 'r> = match format {
             Format::Candump => Box::new(candump::Reader::new(path, input)),
             Format::Asc => Box::new(asc::Reader::new(path, input)),
@@ -185,7 +192,7 @@ impl<'r> LogReader<'r> {
             Format::Blf => Box::new(blf::Reader::new(path, input)?),
             Format::Mdf4 => Box::new(mdf4::Reader::new(path, input)?),
         };
-        Ok(Self { reader, ended: false })
+        Ok(Self { reader, entries: 0, ended: false })
     }
 
     /// Number of lines, blocks, objects or records so far that are neither frames nor packets of a serial line:
@@ -194,9 +201,19 @@ impl<'r> LogReader<'r> {
         self.reader.passed_over()
     }
 
-    /// What is doubtful in what has been read so far: a date that is not understood, a last line that may be cut.
+    /// Number of entries so far.
+    pub const fn entries(&self) -> u64 {
+        self.entries
+    }
+
+    /// What is doubtful in what has been read so far: a date that is not understood, a last line that may be cut, a file
+    /// without entries.
     pub fn notes(&self) -> Vec<String> {
-        self.reader.notes()
+        let mut notes = self.reader.notes();
+        if self.ended && self.entries == 0 {
+            notes.push("it has no entries".to_owned());
+        }
+        notes
     }
 }
 
@@ -207,8 +224,9 @@ impl Iterator for LogReader<'_> {
         if self.ended {
             return None;
         }
-        let read = self.reader.read().transpose();
+        let read = self.reader.read().map_err(|error| error.after(self.entries)).transpose();
         self.ended = !matches!(read, Some(Ok(_)));
+        self.entries += u64::from(!self.ended);
         read
     }
 }

@@ -62,6 +62,7 @@ impl<R: Read> Lines<R> {
     }
 
     pub(super) fn malformed(&self, defect: Defect) -> LogError {
+        let defect = if self.is_open { defect.cut() } else { defect };
         LogError::malformed(&self.path, self.format, Place::Line(self.number), defect)
     }
 }

@@ -80,7 +80,9 @@ impl From<LogError> for DatasetError {
                 Self::new(&path, Defect::Malformed(format!("{place}: {defect}")))
             }
             LogError::Unreadable { path, source } => Self::new(&path, Defect::Unreadable(source)),
-            LogError::Unwritable { ref path, .. } | LogError::Before1970 { ref path, .. } => {
+            LogError::Unwritable { ref path, .. }
+            | LogError::Before1970 { ref path, .. }
+            | LogError::Empty { ref path, .. } => {
                 Self::new(path, Defect::Malformed(error.to_string()))
             }
         }

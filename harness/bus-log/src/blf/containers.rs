@@ -214,10 +214,10 @@ impl<R: Read> Containers<R> {
 
     fn shorter(&self) -> LogError {
         let found = format!("the end after {} of {} bytes", self.offset, self.said);
-        self.malformed(Defect::new("as many bytes as the head says", found.as_bytes()))
+        self.malformed(Defect::new("as many bytes as the head says", found.as_bytes()).cut())
     }
 
     fn cut(&self) -> LogError {
-        self.malformed(Defect::new("a whole object", b"the end of the file"))
+        self.malformed(Defect::new("a whole object", b"the end of the file").cut())
     }
 }

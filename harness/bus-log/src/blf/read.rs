@@ -57,7 +57,8 @@ impl<R: Read> Reader<R> {
     }
 
     fn cut(&self) -> LogError {
-        self.containers.malformed(Defect::new("a whole object", b"the end of the last container"))
+        let defect = Defect::new("a whole object", b"the end of the last container");
+        self.containers.malformed(defect.cut())
     }
 }
 

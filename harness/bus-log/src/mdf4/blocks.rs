@@ -70,7 +70,8 @@ impl<R: Read + Seek> Source<R> {
     pub(super) fn any_block(&mut self, address: u64) -> Result<Block, LogError> {
         let mut head = [0; BLOCK_HEAD_BYTES];
         if self.at(address, &mut head)? < head.len() {
-            return Err(self.malformed(address, Defect::new("a block", b"the end of the file")));
+            let defect = Defect::new("a block", b"the end of the file");
+            return Err(self.malformed(address, defect.cut()));
         }
         let word = |place: usize| {
             head[place..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes))
@@ -159,7 +160,7 @@ impl<R: Read + Seek> Source<R> {
     }
 
     pub(super) fn cut(&self, address: u64) -> LogError {
-        self.malformed(address, Defect::new("a whole block", b"the end of the file"))
+        self.malformed(address, Defect::new("a whole block", b"the end of the file").cut())
     }
 }
 

@@ -88,7 +88,7 @@ impl Stream {
                 Records::Frames(length, _) => {
                     let length = *length;
                     if !self.data.has(length, source)? {
-                        return Err(self.bad(source, "a whole record", "the end of the data"));
+                        return Err(self.cut(source));
                     }
                     self.waiting.push_back((index, self.data.bytes()[..length].to_vec()));
                     self.skip(length as u64, source)?;
@@ -156,7 +156,7 @@ impl Stream {
         let length = self.data.bytes().first_chunk().copied().map_or(0, u32::from_le_bytes);
         let known = (length as usize).min(FD_BYTES_MAX);
         if !whole || !self.data.has(4 + known, source)? {
-            return Err(self.bad(source, "a whole record", "the end of the data"));
+            return Err(self.cut(source));
         }
         if let Some(among) = self.among.get_mut(&self.groups[index].address) {
             among.push(length, &self.data.bytes()[4..4 + known]);
@@ -168,7 +168,12 @@ impl Stream {
         if self.data.skip(count, source)? {
             return Ok(());
         }
-        Err(self.bad(source, "a whole record", "the end of the data"))
+        Err(self.cut(source))
+    }
+
+    fn cut<R: Read + Seek>(&self, source: &Source<R>) -> LogError {
+        let defect = Defect::new("a whole record", b"the end of the data");
+        source.malformed(self.data.began(), defect.cut())
     }
 
     fn bad<R: Read + Seek>(

@@ -75,7 +75,7 @@ impl<R: Read> ReadEntries for Reader<R> {
                     continue;
                 }
                 Err(PcapError::UnexpectedEof) => {
-                    return Err(at(Defect::new("a whole block", b"the end of the file")));
+                    return Err(at(Defect::new("a whole block", b"the end of the file").cut()));
                 }
                 Err(PcapError::BufferTooSmall) => {
                     return Err(at(Defect::new("a block of at most 256 KiB", b"a longer one")));

@@ -44,6 +44,28 @@ fn a_file_that_is_cut_is_good_up_to_there() {
 }
 
 #[test]
+fn help_says_whether_a_file_is_cut_and_how_much_of_it_is_good() {
+    let help = |format, bytes: &[u8]| {
+        let error = read(format, bytes).1.unwrap_or_else(|| panic!("{format:?}: no error"));
+        miette::Diagnostic::help(&error).unwrap().to_string()
+    };
+    for format in [Format::Pcapng, Format::Blf, Format::Mdf4] {
+        let empty = read(format, b"").1.unwrap().to_string();
+        assert!(empty.ends_with(": the file is empty"), "{empty}");
+    }
+    let log = written(Format::Candump, &entries());
+    let cut = help(Format::Candump, &log[..log.len() - b"9 R\n".len()]);
+    assert_eq!(cut, "the file seems to be cut short; 4 entries before that are good");
+    let second = log.iter().position(|byte| *byte == b'\n').unwrap() + 1;
+    let broken = [&log[..second], b"x", &log[second..]].concat();
+    assert_eq!(help(Format::Candump, &broken), "1 entry before that is good");
+    assert!(help(Format::Blf, &log).starts_with("--from candump, "));
+    let blf = written(Format::Blf, &entries());
+    let cut = help(Format::Blf, &blf[..blf.len() - 20]);
+    assert!(cut.starts_with("the file seems to be cut short"), "{cut}");
+}
+
+#[test]
 fn a_byte_that_is_another_makes_nothing_panic() {
     for format in [Format::Trc, Format::Blf, Format::Mdf4] {
         let whole = written(format, &entries());

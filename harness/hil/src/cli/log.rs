@@ -6,8 +6,9 @@ use super::progress::Screen;
 use super::replay::ReplayArguments;
 use super::say;
 use bus_log::convert::{Converted, convert};
-use bus_log::{Format, LogReader, LogWriter};
+use bus_log::{Format, LogError, LogReader, LogWriter};
 use clap::{Args, Subcommand};
+use record::figures;
 use record::outcome::Outcome;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -82,7 +83,13 @@ impl ConvertArguments {
                 "name another file to write",
             ));
         }
-        let converted = convert(reader.by_ref(), LogWriter::create(&self.output, to)?)?;
+        let converted = convert(reader.by_ref(), LogWriter::create(&self.output, to)?);
+        let converted = converted.inspect_err(|error| {
+            if let LogError::Malformed { good, .. } = error {
+                let entries = figures::counted(*good, "entry", "entries");
+                screen.note(&format!("{}: {entries} before the error", self.output.display()));
+            }
+        })?;
         if reader.passed_over() > 0 {
             let passed_over = match reader.passed_over() {
                 1 => "1 line or block that is no frame was passed over".to_owned(),

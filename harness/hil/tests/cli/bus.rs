@@ -115,6 +115,22 @@ fn logs_are_converted_there_and_back() {
     }
     let wrong = hil.run(&["log", "convert", "c.asc", "f.log", "--from", "candump"]).exits(2);
     assert!(wrong.err.contains("c.asc as candump: line 1: expected a time"), "{}", wrong.err);
+
+    // A file that ends in the middle of its last line.
+    let whole = read("a.log");
+    fs::write(hil.path("cut.log"), &whole[..whole.trim_end().rfind('#').unwrap()]).unwrap();
+    let cut = hil.run(&["log", "convert", "cut.log", "kept.log"]).exits(2);
+    let kept = whole.lines().count() - 1;
+    assert!(cut.err.contains(&format!("kept.log: {kept} entries before the error")), "{}", cut.err);
+    assert!(
+        cut.err.contains("the file seems to be cut short") && !cut.err.contains("--from"),
+        "{}",
+        cut.err
+    );
+    assert_eq!(read("kept.log").lines().count(), kept);
+    fs::write(hil.path("empty.log"), "").unwrap();
+    let empty = hil.run(&["log", "convert", "empty.log", "none.asc"]).exits(0);
+    assert!(empty.err.contains("empty.log: it has no entries"), "{}", empty.err);
 }
 
 #[test]

@@ -109,7 +109,7 @@ impl<'a> Records<'a> {
     }
 
     fn cut<R: Read + Seek>(&self, source: &Source<R>) -> LogError {
-        let defect = Defect::new("a whole record", b"the end of the data");
+        let defect = Defect::new("a whole record", b"the end of the data").cut();
         source.malformed(self.data.began(), defect)
     }
 }
