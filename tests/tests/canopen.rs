@@ -124,6 +124,23 @@ fn an_abort_ends_the_run_with_its_code_in_words() {
 }
 
 #[test]
+fn a_wrong_answer_is_told_from_an_abort_and_from_silence() {
+    for (signal, value, said) in [
+        ("command", 0x60, "the answer makes no sense: 0504 0001h (client/server command"),
+        ("command", 0x4F, "the answer has 1 byte, too few for this number"),
+        ("index", 0x6041, "the device does not answer; an answer for 6041sub0 came"),
+    ] {
+        let fault = format!(
+            "[[fault]]\ntarget = \"device.SDO_response.{signal}\"\n\
+             what = {{ signal_value = {{ value = {value} }} }}\nwhen = {{ at_s = 0 }}\n"
+        );
+        let read = format!("{BOOT} {{ sdo = {{ index = 0x1000, read = \"kind\" }} }}");
+        let told = outcome(&read, &fault);
+        assert!(told.contains(said), "{told}");
+    }
+}
+
+#[test]
 fn what_an_sdo_step_names_has_to_be_there() {
     let wrong = [
         ("{ sdo = { index = 0x6099, write = 1 } }", "6099sub0: 0602 0000h (object does not exist"),

@@ -18,6 +18,8 @@ pub struct SdoClient {
     writes: bool,
     toggle: u8,
     deadline: Timestamp,
+    /// The other object for which an answer came.
+    other: Option<(u16, u8)>,
 }
 
 /// What comes of a frame.
@@ -29,8 +31,10 @@ pub enum Progress {
     Send([u8; 8]),
     /// The transfer is complete; these bytes were read.
     Done(Vec<u8>),
-    /// The device has aborted it, or its answer makes no sense.
+    /// The device has aborted it.
     Aborted(Abort),
+    /// Its answer makes no sense; the client has to [abort](SdoClient::give_up) it.
+    Senseless(Abort),
 }
 
 impl SdoClient {
@@ -47,12 +51,17 @@ impl SdoClient {
         };
         let writes = write.is_some();
         let data = write.filter(|data| data.len() > 4).unwrap_or_default();
-        (Self { object, data, writes, toggle: 0, deadline: now + TIMEOUT }, first)
+        (Self { object, data, writes, toggle: 0, deadline: now + TIMEOUT, other: None }, first)
     }
 
     /// When the answer is overdue.
     pub const fn deadline(&self) -> Timestamp {
         self.deadline
+    }
+
+    /// The other object for which an answer came, if one did.
+    pub const fn other(&self) -> Option<(u16, u8)> {
+        self.other
     }
 
     /// What tells the device that the transfer is abandoned.
@@ -65,10 +74,15 @@ impl SdoClient {
         self.deadline = now + TIMEOUT;
         match (words[0] >> 5, self.writes) {
             (4, _) => Progress::Aborted(Abort(u32::from_le_bytes(sdo::data(words)))),
-            (2 | 3, _) if sdo::object(words) != self.object => Progress::Nothing,
+            (2 | 3, _) if sdo::object(words) != self.object => {
+                self.other = Some(sdo::object(words));
+                Progress::Nothing
+            }
             (3, true) if self.data.is_empty() => Progress::Done(Vec::new()),
             (3, true) => self.segment(),
-            (1, true) if words[0] & 0x10 != self.toggle ^ 0x10 => Progress::Aborted(Abort::TOGGLE),
+            (1, true) if words[0] & 0x10 != self.toggle ^ 0x10 => {
+                Progress::Senseless(Abort::TOGGLE)
+            }
             (1, true) if self.data.is_empty() => Progress::Done(Vec::new()),
             (1, true) => self.segment(),
             (2, false) if words[0] & 2 != 0 => {
@@ -76,18 +90,18 @@ impl SdoClient {
                 Progress::Done(words[4..4 + length].to_vec())
             }
             (2, false) => Progress::Send([0x60, 0, 0, 0, 0, 0, 0, 0]),
-            (0, false) if words[0] & 0x10 != self.toggle => Progress::Aborted(Abort::TOGGLE),
+            (0, false) if words[0] & 0x10 != self.toggle => Progress::Senseless(Abort::TOGGLE),
             (0, false) => {
                 let length = sdo::SEGMENT - usize::from(words[0] >> 1 & 7);
                 self.data.extend_from_slice(&words[1..=length]);
                 self.toggle ^= 0x10;
                 match words[0] & 1 {
-                    _ if self.data.len() > BYTES_MAX => Progress::Aborted(Abort::MEMORY),
+                    _ if self.data.len() > BYTES_MAX => Progress::Senseless(Abort::MEMORY),
                     1 => Progress::Done(std::mem::take(&mut self.data)),
                     _ => Progress::Send([0x60 | self.toggle, 0, 0, 0, 0, 0, 0, 0]),
                 }
             }
-            _ => Progress::Aborted(Abort::COMMAND),
+            _ => Progress::Senseless(Abort::COMMAND),
         }
     }
 

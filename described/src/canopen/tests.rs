@@ -89,7 +89,7 @@ impl Bus {
             match client.receive(self.now, &answer) {
                 Progress::Send(next) => words = next,
                 Progress::Done(bytes) => return Ok(bytes),
-                Progress::Aborted(why) => return Err(why),
+                Progress::Aborted(why) | Progress::Senseless(why) => return Err(why),
                 Progress::Nothing => panic!("no progress"),
             }
         }

@@ -56,7 +56,7 @@ impl Engine {
                 self.actions.push_back(Action::Table(table::Command::State));
                 self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
             }
-            Waiting::Sdo => self.give_up_sdo(now),
+            Waiting::Sdo => self.check_sdo(now),
             _ => {}
         }
     }

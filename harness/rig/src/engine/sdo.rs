@@ -105,20 +105,32 @@ impl Engine {
             Progress::Send(next) => self.request(next),
             Progress::Done(bytes) => self.end_sdo(now, Ok(bytes)),
             Progress::Aborted(why) => self.end_sdo(now, Err(why)),
+            Progress::Senseless(why) => {
+                self.give_up_sdo(now, why, &format!("the answer makes no sense: {why}"));
+            }
         }
     }
 
     /// Gives up a transfer whose answer is overdue.
-    pub(super) fn give_up_sdo(&mut self, now: Timestamp) {
+    pub(super) fn check_sdo(&mut self, now: Timestamp) {
         if let Some(running) = &self.transfers.running
             && self.waiting == Waiting::Sdo
             && running.client.deadline() <= now
         {
-            let words = running.client.give_up(Abort::TIMEOUT);
-            self.request(words);
-            self.transfers.running = None;
-            self.end_here(now, Outcome::Failed, "the device does not answer");
+            let mut reason = "the device does not answer".to_owned();
+            if let Some((index, sub)) = running.client.other() {
+                reason += &format!("; an answer for {index:04X}sub{sub:X} came");
+            }
+            self.give_up_sdo(now, Abort::TIMEOUT, &reason);
         }
+    }
+
+    fn give_up_sdo(&mut self, now: Timestamp, why: Abort, reason: &str) {
+        let Some(running) = &self.transfers.running else { return };
+        let words = running.client.give_up(why);
+        self.request(words);
+        self.transfers.running = None;
+        self.end_here(now, Outcome::Failed, reason);
     }
 
     fn end_sdo(&mut self, now: Timestamp, how: Result<Vec<u8>, Abort>) {
@@ -141,8 +153,8 @@ impl Engine {
         if let (Ok(bytes), Some(quantity)) = (&how, step.quantity()) {
             let entry = device.dictionary.find(step.index, step.sub);
             let Some(value) = entry.ok().and_then(|entry| entry.value(bytes)) else {
-                let bytes = figures::counted(bytes.len() as u64, "byte does", "bytes do");
-                let why = format!("{bytes} not make this number");
+                let bytes = figures::counted(bytes.len() as u64, "byte", "bytes");
+                let why = format!("the answer has {bytes}, too few for this number");
                 return self.end_here(now, Outcome::Failed, &why);
             };
             self.observe(now, |collector| collector.add_named(&quantity, value, 0.0, &[]));
