@@ -73,9 +73,9 @@ pub struct ServiceTable {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DidTable {
-    /// Fixed text.
+    /// Text. A write replaces it by another of the same length.
     pub text: Option<String>,
-    /// Fixed bytes.
+    /// Bytes. A write replaces them by as many others.
     pub bytes: Option<Vec<u8>>,
     /// Type of a number, most significant byte first.
     #[serde(rename = "type")]

@@ -298,7 +298,7 @@ impl Reader<'_> {
             return Err(Mistake::new(place.name(), text));
         }
         let can_be_set = match &content {
-            Content::Fixed(_) => false,
+            Content::Fixed(_) => true,
             Content::Fields(fields) => fields.iter().all(|field| field.set.is_some()),
         };
         if table.write.is_some() && !can_be_set {

@@ -139,6 +139,21 @@ fn writing_needs_session_and_security() {
 }
 
 #[test]
+fn a_text_is_written_for_good_by_one_of_its_length() {
+    let text = "text = \"WHEATER0000000042\"\n";
+    let mut bench = Bench::new(&heater().replace(text, &format!("{text}write = {{}}\n")));
+    let vin = b"WHEATER0000000043";
+    let write = |vin: &[u8]| [b"\x2E\xF1\x90", vin].concat();
+    assert_eq!(bench.ask(&[0x10, 3])[0], 0x50);
+    assert_eq!(bench.ask(&write(&vin[1..])), [0x7F, 0x2E, 0x13]);
+    assert_eq!(bench.ask(&[0x22, 0xF1, 0x90]), b"\x62\xF1\x90WHEATER0000000042");
+    assert_eq!(bench.ask(&write(vin)), b"\x6E\xF1\x90");
+    assert_eq!(bench.ask(&[0x11, 1]), [0x51, 1]);
+    bench.wait(1.0);
+    assert_eq!(bench.ask(&[0x22, 0xF1, 0x90]), [b"\x62\xF1\x90", &vin[..]].concat());
+}
+
+#[test]
 fn wrong_keys_are_counted_and_then_delayed() {
     let mut bench = Bench::new(heater());
     assert_eq!(bench.ask(&[0x27, 2, 0, 0, 0, 0]), [0x7F, 0x27, 0x24], "no seed was given");

@@ -4,7 +4,7 @@ use super::{Answer, Case, Server};
 use crate::device::Device;
 use crate::expression::Expression;
 use crate::isotp::BYTES_MAX;
-use crate::uds::{Access, Content, DEFAULT_SESSION, Did, Field, WARNING, nrc, sid};
+use crate::uds::{Access, Content, DEFAULT_SESSION, Field, WARNING, nrc, sid};
 use wire::time::{Span, Timestamp};
 
 /// Format of trouble codes in a count of them: ISO 14229-1.
@@ -95,7 +95,8 @@ impl Server {
         }
         let mut response = Vec::new();
         for pair in pairs {
-            let Some(did) = case.diagnosis.dids.get(&u16::from_be_bytes(*pair)) else { continue };
+            let id = u16::from_be_bytes(*pair);
+            let Some(did) = case.diagnosis.dids.get(&id) else { continue };
             match self.admit(&did.read, nrc::REQUEST_OUT_OF_RANGE, case.device) {
                 Ok(()) => {}
                 // Identifiers that are not supported now are left out.
@@ -103,7 +104,12 @@ impl Server {
                 Err(code) => return Err(code),
             }
             response.extend_from_slice(pair);
-            did.put(&mut response, case.device);
+            match &did.content {
+                Content::Fixed(bytes) => {
+                    response.extend_from_slice(self.stored.get(&id).unwrap_or(bytes));
+                }
+                Content::Fields(fields) => put(fields, &mut response, case.device),
+            }
             if response.len() > BYTES_MAX {
                 return Err(nrc::RESPONSE_TOO_LONG);
             }
@@ -113,12 +119,18 @@ impl Server {
 
     fn write(&mut self, rest: &[u8], case: &mut Case<'_>) -> Answer {
         let (id, data) = rest.split_first_chunk::<2>().ok_or(nrc::INCORRECT_LENGTH)?;
-        let did =
-            case.diagnosis.dids.get(&u16::from_be_bytes(*id)).ok_or(nrc::REQUEST_OUT_OF_RANGE)?;
-        let (Some(access), Content::Fields(fields)) = (&did.write, &did.content) else {
-            return Err(nrc::REQUEST_OUT_OF_RANGE);
-        };
+        let number = u16::from_be_bytes(*id);
+        let did = case.diagnosis.dids.get(&number).ok_or(nrc::REQUEST_OUT_OF_RANGE)?;
+        let access = did.write.as_ref().ok_or(nrc::REQUEST_OUT_OF_RANGE)?;
         self.admit(access, nrc::REQUEST_OUT_OF_RANGE, case.device)?;
+        let fields = match &did.content {
+            Content::Fixed(bytes) if bytes.len() == data.len() => {
+                self.stored.insert(number, data.to_vec());
+                return Ok(id.to_vec());
+            }
+            Content::Fixed(_) => return Err(nrc::INCORRECT_LENGTH),
+            Content::Fields(fields) => fields,
+        };
         let mut at = 0;
         let mut settings = Vec::new();
         for field in fields {
@@ -255,15 +267,6 @@ impl Server {
             .map(|(name, value)| (name.as_str(), case.device.evaluate(value)))
             .collect();
         self.set(&settings, case)
-    }
-}
-
-impl Did {
-    fn put(&self, response: &mut Vec<u8>, device: &mut Device) {
-        match &self.content {
-            Content::Fixed(bytes) => response.extend_from_slice(bytes),
-            Content::Fields(fields) => put(fields, response, device),
-        }
     }
 }
 

@@ -34,6 +34,8 @@ pub(super) struct Server {
     deaf: bool,
     started: BTreeSet<u16>,
     written: BTreeSet<String>,
+    /// Texts and bytes that requests have written, for good.
+    stored: BTreeMap<u16, Vec<u8>>,
     reset_at: Timestamp,
     pending: Option<Pending>,
 }
@@ -70,12 +72,13 @@ impl Server {
             deaf: false,
             started: BTreeSet::new(),
             written: BTreeSet::new(),
+            stored: BTreeMap::new(),
             reset_at: Timestamp::MAX,
             pending: None,
         }
     }
 
-    /// Power-on: everything but wrong keys is forgotten.
+    /// Power-on: everything but wrong keys and stored bytes is forgotten.
     pub(super) fn power_on(&mut self) {
         self.channel.reset();
         self.enter(DEFAULT_SESSION);
