@@ -23,7 +23,15 @@ impl Message {
                     profile.name(),
                     field.length()
                 );
-                return Err(Mistake::new(place.key(key), text));
+                let mistake = Mistake::new(place.key(key), text);
+                let has_whole_bytes = field.length() % 8 == 0;
+                return Err(if has_whole_bytes && bits % 8 > 0 {
+                    mistake.help(format!(
+                        "a signal of a DBC can have {bits} bits; fields of `[[message]]` have whole bytes"
+                    ))
+                } else {
+                    mistake
+                });
             }
         }
         let length = self.payload().len();

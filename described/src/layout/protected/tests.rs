@@ -148,6 +148,16 @@ fn a_packet_has_its_header_behind_its_start() {
 }
 
 #[test]
+fn a_counter_of_half_a_byte_is_in_no_field() {
+    let text = "name = \"d\"\n[[message]]\nname = \"M\"\nsent_by = \"device\"\ncan_id = 1\nperiod_s = 1\n\
+                e2e = { profile = \"1A\", data_id = 1, counter = \"Count\", checksum = \"Crc\" }\n\
+                fields = [{ name = \"Crc\", type = \"u8\" }, { name = \"Count\", type = \"u8\" }]\n";
+    let error = Description::parse("d.toml", text, &mut |name| Err(name.to_owned())).unwrap_err();
+    let help = miette::Diagnostic::help(&error).unwrap().to_string();
+    assert!(help.contains("a signal of a DBC can have 4 bits"), "{help}");
+}
+
+#[test]
 fn mistakes_are_shown_where_they_are() {
     let e2e =
         "e2e = { profile = \"1A\", data_id = 0x123, counter = \"Alive\", checksum = \"Crc\" }";
