@@ -29,6 +29,8 @@ pub enum ImportError {
         /// Channels of the log with the line's medium.
         known: String,
     },
+    #[error("failed to find a frame in the log")]
+    NoFrames,
     /// The log contains no frame of a base.
     #[error("failed to find a base in the log: no frame has an identifier of the K2A command set")]
     #[diagnostic(help(

@@ -34,15 +34,17 @@ use bus_log::{Channel, Entry, LogError, Payload};
 use harness::operator::Answers;
 use harness::run::{IMPORTED, header, write_documents};
 use harness::run::{Options, Prepared, logged, run_to_folder};
+use harness::stopwatch::Stopwatch;
 use judge::checks::judge_all;
-use plan::Plan;
 use plan::replayed::{Logged, Named};
+use plan::{Plan, Step};
 use record::VERSION;
 use record::figures;
 use record::outcome::{Outcome, Summary};
 use record::run_folder::RunFolder;
 use record::sink::{Level, NullSink, RecordSink};
 use scribe::Scribe;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use wire::time::Span;
@@ -121,6 +123,23 @@ fn unjudged_rest(log: &[Logged], end_s: f64) -> Option<String> {
     (rest > 0).then(|| format!("the plan ends {rest_s:.3} s before the log: {frames} not judged"))
 }
 
+/// A sentence about the steps by which the plan would act on devices; `None` if it only watches.
+fn assumed(plan: &Plan) -> Option<String> {
+    let acts = |step: &&Step| {
+        use plan::Action::{PowerCycle, Send, SetParameter, StopSending, Sweep};
+        let action = &step.action;
+        matches!(action, SetParameter(_) | PowerCycle(_) | Send(_) | StopSending(_) | Sweep(_))
+    };
+    let acts: BTreeSet<String> = Step::walk(&plan.steps)
+        .filter(acts)
+        .map(|step| format!("`{}`", step.action.name()))
+        .collect();
+    let acts = Vec::from_iter(acts).join(", ");
+    (!acts.is_empty()).then(|| {
+        format!("nothing was done to a device: the log is assumed to show the effects of {acts}")
+    })
+}
+
 /// Creates a run folder from a log of a rig and judges it by its plan: every node sends what it sent in the log, and
 /// the plan listens. What the plan itself would do to the rig is assumed to be in the log. `named` states the channel of
 /// a line.
@@ -133,9 +152,13 @@ pub fn import_rig_to_folder(
     named: Named<'_>,
     out: &Path,
 ) -> Result<Summary, ImportError> {
+    let watch = Stopwatch::start();
     let (log, notes) = kept(entries, ENTRIES_MAX)?;
     let rig = prepared.rig.clone().replayed_by(&log, named);
-    let rig = rig.map_err(|(line, known)| ImportError::NoLine { line, known: known.join(", ") })?;
+    let rig = rig.map_err(|(line, known)| match known.is_empty() {
+        true => ImportError::NoFrames,
+        false => ImportError::NoLine { line, known: known.join(", ") },
+    })?;
     let mut plan = Plan::clone(&prepared.plan);
     plan.faults.faults.clear();
     let prepared = Prepared { rig, plan: Arc::new(plan), ..prepared.clone() };
@@ -146,9 +169,8 @@ pub fn import_rig_to_folder(
     IMPORTED.clone_into(&mut summary.clock);
     summary.bus = "can".to_owned();
     summary.device_under_test = "unknown".to_owned();
-    // So long did the bench run that was recorded.
-    summary.wall_s = lasted(&log).as_secs_f64();
     summary.notes.extend(notes);
+    summary.notes.extend(assumed(&prepared.plan));
     summary.notes.extend(unjudged_rest(&log, summary.simulated_s));
     if let Some(why) = outlasted(&log, summary.simulated_s) {
         summary.outcome = summary.outcome.max(Outcome::Failed);
@@ -157,6 +179,7 @@ pub fn import_rig_to_folder(
             None => why,
         });
     }
+    summary.wall_s = watch.elapsed_s();
     write_documents(&RunFolder::open(out)?, &summary, &prepared.header(seed))?;
     Ok(summary)
 }
@@ -174,6 +197,7 @@ pub fn import_to_folder(
     if !follow::moves_base(plan) {
         return Err(ImportError::NothingMoves { plan: plan.name.as_str().to_owned() });
     }
+    let watch = Stopwatch::start();
     let mut scribe = Scribe::new(plan, channel);
     // A log without a base makes no folder.
     let mut entries = entries.into_iter();
@@ -214,7 +238,7 @@ pub fn import_to_folder(
         bus: "can".to_owned(),
         device_under_test: "unknown".to_owned(),
         simulated_s: lasted_s,
-        wall_s: lasted_s,
+        wall_s: watch.elapsed_s(),
         events: scribe.frames(),
         measurements,
         artifacts: Vec::new(),

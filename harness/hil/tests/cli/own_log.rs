@@ -34,7 +34,13 @@ fn figures(hil: &Hil, run: &str) -> Vec<(String, Option<f64>, u64)> {
 fn a_log_of_a_run_is_judged_as_the_run_was() {
     let hil = recorded();
     let import = ["import", "rigs/oven.log", "--plan", "settles.toml", "--out", "again"];
-    within(&hil, &import).exits(0);
+    let imported = within(&hil, &import).exits(0);
+    let acts = "nothing was done to a device: the log is assumed to show the effects of `send`";
+    assert!(imported.out.contains(acts), "{}", imported.out);
+    let summary = fs::read(hil.path("oven/again/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    let [took_s, bench_s] = ["wall_s", "simulated_s"].map(|key| summary[key].as_f64().unwrap());
+    assert!(took_s > 0.0 && took_s < 0.5 * bench_s, "it took {took_s} s, and the run {bench_s} s");
     let (was, is) = (figures(&hil, "run"), figures(&hil, "again"));
     assert!(!was.is_empty() && was.len() == is.len());
     for (was, is) in was.iter().zip(&is) {
@@ -284,4 +290,8 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
     ] {
         assert!(ran.out.contains(told), "{told}: {}", ran.out);
     }
+    assert!(!ran.out.contains("nothing was done to a device"), "{}", ran.out);
+    fs::write(hil.path("oven/empty.log"), "").unwrap();
+    let empty = within(&hil, &["import", "empty.log", "--plan", "short.toml"]).exits(2);
+    assert!(empty.err.contains("failed to find a frame in the log"), "{}", empty.err);
 }
