@@ -60,6 +60,7 @@ impl Dynamics {
         if !self.monitors.is_empty() {
             self.test_codes(model, now);
         }
+        self.look_at_inputs(model);
     }
 
     fn transition(

@@ -163,15 +163,11 @@ impl Dynamics {
         }
         self.values[TIME] = self.seconds(end);
         self.now = end;
-        let is_due = self.physics_due() == end;
-        if is_due {
+        if self.physics_due() == end {
             self.step_physics(model);
         }
         self.settle();
         self.go_on(model, end, None);
-        if is_due {
-            self.look_at_inputs(model);
-        }
     }
 
     fn integrate(&mut self, length: f64) {

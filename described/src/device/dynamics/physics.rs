@@ -128,7 +128,12 @@ impl Dynamics {
         });
     }
 
+    /// Takes the inputs for a step that begins now, also if they change at this instant once more.
     pub(super) fn look_at_inputs(&mut self, model: &Model) {
+        let (Some(coupled), Some(physics)) = (&self.physics, &model.physics) else { return };
+        if coupled.due != self.now + physics.step {
+            return;
+        }
         self.with_physics(model, |dynamics, physics, coupled| {
             coupled.look(physics, dynamics);
             Ok(())

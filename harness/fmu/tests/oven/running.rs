@@ -85,6 +85,21 @@ fn a_received_signal_acts_from_the_next_step_on() {
 }
 
 #[test]
+fn an_input_that_changes_as_a_step_begins_acts_in_it() {
+    let folder = folder(3);
+    let text = DEVICE.replace("\"if(t >= 0.5, 1000, 400)\"", "\"Power\"").replace("\"t < 2\"", "1");
+    let mut device = device(&folder, &text);
+    run(&mut device, at(0.12));
+    let mut host =
+        described::Outbox::new(device.description().layout().clone(), described::Sender::Host, 8);
+    host.send(at(0.12), 1, &[500.0], |_| false).unwrap();
+    let Some(Transmit::Frame(frame)) = host.transmit() else { panic!("nothing is sent") };
+    device.receive_frame(at(0.12), &frame);
+    run(&mut device, at(0.14));
+    assert!(device.value("inside").unwrap() > 18.0);
+}
+
+#[test]
 fn a_tunable_parameter_follows_and_a_fixed_one_waits_for_power_on() {
     let folder = folder(2);
     let mut device = device(&folder, DEVICE);
