@@ -75,6 +75,17 @@ impl RunFolder {
         Ok(folder)
     }
 
+    /// Removes the verdicts of an earlier run, which would stand for one that cannot begin. Leaves alone what is no run
+    /// folder, and one that another run uses.
+    pub fn outdate(path: &Path) {
+        let folder = Self { path: path.to_owned(), teller: Teller::default(), lock: None };
+        let verdicts = folder.file(JUNIT);
+        if verdicts.is_file() && folder.holds_run() && Lock::of(path).is_ok() {
+            // A run that begins says what is wrong with the folder.
+            let _ = fs::remove_file(verdicts);
+        }
+    }
+
     /// Opens a folder with a run in it.
     ///
     /// # Errors

@@ -146,6 +146,7 @@ struct Begun {
 
 impl CampaignArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
+        self.outdate();
         let library = Library::beside(&self.plan);
         let source = library.open(Kind::Plan, &self.plan)?;
         let prepared = Prepared::load(&self.plan, &Made::default())?;
@@ -185,7 +186,7 @@ impl CampaignArguments {
                     screen,
                     summary: &self.summary,
                 };
-                let folder = self.folder("envelopes", &prepared);
+                let folder = self.folder("envelopes", prepared.plan.name.as_str());
                 return self.envelopes.execute(&means, &folder, self.json);
             }
             let clean = executor.without_faults(self.seed);
@@ -283,7 +284,7 @@ impl CampaignArguments {
 
     /// Returns the campaign's folder, created if it does not exist.
     fn opened(&self, prepared: &Prepared) -> Result<PathBuf, Failure> {
-        let folder = self.folder("campaign", prepared);
+        let folder = self.folder("campaign", prepared.plan.name.as_str());
         let ours = folder.join(JOURNAL).is_file();
         ours_or_empty(&folder, ours)?;
         std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
@@ -363,10 +364,9 @@ impl CampaignArguments {
         Ok(outcome)
     }
 
-    pub(super) fn folder(&self, what: &str, prepared: &Prepared) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| {
-            PathBuf::from(format!("runs/{what}-{}-seed{}", prepared.plan.name, self.seed))
-        })
+    pub(super) fn folder(&self, what: &str, plan: &str) -> PathBuf {
+        let usual = || PathBuf::from(format!("runs/{what}-{plan}-seed{}", self.seed));
+        self.out.clone().unwrap_or_else(usual)
     }
 
     fn known(&self) -> Result<(), Failure> {

@@ -13,8 +13,9 @@ use clap::{Args, ValueEnum};
 use live::crossing::Kernel;
 use plan::Plan;
 use record::outcome::Outcome;
+use record::run_folder::RunFolder;
 use record::sink::Level;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -88,8 +89,16 @@ impl RunArguments {
                 "leave out one of them",
             ));
         }
-        let setup = self.setup.setup()?;
         let plans: Vec<&str> = self.plans.iter().map(String::as_str).collect();
+        let out = match (&self.out, plans.len()) {
+            (Some(path), 1) => Out::Folder(path.clone()),
+            (Some(path), _) => Out::Parent(path.clone()),
+            (None, _) => Out::Parent(RUNS.into()),
+        };
+        if self.seeds.is_none() {
+            self.outdate(&out);
+        }
+        let setup = self.setup.setup()?;
         let prepared = prepare_all(&plans)?;
         self.setup.fits(&prepared)?;
         if let Setup::Live(bench) = &setup {
@@ -129,11 +138,6 @@ impl RunArguments {
                 Kernel::open(bus, &one.crossed_lines())?;
             }
         }
-        let out = match (&self.out, plans.len()) {
-            (Some(path), 1) => Out::Folder(path.clone()),
-            (Some(path), _) => Out::Parent(path.clone()),
-            (None, _) => Out::Parent(RUNS.into()),
-        };
         if self.verify_determinism && !matches!(setup, Setup::Simulated) {
             return Err(Failure::arguments(
                 "--verify-determinism is of virtual time in memory: no two runs are alike elsewhere",
@@ -160,5 +164,14 @@ impl RunArguments {
             is_verified: self.verify_determinism,
         }
         .execute(screen)
+    }
+
+    /// Build servers read the verdicts of the last run also if this one does not begin. A plan that cannot be read has
+    /// the name of its file.
+    fn outdate(&self, out: &Out) {
+        for plan in &self.plans {
+            let name = Path::new(plan).file_stem().unwrap_or_default().to_string_lossy();
+            RunFolder::outdate(&out.folder(&name, self.seed));
+        }
     }
 }

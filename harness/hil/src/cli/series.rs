@@ -37,7 +37,7 @@ pub(super) enum Out {
 }
 
 impl Out {
-    fn folder(&self, plan: &str, seed: u64) -> PathBuf {
+    pub(super) fn folder(&self, plan: &str, seed: u64) -> PathBuf {
         match self {
             Self::Folder(path) => path.clone(),
             Self::Parent(path) => path.join(format!("{plan}-seed{seed}")),

@@ -129,6 +129,32 @@ fn a_job_has_a_summary_and_mistakes_their_place() {
     assert!(!elsewhere.err.contains("::error"), "{elsewhere:#?}");
 }
 
+/// A build server takes the verdicts that it finds for those of this job.
+#[test]
+fn a_run_that_does_not_begin_leaves_no_verdicts_of_an_earlier_one() {
+    let hil = Hil::with_plan(TURN);
+    hil.run(&["run", "turn.toml"]).exits(0);
+    hil.run(&["run", "turn.toml", "--out", "here"]).exits(0);
+    hil.run(&["new", "oven"]).exits(0);
+    let campaign = ["campaign", "oven/safe-alone.toml", "--cases", "1"];
+    hil.run(&campaign);
+    assert!(hil.path("runs/campaign-safe-alone-seed1/junit.xml").is_file());
+    fs::create_dir(hil.path("foreign")).unwrap();
+    fs::write(hil.path("foreign/junit.xml"), "<testsuites/>").unwrap();
+    fs::write(hil.path("turn.toml"), TURN.replace("bias_test", "bais_test")).unwrap();
+    hil.run(&["run", "turn.toml"]).exits(2);
+    for folder in ["here", "foreign"] {
+        hil.run(&["run", "turn.toml", "--out", folder]).exits(2);
+    }
+    fs::write(hil.path("oven/safe-alone.toml"), "steps = []").unwrap();
+    hil.run(&campaign).exits(2);
+    for folder in ["runs/turn-seed1", "here", "runs/campaign-safe-alone-seed1"] {
+        assert!(!hil.path(folder).join("junit.xml").exists(), "{folder}");
+        assert!(hil.path(folder).join("report.html").is_file(), "{folder}");
+    }
+    assert!(hil.path("foreign/junit.xml").is_file(), "it is of no run");
+}
+
 #[test]
 fn a_summary_goes_where_it_is_asked_for() {
     let hil = Hil::with_plan(TURN);

@@ -27,6 +27,15 @@ pub(super) struct Kept {
 }
 
 impl CampaignArguments {
+    /// Removes the verdicts of an earlier campaign, as `hil run` does those of a run.
+    pub(super) fn outdate(&self) {
+        let plan = Path::new(&self.plan).file_stem().unwrap_or_default().to_string_lossy();
+        let folder = self.folder("campaign", &plan);
+        if is_campaign(&folder) {
+            let _ = std::fs::remove_file(folder.join(JUNIT));
+        }
+    }
+
     pub(super) fn account(
         &self,
         task: &Task<'_>,
@@ -54,7 +63,7 @@ impl CampaignArguments {
             states: states.keys().cloned().collect(),
             ..Account::new()
         };
-        let folder = self.folder("campaign", task.prepared);
+        let folder = self.folder("campaign", plan.name.as_str());
         account.write(&folder)?;
         Ok(Kept { folder, account, watch: Stopwatch::start() })
     }
