@@ -24,7 +24,7 @@ use super::keep::{breach, worsen};
 use super::recorded_properties::Replayed;
 use crate::checks::judge_all;
 use crate::observation::Observations;
-use crate::outcome::{Outcome, PropertySummary, Summary, Verdict};
+use crate::outcome::{Measurement, Outcome, PropertySummary, Summary, Verdict};
 use crate::plan::{Plan, Rig};
 use crate::properties::{Limits, Unjudged};
 use crate::record::header::Header;
@@ -73,8 +73,9 @@ pub fn judge_again(
             replayed.take(record);
         }
     });
-    let summary = summary.map(without_breach);
+    let summary = summary.map(without_verdicts);
     let (mut measurements, mut judged) = judge_all(&plan.measurements, &read.observations);
+    name_absent(plan, recorded, &mut measurements);
     // What the bench could not give, its record does not hold.
     let before = summary.iter().flat_map(|summary| &summary.measurements);
     if let Some(known) = before.into_iter().find(|one| one.verdict == Verdict::NotJudged) {
@@ -105,24 +106,37 @@ pub fn judge_again(
     }
     let is_unjudged = |one: &PropertySummary| one.held.is_none();
     if has_any && summary.measurements.is_empty() && summary.properties.iter().all(is_unjudged) {
-        let why = "nothing was judged: the record does not hold what the properties need";
-        worsen(&mut summary, Outcome::Failed, why.to_owned());
+        worsen(&mut summary, Outcome::Failed, NOTHING_JUDGED.to_owned());
     }
     JudgedAgain { summary, header, record_error: read.error, kept, rewrite }
 }
 
+const NOTHING_JUDGED: &str =
+    "nothing was judged: the record does not hold what the properties need";
+
 /// The summary before its properties were judged: they are judged again.
-fn without_breach(mut summary: Summary) -> Summary {
-    let (Some(why), Some(reason)) = (breach(&summary.properties), &summary.reason) else {
-        return summary;
-    };
-    let left = reason.strip_suffix(&why).map(|left| left.strip_suffix("; ").unwrap_or(left));
-    match left {
-        Some("") => summary.reason = None,
-        Some(left) => summary.reason = Some(left.to_owned()),
-        None => {}
+fn without_verdicts(mut summary: Summary) -> Summary {
+    let breach = breach(&summary.properties);
+    for why in [Some(NOTHING_JUDGED), breach.as_deref()].into_iter().flatten() {
+        let left = summary.reason.as_deref().and_then(|reason| reason.strip_suffix(why));
+        match left.map(|left| left.strip_suffix("; ").unwrap_or(left)) {
+            Some("") => summary.reason = None,
+            Some(left) => summary.reason = Some(left.to_owned()),
+            None => {}
+        }
     }
     summary
+}
+
+/// Names what another plan judges and the run did not record.
+fn name_absent(plan: &Plan, recorded: &Header, measurements: &mut [Measurement]) {
+    for (declared, found) in plan.measurements.iter().zip(measurements) {
+        let quantity = declared.quantity.as_str();
+        if found.observations == 0 && recorded.quantities.iter().all(|one| one.name != quantity) {
+            found.statistic =
+                format!("the record has no {quantity}: the plan of the run did not measure it");
+        }
+    }
 }
 
 fn went_to_its_end(summary: &Summary) -> bool {

@@ -295,3 +295,25 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
     let empty = within(&hil, &["import", "empty.log", "--plan", "short.toml"]).exits(2);
     assert!(empty.err.contains("failed to find a frame in the log"), "{}", empty.err);
 }
+
+#[test]
+fn what_another_plan_judges_and_the_record_lacks_is_named() {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    within(&hil, &["run", "safe-alone.toml", "--out", "run"]).exits(0);
+    let head = "name = \"other\"\ntitle = \"\"\ndevice = \"oven\"\nsteps = [{ wait = { duration_s = 2 } }]\n";
+    let check = |rest: &str| {
+        fs::write(hil.path("oven/other.toml"), format!("{head}{rest}")).unwrap();
+        within(&hil, &["check", "run", "--plan", "other.toml"]).exits(1).out
+    };
+    let measured = check(
+        "[[measurement]]\nname = \"warm\"\ndoc = \"\"\nquantity = \"signal.Temperature\"\nunit = \"degC\"\n\
+         check = { all_within = [-40, 320] }\n",
+    );
+    assert!(measured.contains("warm unset: the record has no signal.Temperature"), "{measured}");
+    let stated = check("[[property]]\nname = \"cold\"\nalways = \"Temperature < 300 degC\"\n");
+    assert!(stated.contains("nothing was judged"), "{stated}");
+    // That says nothing of the run.
+    let own = within(&hil, &["check", "run"]).exits(0).out;
+    assert!(!own.contains("nothing was judged"), "{own}");
+}
