@@ -47,5 +47,7 @@ mod pty;
 mod recorded;
 #[path = "cli/report.rs"]
 mod report;
+#[path = "cli/small_bus.rs"]
+mod small_bus;
 #[path = "cli/watch.rs"]
 mod watch;

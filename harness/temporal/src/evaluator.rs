@@ -46,6 +46,11 @@ impl Stretch {
     pub fn length(self) -> Span {
         self.to - self.from
     }
+
+    /// The rest of it from `to` on.
+    pub(crate) fn behind(self, to: Timestamp) -> Option<Self> {
+        (to < self.to).then_some(Self { from: to, ..self })
+    }
 }
 
 impl Evaluator {
@@ -156,6 +161,11 @@ impl Evaluator {
 
     pub(crate) fn reads(&self, values: &[(usize, f64)]) -> bool {
         values.iter().any(|(index, _)| self.slot(*index).is_some())
+    }
+
+    /// The present value of a signal by the caller's number, NaN before the first; `None` if the formula does not read it.
+    pub(crate) fn value(&self, index: usize) -> Option<f64> {
+        self.slot(index).map(|slot| self.values[slot])
     }
 
     fn slot(&self, index: usize) -> Option<usize> {

@@ -67,7 +67,8 @@
 //!   it. `p since q`: `q` held at some moment, and `p` at every later moment until now.
 //! * **Unknown** is a third truth value (Kleene): a comparison is unknown while one of its signals has no value, either
 //!   not yet or because its reading is NaN. `and` with a false operand is still false, and so on. Unknown moments are
-//!   not judged.
+//!   not judged. [`Verdict::no_number`] is the first of them that would be known if a reading, NaN or infinite, were a
+//!   number.
 //! * **The start.** For `once`, `historically` and the right side of `since` the run begins when their operand is first
 //!   known: earlier moments do not exist. "At some moment" of an empty set is false, "at every moment" of an empty set
 //!   is true.
@@ -99,6 +100,7 @@ mod history;
 mod mistake;
 mod monitor;
 mod network;
+mod not_finite;
 mod number;
 mod operators;
 mod parse;
@@ -121,4 +123,4 @@ pub use reaction::{Answer, Reaction};
 pub use signals::{NotFound, Protecting, Signal, Signals};
 pub use truth::Truth;
 pub use unit::units_differ;
-pub use verdict::{Verdict, Violation};
+pub use verdict::{NoNumber, Verdict, Violation};

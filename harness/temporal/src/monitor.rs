@@ -3,8 +3,9 @@
 use crate::evaluator::{Evaluator, Stretch};
 use crate::formula::Formula;
 use crate::history::History;
+use crate::not_finite::NotFinite;
 use crate::question::Question;
-use crate::verdict::{Verdict, Violation};
+use crate::verdict::{NoNumber, Verdict, Violation};
 use wire::time::{Span, Timestamp};
 
 /// Judges a formula at every moment during a run.
@@ -41,6 +42,8 @@ use wire::time::{Span, Timestamp};
 pub struct Monitor {
     formula: Formula,
     evaluator: Evaluator,
+    /// From the first reading that is not finite, until a moment is found that it keeps from being judged.
+    not_finite: Option<NotFinite>,
     question: Option<Question>,
     verdict: Verdict,
     last: Option<Last>,
@@ -60,7 +63,8 @@ impl Monitor {
         let mut evaluator = Evaluator::new(&formula);
         evaluator.history = Some(History::new(formula.signals.len()));
         let question = Question::of(&formula);
-        Self { formula, evaluator, question, verdict: Verdict::new(), last: None }
+        let (not_finite, verdict) = (None, Verdict::new());
+        Self { formula, evaluator, not_finite, question, verdict, last: None }
     }
 
     pub fn formula(&self) -> &Formula {
@@ -69,7 +73,19 @@ impl Monitor {
 
     /// See [`Evaluator::update`].
     pub fn update(&mut self, time: Timestamp, values: &[(usize, f64)]) {
-        self.follow(|evaluator| evaluator.update(time, values));
+        let is_bad = |(index, value): &(usize, f64)| {
+            !value.is_finite() && self.evaluator.value(*index).is_some()
+        };
+        if self.not_finite.is_none()
+            && self.verdict.no_number.is_none()
+            && values.iter().any(is_bad)
+        {
+            self.not_finite = Some(NotFinite::beside(&self.evaluator));
+        }
+        if let Some(not_finite) = &mut self.not_finite {
+            not_finite.update(time, values);
+        }
+        self.follow_formula(|evaluator| evaluator.update(time, values));
         self.judge();
     }
 
@@ -111,6 +127,11 @@ impl Monitor {
     }
 
     fn follow(&mut self, mut to: impl FnMut(&mut Evaluator)) {
+        self.not_finite.iter_mut().for_each(|not_finite| not_finite.follow(&mut to));
+        self.follow_formula(to);
+    }
+
+    fn follow_formula(&mut self, mut to: impl FnMut(&mut Evaluator)) {
         to(&mut self.evaluator);
         if let Some(question) = &mut self.question {
             question.follow(to);
@@ -123,10 +144,25 @@ impl Monitor {
                 (Some(holds), Some(robustness)) => self.known(stretch, holds, robustness),
                 _ => self.unknown(stretch),
             }
+            if let Some(not_finite) = &mut self.not_finite {
+                not_finite.judged(stretch);
+            }
             if let Some(history) = &mut self.evaluator.history {
                 history.forget_before(stretch.to.as_nanos());
             }
         }
+        let Some((at, not_finite)) =
+            self.not_finite.as_mut().and_then(|one| Some((one.first()?, &*one)))
+        else {
+            return;
+        };
+        let named = |(index, value): &(usize, f64)| {
+            let used = self.formula.signals.iter().find(|used| used.index == *index)?;
+            Some((used.name.clone(), *value))
+        };
+        let readings = not_finite.readings().iter().filter_map(named).collect();
+        self.verdict.no_number = Some(NoNumber { at, readings });
+        self.not_finite = None;
     }
 
     fn known(&mut self, stretch: Stretch, holds: bool, robustness: f64) {

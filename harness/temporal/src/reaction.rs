@@ -99,7 +99,7 @@ impl Reaction {
                 self.answer(asked.from);
             }
             let to = asked.to.min(met.to);
-            (self.asked, self.met) = (behind(asked, to), behind(met, to));
+            (self.asked, self.met) = (asked.behind(to), met.behind(to));
         }
     }
 
@@ -125,9 +125,4 @@ impl Reaction {
             }
         }
     }
-}
-
-/// The rest of a stretch from `to` on.
-fn behind(stretch: Stretch, to: Timestamp) -> Option<Stretch> {
-    (to < stretch.to).then_some(Stretch { from: to, ..stretch })
 }

@@ -26,6 +26,8 @@ pub struct Verdict {
     /// Total time during which it was false.
     pub violated: Span,
     pub first_violation: Option<Violation>,
+    /// The first moment that was neither true nor false only because a reading was NaN or infinite.
+    pub no_number: Option<NoNumber>,
     /// The text of `a`, if the formula is `a -> b` and `a` was true at no moment at which `b` was known: then nothing was
     /// asked for. Filled at the end of the run.
     pub never_asked: Option<String>,
@@ -43,6 +45,14 @@ pub struct Violation {
     pub values: Vec<(String, f64)>,
 }
 
+/// A moment that cannot be judged because readings are not finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NoNumber {
+    pub at: Timestamp,
+    /// The signals with such readings so far, under their names in the formula, and the first reading of each.
+    pub readings: Vec<(String, f64)>,
+}
+
 impl Verdict {
     pub(crate) fn new() -> Self {
         Self {
@@ -56,6 +66,7 @@ impl Verdict {
             violations: 0,
             violated: Span::ZERO,
             first_violation: None,
+            no_number: None,
             never_asked: None,
         }
     }

@@ -73,10 +73,8 @@ impl Statement {
             }
         }
         monitor.update(now, values);
-        if self.violation.is_none()
-            && let Some(violation) = &monitor.verdict().first_violation
-        {
-            self.violation = Some(told(violation));
+        if self.violation.is_none() {
+            self.violation = violation(self.kind, monitor.verdict());
         }
     }
 
@@ -100,7 +98,7 @@ impl Statement {
         let unanswered = self.unanswered.or(unanswered).filter(|_| kind == Kind::Always);
         let horizon = monitor.as_ref().map_or(Span::ZERO, |monitor| monitor.formula().horizon());
         let verdict = monitor.map(|monitor| monitor.finish(end));
-        let violation = verdict.as_ref().and_then(|verdict| verdict.first_violation.as_ref());
+        let violation = verdict.as_ref().and_then(|verdict| violation(kind, verdict));
         if kind == Kind::Sometimes {
             let held = violation.is_some();
             let is_blind = !held && !unseen.is_empty();
@@ -116,7 +114,11 @@ impl Statement {
                 let at_s = from.max(seen_since).as_secs_f64();
                 Some(format!("not judged at {at_s:.3} s: {}", no_value(unseen)))
             }
-            None if judged.is_some() => unanswered.filter(|_| violation.is_none()),
+            None if violation.is_some() => None,
+            None if judged.is_some() => unanswered,
+            None if unseen.is_empty() && horizon == Span::ZERO => {
+                Some("never judged: it was at no moment true or false".to_owned())
+            }
             None if unseen.is_empty() => Some(format!(
                 "never judged: the run ended at {} s, and the formula looks {} s ahead",
                 figures::value(end.as_secs_f64(), 0.0),
@@ -133,9 +135,9 @@ impl Statement {
             name,
             kind,
             held: violation.is_none(),
-            first_violation: violation.map(told),
+            margin: verdict.as_ref().and_then(margin),
+            first_violation: violation,
             never_judged: None,
-            margin: judged.map(|verdict| verdict.robustness.clamp(-1.0, 1.0)),
             never_asked: verdict.and_then(|verdict| verdict.never_asked),
         }
     }
@@ -173,6 +175,28 @@ fn first_unanswered(
     let first = found.next();
     found.for_each(drop);
     first.map(is_due)
+}
+
+/// The first moment at which the formula did not hold, or at which an always-property could not be judged because a
+/// reading was NaN or infinite.
+fn violation(kind: Kind, verdict: &temporal::Verdict) -> Option<Violation> {
+    let no_number = verdict.no_number.as_ref().filter(|_| kind == Kind::Always);
+    let of_no_number = no_number.map(|found| {
+        let value = |(name, value): &(String, f64)| format!("{name} is {value}");
+        let readings: Vec<String> = found.readings.iter().map(value).collect();
+        let what = format!("{}: neither true nor false", readings.join(", "));
+        Violation { at: found.at, what }
+    });
+    let all = verdict.first_violation.as_ref().map(told).into_iter().chain(of_no_number);
+    all.min_by_key(|violation| violation.at)
+}
+
+/// The smallest margin. No number has the worst, as with the built-in properties.
+fn margin(verdict: &temporal::Verdict) -> Option<f64> {
+    if verdict.no_number.is_some() {
+        return Some(-1.0);
+    }
+    verdict.worst.map(|_| verdict.robustness.clamp(-1.0, 1.0))
 }
 
 /// The time of the violation, its extent, and the values of the signals.

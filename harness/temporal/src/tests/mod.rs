@@ -2,6 +2,7 @@
 
 mod mistakes;
 mod monitors;
+mod not_finite;
 mod reactions;
 mod readings;
 mod shares;
