@@ -1,11 +1,14 @@
 //! The declaration of a measurement, with its band and its place in the paper.
 
+use super::band::Band;
 use super::check::{Check, Meant, Selection};
 use super::name::Name;
 use super::observation::Observations;
+use super::quantities::during_tag;
 use super::quantity::{Filter, QuantityName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::num::NonZeroU32;
 
 /// One `[[measurement]]` of a plan.
@@ -43,15 +46,32 @@ impl Declared {
     /// Those of `observations` that are judged. These may contain other quantities and be in any order.
     pub fn select<'a>(&self, observations: &'a Observations) -> Selection<'a> {
         let kind = self.check.kind();
+        let of_values = kind.value_band();
+        let is_of_message = self.quantity.of_message().is_some();
+        // How long an open gap would have been is unknown: a figure of all values is not formed with it.
+        let band = of_values.or_else(|| (!is_of_message).then(|| kind.figure_band()));
         let meant = Meant {
             quantity: &self.quantity,
             second: kind.second_quantity().map(|(_, quantity)| quantity),
             filter: &self.filter,
             during: kind.during(),
             least: self.observations_min.get() as usize,
-            most: kind.figure_band().upper(),
+            most: band.and_then(Band::upper),
         };
         Selection::new(&meant, observations)
+    }
+
+    /// Whether an observation with these tags is judged.
+    pub fn is_judged_at(&self, tags: &BTreeMap<String, f64>) -> bool {
+        let has = |tag: &str| tags.get(tag).copied();
+        let is_during = |phase| has(&during_tag(phase)).is_some_and(|value| value != 0.0);
+        self.filter.matches(has) && self.check.kind().during().is_none_or(is_during)
+    }
+
+    /// Whether a gap between two messages that has lasted so long, in s, is already outside of the band.
+    pub fn is_broken_by_gap(&self, seconds: f64) -> bool {
+        let most = self.check.kind().value_band().and_then(Band::upper);
+        most.is_some_and(|most| seconds > most)
     }
 }
 

@@ -178,7 +178,7 @@ impl Rig {
             let said = part_in(log, named, node.lines.iter().map(words))?;
             node.part = NodePart::Replayed(said);
         }
-        self.is_logged = true;
+        self.logged = Some(log.last().map_or(Span::ZERO, |last| last.at));
         Ok(self)
     }
 }

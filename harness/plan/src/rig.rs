@@ -210,8 +210,8 @@ impl RigNode {
 /// The rig of a plan, parsed and checked.
 #[derive(Debug, Clone, Default)]
 pub struct Rig {
-    /// All traffic is from a log, which has the times of arrival: nothing takes time on a line or waits for another.
-    pub is_logged: bool,
+    /// All traffic is from a log that lasted so long. It has the times of arrival: nothing takes time on a line or waits.
+    pub logged: Option<Span>,
     /// The paper's robot or table; its lines come before the others.
     pub robot: Option<Box<Devices>>,
     /// The lines, except those of the robot.

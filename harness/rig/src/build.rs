@@ -101,7 +101,9 @@ pub fn add(rig: &mut Rig, declared: &Declared, start: Start<'_>, seed: u64) -> V
             ends.push(end(nobody, PortId(0), Device::Plan, "nobody"));
         }
         match line.checked_sub(of_robot).and_then(|line| declared.lines.get(line)) {
-            Some(of_log) if declared.is_logged => _ = rig.line(&of_log.name, Line::direct(ends)),
+            Some(of_log) if declared.logged.is_some() => {
+                _ = rig.line(&of_log.name, Line::direct(ends))
+            }
             None => ends.into_iter().for_each(|end| rig.join(line, end)),
             Some(declared) => _ = rig.line(&declared.name, line_of(declared, ends)),
         }

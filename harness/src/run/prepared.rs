@@ -217,6 +217,8 @@ impl Prepared {
         let engine =
             Engine::new(Arc::clone(&self.plan), Timestamp::ZERO).hearing(&self.rig.speakers);
         let engine = engine.with_models(self.models.clone());
+        let logged = self.rig.logged.map(|lasted| Timestamp::ZERO + lasted);
+        let engine = engine.known_until(logged);
         if let Some(bench) = bench {
             return engine.with_robot(bench.facts(), self.calibrations.clone());
         }

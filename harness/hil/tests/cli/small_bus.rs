@@ -65,3 +65,62 @@ fn a_property_does_not_hold_while_its_signal_is_nan() {
     run(&frames, &wait(1.0, "w"), sometimes).1.exits(0);
     run(&frames[1..], &wait(1.0, "w"), sometimes).1.exits(1);
 }
+
+fn period(check: &str, of: &str) -> String {
+    let unit = if check.starts_with("all_but") { "1" } else { "s" };
+    format!(
+        "[[measurement]]\nname = \"m\"\ndoc = \"Time between two of its messages\"\n\
+         quantity = \"period.ut.Y\"\nunit = \"{unit}\"\n{of}check = {{ {check} }}\n"
+    )
+}
+
+#[test]
+fn a_node_that_falls_silent_breaks_the_upper_limit_of_its_period() {
+    let frames = [0.0, 0.1, 0.2, 0.3, 0.4].map(|at_s| (at_s, "101#00"));
+    let judged = |steps: &str, check: &str, of: &str| {
+        let (hil, ran) = run(&frames, steps, &period(check, of));
+        let one = summary(&hil)["measurements"][0].clone();
+        assert_eq!(ran.status, Some(i32::from(one["verdict"] != "pass")), "{ran:?}");
+        hil.run(&["check", "run"]).exits(ran.status.unwrap());
+        (one["verdict"].as_str().unwrap().to_owned(), one["observations"].as_u64().unwrap())
+    };
+    let told = |verdict: &str, observations| (verdict.to_owned(), observations);
+    let (long, short) = (wait(2.0, "w"), wait(0.6, "w"));
+    assert_eq!(judged(&long, "all_within = { at_most = 0.35 }", ""), told("fail", 5));
+    // It might still send in time.
+    assert_eq!(judged(&short, "all_within = { at_most = 0.35 }", ""), told("pass", 4));
+    assert_eq!(judged(&short, "all_within = [0.09, 0.35]", ""), told("pass", 4));
+    // How long the period would have been is not known.
+    assert_eq!(judged(&long, "mean_within = { at_most = 0.35 }", ""), told("pass", 4));
+    assert_eq!(
+        judged(&long, "all_but_within = { count = 1, band = [0, 0.35] }", ""),
+        told("pass", 5)
+    );
+    // During the first step it was silent for too long, or not yet.
+    let then = format!("{long}, {}", wait(1.0, "v"));
+    assert_eq!(
+        judged(&then, "all_within = { at_most = 0.35 }", "where = { \"during.w\" = 1 }\n"),
+        told("fail", 5)
+    );
+    assert_eq!(
+        judged(&then, "never_outside = { band = [0, 0.35], during = \"w\" }", ""),
+        told("fail", 5)
+    );
+    let then = format!("{short}, {}", wait(1.0, "v"));
+    assert_eq!(
+        judged(&then, "never_outside = { band = [0, 0.35], during = \"w\" }", ""),
+        told("pass", 4)
+    );
+}
+
+#[test]
+fn a_gap_in_a_log_is_judged_up_to_the_end_of_the_log() {
+    let judged = |more: &[(f64, &str)]| {
+        let frames = [&[(0.0, "101#00"), (0.1, "101#00"), (0.2, "101#00")], more].concat();
+        let limit = period("all_within = { at_most = 0.35 }", "");
+        let (hil, _) = run(&frames, &wait(1.0, "w"), &limit);
+        hil.run(&["import", "rigs/ut.log", "--plan", "./p.toml", "--out", "import"]).status
+    };
+    assert_eq!(judged(&[]), Some(0));
+    assert_eq!(judged(&[(0.9, "102#0000000000000000")]), Some(1));
+}

@@ -3,7 +3,7 @@
 use super::figure::{Refusal, too_few};
 use super::jackknife::Together;
 use crate::observation::{Observations, Observed};
-use crate::quantities::{OPEN_TAG, during_tag};
+use crate::quantities::{OPEN_AT_STEP, OPEN_TAG, during_tag};
 use crate::quantity::{Filter, QuantityName};
 use std::cmp::Ordering;
 
@@ -40,8 +40,8 @@ pub struct Meant<'a> {
     pub during: Option<&'a str>,
     /// Fewest observations of the first.
     pub least: usize,
-    /// The most that a value may be. A reaction that was still open when the run ended, and had waited no longer than
-    /// this, is not judged: its answer might have come in time.
+    /// The most that a value may be. A reaction, or a gap between messages, that was still open when the run ended, and
+    /// had lasted no longer than this, is not judged: it might have ended in time.
     pub most: Option<f64>,
 }
 
@@ -78,13 +78,18 @@ impl<'a> Selection<'a> {
         };
         let mut first = of(meant.quantity);
         let second = meant.second.map(of).unwrap_or_default();
+        let is_of_step = meant.during.is_some() || meant.filter.tags().next().is_some();
         let is_open = |one: &Observed<'_>| {
-            one.tag(OPEN_TAG).is_some() && meant.most.is_none_or(|most| one.value() <= most)
+            one.tag(OPEN_TAG).is_some_and(|open| {
+                (open == OPEN_AT_STEP && !is_of_step)
+                    || meant.most.is_none_or(|most| one.value() <= most)
+            })
         };
         let open = first.iter().filter(|one| is_open(one)).map(Observed::value).reduce(f64::max);
         if open.is_some() {
             first.retain(|one| !is_open(one));
         }
+        let open = open.filter(|_| meant.quantity.reaction().is_some());
         Self { least: meant.least, is_exact: false, first, second, open }
     }
 

@@ -5,9 +5,10 @@ use super::rest_watch::Window;
 use super::strays::FIRST_MISSION;
 use super::{Action, Engine, StepAction, Waiting, fit};
 use controller::mission::{Command, Mission};
-use plan::{Fit, Known, Op, Order, SaveCalibration, quantities as q};
+use plan::quantities::{self as q, OPEN_AT_STEP};
+use plan::{Fit, Known, Op, Order, SaveCalibration};
 use record::outcome::Outcome;
-use record::{Device, RecordKind};
+use record::{Device, RecordKind, figures};
 use wire::table;
 use wire::time::{Span, Timestamp};
 use wire::units::Temperature;
@@ -96,7 +97,10 @@ impl Engine {
                 // A round that begins with another repeat is not counted on its own.
                 self.rounds += u64::from(std::mem::take(&mut self.round_begun));
                 let label = step.label.as_ref().map(|label| label.as_str());
-                self.tags = self.program.tags(&step.action, label, self.rounds);
+                let tags = self.program.tags(&step.action, label, self.rounds);
+                let gaps = self.gaps.left(now, &self.tags, &tags);
+                self.observe(now, |collector| collector.gaps(gaps, OPEN_AT_STEP));
+                self.tags = tags;
                 self.reactions.step_began(now, &self.tags);
                 self.step_deadline = (now + step.time_limit()).min(self.program.deadline());
                 self.answer_limit = step.answer_limit();
@@ -121,6 +125,24 @@ impl Engine {
                 }
             }
         }
+    }
+
+    /// Takes the number that a person gave. The operator asks again for a number out of range; here it is an error.
+    pub fn answered_with(&mut self, now: Timestamp, value: f64) {
+        let Waiting::Answer(Some(answer)) = &self.waiting else { return };
+        let answer = answer.clone();
+        if !answer.range.contains(value) {
+            let given = figures::with_unit(value.to_string(), &answer.unit);
+            let why = format!("the answer {} = {given} is not in {}", answer.name, answer.range);
+            self.end(now, Outcome::Error, Some(why));
+            return;
+        }
+        let name = format!("{}{}", q::OPERATOR_PREFIX, answer.name);
+        self.observe(now, |collector| {
+            collector.add_named(&name, value, answer.uncertainty, &[]);
+        });
+        self.waiting = Waiting::Nothing;
+        self.advance(now);
     }
 
     fn begin(&mut self, now: Timestamp, op: Op) {

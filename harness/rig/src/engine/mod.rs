@@ -8,6 +8,7 @@
 mod action;
 mod execute;
 mod fit;
+mod gaps;
 mod gathered;
 mod identify;
 pub mod observe;
@@ -33,17 +34,16 @@ pub use crate::bench::{BenchFacts, Look};
 
 use crate::node::Woken;
 use described::Decoded;
+use gaps::Gaps;
 use identification::model::Model;
 use observe::{Collector, Tags};
 use phases::Phases;
 use plan::observation::Observations;
-use plan::{
-    Action as StepAction, Op, Order, Plan, QuantityName, Segment, Speaker, quantities as q,
-};
+use plan::{Action as StepAction, Op, Order, Plan, QuantityName, Segment, Speaker};
 use program::Program;
 use reactions::Reactions;
 use record::outcome::Outcome;
-use record::{Device, RecordKind, figures};
+use record::{Device, RecordKind};
 use robot::Robot;
 use sdo::Transfers;
 use signals::Signals;
@@ -70,6 +70,7 @@ pub struct Engine {
     plan_deadline: Timestamp,
     began: Timestamp,
     signals: Signals,
+    gaps: Gaps,
     reactions: Reactions,
     transfers: Transfers,
     /// State of a robot: its controller must report before the first step, and brings the base to rest at the end.
@@ -110,6 +111,7 @@ impl Engine {
             plan_deadline,
             began: now,
             signals: Signals::default(),
+            gaps: Gaps::default(),
             reactions: Reactions::default(),
             transfers: Transfers::default(),
             robot: None,
@@ -129,8 +131,16 @@ impl Engine {
     #[must_use]
     pub fn hearing(mut self, speakers: &[Speaker]) -> Self {
         self.signals = Signals::of(&self.plan, speakers);
+        self.gaps = Gaps::of(&self.plan, speakers);
         self.reactions = Reactions::of(&self.plan, speakers);
         self.transfers = Transfers::of(speakers);
+        self
+    }
+
+    /// Nothing is known of what the nodes sent after `end`, if there is one.
+    #[must_use]
+    pub fn known_until(mut self, end: Option<Timestamp>) -> Self {
+        self.gaps.known_until(end);
         self
     }
 
@@ -280,6 +290,7 @@ impl Engine {
             return;
         }
         self.answer_sdo(now, speaker, decoded);
+        self.gaps.heard(now, (speaker, decoded.message));
         let brought = self.signals.take(now, (speaker, decoded.message), decoded.values);
         let took = self.reactions.take(now, speaker, decoded);
         if !brought.is_empty() || !took.is_empty() {
@@ -322,24 +333,6 @@ impl Engine {
             self.waiting = Waiting::Nothing;
             self.advance(now);
         }
-    }
-
-    /// Takes the number that a person gave. The operator asks again for a number out of range; here it is an error.
-    pub fn answered_with(&mut self, now: Timestamp, value: f64) {
-        let Waiting::Answer(Some(answer)) = &self.waiting else { return };
-        let answer = answer.clone();
-        if !answer.range.contains(value) {
-            let given = figures::with_unit(value.to_string(), &answer.unit);
-            let why = format!("the answer {} = {given} is not in {}", answer.name, answer.range);
-            self.end(now, Outcome::Error, Some(why));
-            return;
-        }
-        let name = format!("{}{}", q::OPERATOR_PREFIX, answer.name);
-        self.observe(now, |collector| {
-            collector.add_named(&name, value, answer.uncertainty, &[]);
-        });
-        self.waiting = Waiting::Nothing;
-        self.advance(now);
     }
 
     fn place(&self) -> String {

@@ -15,6 +15,9 @@ use wire::units::{Angle, Pose, Temperature};
 /// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
 pub const DISPLACEMENT_U_M: f64 = 0.000_1 / STEP_OVER_U;
 
+/// Value of the tag of what was open when the run ended.
+pub(super) const OPEN: f64 = 1.0;
+
 /// Resolution of the heading in the base's pose, 0.01 deg on the wire, as a standard uncertainty in deg.
 pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / STEP_OVER_U;
 
@@ -103,9 +106,16 @@ impl<'a> Collector<'a> {
     pub(super) fn reaction(&mut self, took: Took) {
         let Took { quantity, seconds, mut tags, is_open } = took;
         let time = self.tags.get("time").map(|time| ("time".to_owned(), *time));
-        let open = is_open.then(|| (OPEN_TAG.to_owned(), 1.0));
+        let open = is_open.then(|| (OPEN_TAG.to_owned(), OPEN));
         tags.extend(time.into_iter().chain(open));
         self.out.push(Observation { quantity, value: seconds, uncertainty: 0.0, tags });
+    }
+
+    /// Gaps between messages that are still open, with this value of the tag.
+    pub(super) fn gaps(&mut self, gaps: Vec<(String, f64)>, open: f64) {
+        for (quantity, seconds) in gaps {
+            self.add_named(&quantity, seconds, 0.0, &[(OPEN_TAG, open)]);
+        }
     }
 
     pub(super) fn bias_test(&mut self, result: &BiasTestResult) {

@@ -1,0 +1,95 @@
+//! How long ago the last message of each kind came, for what a plan measures of the time between two.
+//!
+//! A gap that is still open is a lower bound: it may break an upper limit, and says nothing else.
+
+use super::observe::Tags;
+use plan::{Declared, Plan, Speaker, resolve};
+use wire::time::{Span, Timestamp};
+
+/// The messages whose periods the plan measures.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Gaps {
+    each: Vec<Gap>,
+    known_until: Option<Timestamp>,
+}
+
+#[derive(Debug, Clone)]
+struct Gap {
+    quantity: String,
+    /// By speaker and message.
+    message: (usize, usize),
+    last: Option<Timestamp>,
+    /// The longest that ended since the step began.
+    longest: Span,
+    judges: Vec<Declared>,
+}
+
+impl Gaps {
+    pub(super) fn of(plan: &Plan, speakers: &[Speaker]) -> Self {
+        let mut gaps: Vec<Gap> = Vec::new();
+        for declared in &plan.measurements {
+            let of = declared.quantity.of_message();
+            let place = of.and_then(|of| resolve(speakers, of).ok());
+            let Some(place) = place.filter(|place| place.signal.is_none()) else { continue };
+            let quantity = declared.quantity.as_str();
+            if let Some(known) = gaps.iter_mut().find(|gap| gap.quantity == quantity) {
+                known.judges.push(declared.clone());
+                continue;
+            }
+            gaps.push(Gap {
+                quantity: quantity.to_owned(),
+                message: (place.speaker, place.message),
+                last: None,
+                longest: Span::ZERO,
+                judges: vec![declared.clone()],
+            });
+        }
+        Self { each: gaps, known_until: None }
+    }
+
+    /// Nothing is known of what came after this: a gap is judged up to there.
+    pub(super) fn known_until(&mut self, end: Option<Timestamp>) {
+        self.known_until = end;
+    }
+
+    /// A message came.
+    pub(super) fn heard(&mut self, now: Timestamp, message: (usize, usize)) {
+        for gap in self.each.iter_mut().filter(|gap| gap.message == message) {
+            if let Some(last) = gap.last.replace(now) {
+                gap.longest = gap.longest.max(now - last);
+            }
+        }
+    }
+
+    /// A step ends and another begins. Returns the quantities, and the gaps in s, that break a limit which is judged during
+    /// the first and not during the second.
+    pub(super) fn left(&mut self, now: Timestamp, from: &Tags, to: &Tags) -> Vec<(String, f64)> {
+        let is_left = |one: &Declared| one.is_judged_at(from) && !one.is_judged_at(to);
+        let open = self.open(now, |_, judges, seconds| {
+            judges.iter().any(|one| is_left(one) && one.is_broken_by_gap(seconds))
+        });
+        self.each.iter_mut().for_each(|gap| gap.longest = Span::ZERO);
+        open
+    }
+
+    /// The run ends. Returns the quantities, and the gaps in s, that break a limit or are longer than those of this step.
+    pub(super) fn finish(&mut self, now: Timestamp) -> Vec<(String, f64)> {
+        self.open(now, |longest, judges, seconds| {
+            seconds > longest || judges.iter().any(|one| one.is_broken_by_gap(seconds))
+        })
+    }
+
+    fn open(
+        &self,
+        now: Timestamp,
+        is_telling: impl Fn(f64, &[Declared], f64) -> bool,
+    ) -> Vec<(String, f64)> {
+        let end = self.known_until.map_or(now, |known| known.min(now));
+        let open = self.each.iter().filter_map(|gap| {
+            let seconds = (end - gap.last?).as_secs_f64();
+            let is_telling = is_telling(gap.longest.as_secs_f64(), &gap.judges, seconds);
+            is_telling.then(|| (gap.quantity.clone(), seconds))
+        });
+        open.collect()
+    }
+}
