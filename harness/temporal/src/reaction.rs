@@ -73,6 +73,17 @@ impl Reaction {
         self.measure();
     }
 
+    /// When the first response to a trigger from `since` on is certain, if no signal changes until then; `None` if that is
+    /// not before `until`.
+    pub fn due(&self, since: Timestamp, until: Timestamp) -> Option<Timestamp> {
+        let mut ahead = self.clone();
+        ahead.advance(until);
+        let answer = std::iter::from_fn(|| ahead.take()).find(|answer| answer.asked >= since)?;
+        // The moment itself is final once it is over.
+        let lag = self.from.horizon().max(self.to.horizon()) + Span::from_nanos(1);
+        Some(answer.asked + answer.after + lag)
+    }
+
     /// The next result, in the order of the triggers.
     pub fn take(&mut self) -> Option<Answer> {
         self.answers.pop_front()

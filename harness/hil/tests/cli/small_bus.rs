@@ -124,3 +124,25 @@ fn a_gap_in_a_log_is_judged_up_to_the_end_of_the_log() {
     assert_eq!(judged(&[]), Some(0));
     assert_eq!(judged(&[(0.9, "102#0000000000000000")]), Some(1));
 }
+
+#[test]
+fn a_reaction_that_is_waited_for_ends_its_step_when_it_has_come() {
+    let frames = [(0.0, "101#00"), (0.1, "101#01"), (0.2, "101#03"), (1.2, "101#00")];
+    let step = |limit_s: f64| {
+        format!("{{ reaction = \"x\", time_limit_s = {limit_s} }}, {}", wait(0.1, "then"))
+    };
+    let judged = |to: &str, at_most: f64| {
+        format!(
+            "[[reaction]]\nname = \"x\"\nfrom = \"ut.X == 1\"\nto = \"{to}\"\n\
+             [[measurement]]\nname = \"m\"\ndoc = \"d\"\nquantity = \"step.duration\"\nunit = \"s\"\n\
+             check = {{ all_within = [0, {at_most}] }}\n"
+        )
+    };
+    run(&frames, &step(0.5), &judged("ut.Z == 1", 0.21)).1.exits(0);
+    run(&frames, &step(0.5), &judged("for 0.2 s: ut.Z == 1", 0.41)).1.exits(0);
+    let (hil, ran) = run(&frames, &step(0.35), &judged("for 0.2 s: ut.Z == 1", 0.41));
+    assert_ne!(ran.status, Some(0), "it is not held for so long before the limit");
+    assert!(
+        summary(&hil)["reason"].as_str().unwrap().ends_with(": what it waits for did not come")
+    );
+}

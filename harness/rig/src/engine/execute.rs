@@ -58,6 +58,13 @@ impl Engine {
                 self.waiting = Waiting::TableRest { ask_at: now + TABLE_POLL };
             }
             Waiting::Sdo => self.check_sdo(now),
+            Waiting::Reaction => {
+                let took = self.reactions.pass_time(now);
+                self.observe(now, |collector| {
+                    took.into_iter().for_each(|took| collector.reaction(took));
+                });
+                self.ends_wait();
+            }
             _ => {}
         }
     }
@@ -188,7 +195,7 @@ impl Engine {
             }
             Op::Condition(condition) => self.waiting = Waiting::Condition(condition),
             Op::Reaction(name) => {
-                self.reactions.await_one(&name, now);
+                self.reactions.await_one(&name, now, self.step_deadline);
                 self.waiting = Waiting::Reaction;
             }
             Op::Rest => {

@@ -226,6 +226,7 @@ impl Engine {
             | Waiting::TableRest { ask_at: at } => at,
             Waiting::Log { until, due, .. } => until.min(due),
             Waiting::Sdo => self.transfers.deadline(),
+            Waiting::Reaction => self.reactions.due(),
             Waiting::Mission(_) => self.answer_deadline,
             _ => Timestamp::MAX,
         };

@@ -6,7 +6,7 @@ use plan::quantities::REACTION_PREFIX;
 use plan::{Plan, Reads, Speaker, formula};
 use std::collections::VecDeque;
 use temporal::Reaction;
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Most stimuli of a reaction that wait for their answer.
 const WAITING_MAX: usize = 10_000;
@@ -26,6 +26,9 @@ struct Awaited {
     quantity: String,
     /// Earlier stimuli do not count.
     since: Timestamp,
+    until: Timestamp,
+    /// When the answer is certain, if no signal changes until then.
+    due: Timestamp,
     has_come: bool,
 }
 
@@ -47,10 +50,27 @@ impl Reactions {
         Self { each, reads, awaited: None, steps: VecDeque::new() }
     }
 
-    /// Waits from now on for the first answer to a stimulus of the reaction `name`.
-    pub(super) fn await_one(&mut self, name: &str, now: Timestamp) {
+    /// Waits from now on, and no longer than to the end of `until`, for the first answer to a stimulus of the reaction
+    /// `name`.
+    pub(super) fn await_one(&mut self, name: &str, now: Timestamp, until: Timestamp) {
         let quantity = format!("{REACTION_PREFIX}{name}");
-        self.awaited = Some(Awaited { quantity, since: now, has_come: false });
+        let (since, due) = (now, Timestamp::MAX);
+        self.awaited = Some(Awaited { quantity, since, until, due, has_come: false });
+        self.foresee();
+    }
+
+    /// When the awaited answer is certain, if no signal changes until then.
+    pub(super) fn due(&self) -> Timestamp {
+        self.awaited.as_ref().map_or(Timestamp::MAX, |awaited| awaited.due)
+    }
+
+    fn foresee(&mut self) {
+        let Some(awaited) = self.awaited.as_mut().filter(|awaited| !awaited.has_come) else {
+            return;
+        };
+        let reaction = self.each.iter().find(|(quantity, _)| *quantity == awaited.quantity);
+        let due = reaction.and_then(|(_, one)| one.due(awaited.since, after(awaited.until)));
+        awaited.due = due.unwrap_or(Timestamp::MAX);
     }
 
     /// Whether the awaited answer has come.
@@ -88,7 +108,20 @@ impl Reactions {
         let Some(values) = self.reads.take(speaker, decoded) else { return Vec::new() };
         let each = self.each.iter_mut();
         each.for_each(|(_, reaction)| reaction.update(now, values));
-        self.answers()
+        let answers = self.answers();
+        self.foresee();
+        answers
+    }
+
+    /// Time has passed without a message. Returns the reaction times that are certain now.
+    pub(super) fn pass_time(&mut self, now: Timestamp) -> Vec<Took> {
+        let Some(awaited) = &self.awaited else { return Vec::new() };
+        // What has come by its limit is in time.
+        let to = if now >= awaited.until { after(now) } else { now };
+        self.each.iter_mut().for_each(|(_, reaction)| reaction.advance(to));
+        let answers = self.answers();
+        self.foresee();
+        answers
     }
 
     /// Ends the run: returns the answers by now and how long the open stimuli have waited.
@@ -114,6 +147,7 @@ impl Reactions {
                 if let Some(awaited) = &mut self.awaited {
                     let is_it = *quantity == awaited.quantity && answer.asked >= awaited.since;
                     awaited.has_come |= is_it;
+                    awaited.due = if awaited.has_come { Timestamp::MAX } else { awaited.due };
                 }
                 answers.push(Took {
                     quantity: quantity.clone(),
@@ -125,6 +159,10 @@ impl Reactions {
         }
         answers
     }
+}
+
+fn after(moment: Timestamp) -> Timestamp {
+    moment + Span::from_nanos(1)
 }
 
 fn tags_at(steps: &VecDeque<(Timestamp, Tags)>, asked: Timestamp) -> Tags {

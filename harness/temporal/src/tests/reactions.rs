@@ -59,6 +59,27 @@ fn formulas_that_look_ahead_are_measured_when_they_are_known() {
 }
 
 #[test]
+fn an_answer_is_foreseen_where_no_value_comes_any_more() {
+    let due = |to: &str, since: i64, until: i64| {
+        let mut reaction = Reaction::new(&formula("Speed > 3"), &formula(to), 10);
+        reaction.update(at(0), &[(SPEED, 0.0), (COUNT, 0.0)]);
+        reaction.update(at(10), &[(SPEED, 5.0)]);
+        reaction.update(at(15), &[(COUNT, 1.0)]);
+        let due = reaction.due(at(since), at(until))?;
+        reaction.advance(due);
+        assert_eq!(answers(&mut reaction).len(), 1, "{to}");
+        Some(due.as_nanos())
+    };
+    assert_eq!(due("Count == 1", 0, 100), Some(16));
+    assert_eq!(due("for 20 ns: Count == 1", 0, 100), Some(36));
+    assert_eq!(due("historically [0 s, 30 ns]: Count == 1", 0, 100), Some(46));
+    assert_eq!(due("for 20 ns: Count == 1", 0, 36), Some(36));
+    assert_eq!(due("for 20 ns: Count == 1", 0, 35), None);
+    assert_eq!(due("Count == 1", 11, 100), None, "asked before");
+    assert_eq!(due("Count == 2", 0, 100), None);
+}
+
+#[test]
 fn what_has_no_place_is_counted() {
     let mut reaction = Reaction::new(&formula("Speed > 3"), &formula("Count == 1"), 2);
     reaction.update(at(0), &[(SPEED, 0.0), (COUNT, 0.0)]);
