@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 use wire::can::Id;
 use wire::device::Transmit;
 use wire::packet::{BYTES_MAX, Packet};
-use wire::time::Timestamp;
+use wire::time::{Span, Timestamp};
 
 /// Most wake-ups at one instant; more means that a device asks to be woken again and again.
 const WAKES_AT_ONCE_MAX: u32 = 10_000;
@@ -135,6 +135,8 @@ pub fn rerun(
     if !has_bytes {
         return Err(RerunError::NoBytes);
     }
+    // The lines still carry what was under way.
+    again.advance(again.now + Span::from_nanos(1))?;
     again.settle();
     // After the end of a plan the lines still deliver, but no device is queried any more.
     for pairs in again.outputs.values_mut().chain([&mut again.reports]) {
