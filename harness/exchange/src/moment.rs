@@ -127,7 +127,7 @@ impl Moment {
         let mut text = format!("{}{}:", Head(message.at, who), form.name);
         for (signal, value) in form.signals.iter().zip(&message.values) {
             if let Some(value) = value {
-                let value = figures::with_unit(rounded(*value).to_string(), &signal.unit);
+                let value = figures::with_unit(rounded(*value), &signal.unit);
                 let _ = write!(text, " {} {value},", signal.name);
             }
         }
@@ -142,9 +142,12 @@ impl Moment {
     }
 }
 
-/// Removes rounding noise of a raw value times its factor.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.12e}").parse().unwrap_or(value)
+/// Without the rounding noise of a raw value times its factor. A whole number has none, and may have more digits.
+fn rounded(value: f64) -> String {
+    if value.fract() == 0.0 {
+        return figures::all_digits(value);
+    }
+    format!("{value:.12e}").parse().unwrap_or(value).to_string()
 }
 
 #[cfg(test)]
@@ -185,7 +188,8 @@ mod tests {
 
     #[test]
     fn a_product_is_shown_without_its_last_bits() {
-        assert_eq!(rounded(-3.0 * 0.1).to_string(), "-0.3");
-        assert_eq!(rounded(123_456.789_012_3).to_string(), "123456.7890123");
+        assert_eq!(rounded(-3.0 * 0.1), "-0.3");
+        assert_eq!(rounded(123_456.789_012_3), "123456.7890123");
+        assert_eq!(rounded(1_152_921_504_606_846_976.0), "1152921504606846976");
     }
 }

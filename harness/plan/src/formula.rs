@@ -129,6 +129,7 @@ impl Signals for Sent<'_> {
             unit: found.unit.clone(),
             names: names.collect(),
             range: Some((found.minimum, found.maximum)),
+            step: found.resolution(),
         })
     }
 

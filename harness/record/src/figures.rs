@@ -173,6 +173,13 @@ pub fn with_unit(text: String, unit: &str) -> String {
     }
 }
 
+/// A value as it is. A whole number of 64 bits has all its digits: the shortest text ends with zeros that it has not.
+pub fn all_digits(value: f64) -> String {
+    const WIDEST: f64 = 18_446_744_073_709_551_616.0;
+    let is_long = (WHOLE_MAX..=WIDEST).contains(&value.abs());
+    if is_long { format!("{value:.0}") } else { value.to_string() }
+}
+
 /// The power of ten of the first significant digit.
 fn exponent(value: f64) -> i32 {
     value.abs().log10().floor() as i32
@@ -199,6 +206,18 @@ fn positive_zero(text: String) -> String {
 mod tests {
     use super::{band, counted, duration, least_margin, quantity, quantity_beside, value};
     use proptest::prelude::*;
+
+    #[test]
+    fn a_long_whole_number_has_all_its_digits() {
+        for (value, shown) in [
+            (1_152_921_504_606_846_976.0, "1152921504606846976"),
+            (-9_223_372_036_854_775_808.0, "-9223372036854775808"),
+            (4.25, "4.25"),
+            (1e25, "10000000000000000000000000"),
+        ] {
+            assert_eq!(super::all_digits(value), shown);
+        }
+    }
 
     #[test]
     fn one_thing_is_one() {

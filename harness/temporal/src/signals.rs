@@ -48,6 +48,8 @@ pub struct Signal {
     pub names: Vec<(String, f64)>,
     /// Its smallest and largest possible value, if known; robustness is a share of the range.
     pub range: Option<(f64, f64)>,
+    /// The difference of two neighbouring values; zero if it is a real number, or unknown.
+    pub step: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]

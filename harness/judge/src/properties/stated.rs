@@ -203,7 +203,7 @@ fn margin(verdict: &temporal::Verdict) -> Option<f64> {
 fn told(violation: &temporal::Violation) -> Violation {
     let value = |(name, value): &(String, f64)| match value.is_nan() {
         true => format!("{name} unknown"),
-        false => format!("{name} = {value}"),
+        false => format!("{name} = {}", figures::all_digits(*value)),
     };
     let values: Vec<String> = violation.values.iter().map(value).collect();
     let after = (violation.known - violation.at).as_secs_f64();

@@ -8,6 +8,9 @@ use crate::mistake::Mistake;
 use crate::number::{Binary, Number};
 use std::ops::Range;
 
+/// The largest number of steps of which a double holds each.
+const WHOLE_MAX: f64 = 9_007_199_254_740_992.0;
+
 impl Parser<'_> {
     pub(super) fn comparison(&mut self) -> Result<Part, Mistake> {
         let left = self.sum()?;
@@ -75,6 +78,7 @@ impl Parser<'_> {
             let mistake = Mistake::new(at, "no signal is compared here: it never changes");
             return Err(mistake.help("put a signal on one side"));
         }
+        self.told_apart(&left.number, &right.number, at)?;
         let range = self.range(&left.number, &right.number);
         Ok(Condition::Compare(comparator, left.number, right.number, range))
     }
@@ -88,6 +92,32 @@ impl Parser<'_> {
         });
         let is_share = |range: &f64| *range > 0.0 && range.is_finite();
         formula::Width(apart.filter(is_share).unwrap_or(1.0))
+    }
+
+    /// Refuses to compare a signal with a number, or with a signal, where doubles do not hold each of its steps.
+    fn told_apart(&self, left: &Number, right: &Number, at: Range<usize>) -> Result<(), Mistake> {
+        for (one, other) in [(left, right), (right, left)] {
+            let Number::Slot(slot) = one else { continue };
+            let Some((used, signal)) = self.found.get(*slot) else { continue };
+            let end = WHOLE_MAX * signal.step;
+            let reaches = |range: Option<(f64, f64)>| {
+                range.is_some_and(|(least, greatest)| least.abs().max(greatest.abs()) > end)
+            };
+            let is_beyond = match other {
+                Number::Constant(value) => value.abs() > end,
+                Number::Slot(slot) => {
+                    let beside = self.found.get(*slot).and_then(|(_, signal)| signal.range);
+                    reaches(signal.range) && reaches(beside)
+                }
+                _ => false,
+            };
+            if end > 0.0 && is_beyond {
+                let message = format!("values of `{}` beyond {end} are not told apart", used.name);
+                let help = "numbers are doubles: compare a smaller one, or describe the bits as several signals";
+                return Err(Mistake::new(at, message).help(help));
+            }
+        }
+        Ok(())
     }
 
     /// `x == 5 +- 0.1`.
@@ -120,6 +150,7 @@ impl Parser<'_> {
                 Mistake::new(operator_at.clone(), "no signal is compared here: it never changes");
             return Err(mistake.help("put a signal on one side"));
         }
+        self.told_apart(&left.number, &right.number, operator_at.clone())?;
         let range = self.range(&left.number, &right.number);
         Ok(Condition::Near(is_near, left.number, right.number, tolerance.number, range))
     }

@@ -1,6 +1,7 @@
 //! Every mistake is reported at its position.
 
 use super::read;
+use crate::{Formula, NotFound, Signal, Signals};
 use proptest::prelude::*;
 
 /// The text, a marker below the position, the message and the help.
@@ -133,6 +134,35 @@ fn what_could_be_read_in_two_ways() {
         "Count > 1 since Speed > 3 or Count > 2",
         "Count > 1 since Count > 2 since Count > 3",
     ]));
+}
+
+/// Two whole numbers of 64 bits.
+struct Serials;
+
+impl Signals for Serials {
+    fn find(&self, name: &str) -> Result<Signal, NotFound> {
+        let index = usize::from(name != "Serial");
+        let range = Some((0.0, 18_446_744_073_709_551_615.0));
+        Ok(Signal { index, range, step: 1.0, ..Signal::default() })
+    }
+}
+
+#[test]
+fn numbers_that_doubles_do_not_tell_apart() {
+    let read = |text: &str| Formula::parse(text, &Serials);
+    for fits in ["Serial == 9007199254740992", "Serial - Other > 3", "Serial < 1e15"] {
+        assert!(read(fits).is_ok(), "{fits}");
+    }
+    for text in [
+        "Serial == 1152921504606846960",
+        "1152921504606846960 < Serial",
+        "Serial != 1152921504606846960 +- 1",
+        "Serial == Other",
+    ] {
+        let mistake = read(text).expect_err(text);
+        let told = "values of `Serial` beyond 9007199254740992 are not told apart";
+        assert_eq!(mistake.message, told, "{text}");
+    }
 }
 
 #[test]
