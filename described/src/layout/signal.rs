@@ -10,6 +10,9 @@ use crate::hint;
 /// Allowed excess of a printed number over the range into which it rounds, in units of the last decimal.
 const PRINTED_SLACK: f64 = 0.5 + 1e-6;
 
+/// A decimal fraction, its scale and their product, each rounded to a double, as a share of the value.
+const DOUBLE_SLACK: f64 = 4.0 * f64::EPSILON;
+
 /// A number in a message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
@@ -74,11 +77,13 @@ impl Signal {
         step * self.scale.factor.abs()
     }
 
-    /// The value that a receiver reads, where the signal counts in steps of one or more and `value` is between two of
-    /// them: rounding would make half a switch a whole one.
+    /// The value that a receiver reads, where the signal counts in steps and `value` is between two of them: rounding
+    /// would make half a switch a whole one. A decimal fraction is only as far from a step as its double is.
     pub fn sent_instead_of(&self, value: f64) -> Option<f64> {
         let (sent, step) = (self.as_sent(value), self.resolution());
-        (step >= 1.0 && (sent - value).abs() > RANGE_SLACK_COUNTS * step).then_some(sent)
+        let of_doubles = (value.abs() + self.scale.offset.abs()) * DOUBLE_SLACK;
+        let slack = of_doubles.max(RANGE_SLACK_COUNTS * step);
+        (step > 0.0 && (sent - value).abs() > slack).then_some(sent)
     }
 
     /// Applies a declared range if its bits can represent a value in it; otherwise returns `false` and changes

@@ -104,6 +104,8 @@ impl<'a> Subject<'a> {
             }
             if let Some(sent) = signal.sent_instead_of(value) {
                 let step = signal.resolution();
+                // Without the rounding error of its product.
+                let sent = format!("{sent:.14e}").parse().unwrap_or(sent);
                 let message = format!(
                     "{name} = {value}, and {sent} would be sent: it counts in steps of {step}"
                 );

@@ -146,3 +146,27 @@ fn a_reaction_that_is_waited_for_ends_its_step_when_it_has_come() {
         summary(&hil)["reason"].as_str().unwrap().ends_with(": what it waits for did not come")
     );
 }
+
+#[test]
+fn numbers_that_a_signal_or_a_double_does_not_have_are_refused() {
+    let frames = [(0.0, "102#F1FFFFFFFFFFFF0F")];
+    let always = "[[property]]\nname = \"a\"\nalways = \"ut.Q == 1152921504606846960\"\n";
+    let told = run(&frames, &wait(1.0, "w"), always).1.exits(2).err;
+    assert!(told.contains("values of `ut.Q` beyond 9007199254740992 are not told apart"), "{told}");
+    let sends = |value: &str| {
+        let send = format!("{{ send = {{ message = \"In\", set = {{ Val = {value} }} }} }}");
+        run(
+            &frames,
+            &format!("{send}, {}", wait(1.0, "w")),
+            "[[property]]\nname = \"a\"\nalways = \"ut.Q > 1\"\n",
+        )
+        .1
+    };
+    sends("-3.5").exits(0);
+    let told = sends("-3.25").exits(2).err;
+    assert!(told.contains("it counts in steps of 0.5"), "{told}");
+    let (hil, _) =
+        run(&frames, &wait(1.0, "w"), "[[property]]\nname = \"a\"\nalways = \"ut.Q > 1\"\n");
+    let shown = hil.run(&["show", "run", "--at", "0.5"]).exits(0).out;
+    assert!(shown.contains("Q 1152921504606846976"), "{shown}");
+}

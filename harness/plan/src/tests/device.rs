@@ -79,6 +79,21 @@ fn a_value_is_sent_by_its_name() {
 }
 
 #[test]
+fn a_value_between_two_steps_of_its_signal_is_refused() {
+    let check = |value: &str| {
+        let text = PLAN.replace("Setpoint = 60", &format!("Setpoint = {value}"));
+        Plan::parse("p.toml", &text).and_then(|plan| plan.check_rig("p.toml", &text, &rig()))
+    };
+    for value in ["0.1", "0.3", "33.3", "399.9", "0.30000000000000004"] {
+        check(value).unwrap();
+    }
+    assert_eq!(
+        check("33.34").unwrap_err().to_string(),
+        "Setpoint = 33.34, and 33.3 would be sent: it counts in steps of 0.1"
+    );
+}
+
+#[test]
 fn what_the_device_has_not_is_shown_in_place() {
     let cases = [
         ("message = \"Command\", set = { Enable = 1", "message = \"Comand\", set = { Enable = 1"),
