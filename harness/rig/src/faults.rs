@@ -147,7 +147,7 @@ impl Faults {
         let kind = fault.what;
         match kind {
             FaultKind::SchedulerStall { .. } | FaultKind::ClockStep { .. } => {
-                let here = here.map_or(0, |machine| machine.host.end_fault(now, &kind));
+                let here = here.map_or(0, |machine| machine.end_fault(now, &kind));
                 rig.nodes.iter_mut().map(|node| node.end_fault(now, &kind)).sum::<u64>() + here
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {

@@ -57,9 +57,10 @@ impl<G: Guest> OnHost<G> {
         }
     }
 
-    pub fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
+    /// Ends a fault; returns how often it acted. `due` is when the guest wants to be woken.
+    pub fn end_fault(&mut self, now: Timestamp, kind: &FaultKind, due: Timestamp) -> u64 {
         let Self { guest, host: Some(host) } = self else { return 0 };
-        host.end(now, kind, guest)
+        host.end(now, kind, due, guest)
     }
 
     #[inline]
@@ -134,11 +135,18 @@ impl Host {
     }
 
     /// Ends a fault; returns how often it acted. A machine that resumes receives all held inputs at once.
-    fn end(&mut self, now: Timestamp, kind: &FaultKind, guest: &mut impl Guest) -> u64 {
+    fn end(
+        &mut self,
+        now: Timestamp,
+        kind: &FaultKind,
+        due: Timestamp,
+        guest: &mut impl Guest,
+    ) -> u64 {
         match kind {
             FaultKind::SchedulerStall { .. } => {
                 self.go_on(now, guest);
-                self.taken
+                // What fell due in the meantime is late.
+                self.taken + u64::from(due < now)
             }
             FaultKind::ClockStep { step_s } => {
                 self.ahead += -Span::from_secs_f64(*step_s);

@@ -124,8 +124,11 @@ impl Node {
 
     pub(super) fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
         match &mut self.part {
-            Part::Controller(machine) => machine.host.end_fault(now, kind),
-            Part::Own(own) => own.end_fault(now, kind),
+            Part::Controller(machine) => machine.end_fault(now, kind),
+            Part::Own(own) => {
+                let due = own.when(own.guest.next_wakeup());
+                own.end_fault(now, kind, due)
+            }
             _ => 0,
         }
     }
@@ -235,6 +238,10 @@ impl Machine {
     /// Next wake-up; never while the machine is stalled: what falls due then is done when it resumes.
     pub fn next_wakeup(&self) -> Timestamp {
         if self.host.is_stalled() { Timestamp::MAX } else { self.due }
+    }
+
+    pub fn end_fault(&mut self, now: Timestamp, kind: &FaultKind) -> u64 {
+        self.host.end_fault(now, kind, self.due)
     }
 
     /// Updates the next wake-up, in bench time.

@@ -317,3 +317,18 @@ fn what_is_under_way_at_the_end_of_a_run_is_the_same_in_its_rerun() {
     let again = hil.run(&["rerun", "out"]).exits(0).out;
     assert!(again.contains("the same: 6 outputs"), "{again}");
 }
+
+#[test]
+fn a_stall_in_which_a_program_was_to_send_has_struck() {
+    let noted = |at_s: f64, for_s: f64| {
+        let hil = project("pass");
+        let fault = format!(
+            "[[fault]]\ntarget = \"host\"\nwhat = {{ scheduler_stall = {{ for_s = {for_s} }} }}\nwhen = {{ at_s = {at_s} }}\n"
+        );
+        fs::write(hil.path("beats.toml"), format!("{PLAN}\n{fault}")).unwrap();
+        let ran = hil.run(&["run", "./beats.toml", "--out", "out"]).exits(0);
+        ran.out.contains("fault 0 changed nothing")
+    };
+    assert!(!noted(0.55, 0.3));
+    assert!(noted(0.55, 0.01), "between two beats");
+}
