@@ -15,8 +15,10 @@ use crate::standstill::Rest;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length};
 
-/// The paper's heading is wrong if the filter puts it this far off: the band of its gyro after a lap (Fig. 5).
+/// The paper's heading is wrong if the filter puts it this far off after a lap: the band of its gyro (Fig. 5).
 const HEADING_OFF_MAX: Angle = Angle::from_deg(1.0);
+/// The paper's lap. Over a longer time, such as hours on a table, a good gyro's heading may drift as much further.
+const LAP_S: f64 = 64.0;
 
 /// Longest step of a filter that corrects nothing, in time and path. Assumption: soon enough beside comparisons over one to
 /// two seconds (`heading_watch.rs`).
@@ -33,6 +35,8 @@ pub(super) struct Estimating {
     leads: bool,
     /// Its heading minus the integrated one; zero if it leads.
     aside: Angle,
+    /// Time over which that has grown, s.
+    aside_s: f64,
     passed_s: f64,
     free_s: f64,
     gaps_s4: f64,
@@ -69,6 +73,7 @@ impl Controller {
             filter: Kalman::new(self.noise(), period_s),
             leads,
             aside: Angle::ZERO,
+            aside_s: 0.0,
             passed_s: 0.0,
             free_s: 0.0,
             gaps_s4: 0.0,
@@ -104,7 +109,8 @@ impl Controller {
         let zero = self.reckoning.odometry_heading() - heading;
         if let Some(estimating) = &mut self.estimating {
             estimating.filter.place();
-            (estimating.heading, estimating.aside) = (heading, Angle::ZERO);
+            estimating.heading = heading;
+            (estimating.aside, estimating.aside_s) = (Angle::ZERO, 0.0);
             estimating.odometry_zero = zero;
             (estimating.anchor, estimating.before) = (None, None);
         }
@@ -165,10 +171,12 @@ impl Controller {
         let Some(estimating) = &mut self.estimating else { return };
         let heading = integrated + estimating.aside;
         let turned = heading - estimating.heading;
+        let free_s = core::mem::take(&mut estimating.free_s);
+        estimating.aside_s += free_s;
         let step = Step {
             now,
             passed_s: core::mem::take(&mut estimating.passed_s),
-            free_s: core::mem::take(&mut estimating.free_s),
+            free_s,
             gaps_s4: core::mem::take(&mut estimating.gaps_s4),
             turned,
             bias,
@@ -233,7 +241,8 @@ impl Controller {
 
     /// Compares the paper's heading with the filter's.
     fn look_aside(&mut self) {
-        let off = |one: &Estimating| one.aside.abs() > HEADING_OFF_MAX;
+        let may_be = |one: &Estimating| HEADING_OFF_MAX * (one.aside_s / LAP_S).max(1.0);
+        let off = |one: &Estimating| one.aside.abs() > may_be(one);
         self.turned_by_bias |= self.watches_bias() && self.estimating.as_ref().is_some_and(off);
     }
 
