@@ -17,8 +17,9 @@ use wire::units::{Angle, AngularRate, Length};
 
 /// The paper's heading is wrong if the filter puts it this far off after a lap: the band of its gyro (Fig. 5).
 const HEADING_OFF_MAX: Angle = Angle::from_deg(1.0);
-/// The paper's lap. Over a longer time, such as hours on a table, a good gyro's heading may drift as much further.
-const LAP_S: f64 = 64.0;
+/// Longest lap: the paper's takes 64 s, without the standstills between its motions. Assumption. Over a longer time, such as
+/// hours on a table, a good gyro's heading may drift as much further.
+const LAP_S: f64 = 100.0;
 
 /// Longest step of a filter that corrects nothing, in time and path. Assumption: soon enough beside comparisons over one to
 /// two seconds (`heading_watch.rs`).

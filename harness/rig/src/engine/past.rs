@@ -29,16 +29,9 @@ impl Past {
         self.since.get_or_insert(now);
         self.last = Some(now);
         let from = now - self.span;
-        let further: [(_, fn(f64, f64) -> bool); 2] =
-            [(&mut self.lows, |kept, new| kept < new), (&mut self.highs, |kept, new| kept > new)];
-        for (queue, is_further) in further {
-            while queue.back().is_some_and(|(_, kept)| !is_further(*kept, value)) {
-                queue.pop_back();
-            }
-            queue.push_back((now, value));
-            while queue.front().is_some_and(|(at, _)| *at < from) {
-                queue.pop_front();
-            }
+        put(&mut self.lows, (now, value), from, |kept| kept < value);
+        put(&mut self.highs, (now, value), from, |kept| kept > value);
+        for queue in [&mut self.lows, &mut self.highs] {
             if queue.len() > KEPT_MAX {
                 queue.pop_front();
                 self.since = queue.front().map(|(at, _)| *at);
@@ -62,6 +55,22 @@ impl Past {
             queue.get(place).map(|(_, value)| *value)
         };
         Some((first(&self.lows)?, first(&self.highs)?))
+    }
+}
+
+/// Puts a value behind those that lie further out, and takes out those from before `from`.
+fn put(
+    queue: &mut VecDeque<(Timestamp, f64)>,
+    new: (Timestamp, f64),
+    from: Timestamp,
+    is_further: impl Fn(f64) -> bool,
+) {
+    while queue.back().is_some_and(|(_, kept)| !is_further(*kept)) {
+        queue.pop_back();
+    }
+    queue.push_back(new);
+    while queue.front().is_some_and(|(at, _)| *at < from) {
+        queue.pop_front();
     }
 }
 
