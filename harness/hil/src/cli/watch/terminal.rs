@@ -10,6 +10,8 @@ use ratatui::crossterm::terminal::{
     EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
 use ratatui::layout::Rect;
+use rustix::fd::AsFd;
+use rustix::termios::tcgetwinsize;
 use std::io::{self, BufWriter, Stderr, Write};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
@@ -71,7 +73,11 @@ const SIDE_MAX: u16 = 1_000;
 ///
 /// When the standard error is no longer a terminal.
 pub(super) fn size() -> io::Result<Rect> {
-    let size = rustix::termios::tcgetwinsize(io::stderr())?;
+    size_of(io::stderr())
+}
+
+fn size_of(terminal: impl AsFd) -> io::Result<Rect> {
+    let size = tcgetwinsize(terminal)?;
     Ok(Rect::new(0, 0, size.ws_col.min(SIDE_MAX), size.ws_row.min(SIDE_MAX)))
 }
 
@@ -111,10 +117,10 @@ impl Painter {
 
 #[cfg(test)]
 mod tests {
-    use super::take;
+    use super::{Rect, SIDE_MAX, size_of, take};
     use rustix::fs::{Mode, OFlags};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    use rustix::termios::{LocalModes, tcgetattr};
+    use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
     use std::fs::File;
     use std::io::Read as _;
     use std::process::{Command, Stdio};
@@ -128,6 +134,16 @@ mod tests {
     fn somebody_panics() {
         take().unwrap();
         panic!("somebody panics");
+    }
+
+    #[test]
+    fn a_terminal_of_any_size_is_drawn_in_bounds() {
+        let keyboard = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        for (side, drawn) in [(0, 0), (80, 80), (u16::MAX, SIDE_MAX)] {
+            let size = Winsize { ws_col: side, ws_row: side, ws_xpixel: 0, ws_ypixel: 0 };
+            tcsetwinsize(&keyboard, size).unwrap();
+            assert_eq!(size_of(&keyboard).unwrap(), Rect::new(0, 0, drawn, drawn));
+        }
     }
 
     #[test]
