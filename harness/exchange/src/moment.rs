@@ -142,7 +142,7 @@ impl Moment {
     }
 }
 
-/// Without the rounding noise of a raw value times its factor. A whole number has none, and may have more digits.
+/// Without the rounding noise of a raw value times its factor. A whole number is free of it, and may have more digits.
 fn rounded(value: f64) -> String {
     if value.fract() == 0.0 {
         return figures::all_digits(value);

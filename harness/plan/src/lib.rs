@@ -94,7 +94,7 @@ use described::{FileError, Mistake};
 use emulators::random::seed_of_run;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 use wire::gyro::GyroStream;
 use wire::time::Span;
@@ -229,9 +229,15 @@ impl Plan {
         judged
     }
 
-    /// What should occur in some run of a campaign on `rig`, and whether the plan itself demands it.
-    pub fn states(&self, judged: &[Property]) -> BTreeMap<String, bool> {
+    /// What of `judged` should occur in some run of a campaign and is not in `reached` yet, and whether the plan itself
+    /// demands it.
+    pub fn unreached(
+        &self,
+        judged: &[Property],
+        reached: &BTreeSet<String>,
+    ) -> BTreeMap<String, bool> {
         let states = judged.iter().filter(|property| property.kind() == property::Kind::Sometimes);
+        let states = states.filter(|state| !reached.contains(state.name()));
         let demands = |name: &str| self.properties.iter().any(|declared| declared.name() == name);
         states.map(|state| (state.name().to_owned(), demands(state.name()))).collect()
     }

@@ -66,6 +66,8 @@ pub const DURING_PREFIX: &str = "during.";
 /// Tag of a reaction that had no answer yet when the run ended, and of a gap since the last message: the value of the
 /// observation is the time until then.
 pub const OPEN_TAG: &str = "open";
+/// Value of that tag for what was open when the run ended.
+pub const OPEN_AT_END: f64 = 1.0;
 /// Value of that tag for a gap that was open when a step ended: it counts for the measurements of that step alone.
 pub const OPEN_AT_STEP: f64 = 2.0;
 /// Prefix of a signal, `Signal` or `Message.Signal`: its values, in the unit of the layout.

@@ -121,9 +121,7 @@ impl TrialCampaign {
             return BTreeMap::new();
         }
         let Prepared { plan, rig, .. } = &self.trial.prepared;
-        let mut states = plan.states(&plan.judged(rig));
-        states.retain(|state, _| !reached.contains(state));
-        states
+        plan.unreached(&plan.judged(rig), reached)
     }
 
     /// Identity of the campaign: everything that determines its cases.

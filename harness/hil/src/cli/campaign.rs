@@ -29,13 +29,12 @@ use clap::{Args, ValueEnum};
 use harness::executors::Simulated;
 use harness::program::Programs;
 use harness::run::Prepared;
-use plan::Property;
 use plan::faults::{FaultKind, Target};
 use plan::library::{Kind, Library};
 use plan::made::Made;
 use record::figures;
 use record::outcome::Outcome;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
@@ -190,9 +189,9 @@ impl CampaignArguments {
                 return self.envelopes.execute(&means, &folder, self.json);
             }
             let clean = executor.without_faults(self.seed);
-            let reached = clean.1.reached.clone();
+            let judged = prepared.plan.judged(&prepared.rig);
+            let states = prepared.plan.unreached(&judged, &clean.1.reached);
             let space = self.space(&task, clean, |_, _| true)?;
-            let states = unreached(&prepared, &prepared.plan.judged(&prepared.rig), &reached);
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
             let (folder, what) = (self.opened(&prepared)?, self.what(&task, ""));
@@ -374,15 +373,4 @@ impl CampaignArguments {
     fn known(&self) -> Result<(), Failure> {
         self.faults.iter().try_for_each(|name| kind(name).map(|_| ()))
     }
-}
-
-/// States that no run has reached yet, and whether the plan demands them; `reached` are those of the run without faults.
-fn unreached(
-    prepared: &Prepared,
-    judged: &[Property],
-    reached: &BTreeSet<String>,
-) -> BTreeMap<String, bool> {
-    let mut states = prepared.plan.states(judged);
-    states.retain(|state, _| !reached.contains(state));
-    states
 }

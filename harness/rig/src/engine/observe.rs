@@ -4,7 +4,7 @@ use super::rest_watch::Window;
 use crate::bench::{BenchFacts, Look};
 use controller::mission::{BiasTestResult, State, StraightResult, TurnResult};
 use plan::observation::Observation;
-use plan::quantities::{self as q, OPEN_TAG, Quantity};
+use plan::quantities::{self as q, OPEN_AT_END, OPEN_TAG, Quantity};
 use plan::{Direction, TableTurn};
 use std::collections::BTreeMap;
 use wire::base::HEADING_STEP;
@@ -14,9 +14,6 @@ use wire::units::{Angle, Pose, Temperature};
 
 /// Resolution of the base's displacement, 0.1 mm on the wire, as a standard uncertainty in m.
 pub const DISPLACEMENT_U_M: f64 = 0.000_1 / STEP_OVER_U;
-
-/// Value of the tag of what was open when the run ended.
-pub(super) const OPEN: f64 = 1.0;
 
 /// Resolution of the heading in the base's pose, 0.01 deg on the wire, as a standard uncertainty in deg.
 pub(super) const BASE_HEADING_U_DEG: f64 = 1.0 / COUNTS_PER_DEG / STEP_OVER_U;
@@ -106,7 +103,7 @@ impl<'a> Collector<'a> {
     pub(super) fn reaction(&mut self, took: Took) {
         let Took { quantity, seconds, mut tags, is_open } = took;
         let time = self.tags.get("time").map(|time| ("time".to_owned(), *time));
-        let open = is_open.then(|| (OPEN_TAG.to_owned(), OPEN));
+        let open = is_open.then(|| (OPEN_TAG.to_owned(), OPEN_AT_END));
         tags.extend(time.into_iter().chain(open));
         self.out.push(Observation { quantity, value: seconds, uncertainty: 0.0, tags });
     }

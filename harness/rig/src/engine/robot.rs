@@ -2,7 +2,7 @@
 //! it must stand still at the end.
 
 use super::fit::Fitted;
-use super::observe::{Ends, OPEN};
+use super::observe::Ends;
 use super::rest_watch::RestWatch;
 use super::strays::{FIRST_MISSION, Strays};
 use super::teardown::Teardown;
@@ -295,7 +295,7 @@ impl Engine {
         let reactions = self.reactions.finish(now);
         let gaps = self.gaps.finish(now);
         self.observe(now, |collector| {
-            collector.gaps(gaps, OPEN);
+            collector.gaps(gaps, q::OPEN_AT_END);
             reactions.into_iter().for_each(|took| collector.reaction(took));
             collector.add(&q::HEALTH_DEGRADED, f64::from(degraded), 0.0, &[]);
             collector.add(&q::HEALTH_FAULT, f64::from(fault), 0.0, &[]);

@@ -3,7 +3,7 @@
 use super::account::{Kept, Place};
 #[cfg(feature = "nats")]
 use super::over;
-use super::{Begun, CampaignArguments, JOURNAL, Task, unreached};
+use super::{Begun, CampaignArguments, JOURNAL, Task};
 use crate::cli::failure::Failure;
 use crate::cli::setup::{LiveSetup, Setup};
 #[cfg(feature = "nats")]
@@ -139,7 +139,7 @@ impl CampaignArguments {
         let journal = Journal::open_in_real_time(&folder.join(JOURNAL), what, lasted)?;
         let horizon = journal.horizon().unwrap_or(lasted);
         let can_suffer = |target, what| bench.can_suffer(target, what);
-        let states = unreached(prepared, bench.properties(), &clean.reached);
+        let states = prepared.plan.unreached(bench.properties(), &clean.reached);
         let space = self.space(task, (horizon, clean), can_suffer)?;
         for one in bench.unjudged() {
             screen.note(&format!("{} not judged: {}", one.name, one.why));
