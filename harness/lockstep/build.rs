@@ -36,7 +36,8 @@ fn compile(name: &str, kind: &[&str], sources: &[PathBuf]) {
     // The shim is for the GNU C library, whatever the harness itself is linked with.
     let target = env::var("TARGET").expect("cargo says for what").replace("-musl", "-gnu");
     let mut build = cc::Build::new();
-    build.target(&target).opt_level(2).pic(true).warnings(false);
+    // A library is never static, and neither is what it is loaded into, even if the harness is.
+    build.target(&target).opt_level(2).pic(true).static_flag(false).warnings(false);
     let status = build
         .get_compiler()
         .to_command()
