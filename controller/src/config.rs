@@ -200,10 +200,15 @@ impl BaseConfig {
 }
 
 impl MotionConfig {
+    /// The base's own ramp, which it brakes by.
+    pub(crate) fn base_acceleration(&self) -> Acceleration {
+        self.acceleration * self.base_acceleration_margin
+    }
+
     /// The ramps for the base.
     pub(crate) fn ramps(&self) -> Request {
         Request::SetAcceleration {
-            drive: self.acceleration * self.base_acceleration_margin,
+            drive: self.base_acceleration(),
             steer: self.angular_acceleration * self.base_acceleration_margin,
         }
     }

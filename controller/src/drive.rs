@@ -192,6 +192,12 @@ impl Drive {
         self.path.could_be_there(displacement)
     }
 
+    /// The path of a drive that is broken off at `now`, in which the base brakes by its ramp.
+    pub(crate) fn broken_off(mut self, now: Timestamp, config: &MotionConfig) -> PathWatch {
+        self.path.break_off(now, config.base_acceleration());
+        self.path
+    }
+
     /// Runs one period of the loops.
     pub(crate) fn tick(&mut self, sight: &Sight, config: &MotionConfig) -> Wish {
         let wish = self.wish(sight, config);

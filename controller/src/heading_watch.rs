@@ -79,10 +79,13 @@ impl HeadingWatch {
             | is_late(&mut self.part_apart_since, now, part_alike)
     }
 
-    /// True if they may differ like that at the end of a drive, where both stand: nothing is late.
+    /// True if they may differ like that at the end of a drive, where both stand: nothing is late, and nothing will change
+    /// by waiting.
     pub(crate) fn agree_at_rest(&self, gyro: Angle, odometry: Angle) -> bool {
-        let heard = |start: Heard| Heard { gyro, odometry, rate: AngularRate::ZERO, ..start };
-        self.start.is_none_or(|start| self.agree(start, heard(start)))
+        let displacement = self.last_path;
+        let heard = Heard { gyro, odometry, displacement, rate: AngularRate::ZERO };
+        self.start.is_none_or(|start| self.agree(start, heard))
+            && self.part.start.is_none_or(|start| Part::agree(start, heard))
     }
 
     fn agree(&self, start: Heard, heard: Heard) -> bool {
@@ -98,7 +101,10 @@ impl Part {
             self.start = Some(next);
             self.next = Some((now, heard));
         }
-        let Some(start) = self.start else { return true };
+        self.start.is_none_or(|start| Self::agree(start, heard))
+    }
+
+    fn agree(start: Heard, heard: Heard) -> bool {
         let path = (heard.displacement - start.displacement).abs();
         // At its start, too, one of the two may have been late.
         let late = (heard.rate.abs() + start.rate.abs()) * AGE;
@@ -199,6 +205,25 @@ mod tests {
         assert!(watch.agree_at_rest(deg(-90.0), deg(-93.0)));
         watch.begin();
         assert!(watch.agree_at_rest(deg(0.0), deg(50.0)), "nothing to compare with");
+    }
+
+    /// Found by a campaign: a bias that leapt while the base was silent, which ended after the base was heard to stand.
+    #[test]
+    fn a_leap_during_a_silence_shows_as_soon_as_the_base_is_heard_to_stand() {
+        let mut watch = HeadingWatch::default();
+        let heard = |gyro| Heard {
+            gyro: Angle::from_deg(gyro),
+            odometry: Angle::from_deg(-90.0),
+            displacement: Length::ZERO,
+            rate: AngularRate::ZERO,
+        };
+        for tenth in 0..20 {
+            let at = Timestamp::ZERO + Span::from_millis(100 * tenth);
+            assert!(!watch.differs(at, heard(-90.0)));
+        }
+        assert!(!watch.differs(Timestamp::from_secs_f64(2.8), heard(-88.7)), "it may be late");
+        let at_rest = |gyro| watch.agree_at_rest(Angle::from_deg(gyro), Angle::from_deg(-90.0));
+        assert!(!at_rest(-88.7) && at_rest(-89.3));
     }
 
     #[test]

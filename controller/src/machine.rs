@@ -20,6 +20,7 @@ use crate::health::{Health, Level};
 use crate::mission::{BiasMethod, Estimator, HeadingSource, MissionId, Report};
 use crate::mutant::Mutant;
 use crate::own_time::OwnTime;
+use crate::path_watch::PathWatch;
 use crate::pose_download::PoseDownload;
 use crate::standstill::{Rest, Standstill};
 use estimating::Estimating;
@@ -124,6 +125,8 @@ pub struct Controller {
     estimator_failed: bool,
     pose_not_written: bool,
     odometry_doubtful: bool,
+    /// The path of a drive that was broken off, until the base stands.
+    broken_off: Option<PathWatch>,
     /// The base fell silent while it moved, and has not been heard to stand since.
     is_unfollowed: bool,
     reports_lost: bool,
@@ -181,6 +184,7 @@ impl Controller {
             estimator_failed: false,
             pose_not_written: false,
             odometry_doubtful: false,
+            broken_off: None,
             is_unfollowed: false,
             reports_lost: false,
             reference: Angle::ZERO,

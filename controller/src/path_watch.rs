@@ -4,7 +4,7 @@
 //! stands still or jumps shows in that difference.
 
 use wire::time::{Span, Timestamp};
-use wire::units::{Length, Speed};
+use wire::units::{Acceleration, Length, Speed};
 
 /// Allowed difference at rest. Assumption: a third of the paper's 10 cm square.
 const APART_MAX: Length = Length::from_m(0.03);
@@ -51,6 +51,20 @@ impl PathWatch {
         went >= told.min(told_before) - slack && went <= told.max(told_before) + slack
     }
 
+    /// The drive is broken off at `now`, and the base brakes at `ramp`. Afterwards [`Self::fell_short`] counts what it
+    /// goes meanwhile.
+    pub(crate) fn break_off(&mut self, now: Timestamp, ramp: Acceleration) {
+        let speed = self.last.map_or(0.0, |(_, speed)| speed.m_per_s());
+        self.tell(now, Speed::ZERO);
+        self.told += Length::from_m(speed * speed.abs() / (2.0 * ramp.m_per_s2()));
+    }
+
+    /// True if a base at rest went less than commanded. It may have gone further: the command to stop can be late.
+    pub(crate) fn fell_short(&self, displacement: Length) -> bool {
+        let short = (self.from + self.told - displacement).m() * f64::copysign(1.0, self.told.m());
+        short > self.apart_max().m()
+    }
+
     /// True if a base at rest can report `displacement`.
     pub(crate) fn could_be_there(&self, displacement: Length) -> bool {
         (displacement - self.from - self.told).abs() <= self.apart_max()
@@ -70,7 +84,7 @@ impl PathWatch {
 
 #[cfg(test)]
 mod tests {
-    use super::{Length, PathWatch, Span, Speed, Timestamp};
+    use super::{Acceleration, Length, PathWatch, Span, Speed, Timestamp};
 
     /// A watch commanded to drive at 0.4 m/s for `seconds`; the caller chooses the odometer reading.
     fn driven(seconds: i64) -> PathWatch {
@@ -92,5 +106,18 @@ mod tests {
         assert!(!watch.could_be_there(at(3.9)) && !watch.could_be_there(at(4.5)));
         // 0.15 s late and 7 cm off passes; a standstill of a quarter of a second does not.
         assert!(on_the_way(3.9) && !on_the_way(3.86) && !on_the_way(4.1));
+    }
+
+    /// Found by a campaign: an odometer stuck in the last half second before the base fell silent.
+    #[test]
+    fn a_base_that_is_stopped_on_its_way_still_has_to_brake() {
+        for sign in [1.0, -1.0] {
+            let mut watch = PathWatch::new(Length::from_m(7.0));
+            watch.tell(Timestamp::ZERO, Speed::from_m_per_s(0.4 * sign));
+            watch.break_off(Timestamp::from_secs_f64(2.0), Acceleration::from_m_per_s2(0.8));
+            let fell_short = |m: f64| watch.fell_short(Length::from_m(7.0 + m * sign));
+            assert!(!fell_short(0.9) && fell_short(0.85), "0.8 m and 0.1 m to brake, but for 4 cm");
+            assert!(!fell_short(1.5), "it may have heard of it late");
+        }
     }
 }

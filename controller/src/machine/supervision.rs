@@ -44,9 +44,18 @@ impl Controller {
         if broken_off && self.base.as_ref().is_some_and(|base| base.ordered().was_not_followed()) {
             self.odometry_doubtful = true;
         }
+        let lags = !self.config.planted().is(Mutant::LaggingOdometerBelieved);
+        if !self.base.as_ref().is_some_and(BaseDriver::may_move)
+            && let Some(path) = self.broken_off.take()
+        {
+            // A base that stopped by itself went no further.
+            let stopped = motion.command_timed_out || motion.emergency_stop || motion.fault;
+            self.odometry_doubtful |=
+                lags && !stopped && path.fell_short(self.reckoning.displacement());
+        }
         if let Task::Drive(drive) = &self.task
             && !drive.could_be_on_the_way(now, self.reckoning.displacement())
-            && !self.config.planted().is(Mutant::LaggingOdometerBelieved)
+            && lags
         {
             // Reported, but no reason to stop: a line that loses commands has the same effect.
             self.odometry_doubtful = true;
@@ -196,7 +205,7 @@ impl Controller {
         } else {
             return;
         };
-        self.abort(reason);
+        self.abort(now, reason);
         if moves {
             self.stop_base(now);
         }

@@ -86,7 +86,7 @@ impl Controller {
                 Ok(())
             }
             Command::Stop => {
-                self.abort(AbortReason::Stopped);
+                self.abort(now, AbortReason::Stopped);
                 self.stop_base(now);
                 self.done(id, MissionResult::Applied);
                 Ok(())
@@ -171,11 +171,11 @@ impl Controller {
         let (id, average) = (*id, *average);
         let at_rest = average.was_at_rest(&self.config.gyro) && !self.is_moving(now);
         if !at_rest && !self.config.planted().is(Mutant::BiasTestWhileMoving) {
-            self.abort(AbortReason::NotAtRest);
+            self.abort(now, AbortReason::NotAtRest);
             return;
         }
         if !self.gyro.learn_noise() {
-            self.abort(AbortReason::GyroFault);
+            self.abort(now, AbortReason::GyroFault);
             return;
         }
         let calibration = self.gyro.integrator().calibration();
@@ -197,6 +197,7 @@ impl Controller {
     pub(super) fn begin_drive(&mut self, now: Timestamp, mut drive: Drive) {
         drive.plant(self.config.planted());
         self.headings.begin();
+        self.broken_off = None;
         self.has_driven = true;
         self.turned_by_bias |= self.bias_moved;
         // The base stands, or this mission would have been refused: a stop commanded at rest is over and must not
@@ -225,6 +226,7 @@ impl Controller {
         self.reckoning.place(pose);
         self.gyro.forgive();
         self.odometry_doubtful = false;
+        self.broken_off = None;
         self.moved_at_rest = false;
         (self.has_driven, self.turned_by_bias) = (false, false);
         self.headings_disagree = false;
@@ -287,7 +289,7 @@ impl Controller {
             }
             Progress::Refused => {
                 self.pose_not_written = true;
-                self.abort(AbortReason::PoseWriteRefused);
+                self.abort(now, AbortReason::PoseWriteRefused);
             }
         }
     }
@@ -329,13 +331,13 @@ impl Controller {
                 }
             }
             Wish::TimedOut => {
-                self.abort(AbortReason::TimedOut);
+                self.abort(now, AbortReason::TimedOut);
                 self.stop_base(now);
             }
         }
     }
 
-    pub(super) fn abort(&mut self, reason: AbortReason) {
+    pub(super) fn abort(&mut self, now: Timestamp, reason: AbortReason) {
         let id = match &self.task {
             Task::Idle => return,
             Task::BiasTest { id, .. } => *id,
@@ -343,9 +345,10 @@ impl Controller {
             Task::PoseDownload(download, _) => download.id,
         };
         self.bias_test_failed |= matches!(self.task, Task::BiasTest { .. });
-        if matches!(self.task, Task::Drive(_)) {
+        if let Task::Drive(drive) = self.task {
             // The target is void: the next mission starts from where this one ended.
             self.reference = self.heading();
+            self.broken_off = Some(drive.broken_off(now, &self.config.motion));
         }
         self.task = Task::Idle;
         self.push_report(Report::Aborted { id, reason });

@@ -9,7 +9,7 @@
 //! | the angle of a bias that leaps during a drive | until it is there at a standstill, where the gyro reads its bias, and while gyro and odometry differ by no more than the odometry may err |
 //! | an order changed past checksum or CRC, or carried out after it was withdrawn | while the base obeys it |
 //! | the time that the order in force was on its way | this time |
-//! | a message of the base that was changed like that | until the next one |
+//! | a message of the base that was changed like that | until the next two: one alone may be doubted, by what the changed one said |
 
 use super::seen::Truth;
 use std::collections::VecDeque;
@@ -35,6 +35,8 @@ const DRIFT: AngularRate = AngularRate::from_deg_per_s(0.005);
 const WITHDRAWN_AFTER: Span = Span::from_millis(100);
 /// Time that an order may be on its way without a fault: an exchange on the serial line.
 const USUAL: Span = Span::from_millis(60);
+/// Messages that correct a changed one: a path that no base could have gone takes a second one to be believed.
+const CONFIRMED_BY: u8 = 2;
 /// Most remembered orders; an older one counts as changed.
 const SENT_MAX: usize = 512;
 
@@ -46,8 +48,8 @@ pub(super) struct Hidden {
     slid: (f64, f64),
     leap: Leap,
     orders: Orders,
-    /// The last message of the base was changed on its way.
-    pub(super) misheard: bool,
+    /// How many more messages of the base it takes until none that was changed on its way counts.
+    misheard: u8,
     /// Such a message came at some time.
     was_misheard: bool,
 }
@@ -74,6 +76,7 @@ struct Drive {
     odometry: Angle,
     turned: Angle,
     path: Length,
+    lasted: Span,
 }
 
 /// Orders of the controller, and which of them the base obeys.
@@ -118,8 +121,13 @@ impl Hidden {
 
     /// A message of the base has come, changed on its way or as it was sent.
     pub(super) const fn hears(&mut self, misheard: bool) {
-        self.misheard = misheard;
+        self.misheard = if misheard { CONFIRMED_BY } else { self.misheard.saturating_sub(1) };
         self.was_misheard |= misheard;
+    }
+
+    /// A changed message of the base is believed.
+    pub(super) const fn is_misheard(&self) -> bool {
+        self.misheard > 0
     }
 
     /// The controller sent this.
@@ -169,7 +177,7 @@ impl Hidden {
 
     /// Whether anything is hidden.
     pub(super) fn is_any(&self) -> bool {
-        self.misheard
+        self.is_misheard()
             || self.has_stray_ramps()
             || self.orders.late > Span::ZERO
             || self.apparent().is_some()
@@ -230,17 +238,20 @@ impl Leap {
             && truth.is_moving()
             && let Some(odometry) = odometry
         {
-            let (turned, path) = (Angle::ZERO, Length::ZERO);
+            let (turned, path, lasted) = (Angle::ZERO, Length::ZERO, Span::ZERO);
             let heading = last.pose.heading;
-            self.drive = Some(Drive { heading, leapt: last.leapt, odometry, turned, path });
+            let leapt = last.leapt;
+            self.drive = Some(Drive { heading, leapt, odometry, turned, path, lasted });
         }
         let Some(drive) = &mut self.drive else { return };
         drive.turned = drive.turned.max((truth.pose.heading - drive.heading).abs());
         drive.path += Length::from_m(x.hypot(y));
+        drive.lasted += passed;
         let Some(odometry) = odometry else { return };
         let gyro = truth.pose.heading - drive.heading + (truth.leapt - drive.leapt);
         let apart = (gyro - (odometry - drive.odometry)).wrapped().abs();
-        let mut most = APART_MAX + truth.steer_rate.abs() * LATE;
+        // The bias in force may be off by the drift of the data sheet.
+        let mut most = APART_MAX + truth.steer_rate.abs() * LATE + DRIFT * drive.lasted;
         if self.turned < TURN_KNOWN {
             most += drive.turned * APART_PER_TURN;
         }

@@ -320,9 +320,9 @@ impl Senses {
         if self.apparent { self.hidden.order_late() } else { Span::ZERO }
     }
 
-    /// In the world of the inputs: the last message of the base was changed on its way.
+    /// In the world of the inputs: a message of the base that was changed on its way is believed.
     pub(super) fn is_misheard(&self) -> bool {
-        self.apparent && self.hidden.misheard
+        self.apparent && self.hidden.is_misheard()
     }
 
     /// The motion of the base, if it was heard at `now`.

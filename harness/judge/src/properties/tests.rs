@@ -9,12 +9,12 @@ use super::{
 use controller::config::{Config, GyroConfig, MotionConfig};
 use controller::health::{Causes, Health};
 use controller::mission::{
-    AbortReason, Command, HeadingSource, MissionResult, Refusal, Report, Turn, TurnResult,
+    AbortReason, Command, HeadingSource, MissionResult, Refusal, Report, Straight, Turn, TurnResult,
 };
 use scene::Scene;
 use wire::base::Request;
 use wire::time::Span;
-use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Pose};
+use wire::units::{Acceleration, Angle, AngularAcceleration, AngularRate, Length, Pose, Speed};
 
 /// The result of `name` in the scene that `play` makes.
 fn verdict(name: &str, play: impl FnOnce(&mut Scene)) -> PropertyVerdict {
@@ -229,6 +229,32 @@ fn done_is_done_where_the_controller_calls_itself_well() {
         scene.after(5_000).truth(0.0, 0.0).report(Report::Done { id: 3, result });
     });
     assert!(!by_states.held, "a health that only states tell is a word, too");
+}
+
+/// Found by a campaign: a straight that ended 1.7 deg off its heading, which the next turn made good.
+#[test]
+fn a_turn_is_done_where_it_was_to_lead_to() {
+    let turn = Turn { angle: Angle::from_deg(-90.0), rate: AngularRate::from_deg_per_s(30.0) };
+    let result = MissionResult::Turn(TurnResult {
+        stop_error: Angle::ZERO,
+        gyro_angle: turn.angle,
+        odometry_angle: turn.angle,
+        duration: Span::from_secs(5),
+    });
+    let straight = Straight { distance: Length::from_m(4.0), speed: Speed::from_m_per_s(0.4) };
+    let turned = |to_deg: f64, broken_off: bool| {
+        verdict("done_is_done", |scene| {
+            scene.health(Causes::default()).truth(0.0, 0.0).tell(2, Command::Straight(straight));
+            if broken_off {
+                scene.report(Report::Aborted { id: 2, reason: AbortReason::Stopped });
+            }
+            scene.after(5_000).truth(1.7, 0.0).tell(3, Command::Turn(turn));
+            scene.after(5_000).truth(to_deg, 0.0).report(Report::Done { id: 3, result });
+        })
+    };
+    assert!(turned(-90.0, false).held && turned(-88.3, false).held);
+    assert!(!turned(-91.3, false).held && !turned(-86.9, false).held);
+    assert!(!turned(-90.0, true).held, "it begins where the last one was broken off");
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub(super) struct DoneIsDone {
     pub(super) distance_max: Length,
     pub(super) began: Option<(MissionId, Truth)>,
     pub(super) stopped: Option<Timestamp>,
+    /// Where the base has to face by the orders since it first moved, or since one of them was broken off.
+    pub(super) facing: Option<Angle>,
 }
 
 impl DoneIsDone {
@@ -35,7 +37,11 @@ impl DoneIsDone {
             Order::Turn(ordered) => {
                 let (ordered, limit) = (ordered.deg(), self.turn_max.deg());
                 let turned = (to.pose.heading - from.pose.heading).deg();
-                judgement.take(senses.now, below((turned - ordered).abs(), limit), || {
+                // A turn makes good by what the drive before it ended off its heading.
+                let off =
+                    self.facing.map_or(f64::INFINITY, |facing| (to.pose.heading - facing).deg());
+                let off = (turned - ordered).abs().min(off.abs());
+                judgement.take(senses.now, below(off, limit), || {
                     format!(
                         "a turn of {ordered:.1} deg is called done and was one of {turned:.1} deg, \
                          expected within {limit} deg"
@@ -78,22 +84,29 @@ impl Judge for DoneIsDone {
 
     fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
         match (fact, senses.truth) {
-            (Fact::Told(id, Order::Turn(_) | Order::Straight(_)), Some(truth)) => {
+            (Fact::Told(id, order @ (Order::Turn(_) | Order::Straight(_))), Some(truth)) => {
                 self.began = Some((*id, truth));
                 self.stopped = None;
+                let facing = self.facing.get_or_insert(truth.pose.heading);
+                if let Order::Turn(ordered) = order {
+                    *facing += *ordered;
+                }
             }
             (Fact::Told(_, Order::Stop), _) => self.stopped = Some(senses.now),
             (Fact::State(state), Some(truth)) => {
                 let stopped = self.stopped.is_some_and(|at| senses.now - at >= STOP_AGE_MIN);
-                if stopped && !state.moving && senses.health.level == Level::Ok {
+                let believed = !state.moving && !senses.is_misheard();
+                if stopped && believed && senses.health.level == Level::Ok {
                     stands(judgement, senses, truth);
                 }
             }
-            (Fact::Placed, _) => self.began = None,
+            (Fact::Placed, _) => (self.began, self.facing) = (None, None),
+            (Fact::Answered(_, _, Report::Refused { .. } | Report::Aborted { .. }), _)
+            | (Fact::Answered(_, Order::Setting | Order::Source(_), _), _) => self.facing = None,
             (Fact::Answered(id, order, Report::Done { .. }), Some(truth)) => {
                 let Some((began, from)) = self.began else { return };
                 let well = senses.health.level == Level::Ok;
-                if began == *id && well {
+                if began == *id && well && !senses.is_misheard() {
                     stands(judgement, senses, truth);
                 }
                 if began == *id && well && senses.source == HeadingSource::Gyro {

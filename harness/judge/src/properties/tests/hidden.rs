@@ -163,17 +163,17 @@ fn an_order_that_the_controller_did_not_give_explains_what_the_base_does() {
 }
 
 #[test]
-fn a_message_that_was_changed_explains_what_is_believed_until_the_next() {
-    let off = |heard_again: bool| {
+fn a_message_that_was_changed_explains_what_is_believed_until_the_next_two() {
+    let off = |heard_again: u32| {
         is_explained("no_silent_wrong", |scene| {
             scene.truth(0.0, 0.0).state(0.0, 1).motion().see(&Seen::Misheard);
-            if heard_again {
+            for _ in 0..heard_again {
                 scene.motion();
             }
             scene.after(10).truth(0.0, 0.0).state(2.0, 2);
         })
     };
-    assert!(off(false) && !off(true));
+    assert!(off(0) && off(1) && !off(2));
 }
 
 #[test]
