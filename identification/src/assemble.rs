@@ -7,13 +7,14 @@ use crate::experiment::{self, Doubt, Experiment};
 use crate::finding::{
     Compensation, Effect, Figure, Finding, HeldOut, Left, LeftOut, SCHEMA, Verdict,
 };
-use crate::judge::{Judge, Metric, margin};
+use crate::fit::{Data, Found, residual, values_of};
+use crate::judge::{Judge, Metric, Whiteness, margin, of_innovations, stretches};
 use crate::model::{Acts, Model, Shape, Term, is_frame};
-use crate::noise::{Layout, NoiseModel};
+use crate::noise::{Layout, NoiseModel, Whitener};
 use crate::options::Options;
 use crate::outcome::{self, Diagnostics, OffsetOfRuns};
 use crate::problem::{Aggregate, Problem};
-use crate::select::{BlockFit, Data, Found, Waypoint};
+use crate::select::{BlockFit, Waypoint};
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -113,9 +114,7 @@ impl<'a> Done<'a> {
 
     /// How firmware removes the errors that were found.
     fn compensation(&self, dataset: &Dataset, seed: u64) -> Option<Compensation> {
-        let all = || self.fit.base.iter().chain(&self.fit.effects);
-        let coefficients: Vec<f64> =
-            all().flat_map(|found| &found.coefficients).map(|(value, _)| *value).collect();
+        let coefficients = values_of(&self.fit.all());
         let noise = (&self.fit.noise, &*self.fit.left_out);
         let shapes = self.fit.shapes().into_iter();
         let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
@@ -215,7 +214,7 @@ pub(crate) fn assemble(
                 one.data.block.label
             ));
         }
-        match outcome::whiteness(one.data, &one.fit) {
+        match whiteness(one) {
             Some(found) => {
                 notices.push(found.notice(one.data, done.len()));
                 if !found.is_white(done.len()) {
@@ -352,6 +351,12 @@ fn above_floor(
         ),
         share_of_residual_variance: 1.0 - ratio.powi(-2),
     })
+}
+
+/// Whether what is left of the quantity is white; `None` if there are too few observations to tell.
+fn whiteness(Done { data, fit, .. }: &Done<'_>) -> Option<Whiteness> {
+    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
+    of_innovations(&whitener.apply(&residual(*data, &fit.all())), &stretches(*data))
 }
 
 /// Whether the gyro sees less than half of the rotation that it should measure.

@@ -4,8 +4,8 @@
 //! The measurement is a straight line over its reference between two limits, and flat beyond them. Only clear cases are
 //! taken; a limit that few readings reach, or a gain that falls before the limit, is left to the search.
 
-use crate::model::{Acts, Form, Shape};
-use crate::problem::{Aggregate, Block, Channels, rotation_driver};
+use crate::model::{Acts, Driver, Form, Shape};
+use crate::problem::{Aggregate, Block, Channels};
 use crate::robust;
 use crate::significance::surprise_chi2;
 use std::ops::Range;
@@ -103,7 +103,7 @@ pub fn clip(block: &mut Block, channels: &Channels) -> Option<Clipped> {
     let upper = high.map_or_else(|| low.map_or(most, |low| most.max(-low.at)), |high| high.at);
     let lower = low.map_or_else(|| least.min(-upper), |low| low.at);
     let mut shape =
-        Shape::new("saturation", Acts::Saturation, rotation_driver(channels), Form::Saturation)
+        Shape::new("saturation", Acts::Saturation, Driver::rotation(channels), Form::Saturation)
             .with("limit", upper);
     if lower != -upper {
         shape.set("lower_limit", lower);

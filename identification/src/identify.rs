@@ -2,21 +2,18 @@
 
 use crate::assemble::{Done, assemble};
 use crate::clipping::{Clipped, clip};
-use crate::corrections;
 use crate::dataset::Dataset;
 use crate::finding::{Prediction, SetAside, Verdict};
+use crate::fit::{Data, Memory, fit_terms};
 use crate::judge::{Holding, Judge};
 use crate::model::{Acts, Model, Shape, exposure};
 use crate::noise::{self, Layout, NoiseModel};
-use crate::outcome;
 use crate::outliers::{self, Wild};
 use crate::problem::{Block, Known, Problem};
-use crate::select::{
-    Asked, Data, Memory, agreed, fewer, fit_terms, identify_block, is_against, without_rounding,
-};
+use crate::rounding::without_rounding;
+use crate::select::{Asked, agreed, fewer, identify_block, is_against};
 use crate::set_right::{set_right, worthwhile};
-use crate::still;
-use crate::unreferenced;
+use crate::{corrections, outcome, still, unreferenced};
 
 pub use crate::assemble::Identified;
 pub use crate::error::IdentifyError;

@@ -6,11 +6,12 @@ use crate::corrections::{Correction, applied};
 use crate::dataset::Dataset;
 use crate::error::IdentifyError;
 use crate::finding::Effect;
+use crate::fit::Data;
 use crate::judge::{Holding, Judge, Metric};
 use crate::model::{Acts, Shape};
 use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Known, Problem};
-use crate::select::{Data, fall};
+use crate::select::fall;
 
 /// The corrections as effects with their strengths. The path of each block that they concern begins with what the
 /// package states.

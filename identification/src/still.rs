@@ -8,7 +8,7 @@ use crate::corrections::{Poses, leaves, reference_of};
 use crate::dataset::{Column, Dataset, Kind, Role};
 use crate::error::IdentifyError;
 use crate::linear::solve;
-use crate::problem::{Channels, motion};
+use crate::problem::{Channels, motion, runs};
 use crate::robust::root_mean_square;
 use std::ops::Range;
 
@@ -165,34 +165,29 @@ fn end(dataset: &mut Dataset, names: &[String], goes_on: impl Fn(Range<usize>) -
     let columns: Vec<usize> = (0..dataset.columns.len())
         .filter(|&at| names.contains(&dataset.columns[at].name))
         .collect();
-    let runs = dataset.run_of_row.clone();
-    let mut start = 0;
-    for row in 1..=runs.len() {
-        if row < runs.len() && runs[row] == runs[start] {
-            continue;
-        }
+    let run_of_row = dataset.run_of_row.clone();
+    for run in runs(&run_of_row) {
         let values = |row: usize| columns.iter().map(move |&at| (at, row));
         let value = |(at, row): (usize, usize)| dataset.columns[at].values[row];
         let known: Vec<usize> =
-            (start..row).filter(|&row| values(row).all(|cell| value(cell).is_finite())).collect();
+            run.clone().filter(|&row| values(row).all(|cell| value(cell).is_finite())).collect();
         let last = known.last().copied();
         let repeats = |row: &&usize| {
             last.is_some_and(|last| values(**row).map(value).eq(values(last).map(value)))
         };
         let tail = known.iter().rev().take_while(repeats).count();
         let from = known.len() - tail;
-        if tail > ENDED && from > 0 && goes_on(known[from] + 1..row) {
+        if tail > ENDED && from > 0 && goes_on(known[from] + 1..run.end) {
             let time = dataset.column(Role::Time).map_or(f64::NAN, |time| time.values[known[from]]);
             dataset.notices.push(format!(
                 "{} of run {} repeats one value from {time:.3} on to the end, though the device goes on: the \
                  reference has ended there",
                 names.join(", "),
-                dataset.run_labels[runs[start]],
+                dataset.run_labels[run_of_row[run.start]],
             ));
             for &at in &columns {
-                dataset.columns[at].values[known[from]..row].fill(f64::NAN);
+                dataset.columns[at].values[known[from]..run.end].fill(f64::NAN);
             }
         }
-        start = row;
     }
 }

@@ -1,11 +1,10 @@
 //! Named effects (devices of this class, IEEE Std 952 and the odometry of wheeled robots).
 
-use super::late;
 use super::names::{acts, constant, over};
-use super::{Candidate, Family};
+use super::{Candidate, Family, late};
 use crate::dataset::{Dimension, Role};
 use crate::model::{Acts, Driver, Form, Shape, WHEEL_SIZE, Wrap, exposure};
-use crate::problem::{Aggregate, Block, Channel, Channels, rotation_driver};
+use crate::problem::{Aggregate, Block, Channel, Channels};
 
 /// Terms that any driver may change.
 pub(super) const OPEN: [Acts; 5] =
@@ -237,7 +236,7 @@ impl Builder<'_> {
             Some(name) => Driver::plain(name),
             None => Driver::new(Wrap::Sign, &self.channels.rotation_name),
         };
-        let rotation = rotation_driver(self.channels);
+        let rotation = Driver::rotation(self.channels);
         let size = Driver::new(Wrap::Abs, &self.channels.rotation_name);
         if on == Acts::Curvature {
             // Nothing leaks into a steering that there is not.
@@ -298,7 +297,7 @@ impl Builder<'_> {
         if self.channels.rotation.is_empty() {
             return;
         }
-        let rotation = rotation_driver(self.channels);
+        let rotation = Driver::rotation(self.channels);
         let largest = self.channels.rotation.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         if !(largest > 0.0) {
             return;

@@ -11,11 +11,11 @@ mod terms;
 
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role};
 use crate::finding::{Compensation, LeftOut};
+use crate::fit::{Data, Fold, fit_terms};
 use crate::judge::{Errors, Metric};
 use crate::model::{Acts, Form, Shape};
 use crate::noise::NoiseModel;
 use crate::problem::{Channels, wrap};
-use crate::select::{Data, Fold, fit_terms};
 use formula::{call, number};
 use program::{Input, Program, Running};
 pub use reading::{Reading, reading};

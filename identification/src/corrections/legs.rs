@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::linear::dot;
-use crate::problem::wrap;
+use crate::problem::{self, wrap};
 use crate::signal::{interpolate, running_total};
 use std::ops::Range;
 
@@ -63,13 +63,7 @@ impl Poses {
         let (x, y) = (column(Role::ReferenceX)?, column(Role::ReferenceY)?);
         let heading = column(Role::ReferenceHeading)?;
         let time = column(Role::Time)?;
-        let mut runs: Vec<Range<usize>> = Vec::new();
-        for (row, run) in dataset.run_of_row.iter().enumerate() {
-            match runs.last_mut() {
-                Some(last) if dataset.run_of_row[last.start] == *run => last.end = row + 1,
-                _ => runs.push(row..row + 1),
-            }
-        }
+        let runs: Vec<Range<usize>> = problem::runs(&dataset.run_of_row).collect();
         let whole =
             |row: &usize| x[*row].is_finite() && y[*row].is_finite() && heading[*row].is_finite();
         let known = runs.iter().map(|rows| rows.clone().filter(whole).collect()).collect();
@@ -142,21 +136,9 @@ pub(crate) fn leaves(said: &[f64], seen: &[f64], range: [f64; 2]) -> f64 {
     left / total
 }
 
-/// Fewer runs than this are cut into stretches.
-const RUNS_MIN: usize = 6;
-const STRETCHES: usize = 12;
-
-/// Cluster of each leg: its run, or its stretch if runs are few.
+/// Cluster of each leg.
 pub(super) fn clusters(legs: &[Leg]) -> Vec<usize> {
-    let mut found: Vec<usize> = Vec::with_capacity(legs.len());
-    for (i, leg) in legs.iter().enumerate() {
-        let is_new = i > 0 && leg.run != legs[i - 1].run;
-        found.push(found.last().map_or(0, |last| last + usize::from(is_new)));
-    }
-    if found.last().is_some_and(|last| last + 1 >= RUNS_MIN) {
-        return found;
-    }
-    (0..legs.len()).map(|i| i * STRETCHES / legs.len()).collect()
+    problem::clusters(&legs.iter().map(|leg| leg.run).collect::<Vec<usize>>())
 }
 
 #[cfg(test)]

@@ -2,11 +2,12 @@
 
 use super::contest::{Contest, Triangle, Valued, lambda};
 use crate::dataset::Axis;
+use crate::fit::{Data, Found, fit_terms};
 use crate::linear::Basis;
 use crate::model::Shape;
 use crate::noise::Whitener;
 use crate::robust;
-use crate::select::{BlockFit, Data, Found, fit_terms};
+use crate::select::BlockFit;
 
 /// Maximum number of pairs, taken from the strongest effect on.
 const PAIRS_MAX: usize = 12;

@@ -5,9 +5,9 @@
 //! columns are whitened with the noise that was found. QR reduces a thousand rows to a triangle with the same sums of
 //! products, so that stacking triangles joins given and planned rows.
 
+use crate::fit::{Data, combine};
 use crate::model::{Acts, Shape};
 use crate::noise::Whitener;
-use crate::select::{Data, combine};
 use nalgebra::DMatrix;
 
 /// Multiples of the best value at which a rival's number (a time constant, say) is tried.

@@ -7,10 +7,10 @@ use super::step::Programme;
 use super::surroundings::Thermal;
 use super::{planned, timeline};
 use crate::dataset::Dataset;
+use crate::fit::Data;
 use crate::model::Acts;
 use crate::noise::{Layout, NoiseModel, Whitener};
 use crate::problem::{Aggregate, Block, Channel, Channels, Problem};
-use crate::select::Data;
 use crate::signal::Smooth;
 
 /// What a plan gains for a pair.

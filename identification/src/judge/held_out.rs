@@ -1,11 +1,11 @@
 //! Errors on whole runs that took no part in the fit.
 
 use super::Errors;
+use crate::fit::{Data, Fold, combine, folds};
 use crate::linear::Normal;
 use crate::model::{Shape, beside, exposure};
 use crate::noise::{NoiseModel, Whitener};
 use crate::problem::{Added, Aggregate, Moves, Path};
-use crate::select::{Data, Fold, combine, folds};
 
 /// Columns of the terms and the residual, whitened, as normal equations of stretches that the same folds use.
 struct White {

@@ -5,17 +5,20 @@ mod alike;
 mod choice;
 mod errors;
 mod held_out;
+mod whiteness;
 
 use crate::finding::HeldOut;
+use crate::fit::Data;
 use crate::model::Shape;
 use crate::noise::NoiseModel;
 use crate::problem::{Aggregate, DisplayUnit, Path};
-use crate::select::Data;
 pub(crate) use alike::{Beside, Goes, goes_with};
 pub(crate) use choice::{Standing, best, choose, margin, nested};
 pub(crate) use errors::Errors;
 use held_out::path_errors;
 pub(crate) use held_out::{Holding, add_driven};
+pub use whiteness::{WHITENESS_LEVEL, Whiteness};
+pub(crate) use whiteness::{of_innovations, stretches};
 
 /// Held-out errors of one quantity.
 #[derive(Debug, Clone)]

@@ -1,5 +1,6 @@
 //! Drivers: a field of the data, or a function of one, in the form of the contract.
 
+use crate::problem::Channels;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -68,6 +69,11 @@ impl Driver {
     /// The field itself.
     pub fn plain(field: &str) -> Self {
         Self { wrap: Wrap::Plain, field: field.to_owned() }
+    }
+
+    /// The rotation itself.
+    pub(crate) fn rotation(channels: &Channels) -> Self {
+        Self::plain(&channels.rotation_name)
     }
 
     /// A function of the field.

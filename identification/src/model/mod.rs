@@ -3,7 +3,6 @@
 //! The measured rate is `(1 + sum of scale terms) x true rate + sum of bias terms`; a delay shifts it in time. For a
 //! drive, the turned angle is `(1 + turn) x nominal + curvature x distance`, the distance `(1 + drive) x nominal`.
 
-mod acts;
 mod beside;
 mod driver;
 mod powers;
@@ -14,13 +13,14 @@ mod spline;
 mod term;
 #[cfg(test)]
 mod tests;
+mod timing;
 mod unit;
 
 pub use crate::corrections::{Correction, Fault};
 use crate::dataset::{Axis, Kind, Role};
 use crate::finding::{Compensation, Parameter};
+pub use crate::problem::Acts;
 use crate::problem::Known;
-pub use acts::Acts;
 pub use beside::{ONE_WHEEL, UNEQUAL_WHEELS, WHEEL_SIZE, beside};
 pub use driver::{Driver, Wrap};
 pub use range::{is_physical, range_of};
@@ -31,6 +31,7 @@ pub use shape::{LATE_SHARE, SEEN, Shape, exposure};
 pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots};
 use std::collections::BTreeMap;
 pub use term::{Fitted, KNOT, is_frame, is_place};
+pub use timing::{Timing, delay_all, is_delay, is_said_by};
 pub(crate) use unit::place_unit;
 
 /// How a term depends on its drivers; beside each, its parameters. `origin` is where a driver counts as zero.

@@ -33,10 +33,7 @@ impl Layout {
     /// The layout of the observations of `block`.
     pub fn new(block: &Block, channels: &Channels) -> Self {
         let levels = block.aggregate != Aggregate::Row;
-        let mut segment_of = vec![0; channels.time.len()];
-        for (index, range) in channels.segments.iter().enumerate() {
-            segment_of[range.clone()].fill(index);
-        }
+        let segment_of = channels.segment_of_rows();
         let n = block.rows.len();
         let mut layout = Self {
             step: vec![0.0; n],

@@ -1,12 +1,13 @@
 //! Report data of a block.
 
-use super::residual;
 use crate::finding::Parameter;
+use crate::fit::{Data, Found, combine, residual};
 use crate::judge::Errors;
 use crate::model::{exposure, place_unit, see};
 use crate::noise::Whitener;
-use crate::problem::Aggregate;
-use crate::select::{BlockFit, Data, Found, combine};
+use crate::problem::{Aggregate, runs};
+use crate::select::BlockFit;
+use std::ops::Range;
 
 /// Lags of the autocorrelation plot.
 const LAGS: usize = 60;
@@ -94,21 +95,6 @@ pub struct Diagnostics {
     pub run_labels: Vec<String>,
 }
 
-/// A level relative to the start of each stretch.
-fn from_start(data: Data<'_>, mut values: Vec<f64>) -> Vec<f64> {
-    if data.block.aggregate == Aggregate::Level {
-        let run = &data.layout.run;
-        let mut first = 0.0;
-        for i in 0..values.len() {
-            if i == 0 || run[i] != run[i - 1] {
-                first = values[i];
-            }
-            values[i] -= first;
-        }
-    }
-    values
-}
-
 fn autocorrelation(values: &[f64]) -> Vec<f64> {
     let power: f64 = values.iter().map(|value| value * value).sum();
     (1..=LAGS.min(values.len() / 4))
@@ -153,8 +139,7 @@ fn curve(data: Data<'_>, all: &[Found], base: usize, index: usize) -> Option<Eff
     let (x_unit, x_si) = (x.text, x.si);
     let mut per_row = vec![0.0; x_rows.len()];
     for found in mine {
-        let coefficients: Vec<f64> = found.coefficients.iter().map(|(value, _)| *value).collect();
-        let added = combine(&found.shape.per_row(data.channels)?, &coefficients);
+        let added = combine(&found.shape.per_row(data.channels)?, &found.values());
         per_row.iter_mut().zip(added).for_each(|(sum, value)| *sum += value);
     }
     let mut points: Vec<(f64, f64)> =
@@ -195,11 +180,10 @@ pub(crate) fn diagnose(
     fit: &BlockFit,
     errors: (&Errors, &Errors),
 ) -> BlockDiagnostics {
-    let (all, base): (Vec<Found>, usize) =
-        (fit.base.iter().chain(&fit.effects).cloned().collect(), fit.base.len());
+    let (all, base) = (fit.all(), fit.base.len());
     let unit = &data.block.unit;
     let (before, after) =
-        (from_start(data, residual(data, plain)), from_start(data, residual(data, &all)));
+        (data.since_start(residual(data, plain)), data.since_start(residual(data, &all)));
     let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
     let interval = data.layout.interval();
     let longest = longest_run(&data.layout.run);
@@ -238,18 +222,12 @@ fn by_run((before, after): (&Errors, &Errors), unit: f64) -> Vec<RunError> {
         .collect()
 }
 
-fn longest_run(runs: &[usize]) -> std::ops::Range<usize> {
-    let (mut best, mut start) = (0..0, 0);
-    for i in 1..=runs.len() {
-        if i == runs.len() || runs[i] != runs[i - 1] {
-            if i - start > best.len() {
-                best = start..i;
-            }
-            start = i;
-        }
-    }
+fn longest_run(run: &[usize]) -> Range<usize> {
+    let longer =
+        |best: Range<usize>, rows: Range<usize>| if rows.len() > best.len() { rows } else { best };
+    let best = runs(run).fold(0..0, longer);
     // Many short runs (turns of a table) count as one record.
-    if best.len() * 8 < runs.len() { 0..runs.len() } else { best }
+    if best.len() * 8 < run.len() { 0..run.len() } else { best }
 }
 
 fn channels(data: Data<'_>) -> Vec<Series> {

@@ -1,9 +1,9 @@
 //! Effects and terms in the form of the contract.
 
 use crate::finding::{Effect, Parameter, Rival};
+use crate::fit::{Data, Found};
 use crate::model::{Fitted, Form, Term, UNEQUAL_WHEELS, exposure};
 use crate::problem::DisplayUnit;
-use crate::select::{Data, Found};
 
 pub(super) fn word(acts: crate::model::Acts) -> String {
     toml::Value::try_from(acts)

@@ -4,12 +4,12 @@ use crate::corrections::applied;
 use crate::dataset::Dataset;
 use crate::error::IdentifyError;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
+use crate::fit::{Data, combine, less};
 use crate::judge::add_driven;
 use crate::model::{Model, Shape, Term, exposure};
 use crate::noise::Layout;
 use crate::problem::{Added, Aggregate, Block, Closing, Path, PathError, Problem};
 use crate::robust::root_mean_square;
-use crate::select::{Data, combine};
 
 /// Shapes and coefficients of the terms that apply to a block.
 fn of_block(
@@ -43,23 +43,7 @@ fn of_block(
 /// Residual of a block after terms; a level counts from the start of its run.
 fn left(data: Data<'_>, terms: &(Vec<Shape>, Vec<f64>)) -> Vec<f64> {
     let fitted = combine(&data.all_columns(&terms.0), &terms.1);
-    let mut left: Vec<f64> = data
-        .block
-        .residual
-        .iter()
-        .enumerate()
-        .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
-        .collect();
-    if data.block.aggregate == Aggregate::Level {
-        let mut first = 0.0;
-        for i in 0..left.len() {
-            if i == 0 || data.layout.run[i] != data.layout.run[i - 1] {
-                first = left[i];
-            }
-            left[i] -= first;
-        }
-    }
-    left
+    data.since_start(less(&data.block.residual, &fitted))
 }
 
 /// Whether a model and data are of one kind.
@@ -73,8 +57,8 @@ pub fn is_of_kind(model: &Model, dataset: &Dataset) -> Result<(), IdentifyError>
     }
     Err(IdentifyError::Model(format!(
         "the model is of kind `{}`, the data of kind `{}`",
-        word(model.kind),
-        word(dataset.kind)
+        model.kind.name(),
+        dataset.kind.name()
     )))
 }
 
@@ -224,8 +208,4 @@ fn finals(
         predicted: Vec::new(),
         residual: after,
     }
-}
-
-fn word(kind: crate::dataset::Kind) -> String {
-    format!("{kind:?}").to_lowercase()
 }

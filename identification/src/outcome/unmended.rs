@@ -1,12 +1,12 @@
 //! Named errors of readings that no model corrects: rounding, and noise with a long memory.
 
 use super::effects::word;
-use super::residual;
 use crate::finding::{Effect, Parameter};
+use crate::fit::{Data, residual};
 use crate::model::Acts;
 use crate::noise;
-use crate::problem::Aggregate;
-use crate::select::{BlockFit, Data, Found};
+use crate::problem::{self, Aggregate};
+use crate::select::BlockFit;
 use crate::significance::surprise;
 
 /// Readings in steps coarser than their noise.
@@ -50,7 +50,7 @@ pub(crate) fn offset_of_runs(data: Data<'_>, fit: &BlockFit) -> Option<OffsetOfR
     if data.block.aggregate != Aggregate::Row {
         return None;
     }
-    let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let all = fit.all();
     let left = residual(data, &all);
     let Offsets { within, across, readings, runs } = Offsets::of(&left, &data.layout.run)?;
     // Half a run has half its readings; two of its means differ by twice the variance of one.
@@ -89,18 +89,13 @@ struct Offsets {
 impl Offsets {
     fn of(left: &[f64], run: &[usize]) -> Option<Self> {
         let mut halves: Vec<[f64; 2]> = Vec::new();
-        let mut start = 0;
-        for i in 1..=run.len() {
-            if i < run.len() && run[i] == run[start] {
-                continue;
-            }
-            if i - start < READINGS_MIN {
+        for rows in problem::runs(run) {
+            if rows.len() < READINGS_MIN {
                 return None;
             }
-            let middle = usize::midpoint(start, i);
+            let middle = usize::midpoint(rows.start, rows.end);
             let mean = |of: &[f64]| of.iter().sum::<f64>() / of.len() as f64;
-            halves.push([mean(&left[start..middle]), mean(&left[middle..i])]);
-            start = i;
+            halves.push([mean(&left[rows.start..middle]), mean(&left[middle..rows.end])]);
         }
         let runs = halves.len();
         if runs < RUNS_MIN {
@@ -136,7 +131,7 @@ pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<S
     if data.block.aggregate != Aggregate::Row {
         return None;
     }
-    let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let all = fit.all();
     let columns = data.all_columns(&fit.shapes());
     let left = residual(data, &all);
     let slow = noise::slow(data.layout, &left, &columns, &fit.noise, &fit.left_out)?;

@@ -1,9 +1,9 @@
 //! Which of a series of errors are outliers: far from their neighbours, beyond what their own tail explains, few, and
 //! unrelated to every input.
 
+use crate::problem::runs;
 use crate::robust::{self, median};
 use crate::significance::surprise;
-use std::ops::Range;
 
 /// Neighbours on either side whose median an error is compared with.
 pub(super) const REACH: usize = 5;
@@ -106,14 +106,6 @@ pub(super) fn from_neighbours(errors: &[f64], run: &[usize]) -> Vec<f64> {
         }
     }
     found
-}
-
-/// Where each run is in a series that has its run at each place.
-fn runs(run: &[usize]) -> impl Iterator<Item = Range<usize>> {
-    run.chunk_by(|one, next| one == next).scan(0, |end, own| {
-        *end += own.len();
-        Some(*end - own.len()..*end)
-    })
 }
 
 /// Distance of an error from the median of the nearer of its two sides.

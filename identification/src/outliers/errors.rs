@@ -1,11 +1,11 @@
 //! Errors of readings and of references in the order of time, as outliers are looked for in them.
 
 use super::apart::{REACH, from_neighbours};
+use crate::fit::{Data, combine, fit_terms};
 use crate::model::{Acts, Shape};
 use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Aggregate, Block, Channels, Component, Problem, wrap};
 use crate::robust::{self, median};
-use crate::select::{Data, combine, fit_terms};
 use crate::signal::running_total;
 use std::ops::Range;
 

@@ -166,6 +166,15 @@ impl Channels {
         whole
     }
 
+    /// Index of the segment of each row.
+    pub fn segment_of_rows(&self) -> Vec<usize> {
+        let mut found = vec![0; self.time.len()];
+        for (index, range) in self.segments.iter().enumerate() {
+            found[range.clone()].fill(index);
+        }
+        found
+    }
+
     /// The channel with that name.
     pub fn named(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|channel| channel.name == name)

@@ -3,12 +3,13 @@
 use super::channels::Channels;
 use super::gyro::missing;
 use super::path::{Path, bulges, chord};
-use super::series;
+use super::segments::runs;
 use super::wheels::{self, Motion};
-use super::{Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, wrap};
+use super::{
+    Acts, Aggregate, Block, Component, DisplayUnit, Exposure, Pose, Problem, series, wrap,
+};
 use crate::dataset::{Constant, Dataset, Drive, Role, Unit};
 use crate::error::IdentifyError;
-use crate::model::Acts;
 use std::ops::Range;
 
 /// Distance driven that adds as much random walk of the heading as a turn of one radian, m (assumption: half the track
@@ -46,7 +47,7 @@ pub(super) fn odometry(
     let is_known = |row: usize| reference.iter().all(|values| values[row].is_finite());
     let known = (0..dataset.rows()).filter(|&row| is_known(row)).count();
     let is_dense = 2 * known >= dataset.rows();
-    let judged = runs(&channels.run);
+    let judged = runs(&channels.run).collect();
     let judged = if is_dense { windows(&channels, judged, &mut notices) } else { judged };
     let path = Path {
         reference,
@@ -83,18 +84,6 @@ pub(super) fn odometry(
         closing_lever_m: None,
         notices,
     })
-}
-
-fn runs(run_of_row: &[usize]) -> Vec<Range<usize>> {
-    let mut found = Vec::new();
-    let mut start = 0;
-    for row in 1..=run_of_row.len() {
-        if row == run_of_row.len() || run_of_row[row] != run_of_row[row - 1] {
-            found.push(start..row);
-            start = row;
-        }
-    }
-    found
 }
 
 /// Moves the position of a reference that sits `ahead` of the middle of the axle and to its `left`, m, there.

@@ -1,10 +1,9 @@
 //! A gyro on a table: whole turns, or samples.
 
 use super::channels::Channels;
-use super::{Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, Turning};
+use super::{Acts, Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, Turning};
 use crate::dataset::{Column, Dataset, Role, Unit};
 use crate::error::IdentifyError;
-use crate::model::Acts;
 
 /// Constants that the plain model of a gyro fits: a bias and a scale factor.
 pub(super) const GYRO_CONSTANTS: [Constant; 2] = [

@@ -3,10 +3,9 @@
 use super::channels::Channels;
 use super::closing::{self, Closing, Ends};
 use super::gyro::{angle_block, durations, missing, rotation_of, signed};
-use super::{Aggregate, Block, DisplayUnit, Exposure, Known, Problem, wrap};
+use super::{Acts, Aggregate, Block, DisplayUnit, Exposure, Known, Problem, wrap};
 use crate::dataset::{Dataset, Kind, Role};
 use crate::error::IdentifyError;
-use crate::model::Acts;
 use crate::robust;
 
 /// The default angle of one lap.

@@ -1,6 +1,7 @@
 //! A data set as equations: for each observed quantity, measured minus nominal, and the contribution of each kind of
 //! term per unit.
 
+mod acts;
 mod channels;
 mod closing;
 mod driven;
@@ -19,12 +20,12 @@ mod wheels;
 
 use crate::dataset::{Axis, Dataset, Kind};
 use crate::error::IdentifyError;
-use crate::model::{Acts, Driver};
+pub use acts::Acts;
 pub use channels::{Channel, Channels};
 pub use closing::Closing;
 pub use path::{Added, Path, PathError};
 pub use pose::{Component, Moves, Pose};
-pub use segments::segments;
+pub use segments::{clusters, runs, segments};
 use std::rc::Rc;
 pub use turning::{Over, Turning};
 pub(crate) use wheels::{TRACK, motion};
@@ -236,8 +237,3 @@ pub fn wrap(angle: f64) -> f64 {
 
 /// Driver name of the rotation itself, if no field has it.
 pub const ROTATION: &str = "reference_rate";
-
-/// A driver over the rotation.
-pub fn rotation_driver(channels: &Channels) -> Driver {
-    Driver::plain(&channels.rotation_name)
-}

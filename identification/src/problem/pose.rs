@@ -1,6 +1,6 @@
 //! How row errors accumulate to the pose of a driven path: a heading error rotates all later motion.
 
-use crate::model::Acts;
+use super::Acts;
 use std::ops::Range;
 
 /// Component of a pose that an observation measures.

@@ -1,8 +1,10 @@
-//! Ranges in which time advances without a break.
+//! Ranges of rows: in which time advances without a break, of runs, and of what counts as independent of one another.
+
+use std::ops::Range;
 
 /// Ranges of rows in which time advances: a new one starts where time goes back, or where a new run starts after a gap
 /// much longer than the row interval.
-pub fn segments(times: &[f64], runs: &[usize]) -> Vec<std::ops::Range<usize>> {
+pub fn segments(times: &[f64], runs: &[usize]) -> Vec<Range<usize>> {
     const GAP: f64 = 10.0;
     let mut steps: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
@@ -21,6 +23,27 @@ pub fn segments(times: &[f64], runs: &[usize]) -> Vec<std::ops::Range<usize>> {
         found.push(start..times.len());
     }
     found
+}
+
+/// Where consecutive rows have the same `key`.
+pub fn runs<K: PartialEq>(key: &[K]) -> impl Iterator<Item = Range<usize>> {
+    key.chunk_by(|one, next| one == next).scan(0, |end, own| {
+        *end += own.len();
+        Some(*end - own.len()..*end)
+    })
+}
+
+/// Fewer runs than this are cut into stretches.
+const RUNS_MIN: usize = 6;
+const STRETCHES: usize = 12;
+
+/// Cluster of each row, by the run of each: its run, or its stretch if runs are few.
+pub fn clusters(run: &[usize]) -> Vec<usize> {
+    if runs(run).count() < RUNS_MIN {
+        return (0..run.len()).map(|i| i * STRETCHES / run.len()).collect();
+    }
+    let of = |(cluster, rows): (usize, Range<usize>)| rows.map(move |_| cluster);
+    runs(run).enumerate().flat_map(of).collect()
 }
 
 #[cfg(test)]

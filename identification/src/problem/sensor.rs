@@ -4,10 +4,9 @@ use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, missing};
 use super::reference::{known_around, noise_of};
 use super::sparse::everywhere;
-use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use super::{Acts, Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;
-use crate::model::Acts;
 
 pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
     let measured = dataset.column(Role::Measured).ok_or_else(|| missing("measured"))?;

@@ -4,10 +4,9 @@ use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
 use super::reference::{known_around, noise_of};
 use super::sparse::everywhere;
-use super::{Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use super::{Acts, Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
-use crate::model::Acts;
 use std::rc::Rc;
 
 /// Rate of a gyro at every row, in rad/s or counts, with missing values.

@@ -3,6 +3,7 @@
 use super::channels::Channels;
 use super::gyro::missing;
 use super::path::{chord, slopes};
+use super::segments::runs;
 use super::wrap;
 use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::error::IdentifyError;
@@ -24,17 +25,12 @@ impl Motion {
         let later = |per_row: &[f64]| -> Vec<f64> {
             let total = running_total(per_row);
             let mut found = vec![0.0; per_row.len()];
-            let mut start = 0;
-            for row in 1..=per_row.len() {
-                if row < per_row.len() && channels.run[row] == channels.run[start] {
-                    continue;
-                }
-                let (time, total) = (&channels.time[start..row], &total[start..row]);
+            for run in runs(&channels.run) {
+                let (time, total) = (&channels.time[run.clone()], &total[run.clone()]);
                 let at = |time_of: f64| interpolate(time, total, time_of - delay);
-                for row in start + 1..row {
+                for row in run.start + 1..run.end {
                     found[row] = at(channels.time[row]) - at(channels.time[row - 1]);
                 }
-                start = row;
             }
             found
         };

@@ -1,23 +1,20 @@
 //! Search over one block: a path of models, and the choice of the one to report.
 
 use super::choose::Contender;
-use super::data::Data;
-use super::finish::finish;
-use super::found::{BlockFit, Waypoint};
+use super::found::{Asked, BlockFit, Step, Waypoint};
 use super::material::Material;
 use super::record::Record;
 use super::roughly::is_reportable;
-use super::scene::robust_fit;
 use super::state::State;
-use super::step::{Asked, Step};
-use super::values;
 use super::wheels::one_wheel;
+use super::{finish, values};
+use crate::fit::{Data, robust_fit};
 use crate::judge::{
-    Beside, Goes, Holding, Judge, Metric, Standing, best, choose, goes_with, margin, nested,
+    Beside, Goes, Holding, Judge, Metric, Standing, Whiteness, best, choose, goes_with, margin,
+    nested, of_innovations, stretches,
 };
 use crate::model::{Acts, Shape};
-use crate::noise::{NoiseModel, Whitener};
-use crate::outcome::{Whiteness, of_innovations, stretches};
+use crate::noise::NoiseModel;
 use crate::problem::Aggregate;
 
 /// Risk of a false alarm for a whole data set, where what is left is white.
@@ -189,11 +186,11 @@ fn reported(
         if asked.noise.is_none() && chosen + 1 < path.len() {
             state.fit_noise(true);
         }
-        let mut fit = finish(&state, left);
+        let mut fit = finish::of_noise(&state, left);
         values::of_noise(&mut fit, &state, judge);
         fit
     } else {
-        let mut fit = material.finish(&state, &path[chosen].metrics);
+        let mut fit = finish::of_structure(material, &state, &path[chosen].metrics);
         values::of_structure(&mut fit, &state);
         fit
     };
@@ -234,16 +231,8 @@ impl Remains {
 /// Examines the residual of `state`.
 fn remains(state: &State<'_>) -> Remains {
     let data = state.data;
-    let whitener = Whitener::new(data.layout, &state.noise, &[]);
-    let columns = whitener.apply_all(&data.all_columns(&state.terms));
-    let target = whitener.apply(&data.block.residual);
-    let fit = robust_fit(&columns, &target);
-    let fitted = super::data::combine(&columns, &fit.coefficients);
-    let white: Vec<f64> = target
-        .iter()
-        .enumerate()
-        .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
-        .collect();
+    let white = data.whitened(&state.terms, &state.noise, &[]);
+    let white = white.left(&robust_fit(&white.columns, &white.target).coefficients);
     let channels = data.channels;
     let of_rows = |values: &[f64]| -> Vec<f64> {
         data.block.rows.iter().map(|&row| values[row].abs()).collect()

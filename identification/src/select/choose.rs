@@ -1,15 +1,12 @@
 //! One round: decides whether anything is missing, and what.
-
-use super::data::Data;
-use super::held_back::holds_back_all;
 use super::period::periods;
 use super::record::{Seen, View};
 use super::refine::refine;
 use super::scene::{NOTHING, Scene, Score};
-use super::timing;
 use crate::candidates::{Candidate, Family, narrow_on};
+use crate::fit::Data;
 use crate::linear::{Basis, dot};
-use crate::model::{Acts, Shape, Wrap};
+use crate::model::{Acts, Shape, Wrap, is_delay};
 use crate::noise::{self, NoiseModel, TIME_CAUTION};
 use crate::significance::surprise_chi2;
 
@@ -56,7 +53,7 @@ const SIMPLEST: f64 = 2.0;
 
 /// Preference for `shape` over less simple ones, in nats.
 pub(super) fn simplicity(shape: &Shape) -> f64 {
-    if shape.drivers.is_empty() || timing::is_delay(shape) { SIMPLEST } else { 0.0 }
+    if shape.drivers.is_empty() || is_delay(shape) { SIMPLEST } else { 0.0 }
 }
 
 /// Number of contenders in a family to refine.
@@ -238,8 +235,7 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
             let worth = if candidate.family == Family::Narrow { 6.0 } else { 12.0 };
             if *count <= REFINED && strength > best - worth && score.surprise > 3.0 {
                 let toll = score.surprise - strength;
-                let (shape, _) = refine(scene, &candidate.shape);
-                candidate.shape = shape;
+                candidate.shape = refine(scene, &candidate.shape);
                 score = scene.look(&candidate.shape);
                 strength = score.surprise - toll;
             } else if *count > REFINED {
@@ -260,6 +256,28 @@ fn refined(scene: &Scene<'_>, mut scored: Vec<(Candidate, Score, f64)>) -> Vec<C
     }
     found.sort_by(|a, b| b.rank.total_cmp(&a.rank));
     found
+}
+
+/// Maximum deviation of the suppressed part from the whole, unless `HELD_ERRORS` of its standard errors are more.
+const HELD_OFF_MAX: f64 = 0.3;
+const HELD_ERRORS: f64 = 3.0;
+
+/// Whether `shape` can be a dead zone, by the part of the rate that it would suppress in `scene`: a dead zone suppresses small
+/// rates completely, and an effect that suppresses a small part of them is a different one at the same rates. (For a saturation
+/// a part is enough: a gyro's gain falls before its limit.)
+fn holds_back_all(scene: &Scene<'_>, shape: &Shape) -> bool {
+    if shape.acts != Acts::DeadZone {
+        return true;
+    }
+    let columns = scene.data.columns(shape);
+    let Some(column) = columns.first() else { return false };
+    let mut column = scene.whitener.apply(column);
+    scene.project(&mut column);
+    let length = dot(&column, &column);
+    // Uses the residual, not its scores, which cut off large values.
+    let part = dot(&column, &scene.white) / length;
+    let error = scene.scale / length.sqrt();
+    (part - 1.0).abs() <= HELD_OFF_MAX.max(HELD_ERRORS * error)
 }
 
 /// Extra strength for causes that only follow time, which coloured noise imitates easily.

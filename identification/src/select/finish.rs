@@ -1,40 +1,48 @@
 //! From the chosen terms to their values, errors and rivals.
 
-use super::choose::{Contender, contenders};
-use super::data::combine;
-use super::found::{BlockFit, Found};
-use super::rivals::rivals;
-use super::scene::robust_fit;
+use super::choose::{Contender, contenders, simplicity};
+use super::found::BlockFit;
+use super::material::Material;
+use super::roughly::{Estimates, estimates};
+use super::scene::Scene;
 use super::state::State;
-use crate::candidates::Candidate;
-use crate::noise::Whitener;
+use crate::fit::{Data, Found, RivalFound, White, combine, less, robust_fit};
+use crate::judge::{Metric, margin};
+use crate::model::{Driver, Form};
+use crate::robust;
+use crate::significance::surprise_chi2;
 
 /// Standard errors within which all of what is measured is late by the same.
 const ALL_LATE: f64 = 3.0;
 
-/// Values, errors and rivals of the terms of `state`.
-pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
+/// Values, errors and rivals of the terms of `state`, whose residual is noise.
+pub(super) fn of_noise(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
+    let mut found = values(state);
+    for index in state.base..state.terms.len() {
+        let (scene, mine) = state.beside_others(index);
+        found[index].strength = mine.strength;
+        found[index].rivals = rivals(&scene, &mine, &contenders(&scene));
+    }
+    let scene = state.scene(&state.terms);
+    BlockFit::new(state, found, (scene.floor(&state.noise), scene.scale), left)
+}
+
+/// Values of the terms of `state`, with errors.
+fn values(state: &State<'_>) -> Vec<Found> {
     let data = state.data;
-    let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
-    let target = whitener.apply(&data.block.residual);
     let columns = data.all_columns(&state.terms);
-    let mut white = whitener.apply_all(&columns);
+    let White { whitener, columns: mut white, target } = state.whitened();
     let linear = white.len();
-    let first = robust_fit(&white, &target);
-    let mut derivatives = data.derivatives(&state.terms, &first.coefficients);
-    derivatives.extend(data.by_delays(&state.terms, &first.coefficients));
+    let first = robust_fit(&white, &target).coefficients;
+    let mut derivatives = data.derivatives(&state.terms, &first);
+    derivatives.extend(data.by_delays(&state.terms, &first));
     // The numbers are at their best, so the residual has no component along the derivatives: they only widen the errors
     // of the rest.
-    let fitted = combine(&white, &first.coefficients);
-    let residual: Vec<f64> = if fitted.is_empty() {
-        target.clone()
-    } else {
-        target.iter().zip(&fitted).map(|(t, f)| t - f).collect()
-    };
+    let residual = less(&target, &combine(&white, &first));
     white.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
     if let Some(closing) = &data.block.closing {
         // The lever comes from the same ends of laps: its fit carries little information on the size of their error.
-        let fitted = combine(&columns, &first.coefficients);
+        let fitted = combine(&columns, &first);
         let by_lever = |(fitted, component): (&f64, &usize)| match component {
             0 => 0.0,
             _ => *fitted,
@@ -46,13 +54,9 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
         }
     }
     let errors = robust_fit(&white, &residual).errors;
-    let mut at = 0;
     let mut found = Vec::new();
-    for (index, shape) in state.terms.iter().enumerate() {
-        let width = data.width(shape);
-        let mut coefficients =
-            (at..at + width).map(|i| (first.coefficients[i], errors[i])).collect::<Vec<_>>();
-        at += width;
+    for (index, (shape, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
+        let mut coefficients: Vec<(f64, f64)> = places.map(|i| (first[i], errors[i])).collect();
         // How late it is, where all of it is late: more exact than how much is.
         let by_delay = derivatives.iter().position(|one| one.term == index && one.name == "delay");
         if let Some((error, late)) = by_delay.map(|i| errors[linear + i]).zip(shape.number("delay"))
@@ -63,44 +67,122 @@ pub(super) fn finish(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
         }
         let numbers = derivatives
             .iter()
-            .enumerate()
-            .filter(|(_, derivative)| derivative.term == index)
-            .map(|(i, derivative)| (derivative.name.to_owned(), errors[linear + i]))
+            .zip(&errors[linear..])
+            .filter(|(derivative, _)| derivative.term == index)
+            .map(|(derivative, error)| (derivative.name.to_owned(), *error))
             .collect();
-        found.push(Found {
-            shape: shape.clone(),
-            coefficients,
-            numbers,
-            strength: 0.0,
-            rivals: Vec::new(),
+        found.push(Found { numbers, ..Found::new(shape, coefficients) });
+    }
+    found
+}
+
+/// Maximum distance of a rival behind the effect, in nats.
+const BEHIND_MAX: f64 = 12.0;
+/// Maximum surprise that the effect adds to a rival: what chi-squared exceeds once in 200 times.
+const ADDS_MAX: f64 = 5.3;
+/// Maximum number of rivals named.
+const RIVALS_MAX: usize = 6;
+/// Number of contenders examined.
+const LOOKED_AT: usize = 60;
+
+/// Contenders in `scene` (the model without the effect) to which the effect adds nothing.
+fn rivals(scene: &Scene<'_>, mine: &Contender, contenders: &[Contender]) -> Vec<RivalFound> {
+    let effect = &mine.candidate.shape;
+    let best = mine.rank;
+    let columns = scene.data.columns(effect);
+    let statistic = scene.score_columns(&columns).statistic;
+    let mut found: Vec<RivalFound> = Vec::new();
+    for contender in contenders.iter().take(LOOKED_AT) {
+        let shape = &contender.candidate.shape;
+        let is_wide = matches!(shape.form, Form::Spline | Form::Surface);
+        let same = shape.acts == effect.acts && same_drivers(&shape.drivers, &effect.drivers);
+        let named_already = found.iter().any(|rival| {
+            rival.shape.acts == shape.acts && same_drivers(&rival.shape.drivers, &shape.drivers)
         });
+        // A wide or unnamed shape can imitate anything: it is a rival only to its like.
+        let unfair = (is_wide || !shape.known) && effect.known;
+        if same
+            || named_already
+            || unfair
+            || contender.score.statistic < statistic - 2.0 * BEHIND_MAX
+        {
+            continue;
+        }
+        let beside = scene.with(&scene.data.columns(shape));
+        let adds = beside.score_columns(&columns);
+        if surprise_chi2(adds.statistic, adds.width.max(1) as f64) < ADDS_MAX {
+            found.push(RivalFound {
+                shape: shape.clone(),
+                behind: (best - contender.rank).max(0.0),
+            });
+        }
+        if found.len() == RIVALS_MAX {
+            break;
+        }
     }
-    for index in state.base..state.terms.len() {
-        let mut others = state.terms.clone();
-        let effect = others.remove(index);
-        let scene = state.scene(&others);
-        let family = state.families[index - state.base];
-        let score = scene.score(&effect);
-        let strength = score.surprise - family.toll(None);
-        let mine =
-            Contender::new(Candidate { shape: effect, family }, score, strength, scene.free());
-        found[index].strength = strength;
-        found[index].rivals = rivals(&scene, &mine, &contenders(&scene));
+    found
+}
+
+fn same_drivers(a: &[Driver], b: &[Driver]) -> bool {
+    a.len() == b.len() && a.iter().all(|driver| b.contains(driver))
+}
+
+/// Values, errors and rivals of the terms of `state`, whose residual is not noise; `metrics` judged it.
+pub(super) fn of_structure(
+    material: &Material<'_>,
+    state: &State<'_>,
+    metrics: &[Metric],
+) -> BlockFit {
+    let Estimates { mut terms, left } = estimates(state);
+    for index in state.base..terms.len() {
+        terms[index].rivals = as_good(material, state, index, metrics);
     }
-    let scene = state.scene(&state.terms);
-    let effects = found.split_off(state.base);
-    BlockFit {
-        base: found,
-        effects,
-        applied: Vec::new(),
-        noise: state.noise.clone(),
-        floor: scene.floor(&state.noise),
-        scale: scene.scale,
-        left,
-        left_out: state.left_out.clone(),
-        path: Vec::new(),
-        chosen: 0,
-        nested: Vec::new(),
-        goes: None,
-    }
+    let floor = white_part(state.data, &left);
+    BlockFit::new(state, terms, (floor, floor), Vec::new())
+}
+
+/// Causes that predict as well in the place of a term.
+fn as_good(
+    material: &Material<'_>,
+    state: &State<'_>,
+    index: usize,
+    metrics: &[Metric],
+) -> Vec<RivalFound> {
+    let mut without = state.clone();
+    let effect = without.remove(index);
+    let mut found: Vec<RivalFound> = material
+        .contenders(&material.fitted(without))
+        .into_iter()
+        .filter_map(|(next, judged)| {
+            let shape = next.terms.last()?.clone();
+            let as_good = judged
+                .iter()
+                .zip(metrics)
+                .all(|(its, mine)| its.errors.beyond(&mine.errors).0 <= margin(its, mine));
+            let behind = judged
+                .iter()
+                .zip(metrics)
+                .map(|(its, mine)| {
+                    let (more, error) = its.errors.beyond(&mine.errors);
+                    if more > 0.0 { 0.5 * (more / error).powi(2) } else { 0.0 }
+                })
+                .fold(0.0, f64::max);
+            let behind = (behind + simplicity(&effect) - simplicity(&shape)).max(0.0);
+            let fair = shape.known || !effect.known;
+            (!shape.says(&effect) && as_good && fair).then_some(RivalFound { shape, behind })
+        })
+        .collect();
+    found.sort_by(|a, b| a.behind.total_cmp(&b.behind));
+    found
+}
+
+/// Standard deviation of the white part of the residual: for rows, from consecutive differences, in which slow noise
+/// cancels.
+fn white_part(data: Data<'_>, left: &[f64]) -> f64 {
+    let run = &data.layout.run;
+    let steps: Vec<f64> = (1..left.len())
+        .filter(|&i| run[i] == run[i - 1] && left[i] != 0.0 && left[i - 1] != 0.0)
+        .map(|i| (left[i] - left[i - 1]) * std::f64::consts::FRAC_1_SQRT_2)
+        .collect();
+    if data.layout.is_level() { robust::spread(left) } else { robust::spread(&steps) }
 }

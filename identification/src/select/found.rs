@@ -1,26 +1,46 @@
-//! What was found in a block.
+//! What the caller asks of a search, the models that it visits, and what it finds in a block.
 
 use super::choose::Contender;
-use super::data::Data;
-use super::rivals::RivalFound;
-use super::scene::robust_fit;
-use crate::judge::{Goes, Metric};
-use crate::model::Shape;
-use crate::noise::{NoiseModel, Whitener};
+use super::state::State;
+use crate::fit::Found;
+use crate::judge::{Goes, Judge, Metric};
+use crate::model::{Shape, Timing};
+use crate::noise::NoiseModel;
 
-/// An effect that was found.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// The shape, with its numbers at their best.
-    pub shape: Shape,
-    /// Its coefficients and their standard errors.
-    pub coefficients: Vec<(f64, f64)>,
-    /// Its other fitted numbers, with their standard errors.
-    pub numbers: Vec<(String, f64)>,
-    /// Surprise under noise alone, in nats, after the penalty for multiple testing.
-    pub strength: f64,
-    /// Causes that could stand in its place.
-    pub rivals: Vec<RivalFound>,
+/// Options of the caller for a block.
+#[derive(Clone, Copy)]
+pub struct Asked<'a> {
+    /// This block's share of the risk of a false alarm.
+    pub share: f64,
+    /// Maximum number of causes.
+    pub effects_max: usize,
+    /// Its noise, if known.
+    pub noise: Option<&'a NoiseModel>,
+    /// The only kind of delay that it may have, if other axes determine it.
+    pub timing: Option<Timing>,
+}
+
+/// A model with its held-out errors.
+#[derive(Clone)]
+pub(super) struct Step<'a> {
+    /// The model.
+    pub state: State<'a>,
+    /// Its errors.
+    pub metrics: Vec<Metric>,
+}
+
+impl<'a> Step<'a> {
+    /// Judges the model of `state`.
+    pub fn new(state: State<'a>, judge: &Judge<'_>) -> Self {
+        let metrics = judge.judge(&state.terms, &state.noise, &state.left_out);
+        Self { state, metrics }
+    }
+
+    /// Number of fitted numbers of its added terms.
+    pub fn numbers(&self) -> usize {
+        let added = &self.state.terms[self.state.base..];
+        added.iter().map(|term| term.width() + term.nonlinear().len()).sum()
+    }
 }
 
 /// Result for a block.
@@ -66,37 +86,37 @@ pub struct Waypoint {
 }
 
 impl BlockFit {
+    /// The fit of `state`, without what a choice among several adds.
+    pub(super) fn new(
+        state: &State<'_>,
+        mut terms: Vec<Found>,
+        (floor, scale): (f64, f64),
+        left: Vec<Contender>,
+    ) -> Self {
+        let effects = terms.split_off(state.base);
+        Self {
+            base: terms,
+            effects,
+            applied: Vec::new(),
+            noise: state.noise.clone(),
+            floor,
+            scale,
+            left,
+            left_out: state.left_out.clone(),
+            path: Vec::new(),
+            chosen: 0,
+            nested: Vec::new(),
+            goes: None,
+        }
+    }
+
+    /// The given model and the added terms.
+    pub fn all(&self) -> Vec<Found> {
+        self.base.iter().chain(&self.effects).cloned().collect()
+    }
+
     /// Shapes of the given model and of the added terms.
     pub fn shapes(&self) -> Vec<Shape> {
         self.base.iter().chain(&self.effects).map(|found| found.shape.clone()).collect()
     }
-}
-
-/// Fits `terms` as they are.
-pub fn fit_terms(
-    data: Data<'_>,
-    terms: &[Shape],
-    noise: &NoiseModel,
-    left_out: &[bool],
-) -> Vec<Found> {
-    let whitener = Whitener::new(data.layout, noise, left_out);
-    let white = whitener.apply_all(&data.all_columns(terms));
-    let fit = robust_fit(&white, &whitener.apply(&data.block.residual));
-    let mut at = 0;
-    terms
-        .iter()
-        .map(|shape| {
-            let width = data.width(shape);
-            let coefficients =
-                (at..at + width).map(|i| (fit.coefficients[i], fit.errors[i])).collect();
-            at += width;
-            Found {
-                shape: shape.clone(),
-                coefficients,
-                numbers: Vec::new(),
-                strength: 0.0,
-                rivals: Vec::new(),
-            }
-        })
-        .collect()
 }

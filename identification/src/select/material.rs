@@ -1,20 +1,17 @@
 //! Causes that matter to the user, for a residual that is not noise and has no meaningful probabilities: constants
 //! before functions, functions before shapes, each judged by its gain on held-out runs.
 
-mod finish;
-
-use super::data::{Data, combine};
+use super::found::{Asked, Step};
 use super::gain::{best_of, fall, matters};
 use super::record::Record;
 use super::roughly::{doubtful, is_sure};
 use super::state::{State, is_sound};
-use super::step::{Asked, Step};
-use super::timing;
 use super::wheels::one_wheel;
 use crate::candidates::Candidate;
+use crate::fit::{Data, White, combine, less};
 use crate::judge::{Judge, Metric};
 use crate::linear::{Basis, Normal, dot};
-use crate::model::{Form, LATE_SHARE, Shape};
+use crate::model::{Form, LATE_SHARE, Shape, delay_all, is_said_by};
 use crate::noise::{NoiseModel, Whitener};
 use crate::robust::root_mean_square;
 use std::cell::OnceCell;
@@ -78,8 +75,7 @@ impl<'a> Material<'a> {
         let Some(last) = path.last() else { return };
         let mut state = self.fitted(last.state.clone());
         while let Some(index) = doubtful(&state) {
-            state.terms.remove(index);
-            state.families.remove(index - state.base);
+            state.remove(index);
             state = self.fitted(state);
         }
         let again = Step::new(state, judge);
@@ -121,12 +117,11 @@ impl<'a> Material<'a> {
             let whitener = Whitener::new(self.data.layout, &state.noise, &left_out);
             let white = whitener.apply_all(&columns);
             let coefficients = Normal::of(&white, &whitener.apply(residual)).solve();
-            let fitted = combine(&columns, &coefficients);
-            let error = |i: usize| residual[i] - fitted.get(i).copied().unwrap_or(0.0);
-            let errors: Vec<f64> =
-                (0..residual.len()).filter(|&i| !left_out[i]).map(error).collect();
-            let limit = GROSS * root_mean_square(&errors);
-            left_out = (0..residual.len()).map(|i| error(i).abs() > limit).collect();
+            let errors = less(residual, &combine(&columns, &coefficients));
+            let used = errors.iter().zip(&left_out).filter(|(_, out)| !**out);
+            let used: Vec<f64> = used.map(|(error, _)| *error).collect();
+            let limit = GROSS * root_mean_square(&used);
+            left_out = errors.iter().map(|error| error.abs() > limit).collect();
         }
         state.left_out = left_out;
         state
@@ -171,7 +166,7 @@ impl<'a> Material<'a> {
         };
         let rotation = &self.data.channels.rotation_name;
         let is_said = |shape: &Shape| {
-            state.terms.contains(shape) || timing::is_said_by(&state.terms, shape, rotation)
+            state.terms.contains(shape) || is_said_by(&state.terms, shape, rotation)
         };
         let mut scored: Vec<(f64, &Candidate)> = self
             .candidates
@@ -259,9 +254,7 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     if state.terms.iter().all(|term| term.form != Form::Delay) {
         return false;
     }
-    let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
-    let columns = whitener.apply_all(&data.all_columns(&state.terms));
-    let target = whitener.apply(&data.block.residual);
+    let White { whitener, columns, target } = state.whitened();
     let coefficients = Normal::of(&columns, &target).solve();
     // Those that are longer than a sample move by how late it is, and not by how much.
     let long = data.by_delays(&state.terms, &coefficients);
@@ -270,18 +263,17 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
     let moves = if long.is_empty() { Vec::new() } else { Normal::of(&with_long, &target).solve() };
     let share = |term: &Shape| term.number(LATE_SHARE).unwrap_or(1.0);
     let before: Vec<f64> = state.terms.iter().map(share).collect();
-    timing::delay_all(&mut state.terms, &coefficients, |term| data.width(term));
-    let mut at = 0;
+    delay_all(&mut state.terms, &coefficients, |term| data.width(term));
+    let places = data.places(&state.terms);
     let mut moved = false;
-    for (index, term) in state.terms.iter_mut().enumerate() {
-        let width = data.width(term);
+    for (index, (term, places)) in state.terms.iter_mut().zip(places).enumerate() {
         if term.form == Form::Delay {
             let name = term.fixed.first().map(|(name, _)| name.clone()).unwrap_or_default();
             let now = term.number(&name).unwrap_or(0.0);
             let by = long.iter().position(|one| one.term == index);
             let by = by.and_then(|i| moves.get(with_long.len() - long.len() + i));
             let sample = data.channels.interval();
-            let of_all = coefficients[at] * before[index] / share(term);
+            let of_all = coefficients[places.start] * before[index] / share(term);
             let found = by.map_or(of_all, |by| now + by.clamp(-sample, sample));
             let positive = name != "time_constant" || found > now / 4.0;
             let next = if positive { found } else { now / 4.0 };
@@ -290,7 +282,6 @@ fn settle_delays(data: Data<'_>, state: &mut State<'_>) -> bool {
                 moved = true;
             }
         }
-        at += width;
     }
     moved
 }

@@ -1,6 +1,5 @@
 //! Means of consecutive rows of a long record: a slow shape loses nothing in them and costs little.
-
-use super::data::Data;
+use crate::fit::Data;
 use crate::model::Shape;
 use crate::noise::Layout;
 use crate::problem::{Block, Channel, Channels, Exposure};
@@ -41,7 +40,7 @@ impl Means {
     /// Means of every `size` observations of `data`, each of a single row.
     pub fn new(data: Data<'_>, size: usize) -> Self {
         let (layout, groups) = data.layout.thinned(size);
-        let segments = segment_of_rows(data.channels);
+        let segments = data.channels.segment_of_rows();
         let begins = |group: usize| {
             let segment = |group: usize| segments[data.block.rows[groups[group].start]];
             group == 0 || segment(group) != segment(group - 1)
@@ -86,14 +85,6 @@ impl Means {
             .fold((0.0, 0.0), |sum, column| (sum.0 + column.0, sum.1 + column.1));
         whole.len() == means.len() && total > 0.0 && lost <= LOST_MAX * total
     }
-}
-
-fn segment_of_rows(channels: &Channels) -> Vec<usize> {
-    let mut segments = vec![0; channels.time.len()];
-    for (index, range) in channels.segments.iter().enumerate() {
-        segments[range.clone()].fill(index);
-    }
-    segments
 }
 
 impl Equations {

@@ -1,10 +1,8 @@
 //! The data of one block with what is computed from them once: means of a long record, and the candidates.
-
-use super::data::Data;
 use super::means::Means;
-use super::timing::Timing;
 use crate::candidates::{Candidate, all, pairs};
-use crate::model::Shape;
+use crate::fit::Data;
+use crate::model::{Shape, Timing};
 use crate::problem::Aggregate;
 use std::cell::OnceCell;
 
@@ -60,7 +58,7 @@ impl<'a> Record<'a> {
         self.candidates.get_or_init(|| {
             let mut found = all(self.data.block, self.data.channels);
             if let Some(timing) = self.timing {
-                timing.keep(&mut found);
+                found.retain(|one| Timing::of(&one.shape).is_none_or(|its| its == timing));
             }
             self.seen(found)
         })
@@ -81,10 +79,10 @@ impl<'a> Record<'a> {
 mod tests {
     use super::{LONG_FROM, Record, View};
     use crate::dataset::{Column, Dataset, Kind, Role, Unit};
+    use crate::fit::Data;
     use crate::model::{Acts, Driver, Form, Shape};
     use crate::noise::{Layout, NoiseModel};
     use crate::problem::{Known, Problem};
-    use crate::select::Data;
     use crate::select::scene::Scene;
 
     /// More than an hour at 10 Hz, with a slow temperature and a rate that changes all the time.

@@ -1,22 +1,21 @@
 //! Tunes the nonlinear numbers of a shape to their best values.
-
-use super::data::Data;
-use super::scene::{RobustFit, Scene, robust_fit};
+use super::scene::Scene;
+use crate::fit::{Data, RobustFit, robust_fit};
 use crate::model::{Form, Shape};
 
 /// Steps of the golden section.
 const STEPS: usize = 10;
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// `shape` with the numbers that explain most in `scene`, and how much that is.
-pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
+/// `shape` with the numbers that explain most in `scene`.
+pub fn refine(scene: &Scene<'_>, shape: &Shape) -> Shape {
     let mut best = shape.clone();
     // A single view throughout: values of different views are not comparable.
     let view = scene.record.view(shape);
     let mut value = scene.look_at(&best, view).statistic;
     if shape.form == Form::Delay {
         delay(scene, &mut best, &mut value);
-        return (best, value);
+        return best;
     }
     let names = shape.nonlinear();
     for sweep in 0..if names.len() > 1 { 2 } else { 1 } {
@@ -37,7 +36,7 @@ pub fn refine(scene: &Scene<'_>, shape: &Shape) -> (Shape, f64) {
             }
         }
     }
-    (best, value)
+    best
 }
 
 /// Range of a number: around its present value, wide enough to reach the next value that was tried.
@@ -186,8 +185,7 @@ fn coefficient(scene: &Scene<'_>, shape: &Shape) -> (f64, f64) {
 
 /// Fit of `columns` beside the model so far.
 fn fit(scene: &Scene<'_>, columns: &[Vec<f64>]) -> RobustFit {
-    let mut columns: Vec<Vec<f64>> =
-        columns.iter().map(|column| scene.whitener.apply(column)).collect();
+    let mut columns = scene.whitener.apply_all(columns);
     for column in &mut columns {
         scene.project(column);
     }

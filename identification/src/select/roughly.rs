@@ -1,31 +1,12 @@
 //! Values and errors for a residual that is not noise: least squares, with errors that are valid for any residual if
 //! runs are alike (Liang and Zeger 1986).
 
-use super::data::combine;
-use super::found::Found;
 use super::state::State;
+use crate::fit::{Found, White};
 use crate::linear::{Normal, dot, solve};
 use crate::model::Shape;
-use crate::noise::Whitener;
+use crate::problem::{clusters, runs};
 use crate::significance::surprise;
-
-/// Minimum number of runs; fewer are cut into this many stretches.
-const CLUSTERS_MIN: usize = 6;
-const STRETCHES: usize = 12;
-
-/// Cluster of each observation: its run, or its stretch if runs are few.
-fn clusters(run: &[usize]) -> Vec<usize> {
-    let mut of: Vec<usize> = Vec::with_capacity(run.len());
-    let mut count = 0;
-    for i in 0..run.len() {
-        count += usize::from(i > 0 && run[i] != run[i - 1]);
-        of.push(count);
-    }
-    if count + 1 >= CLUSTERS_MIN {
-        return of;
-    }
-    (0..run.len()).map(|i| i * STRETCHES / run.len()).collect()
-}
 
 /// Covariance of least-squares coefficients, and the number of clusters behind it.
 fn covariance(
@@ -36,19 +17,16 @@ fn covariance(
 ) -> (Vec<Vec<f64>>, usize) {
     let k = columns.len();
     let mut meat = vec![vec![0.0; k]; k];
-    let (mut start, mut count) = (0, 0);
-    for i in 1..=left.len() {
-        if i < left.len() && cluster[i] == cluster[start] {
-            continue;
-        }
-        let scores: Vec<f64> =
-            columns.iter().map(|column| dot(&column[start..i], &left[start..i])).collect();
+    let mut count = 0;
+    for rows in runs(cluster) {
+        let score = |column: &Vec<f64>| dot(&column[rows.clone()], &left[rows.clone()]);
+        let scores: Vec<f64> = columns.iter().map(score).collect();
         for a in 0..k {
             for b in 0..k {
                 meat[a][b] += scores[a] * scores[b];
             }
         }
-        (start, count) = (i, count + 1);
+        count += 1;
     }
     let factor = count as f64 / (count as f64 - 1.0).max(1.0);
     let times = |a: &[Vec<f64>], b: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -68,28 +46,20 @@ pub(super) struct Estimates {
 
 pub(super) fn estimates(state: &State<'_>) -> Estimates {
     let data = state.data;
-    let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
-    let target = whitener.apply(&data.block.residual);
-    let mut columns = whitener.apply_all(&data.all_columns(&state.terms));
+    let white = state.whitened();
+    let first = Normal::of(&white.columns, &white.target).solve();
+    let left = white.left(&first);
+    let White { whitener, mut columns, .. } = white;
     let linear = columns.len();
-    let first = Normal::of(&columns, &target).solve();
-    let fitted = combine(&columns, &first);
-    let left: Vec<f64> = target
-        .iter()
-        .enumerate()
-        .map(|(i, value)| value - fitted.get(i).copied().unwrap_or(0.0))
-        .collect();
     let derivatives = data.derivatives(&state.terms, &first);
     columns.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
     let inverse = solve(&columns, &left).inverse;
     let (covariance, count) = covariance(&columns, &left, &inverse, &clusters(&data.layout.run));
-    let mut at = 0;
     let mut terms = Vec::new();
-    for (index, shape) in state.terms.iter().enumerate() {
-        let width = data.width(shape);
+    for (index, (shape, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
+        let width = places.len();
         let coefficients: Vec<(f64, f64)> =
-            (at..at + width).map(|i| (first[i], covariance[i][i].sqrt())).collect();
-        at += width;
+            places.map(|i| (first[i], covariance[i][i].sqrt())).collect();
         let numbers = derivatives
             .iter()
             .enumerate()
@@ -106,8 +76,7 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
             .fold(0.0, f64::max);
         let free = count as f64 - 1.0;
         let strength = (surprise(wald, 1.0, free) - (width.max(1) as f64).ln()).max(0.0);
-        let shape = shape.clone();
-        terms.push(Found { shape, coefficients, numbers, strength, rivals: Vec::new() });
+        terms.push(Found { numbers, strength, ..Found::new(shape, coefficients) });
     }
     Estimates { terms, left }
 }

@@ -1,8 +1,7 @@
 //! One block of equations with the model so far subtracted, in which candidates are measured.
-
-use super::data::{Data, combine};
 use super::means::Means;
 use super::record::{Record, View};
+use crate::fit::{Data, combine, folds, less};
 use crate::linear::{Basis, dot, solve};
 use crate::model::Shape;
 use crate::noise::{NoiseModel, Whitener};
@@ -255,6 +254,37 @@ impl<'a> Scene<'a> {
     }
 }
 
+/// Reduction of the held-out whitened error, in nats, by `new` columns beside `old` ones; outliers count only as large
+/// values.
+pub(super) fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
+    let (old, new) = (scene.whitener.apply_all(old), scene.whitener.apply_all(new));
+    let both: Vec<Vec<f64>> = old.iter().chain(&new).cloned().collect();
+    let target = scene.whitener.apply(&scene.data.block.residual);
+    let limit = robust::HUBER * scene.scale;
+    let loss = |value: f64| {
+        let size = value.abs();
+        if size <= limit { size * size } else { limit * (2.0 * size - limit) }
+    };
+    let mut total = 0.0;
+    for fold in folds(&scene.data.layout.run) {
+        let error = |columns: &[Vec<f64>]| -> f64 {
+            let masked: Vec<Vec<f64>> =
+                columns.iter().map(|column| mask(column, &fold.train)).collect();
+            let found = solve(&masked, &mask(&target, &fold.train));
+            let left = less(&target, &combine(columns, &found.coefficients));
+            let held = left.iter().zip(&fold.test).filter(|(_, test)| **test);
+            held.map(|(left, _)| loss(*left)).sum()
+        };
+        total += error(&old) - error(&both);
+    }
+    total / (2.0 * scene.scale * scene.scale)
+}
+
+/// `column` where `keep` is set, zero elsewhere.
+fn mask(column: &[f64], keep: &[bool]) -> Vec<f64> {
+    column.iter().zip(keep).map(|(value, keep)| if *keep { *value } else { 0.0 }).collect()
+}
+
 impl OnMeans {
     fn new(
         means: &Means,
@@ -282,57 +312,4 @@ impl OnMeans {
         found.basis.project(&mut found.scores);
         found
     }
-}
-
-/// A robust least-squares fit on whitened columns.
-pub struct RobustFit {
-    /// One per column.
-    pub coefficients: Vec<f64>,
-    /// Their standard errors.
-    pub errors: Vec<f64>,
-}
-
-/// Sweeps of re-weighting.
-const SWEEPS: usize = 6;
-
-/// Fits `columns` to `target`, both whitened; outliers count less (Huber's weights).
-pub fn robust_fit(columns: &[Vec<f64>], target: &[f64]) -> RobustFit {
-    let mut weights: Vec<f64> = target.iter().map(|_| 1.0).collect();
-    let mut found = solve(columns, target);
-    let residual_of = |coefficients: &[f64]| -> Vec<f64> {
-        let fitted = combine(columns, coefficients);
-        if fitted.is_empty() {
-            return target.to_vec();
-        }
-        target.iter().zip(&fitted).map(|(t, f)| t - f).collect()
-    };
-    let mut residual = residual_of(&found.coefficients);
-    let mut scale = robust::spread(&residual);
-    for _ in 0..SWEEPS {
-        let limit = robust::HUBER * scale;
-        if residual.iter().all(|value| value.abs() <= limit) {
-            break;
-        }
-        for (weight, value) in weights.iter_mut().zip(&residual) {
-            *weight = if value.abs() > limit { (limit / value.abs()).sqrt() } else { 1.0 };
-        }
-        let weigh =
-            |column: &[f64]| column.iter().zip(&weights).map(|(c, w)| c * w).collect::<Vec<f64>>();
-        let weighed: Vec<Vec<f64>> = columns.iter().map(|column| weigh(column)).collect();
-        found.coefficients = solve(&weighed, &weigh(target)).coefficients;
-        residual = residual_of(&found.coefficients);
-        scale = robust::spread(&residual);
-    }
-    // Huber's proposal: (X'X)^-1 times E psi^2 / (E psi')^2, corrected for the number of parameters.
-    let limit = robust::HUBER * scale;
-    let used = target.iter().zip(&residual).filter(|(t, r)| **t != 0.0 || **r != 0.0).count().max(1)
-        as f64;
-    let inside = residual.iter().filter(|value| value.abs() <= limit).count() as f64
-        - (residual.len() as f64 - used);
-    let square: f64 = residual.iter().map(|value| robust::held(*value, limit).powi(2)).sum();
-    let free = (used - columns.len() as f64).max(1.0);
-    let slope = (inside / used).clamp(0.1, 1.0);
-    let variance = square / free / (slope * slope);
-    let errors = (0..columns.len()).map(|i| (found.inverse[i][i] * variance).sqrt()).collect();
-    RobustFit { coefficients: found.coefficients, errors }
 }

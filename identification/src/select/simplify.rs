@@ -43,7 +43,7 @@ pub fn simplify(scene: &Scene<'_>, wide: &Shape, named: &[Candidate]) -> Option<
             })
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
         let mut candidate = best.0.clone();
-        candidate.shape = refine(&now, &candidate.shape).0;
+        candidate.shape = refine(&now, &candidate.shape);
         columns.extend(scene.data.columns(&candidate.shape));
         chosen.push(candidate);
         let left = scene.with(&columns).score(wide);

@@ -6,16 +6,14 @@ use super::choose::{
     Contender, Profile, contenders, names_a_cause, plainest_first, profiled, surfaces,
     with_lower_orders, without_superfluous,
 };
-use super::cross;
-use super::data::Data;
 use super::record::Record;
 use super::refine::refine;
-use super::scene::{Scene, robust_fit};
+use super::scene::{Scene, gain};
 use super::simplify::simplify;
-use super::timing::{self, Timing};
 use crate::candidates::{Candidate, Family};
-use crate::model::{Form, Shape};
-use crate::noise::{self, NoiseModel, Whitener};
+use crate::fit::{Data, White, robust_fit};
+use crate::model::{Form, Shape, Timing, delay_all, is_said_by};
+use crate::noise::{self, NoiseModel};
 pub(super) use sound::is_sound;
 use sound::is_within_physics;
 
@@ -50,11 +48,11 @@ impl<'a> State<'a> {
     pub fn columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
         let mut columns = self.data.all_columns(terms);
         if terms.iter().any(|term| !term.nonlinear().is_empty() || term.form == Form::Delay) {
-            let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
-            let white = whitener.apply_all(&columns);
-            let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
-            let derivatives = self.data.derivatives(terms, &fit.coefficients);
-            let by_delays = self.data.by_delays(terms, &fit.coefficients);
+            let White { columns: white, target, .. } =
+                self.data.whitened(terms, &self.noise, &self.left_out);
+            let coefficients = robust_fit(&white, &target).coefficients;
+            let derivatives = self.data.derivatives(terms, &coefficients);
+            let by_delays = self.data.by_delays(terms, &coefficients);
             let all = derivatives.into_iter().chain(by_delays);
             columns.extend(all.map(|derivative| derivative.column));
         }
@@ -66,8 +64,35 @@ impl<'a> State<'a> {
         self.families.push(candidate.family);
     }
 
+    /// Takes an added term out.
+    pub fn remove(&mut self, index: usize) -> Shape {
+        self.families.remove(index - self.base);
+        self.terms.remove(index)
+    }
+
+    /// Whitened columns of all terms, and the residual.
+    pub fn whitened(&self) -> White {
+        self.data.whitened(&self.terms, &self.noise, &self.left_out)
+    }
+
     pub fn scene(&self, terms: &[Shape]) -> Scene<'a> {
         Scene::new(self.record, &self.noise, &self.left_out, &self.columns(terms))
+    }
+
+    /// A term, and the scene of all others.
+    pub fn without(&self, index: usize) -> (Scene<'a>, Shape) {
+        let mut others = self.terms.clone();
+        let term = others.remove(index);
+        (self.scene(&others), term)
+    }
+
+    /// How strong an added term is in the scene of all others.
+    pub fn beside_others(&self, index: usize) -> (Scene<'a>, Contender) {
+        let (scene, shape) = self.without(index);
+        let (score, family) = (scene.score(&shape), self.families[index - self.base]);
+        let strength = score.surprise - family.toll(None);
+        let contender = Contender::new(Candidate { shape, family }, score, strength, scene.free());
+        (scene, contender)
     }
 
     pub fn fit_noise(&mut self, anew: bool) {
@@ -81,21 +106,18 @@ impl<'a> State<'a> {
     /// Tunes the numbers of every term to their best values, with the others in the fit.
     pub fn refit(&mut self) {
         if self.terms.iter().any(|term| term.form == Form::Delay) {
-            let whitener = Whitener::new(self.data.layout, &self.noise, &self.left_out);
-            let white = whitener.apply_all(&self.data.all_columns(&self.terms));
-            let fit = robust_fit(&white, &whitener.apply(&self.data.block.residual));
+            let White { columns, target, .. } = self.whitened();
+            let fit = robust_fit(&columns, &target);
             let data = self.data;
-            timing::delay_all(&mut self.terms, &fit.coefficients, |term| data.width(term));
+            delay_all(&mut self.terms, &fit.coefficients, |term| data.width(term));
         }
         for index in 0..self.terms.len() {
             let term = &self.terms[index];
             if term.nonlinear().is_empty() && term.form != Form::Delay {
                 continue;
             }
-            let mut others = self.terms.clone();
-            let term = others.remove(index);
-            let scene = self.scene(&others);
-            self.terms[index] = refine(&scene, &term).0;
+            let (scene, term) = self.without(index);
+            self.terms[index] = refine(&scene, &term);
         }
     }
 
@@ -106,17 +128,15 @@ impl<'a> State<'a> {
             let weakest = (self.base..self.terms.len())
                 .filter(|&index| !self.terms[index].drivers.is_empty())
                 .map(|index| {
-                    let mut others = self.terms.clone();
-                    let term = others.remove(index);
-                    (self.scene(&others).score(&term).surprise, index)
+                    let (scene, term) = self.without(index);
+                    (scene.score(&term).surprise, index)
                 })
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             match weakest {
                 Some((surprise, index))
                     if surprise < KEEP_MIN && self.terms.len() > self.base + 1 =>
                 {
-                    self.terms.remove(index);
-                    self.families.remove(index - self.base);
+                    self.remove(index);
                 }
                 _ => break,
             }
@@ -161,7 +181,7 @@ impl<'a> State<'a> {
                     && names_a_cause(&one.candidate)
                     && one.strength >= threshold
                     && !others.iter().any(|other| one.candidate.shape.label() == other.label())
-                    && !timing::is_said_by(&others, &one.candidate.shape, rotation)
+                    && !is_said_by(&others, &one.candidate.shape, rotation)
             });
             let Some(better) = better else { continue };
             let gain = if is_level(better) { f64::INFINITY } else { better.rank - mine.rank };
@@ -199,16 +219,8 @@ impl<'a> State<'a> {
         let lacking = (self.base..self.terms.len())
             .filter(|&index| !simpler.iter().any(|term| term.says(&self.terms[index])));
         lacking
-            .filter_map(|index| {
-                let mut others = self.terms.clone();
-                let shape = others.remove(index);
-                let scene = self.scene(&others);
-                let (score, family) = (scene.score(&shape), self.families[index - self.base]);
-                let strength = score.surprise - family.toll(None);
-                let candidate = Candidate { shape, family };
-                let found = Contender::new(candidate, score, strength, scene.free());
-                (strength > threshold + LEFT_FROM).then_some(found)
-            })
+            .map(|index| self.beside_others(index).1)
+            .filter(|one| one.strength > threshold + LEFT_FROM)
             .collect()
     }
 
@@ -271,7 +283,7 @@ impl<'a> State<'a> {
         let mut found = self.round(threshold);
         let rotation = &self.data.channels.rotation_name;
         found.retain(|one| {
-            !one.all().any(|candidate| timing::is_said_by(&self.terms, &candidate.shape, rotation))
+            !one.all().any(|candidate| is_said_by(&self.terms, &candidate.shape, rotation))
         });
         plainest_first(&mut found, threshold);
         let scene = self.scene(&self.terms);
@@ -301,7 +313,7 @@ impl<'a> State<'a> {
             }
             let new: Vec<Vec<f64>> =
                 chosen.iter().flat_map(|candidate| self.data.columns(&candidate.shape)).collect();
-            if cross::gain(&scene, &columns, &new) <= 0.0 {
+            if gain(&scene, &columns, &new) <= 0.0 {
                 if contender.strength > threshold + LEFT_FROM {
                     failed.push(contender.clone());
                 }

@@ -6,25 +6,23 @@
 //! An amplitude that was measured once is on average too large, by what its uncertainty adds. Shrunk by it, a wrong cause
 //! does less harm, and a right one loses little (James and Stein 1961).
 
-use super::data::combine;
-use super::found::{BlockFit, Found, fit_terms};
-use super::scene::robust_fit;
+use super::found::BlockFit;
 use super::state::State;
+use crate::fit::{Found, White, combine, fit_terms, less, robust_fit, values_of};
 use crate::judge::Judge;
-use crate::noise::{NoiseModel, Whitener};
+use crate::noise::NoiseModel;
 
 /// Values to apply of `fit`, whose residual is noise.
 pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>) {
     let explained = |effect: usize| {
-        let mut others = state.terms.clone();
-        let shape = others.remove(state.base + effect);
-        state.scene(&others).score(&shape).statistic
+        let (scene, shape) = state.without(state.base + effect);
+        scene.score(&shape).statistic
     };
     let shares = (0..fit.effects.len()).map(|effect| (effect, explained(effect)));
     let shares = shares.map(|(effect, square)| share(&fit.effects[effect], square)).collect();
     let even = evener(state, judge);
     let noise = even.as_ref().unwrap_or(&state.noise);
-    let mut all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
+    let mut all = fit.all();
     let best = fit_terms(state.data, &state.terms, noise, &state.left_out);
     for (found, best) in all.iter_mut().zip(best) {
         for (mine, (value, _)) in found.coefficients.iter_mut().zip(best.coefficients) {
@@ -88,14 +86,10 @@ fn apply(
 ) -> Vec<Found> {
     let whole: Vec<Found> = base.iter().chain(&effects).cloned().collect();
     let shrunk = shrunk(base, effects, state, noise, shares);
-    let whitener = Whitener::new(state.data.layout, noise, &state.left_out);
-    let columns = whitener.apply_all(&state.data.all_columns(&state.terms));
-    let target = whitener.apply(&state.data.block.residual);
+    let white = state.data.whitened(&state.terms, noise, &state.left_out);
     let square = |of: &[Found]| -> f64 {
-        let values: Vec<f64> =
-            of.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
-        let fitted = combine(&columns, &values);
-        target.iter().zip(&fitted).map(|(value, of)| (value - of).powi(2)).sum()
+        let fitted = combine(&white.columns, &values_of(of));
+        white.target.iter().zip(&fitted).map(|(value, of)| (value - of).powi(2)).sum()
     };
     let before = square(&whole);
     let lost = state.data.block.rows.len() as f64 * (square(&shrunk) - before) / before;
@@ -114,13 +108,10 @@ fn shrunk(
         found.coefficients.iter_mut().for_each(|(value, _)| *value *= share);
     }
     if !effects.is_empty() {
-        let values: Vec<f64> =
-            effects.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
-        let fitted = combine(&data.all_columns(&state.terms[state.base..]), &values);
-        let residual = data.block.residual.iter().zip(&fitted);
-        let rest: Vec<f64> = residual.map(|(value, fitted)| value - fitted).collect();
-        let whitener = Whitener::new(data.layout, noise, &state.left_out);
-        let columns = whitener.apply_all(&data.all_columns(&state.terms[..state.base]));
+        let fitted = combine(&data.all_columns(&state.terms[state.base..]), &values_of(&effects));
+        let rest = less(&data.block.residual, &fitted);
+        let White { whitener, columns, .. } =
+            data.whitened(&state.terms[..state.base], noise, &state.left_out);
         let mut values = robust_fit(&columns, &whitener.apply(&rest)).coefficients.into_iter();
         for (value, _) in base.iter_mut().flat_map(|found| &mut found.coefficients) {
             *value = values.next().unwrap_or(*value);
@@ -133,8 +124,8 @@ fn shrunk(
 #[cfg(test)]
 mod tests {
     use super::share;
+    use crate::fit::Found;
     use crate::model::{Acts, Driver, Form, Shape};
-    use crate::select::Found;
 
     #[test]
     fn an_amplitude_keeps_what_is_beyond_its_uncertainty() {

@@ -1,8 +1,7 @@
 //! One wheel of a robot with a wheel on each side.
-
-use super::found::fit_terms;
 use super::roughly::estimates;
 use super::state::State;
+use crate::fit::fit_terms;
 use crate::model::{Acts, ONE_WHEEL, Shape, UNEQUAL_WHEELS, WHEEL_SIZE};
 use crate::significance::surprise_chi2;
 

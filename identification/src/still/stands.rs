@@ -6,7 +6,7 @@ use crate::corrections::{Correction, Poses, applied, squared_correlation};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role};
 use crate::error::IdentifyError;
 use crate::linear::{Basis, dot};
-use crate::problem::{Channels, motion, unwrap, wrap};
+use crate::problem::{Channels, motion, runs, unwrap, wrap};
 use crate::robust::{self, median, root_mean_square};
 
 /// Rows are taken together over this time: vibration is no motion, s.
@@ -193,10 +193,7 @@ impl Course {
         let (values, unit) = values(dataset, column);
         let (time, block) = times(dataset);
         let (mut blocks, mut rows, mut steps, mut known) = (Vec::new(), Vec::new(), Vec::new(), 0);
-        for run in dataset.run_of_row.chunk_by(|one, next| one == next).scan(0, |end, own| {
-            *end += own.len();
-            Some(*end - own.len()..*end)
-        }) {
+        for run in runs(&dataset.run_of_row) {
             let own: Vec<usize> = run.filter(|&row| values[row].is_finite()).collect();
             let middle = median(own.iter().map(|&row| values[row]).collect());
             known += own.len();

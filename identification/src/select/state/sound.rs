@@ -1,9 +1,9 @@
 //! Checks that the terms of a model make sense together.
 
 use super::State;
+use crate::fit::White;
 use crate::linear::{Solution, solve};
 use crate::model::is_physical;
-use crate::noise::Whitener;
 
 /// Correlation above which estimates balance one another: one of them is enough.
 const CORRELATION_MAX: f64 = 0.98;
@@ -31,16 +31,12 @@ pub fn is_sound(state: &State<'_>, first: usize) -> bool {
 /// The fit, and the term of each of its coefficients; `None` if one is unphysical.
 fn fitted(state: &State<'_>) -> Option<(Solution, Vec<usize>)> {
     let data = state.data;
-    let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
-    let columns = whitener.apply_all(&data.all_columns(&state.terms));
-    let fit = solve(&columns, &whitener.apply(&data.block.residual));
-    let mut at = 0;
+    let White { columns, target, .. } = state.whitened();
+    let fit = solve(&columns, &target);
     let mut of_term = Vec::new();
-    for (index, term) in state.terms.iter().enumerate() {
-        let width = data.width(term);
-        of_term.extend(std::iter::repeat_n(index, width));
-        let mine = &fit.coefficients[at..at + width];
-        at += width;
+    for (index, (term, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
+        of_term.extend(std::iter::repeat_n(index, places.len()));
+        let mine = &fit.coefficients[places];
         let per_row = term.per_row(data.channels).unwrap_or_default();
         if index >= state.base && !is_physical(term, data.channels, &per_row, mine) {
             return None;

@@ -1,7 +1,10 @@
-//! Axes of one sensor share their clock and their filter, so they share one delay.
+//! What several quantities of one data set settle together: axes of one sensor share their clock and their filter, so they
+//! share one delay; and all have a few causes at most.
 
-use super::found::{BlockFit, Found};
-use super::timing::Timing;
+use super::found::BlockFit;
+use super::gain::fall;
+use crate::fit::Found;
+use crate::model::Timing;
 
 /// Whether a block has another kind of delay than `timing`.
 pub fn is_against(timing: Timing, fit: &BlockFit) -> bool {
@@ -36,12 +39,38 @@ pub fn agreed(fits: &[&BlockFit]) -> Option<Timing> {
     all.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(timing, _)| timing)
 }
 
+/// Maximum number of causes for each block, so that all have at most `most`; `None` where a block keeps its model. The
+/// last step that lowers its block's errors least goes first.
+pub fn fewer(fits: &[&BlockFit], most: usize) -> Vec<Option<usize>> {
+    let mut at: Vec<usize> = fits.iter().map(|fit| fit.chosen).collect();
+    loop {
+        let total: usize = fits.iter().zip(&at).map(|(fit, &at)| fit.path[at].causes).sum();
+        let before = |block: usize| {
+            let path = &fits[block].path;
+            (0..at[block]).rev().find(|&earlier| path[earlier].causes < path[at[block]].causes)
+        };
+        let least = (0..fits.len())
+            .filter_map(|block| {
+                let earlier = before(block)?;
+                let path = &fits[block].path;
+                Some((fall(&path[earlier].metrics, &path[at[block]].metrics), block, earlier))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        match least {
+            Some((_, block, earlier)) if total > most => at[block] = earlier,
+            _ => break,
+        }
+    }
+    let kept = fits.iter().zip(at);
+    kept.map(|(fit, at)| (at != fit.chosen).then(|| fit.path[at].causes)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::{BlockFit, Found, Timing, agreed, is_against};
+    use crate::fit::RivalFound;
     use crate::model::{Acts, Driver, Form, Shape, Wrap};
     use crate::noise::NoiseModel;
-    use crate::select::RivalFound;
 
     fn late(wrap: Wrap) -> Shape {
         Shape::new("any", Acts::Delay, Driver::new(wrap, "reference"), Form::Delay)

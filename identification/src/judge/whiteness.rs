@@ -5,11 +5,9 @@
 //! of its own products (as in Lobato, Nankervis and Savin 2001: noise that is louder at times is not memory). Only a
 //! positive memory counts: fitting a model to the same data leaves a slightly negative one.
 
-use super::residual;
 use crate::finding::{Left, p_value};
-use crate::noise::Whitener;
-use crate::problem::Aggregate;
-use crate::select::{BlockFit, Data, Found};
+use crate::fit::Data;
+use crate::problem::{Aggregate, runs};
 use std::ops::Range;
 
 /// Probability that white noise fails the test, over all quantities of a data set together.
@@ -35,36 +33,17 @@ pub struct Whiteness {
     pub correlation: f64,
 }
 
-/// Tests the residual of a block. `None` if there are too few observations.
-pub(crate) fn whiteness(data: Data<'_>, fit: &BlockFit) -> Option<Whiteness> {
-    let all: Vec<Found> = fit.base.iter().chain(&fit.effects).cloned().collect();
-    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
-    let innovations = whitener.apply(&residual(data, &all));
-    of_innovations(&innovations, &stretches(data))
-}
-
 /// Ranges of consecutive observations: within a stretch of time and, for a path, one component.
 pub(crate) fn stretches(data: Data<'_>) -> Vec<Range<usize>> {
     let block = data.block;
-    let mut segment_of = vec![0; data.channels.time.len()];
-    for (index, range) in data.channels.segments.iter().enumerate() {
-        segment_of[range.clone()].fill(index);
-    }
+    let segment_of = data.channels.segment_of_rows();
     let key = |i: usize| {
         let component = block.pose.as_ref().map(|pose| pose.component[i] as usize);
         // A level restarts in each run.
         let run = (block.aggregate != Aggregate::Row).then(|| data.layout.run[i]);
         (segment_of[block.rows[i]], component, run)
     };
-    let mut found = Vec::new();
-    let mut start = 0;
-    for i in 1..=block.rows.len() {
-        if i == block.rows.len() || key(i) != key(i - 1) {
-            found.push(start..i);
-            start = i;
-        }
-    }
-    found
+    runs(&(0..block.rows.len()).map(key).collect::<Vec<_>>()).collect()
 }
 
 pub(crate) fn of_innovations(innovations: &[f64], stretches: &[Range<usize>]) -> Option<Whiteness> {

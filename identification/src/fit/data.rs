@@ -1,11 +1,11 @@
 //! The data of one block and the columns of shapes over them.
 
-use super::timing;
-use crate::model::{Form, Shape, exposure};
-use crate::noise::Layout;
-use crate::problem::{Block, Channels};
+use crate::model::{Form, Shape, exposure, is_delay};
+use crate::noise::{Layout, NoiseModel, Whitener};
+use crate::problem::{Aggregate, Block, Channels, runs};
 use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::rc::Rc;
 
 /// The constant data of one block.
@@ -98,16 +98,40 @@ impl Data<'_> {
         terms.iter().flat_map(|term| self.of_term(term).to_vec()).collect()
     }
 
+    /// Places of the columns of each of `terms` among those of all.
+    pub fn places(&self, terms: &[Shape]) -> Vec<Range<usize>> {
+        let mut end = 0;
+        let place = |term: &Shape| {
+            let start = end;
+            end += self.width(term);
+            start..end
+        };
+        terms.iter().map(place).collect()
+    }
+
+    /// Columns of all `terms` and the residual, whitened.
+    pub fn whitened(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> White {
+        let whitener = Whitener::new(self.layout, noise, left_out);
+        let columns = whitener.apply_all(&self.all_columns(terms));
+        let target = whitener.apply(&self.block.residual);
+        White { whitener, columns, target }
+    }
+
+    /// `values` of the observations; of a level, from the start of each run.
+    pub fn since_start(&self, mut values: Vec<f64>) -> Vec<f64> {
+        for run in runs(&self.layout.run).filter(|_| self.block.aggregate == Aggregate::Level) {
+            let first = values[run.start];
+            values[run].iter_mut().for_each(|value| *value -= first);
+        }
+        values
+    }
+
     /// Derivatives of the observations by each nonlinear number of each term, at `coefficients` (one per column of
     /// `all_columns`).
     pub fn derivatives(&self, terms: &[Shape], coefficients: &[f64]) -> Vec<Derivative> {
         let mut found = Vec::new();
-        let mut at = 0;
-        for (index, term) in terms.iter().enumerate() {
-            let width = self.width(term);
-            let mine =
-                &coefficients[at.min(coefficients.len())..(at + width).min(coefficients.len())];
-            at += width;
+        for (index, (term, places)) in terms.iter().zip(self.places(terms)).enumerate() {
+            let mine = coefficients.get(places).unwrap_or_default();
             for name in term.nonlinear() {
                 let Some(value) = term.number(name) else { continue };
                 let step = derivative_step(term, name, value);
@@ -131,12 +155,9 @@ impl Data<'_> {
     /// a delay is no longer its coefficient: that says how much is late, and only this how late it is.
     pub fn by_delays(&self, terms: &[Shape], coefficients: &[f64]) -> Vec<Derivative> {
         let mut found = Vec::new();
-        let mut at = 0;
-        for (index, term) in terms.iter().enumerate() {
-            let width = self.width(term);
-            let coefficient = coefficients.get(at).copied().unwrap_or(0.0);
-            at += width;
-            if let Some((name, column)) = self.by_delay(term).filter(|_| width > 0) {
+        for (index, (term, places)) in terms.iter().zip(self.places(terms)).enumerate() {
+            let coefficient = coefficients.get(places.start).copied().unwrap_or(0.0);
+            if let Some((name, column)) = self.by_delay(term).filter(|_| !places.is_empty()) {
                 let column = column.into_iter().map(|value| coefficient * value).collect();
                 found.push(Derivative { term: index, name, column });
             }
@@ -147,7 +168,7 @@ impl Data<'_> {
     /// Derivative of the column of a delay longer than a sample by that delay.
     pub fn by_delay(&self, term: &Shape) -> Option<(&'static str, Vec<f64>)> {
         let interval = self.channels.interval();
-        if !timing::is_delay(term) || term.number("delay")?.abs() < interval {
+        if !is_delay(term) || term.number("delay")?.abs() < interval {
             return None;
         }
         let (now, step) = (term.number("delay")?, 0.02 * interval);
@@ -178,6 +199,27 @@ fn derivative_step(term: &Shape, name: &str, value: f64) -> f64 {
         ("period", _) => 1e-4 * value,
         _ => (0.01 * value.abs()).max(1e-12),
     }
+}
+
+/// What a fit under some noise works on.
+pub struct White {
+    pub whitener: Whitener,
+    pub columns: Vec<Vec<f64>>,
+    /// The residual.
+    pub target: Vec<f64>,
+}
+
+impl White {
+    /// What these coefficients of the columns leave of the residual.
+    pub fn left(&self, coefficients: &[f64]) -> Vec<f64> {
+        less(&self.target, &combine(&self.columns, coefficients))
+    }
+}
+
+/// `target` less what is `fitted`; all of it where nothing is.
+pub fn less(target: &[f64], fitted: &[f64]) -> Vec<f64> {
+    let fitted = fitted.iter().copied().chain(std::iter::repeat(0.0));
+    target.iter().zip(fitted).map(|(value, fitted)| value - fitted).collect()
 }
 
 /// Sum of columns, each times its coefficient.

@@ -1,7 +1,6 @@
 //! Kinds of delay.
 
-use crate::candidates::Candidate;
-use crate::model::{Acts, Driver, Form, LATE_SHARE, Shape, Wrap};
+use super::{Acts, Driver, Form, LATE_SHARE, Shape, Wrap};
 
 /// A kind of delay: a delay, a filter or a clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,11 +11,6 @@ impl Timing {
     pub fn of(shape: &Shape) -> Option<Self> {
         let wrap = shape.drivers.first().map_or(Wrap::Plain, |driver| driver.wrap);
         (shape.form == Form::Delay).then_some(Self(shape.acts, wrap))
-    }
-
-    /// Removes other kinds of delay from `candidates`.
-    pub fn keep(self, candidates: &mut Vec<Candidate>) {
-        candidates.retain(|one| Self::of(&one.shape).is_none_or(|timing| timing == self));
     }
 }
 

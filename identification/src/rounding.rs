@@ -1,9 +1,13 @@
-//! Readings on a coarse lattice: removes the effect of rounding before any search.
+//! Readings on a lattice that is coarser than their noise: removes the effect of rounding before any search.
 //!
 //! If the noise is smaller than the step, the rounding error is a function of the reading itself and mimics every
 //! smooth effect. Its mean given the model's prediction is known (Widrow's statistical theory of quantisation), and so
 //! is a reading's remaining sensitivity to a small change.
 
+use crate::fit::{Data, combine, fit_terms, less};
+use crate::model::Shape;
+use crate::noise::{Layout, NoiseModel};
+use crate::problem::{Aggregate, Block, Channels};
 use crate::robust::root_mean_square;
 use std::f64::consts::PI;
 
@@ -20,7 +24,7 @@ const SLOPE_MIN: f64 = 0.6;
 const TERMS: i32 = 60;
 
 /// The step of the lattice on which `readings` lie, if they lie on one.
-pub fn step(readings: &[f64]) -> Option<f64> {
+fn step(readings: &[f64]) -> Option<f64> {
     let mut sorted: Vec<f64> = readings.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.dedup();
@@ -46,7 +50,7 @@ pub fn step(readings: &[f64]) -> Option<f64> {
 
 /// Effect of rounding to `step` on a prediction with normal noise of `sigma`.
 #[derive(Debug, Clone, Copy)]
-pub struct Rounding {
+struct Rounding {
     /// Mean of the rounded reading minus the prediction.
     pub bias: f64,
     /// Derivative of the mean of the rounded reading by the prediction.
@@ -56,7 +60,7 @@ pub struct Rounding {
 }
 
 /// Rounding at the prediction `value`, counted from a point of the lattice.
-pub fn rounding(value: f64, step: f64, sigma: f64) -> Rounding {
+fn rounding(value: f64, step: f64, sigma: f64) -> Rounding {
     let phase = value / step;
     let ratio = sigma / step;
     let (mut bias, mut slope) = (0.0, 1.0);
@@ -83,7 +87,7 @@ pub fn rounding(value: f64, step: f64, sigma: f64) -> Rounding {
 
 /// Residuals corrected for rounding.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Corrected {
+struct Corrected {
     /// Residual without the rounding, one per observation.
     pub residual: Vec<f64>,
     /// Standard deviation of each over that of an unrounded reading; infinite for a reading without information.
@@ -94,7 +98,7 @@ pub struct Corrected {
 
 /// Removes the rounding from `residual`, for model predictions `predicted` (from a point of the lattice). `None` if the
 /// step is too fine to matter.
-pub fn correct(residual: &[f64], predicted: &[f64], step: f64) -> Option<Corrected> {
+fn correct(residual: &[f64], predicted: &[f64], step: f64) -> Option<Corrected> {
     let total = root_mean_square(residual);
     let fine = (total * total - step * step / 12.0).max(0.0).sqrt();
     if step < COARSE_FROM * fine {
@@ -144,6 +148,46 @@ fn likeliest_sigma(residual: &[f64], predicted: &[f64], step: f64) -> f64 {
 
 fn normal(x: f64) -> f64 {
     0.5 * statrs::function::erf::erfc(-x * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+/// The block without the rounding of a coarse lattice, as far as `base` predicts the readings; and the step.
+pub fn without_rounding(
+    block: &Block,
+    channels: &Channels,
+    base: &[Shape],
+) -> Option<(Block, f64)> {
+    if block.aggregate != Aggregate::Row {
+        return None;
+    }
+    let step = step(&block.raw)? * block.raw_si.abs();
+    let mut working = block.clone();
+    let mut corrected = None;
+    for _ in 0..6 {
+        let layout = Layout::new(&working, channels);
+        let data = Data::new(&working, channels, &layout);
+        let noise = NoiseModel::white(layout.runs());
+        let fitted = fit_terms(data, base, &noise, &[]);
+        let left = fitted.iter().fold(block.residual.clone(), |left, found| {
+            less(&left, &combine(&data.columns(&found.shape), &found.values()))
+        });
+        let predicted: Vec<f64> =
+            left.iter().enumerate().map(|(i, left)| block.measured(i) - left).collect();
+        let found = correct(&left, &predicted, step)?;
+        // The corrected residual plus what the model explains.
+        working.residual = found
+            .residual
+            .iter()
+            .zip(&left)
+            .zip(&block.residual)
+            .map(|((corrected, left), residual)| corrected + residual - left)
+            .collect();
+        let says = |i: usize| block.spread.get(i).is_none_or(|spread| spread.is_finite());
+        let spread = found.spread.iter().enumerate();
+        working.spread =
+            spread.map(|(i, found)| if says(i) { *found } else { f64::INFINITY }).collect();
+        corrected = Some(());
+    }
+    corrected.map(|()| (working, step))
 }
 
 #[cfg(test)]

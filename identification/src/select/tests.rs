@@ -2,16 +2,15 @@
 
 use super::block::identify_block;
 use super::choose::{Contender, plainest_first};
-use super::data::Data;
-use super::finish::finish;
+use super::found::Asked;
 use super::record::Record;
 use super::roughly::{doubtful, estimates, is_reportable};
 use super::scene::Score;
 use super::state::{BESIDE_COLOUR, State};
-use super::step::Asked;
-use super::values;
+use super::{finish, values};
 use crate::candidates::{Candidate, Family};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
+use crate::fit::Data;
 use crate::judge::{Holding, Judge};
 use crate::model::{Acts, Driver, Form, Shape, Wrap};
 use crate::noise::{Coloured, Layout, NoiseModel};
@@ -107,7 +106,7 @@ fn slopes(error: &[f64], load: &[f64]) -> [f64; 2] {
     let noise = NoiseModel { coloured, ..NoiseModel::white(RUNS) };
     with_state(&problem, Some(noise), |mut state, judge| {
         state.add(over("load"));
-        let mut fit = finish(&state, Vec::new());
+        let mut fit = finish::of_noise(&state, Vec::new());
         values::of_noise(&mut fit, &state, judge);
         [&fit.applied[1], &fit.effects[0]].map(|found| found.coefficients[0].0.to_degrees())
     })
@@ -135,7 +134,7 @@ fn weights_for_slow_noise_that_predict_worse_are_equal_when_applied() {
 fn applied(error: &[f64], beside: &[(&str, &[f64])]) -> Vec<f64> {
     with_state(&at_rest(error, beside), Some(NoiseModel::white(RUNS)), |mut state, judge| {
         beside.iter().for_each(|(name, _)| state.add(over(name)));
-        let mut fit = finish(&state, Vec::new());
+        let mut fit = finish::of_noise(&state, Vec::new());
         values::of_noise(&mut fit, &state, judge);
         fit.applied[1..].iter().map(|found| found.coefficients[0].0.to_degrees()).collect()
     })

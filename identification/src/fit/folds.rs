@@ -1,9 +1,5 @@
 //! Folds of whole runs.
 
-use super::data::combine;
-use super::scene::Scene;
-use crate::linear::solve;
-use crate::robust;
 use std::ops::Range;
 
 /// Maximum number of folds.
@@ -61,41 +57,6 @@ pub fn folds(runs: &[usize]) -> Vec<Fold> {
             Fold { test, train }
         })
         .collect()
-}
-
-/// Reduction of the held-out whitened error, in nats, by `new` columns beside `old` ones; outliers count only as large
-/// values.
-pub fn gain(scene: &Scene<'_>, old: &[Vec<f64>], new: &[Vec<f64>]) -> f64 {
-    let (old, new) = (scene.whitener.apply_all(old), scene.whitener.apply_all(new));
-    let both: Vec<Vec<f64>> = old.iter().chain(&new).cloned().collect();
-    let target = scene.whitener.apply(&scene.data.block.residual);
-    let limit = robust::HUBER * scene.scale;
-    let loss = |value: f64| {
-        let size = value.abs();
-        if size <= limit { size * size } else { limit * (2.0 * size - limit) }
-    };
-    let mut total = 0.0;
-    for fold in folds(&scene.data.layout.run) {
-        let error = |columns: &[Vec<f64>]| -> f64 {
-            let masked: Vec<Vec<f64>> =
-                columns.iter().map(|column| mask(column, &fold.train)).collect();
-            let found = solve(&masked, &mask(&target, &fold.train));
-            let fitted = combine(columns, &found.coefficients);
-            target
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| fold.test[*i])
-                .map(|(i, value)| loss(value - fitted.get(i).copied().unwrap_or(0.0)))
-                .sum()
-        };
-        total += error(&old) - error(&both);
-    }
-    total / (2.0 * scene.scale * scene.scale)
-}
-
-/// `column` where `keep` is set, zero elsewhere.
-pub fn mask(column: &[f64], keep: &[bool]) -> Vec<f64> {
-    column.iter().zip(keep).map(|(value, keep)| if *keep { *value } else { 0.0 }).collect()
 }
 
 #[cfg(test)]
