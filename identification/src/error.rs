@@ -10,3 +10,10 @@ pub enum IdentifyError {
     #[error("{0}")]
     Model(String),
 }
+
+impl IdentifyError {
+    /// The data have no `what`.
+    pub(crate) fn missing(what: &str) -> Self {
+        Self::Data(format!("no {what}"))
+    }
+}

@@ -146,14 +146,14 @@ const FALL_SHARE: f64 = 0.95;
 mod tests {
     use super::{Standing, choose, is_worse, nested};
     use crate::judge::{Errors, Metric};
-    use crate::problem::DisplayUnit;
+
     use proptest::prelude::*;
 
     fn metric(squares: &[f64]) -> Metric {
         let runs = squares.iter().enumerate().map(|(run, square)| (run, *square, 1.0)).collect();
         Metric {
             name: "any".to_owned(),
-            unit: DisplayUnit::new("m", 1.0),
+            unit: crate::dataset::Unit::Metre.into(),
             errors: Errors {
                 held_by: (0..squares.len()).map(|run| run % 5).collect(),
                 runs,

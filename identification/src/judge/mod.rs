@@ -54,12 +54,12 @@ impl Judge<'_> {
             return vec![
                 Metric {
                     name: "final_position".to_owned(),
-                    unit: DisplayUnit::new("m", 1.0),
+                    unit: crate::dataset::Unit::Metre.into(),
                     errors: positions,
                 },
                 Metric {
                     name: "final_heading".to_owned(),
-                    unit: DisplayUnit::new("deg", crate::dataset::Unit::Degree.si()),
+                    unit: crate::dataset::Unit::Degree.into(),
                     errors: headings,
                 },
             ];
@@ -75,7 +75,7 @@ impl Judge<'_> {
     pub fn innovation(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Metric {
         Metric {
             name: "innovation".to_owned(),
-            unit: DisplayUnit::new("1", 1.0),
+            unit: DisplayUnit::one(),
             errors: self.data.innovations_held_out(terms, noise, left_out),
         }
     }

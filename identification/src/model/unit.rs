@@ -42,11 +42,11 @@ fn unit(
         }
         Some(Field::Channel(channel)) => DisplayUnit::new(text(channel.unit), channel.unit.si()),
         Some(Field::Time) => DisplayUnit::new(channels.time_unit.text(), 1.0),
-        Some(Field::Direction) | None => DisplayUnit::new("1", 1.0),
+        Some(Field::Direction) | None => DisplayUnit::one(),
     };
     match driver.wrap {
         Wrap::RateOf => DisplayUnit::new(&per(&plain.text, channels.time_unit.text()), plain.si),
-        Wrap::Sign => DisplayUnit::new("1", 1.0),
+        Wrap::Sign => DisplayUnit::one(),
         _ => plain,
     }
 }
@@ -56,7 +56,7 @@ pub fn fixed_unit(shape: &Shape, channels: &Channels, name: &str) -> DisplayUnit
     let time = DisplayUnit::new(channels.time_unit.text(), 1.0);
     match name {
         "time_constant" | "delay" => time,
-        "stretch" | "through" | LATE_SHARE => DisplayUnit::new("1", 1.0),
+        "stretch" | "through" | LATE_SHARE => DisplayUnit::one(),
         "origin" | "at" | "centre" | "seen_from" | "seen_to" => place_unit(channels, shape, 0),
         "origin_2" | "seen_from_2" | "seen_to_2" => place_unit(channels, shape, 1),
         _ => shape.drivers.first().map_or(time, |driver| difference_unit(channels, driver)),
@@ -94,9 +94,9 @@ pub fn coefficient_unit(shape: &Shape, channels: &Channels, unit: &DisplayUnit) 
                 DisplayUnit::new(&per(&first.text, &second.text), first.si / second.si)
             })
         }
-        Form::Delay if shape.acts == Acts::Clock => DisplayUnit::new("1", 1.0),
+        Form::Delay if shape.acts == Acts::Clock => DisplayUnit::one(),
         Form::Delay => DisplayUnit::new(channels.time_unit.text(), 1.0),
-        Form::DeadZone | Form::Saturation => DisplayUnit::new("1", 1.0),
+        Form::DeadZone | Form::Saturation => DisplayUnit::one(),
         _ => unit.clone(),
     }
 }

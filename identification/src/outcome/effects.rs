@@ -22,7 +22,7 @@ fn form(form: crate::model::Form) -> String {
 /// A term of the model.
 pub(crate) fn term(data: Data<'_>, found: &Found) -> Term {
     let unit = exposure(data.block, found.shape.acts)
-        .map_or_else(|| DisplayUnit::new("1", 1.0), |exposure| exposure.unit.clone());
+        .map_or_else(DisplayUnit::one, |exposure| exposure.unit.clone());
     let coefficients: Vec<Fitted> = found
         .coefficients
         .iter()

@@ -1,7 +1,6 @@
 //! A driven path: heading and distance from the wheels, against the reference.
 
 use super::channels::Channels;
-use super::gyro::missing;
 use super::path::{Path, bulges, chord};
 use super::segments::runs;
 use super::wheels::{self, Motion};
@@ -31,7 +30,7 @@ pub(super) fn odometry(
         dataset
             .column(role)
             .map(|column| column.si().collect::<Vec<f64>>())
-            .ok_or_else(|| missing(what))
+            .ok_or_else(|| IdentifyError::missing(what))
     };
     let mut reference = [
         reference(Role::ReferenceX, "reference x")?,
@@ -72,18 +71,10 @@ pub(super) fn odometry(
         pose.half_track = wheels::half_track(dataset);
     }
     if blocks[0].rows.len() < 3 * path.runs.len() + 8 {
-        return Err(missing("reference in enough rows"));
+        return Err(IdentifyError::missing("reference in enough rows"));
     }
     blocks.extend(series::beside_odometry(dataset, &mut channels));
-    Ok(Problem {
-        kind: dataset.kind,
-        channels,
-        blocks,
-        path: Some(path),
-        counts_per_unit: None,
-        closing_lever_m: None,
-        notices,
-    })
+    Ok(Problem { path: Some(path), notices, ..Problem::of(dataset.kind, channels, blocks) })
 }
 
 /// Moves the position of a reference that sits `ahead` of the middle of the axle and to its `left`, m, there.
@@ -300,38 +291,23 @@ fn pose_block(path: &Path, true_heading: &[f64], activity: &[f64]) -> Block {
         .map(|group| pose.references[(group.start + group.end - 1) / 2].0)
         .collect();
     let residual = pose.means(&errors);
-    let degree = Unit::Degree.si();
-    let one = DisplayUnit::new("1", 1.0);
+    let curvature = DisplayUnit::new("deg/m", Unit::Degree.si());
+    // A reference ahead of the axle moves sideways as the robot turns.
+    let aside = turned(true_heading, &path.runs);
     Block {
-        label: "pose".to_owned(),
-        axis: None,
-        apart: None,
         aggregate: Aggregate::Pose,
         raw: residual.clone(),
-        raw_si: 1.0,
         rows,
         residual,
         spread,
         exposures: vec![
-            Exposure { acts: Acts::Turn, per_row: path.turn.clone(), unit: one.clone() },
-            Exposure {
-                acts: Acts::Curvature,
-                per_row: path.distance.clone(),
-                unit: DisplayUnit::new("deg/m", degree),
-            },
-            Exposure { acts: Acts::Drive, per_row: path.distance.clone(), unit: one },
-            // A reference ahead of the axle moves sideways as the robot turns.
-            Exposure {
-                acts: Acts::Reference,
-                per_row: turned(true_heading, &path.runs),
-                unit: DisplayUnit::new("m", 1.0),
-            },
+            Exposure::new(Acts::Turn, path.turn.clone(), DisplayUnit::one()),
+            Exposure::new(Acts::Curvature, path.distance.clone(), curvature),
+            Exposure::new(Acts::Drive, path.distance.clone(), DisplayUnit::one()),
+            Exposure::new(Acts::Reference, aside, Unit::Metre.into()),
         ],
-        constants: Vec::new(),
-        unit: DisplayUnit::new("deg", degree),
         activity: Some(activity.to_vec()),
         pose: Some(pose),
-        closing: None,
-        own: None,
+        ..Block::new("pose", Unit::Degree.into())
     }
 }

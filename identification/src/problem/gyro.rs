@@ -1,7 +1,7 @@
 //! A gyro on a table: whole turns, or samples.
 
 use super::channels::Channels;
-use super::{Acts, Aggregate, Block, Constant, DisplayUnit, Exposure, Problem, Turning};
+use super::{Acts, Block, Constant, DisplayUnit, Exposure, Problem, Turning};
 use crate::dataset::{Column, Dataset, Role, Unit};
 use crate::error::IdentifyError;
 
@@ -11,38 +11,33 @@ pub(super) const GYRO_CONSTANTS: [Constant; 2] = [
     Constant { acts: Acts::Scale, name: "scale_factor" },
 ];
 
-pub(super) fn missing(what: &str) -> IdentifyError {
-    IdentifyError::Data(format!("no {what}"))
-}
-
 /// The unit of rate that belongs to a unit of angle, and vice versa.
 pub(super) fn rate_unit(unit: Unit) -> DisplayUnit {
     match unit {
-        Unit::Degree | Unit::DegreePerSecond => {
-            DisplayUnit::new("deg/s", Unit::DegreePerSecond.si())
-        }
-        Unit::DegreePerHour => DisplayUnit::new("deg/h", Unit::DegreePerHour.si()),
-        _ => DisplayUnit::new("rad/s", 1.0),
+        Unit::Degree | Unit::DegreePerSecond => Unit::DegreePerSecond.into(),
+        Unit::DegreePerHour => Unit::DegreePerHour.into(),
+        _ => Unit::RadianPerSecond.into(),
     }
 }
 
 pub(super) fn angle_unit(unit: Unit) -> DisplayUnit {
     match unit {
-        Unit::Radian | Unit::RadianPerSecond => DisplayUnit::new("rad", 1.0),
-        _ => DisplayUnit::new("deg", Unit::Degree.si()),
+        Unit::Radian | Unit::RadianPerSecond => Unit::Radian.into(),
+        _ => Unit::Degree.into(),
     }
 }
 
-/// Terms of a gyro over angles that took `duration` each.
-pub(super) fn angle_exposures(unit: Unit, duration: Vec<f64>, angle: Vec<f64>) -> Vec<Exposure> {
-    vec![
-        Exposure { acts: Acts::Bias, per_row: duration, unit: rate_unit(unit) },
-        Exposure { acts: Acts::Scale, per_row: angle, unit: DisplayUnit::new("1", 1.0) },
-    ]
+/// What a bias of a gyro, and a scale factor where there is one, add to each row.
+pub(super) fn exposures(
+    (bias, unit): (Vec<f64>, DisplayUnit),
+    scale: Option<Vec<f64>>,
+) -> Vec<Exposure> {
+    let scale = scale.map(|per_row| Exposure::new(Acts::Scale, per_row, DisplayUnit::one()));
+    std::iter::once(Exposure::new(Acts::Bias, bias, unit)).chain(scale).collect()
 }
 
 /// Duration of each row: stated, or from the rate; 1 if neither is known.
-pub(super) fn durations(dataset: &Dataset, channels: &Channels, angle: &[f64]) -> Vec<f64> {
+pub(super) fn durations(dataset: &Dataset, angle: &[f64]) -> Vec<f64> {
     if let Some(column) = dataset.column(Role::Duration) {
         return column.si().collect();
     }
@@ -53,7 +48,6 @@ pub(super) fn durations(dataset: &Dataset, channels: &Channels, angle: &[f64]) -
             return from_rate;
         }
     }
-    let _ = channels;
     vec![1.0; dataset.rows()]
 }
 
@@ -102,12 +96,16 @@ pub(super) fn rotation_of(
 }
 
 pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
-    let direction: Vec<f64> =
-        dataset.column(Role::Direction).ok_or_else(|| missing("direction"))?.si().collect();
-    let reference =
-        dataset.column(Role::ReferenceAngle).ok_or_else(|| missing("reference angle"))?;
+    let direction: Vec<f64> = dataset
+        .column(Role::Direction)
+        .ok_or_else(|| IdentifyError::missing("direction"))?
+        .si()
+        .collect();
+    let reference = dataset
+        .column(Role::ReferenceAngle)
+        .ok_or_else(|| IdentifyError::missing("reference angle"))?;
     let angle = signed(reference, &direction);
-    let duration = durations(dataset, &channels, &angle);
+    let duration = durations(dataset, &angle);
     rotation_of(&mut channels, dataset, &angle, &duration);
     let rate: Option<Vec<f64>> = dataset.column(Role::TableRate).map(|rate| rate.si().collect());
     channels.turning = Some(Turning::new(&angle, &duration, rate.as_deref()));
@@ -119,17 +117,9 @@ pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem
         })
         .collect();
     if blocks.is_empty() {
-        return Err(missing("gyro angle"));
+        return Err(IdentifyError::missing("gyro angle"));
     }
-    Ok(Problem {
-        kind: dataset.kind,
-        channels,
-        blocks,
-        path: None,
-        counts_per_unit: None,
-        closing_lever_m: None,
-        notices: Vec::new(),
-    })
+    Ok(Problem::of(dataset.kind, channels, blocks))
 }
 
 /// A block of one angle per row, against the reference angle of that row.
@@ -142,22 +132,10 @@ pub(super) fn angle_block(
 ) -> Block {
     let difference = |row: usize| measured[row] - angle[row];
     let rows: Vec<usize> = (0..dataset.rows()).filter(|&row| difference(row).is_finite()).collect();
+    let bias = (duration.to_vec(), rate_unit(gyro.unit));
     Block {
-        label: gyro.name.clone(),
-        axis: gyro.axis,
-        apart: None,
-        aggregate: Aggregate::Row,
-        residual: rows.iter().map(|&row| difference(row)).collect(),
-        raw: rows.iter().map(|&row| gyro.values[row]).collect(),
-        raw_si: gyro.unit.si(),
-        rows,
-        spread: Vec::new(),
-        exposures: angle_exposures(gyro.unit, duration.to_vec(), angle.to_vec()),
+        exposures: exposures(bias, Some(angle.to_vec())),
         constants: GYRO_CONSTANTS.to_vec(),
-        unit: angle_unit(gyro.unit),
-        activity: None,
-        pose: None,
-        closing: None,
-        own: None,
+        ..Block::of_readings(gyro, rows, difference, angle_unit(gyro.unit))
     }
 }

@@ -2,9 +2,9 @@
 
 use super::channels::Channels;
 use super::closing::{self, Closing, Ends};
-use super::gyro::{angle_block, durations, missing, rotation_of, signed};
-use super::{Acts, Aggregate, Block, DisplayUnit, Exposure, Known, Problem, wrap};
-use crate::dataset::{Dataset, Kind, Role};
+use super::gyro::{angle_block, durations, rotation_of, signed};
+use super::{Acts, Block, DisplayUnit, Exposure, Known, Problem, wrap};
+use crate::dataset::{Dataset, Kind, Role, Unit};
 use crate::error::IdentifyError;
 use crate::robust;
 
@@ -16,9 +16,13 @@ pub(super) fn laps(
     mut channels: Channels,
     known: Known,
 ) -> Result<Problem, IdentifyError> {
-    let direction: Vec<f64> =
-        dataset.column(Role::Direction).ok_or_else(|| missing("direction"))?.si().collect();
-    let gyro = dataset.column(Role::GyroAngle).ok_or_else(|| missing("gyro angle"))?;
+    let direction: Vec<f64> = dataset
+        .column(Role::Direction)
+        .ok_or_else(|| IdentifyError::missing("direction"))?
+        .si()
+        .collect();
+    let gyro =
+        dataset.column(Role::GyroAngle).ok_or_else(|| IdentifyError::missing("gyro angle"))?;
     let measured = signed(gyro, &direction);
     let headings: Option<Vec<f64>> =
         dataset.column(Role::ReferenceHeading).map(|c| c.si().collect());
@@ -32,7 +36,7 @@ pub(super) fn laps(
             .collect(),
         (None, None) => direction.iter().map(|direction| LAP * direction).collect(),
     };
-    let duration = durations(dataset, &channels, &angle);
+    let duration = durations(dataset, &angle);
     // Of the intended lap: the actual angle contains the error of the odometry, which must not be its own cause.
     let meant: Vec<f64> = direction.iter().map(|direction| LAP * direction).collect();
     rotation_of(&mut channels, dataset, &meant, &duration);
@@ -56,15 +60,7 @@ pub(super) fn laps(
             }
         }
     }
-    Ok(Problem {
-        kind: Kind::Laps,
-        channels,
-        blocks,
-        path: None,
-        counts_per_unit: None,
-        closing_lever_m: closing_lever,
-        notices: Vec::new(),
-    })
+    Ok(Problem { closing_lever_m: closing_lever, ..Problem::of(Kind::Laps, channels, blocks) })
 }
 
 /// Error of the odometry at the end of a lap: reference minus odometry, for one reading.
@@ -77,12 +73,10 @@ struct End {
 
 /// Errors of heading, x and y, as far as both odometry and reference have them.
 fn end_errors(dataset: &Dataset) -> [Option<End>; 3] {
-    let degree = DisplayUnit::new("deg", crate::dataset::Unit::Degree.si());
-    let metre = DisplayUnit::new("m", 1.0);
     [
-        (Role::OdometryHeading, Role::ReferenceHeading, degree),
-        (Role::OdometryX, Role::ReferenceX, metre.clone()),
-        (Role::OdometryY, Role::ReferenceY, metre),
+        (Role::OdometryHeading, Role::ReferenceHeading, Unit::Degree),
+        (Role::OdometryX, Role::ReferenceX, Unit::Metre),
+        (Role::OdometryY, Role::ReferenceY, Unit::Metre),
     ]
     .map(|(odometry, reference, unit)| {
         let (odometry, reference) = (dataset.column(odometry)?, dataset.column(reference)?);
@@ -92,7 +86,7 @@ fn end_errors(dataset: &Dataset) -> [Option<End>; 3] {
         });
         Some(End {
             label: odometry.name.clone(),
-            unit,
+            unit: unit.into(),
             error: error.collect(),
             raw: odometry.values.clone(),
         })
@@ -143,35 +137,20 @@ fn closing_block(ends: &[Option<End>; 3], direction: &[f64], lever: f64) -> Bloc
         spread.extend(own.iter().map(|_| relative));
         residual.extend(own);
     }
-    let degree = crate::dataset::Unit::Degree.si();
+    let degree = Unit::Degree.si();
+    let odd = direction.iter().map(|direction| LAP * direction).collect();
     Block {
-        label: "closing".to_owned(),
-        axis: None,
-        apart: None,
-        aggregate: Aggregate::Row,
         raw: residual.iter().map(|value| value / degree).collect(),
         raw_si: degree,
         rows,
         residual,
         spread,
         exposures: vec![
-            Exposure {
-                acts: Acts::Turn,
-                per_row: direction.iter().map(|direction| LAP * direction).collect(),
-                unit: DisplayUnit::new("1", 1.0),
-            },
-            Exposure {
-                acts: Acts::Curvature,
-                per_row: vec![1.0; n],
-                unit: DisplayUnit::new("deg", degree),
-            },
+            Exposure::new(Acts::Turn, odd, DisplayUnit::one()),
+            Exposure::new(Acts::Curvature, vec![1.0; n], Unit::Degree.into()),
         ],
-        constants: Vec::new(),
-        unit: DisplayUnit::new("deg", degree),
-        activity: None,
-        pose: None,
         closing: Some(closing),
-        own: None,
+        ..Block::new("closing", Unit::Degree.into())
     }
 }
 
@@ -182,26 +161,17 @@ fn end_block(end: &End, direction: &[f64], size: f64, swaps: bool) -> Block {
     let odd: Vec<f64> = direction.iter().map(|direction| size * direction).collect();
     let even = vec![1.0; end.error.len()];
     let (turn, curvature) = if swaps { (even, odd) } else { (odd, even) };
-    let one = if size == 1.0 { end.unit.clone() } else { DisplayUnit::new("1", 1.0) };
+    let one = if size == 1.0 { end.unit.clone() } else { DisplayUnit::one() };
     Block {
-        label: end.label.clone(),
-        axis: None,
         apart: Some(end.label.clone()),
-        aggregate: Aggregate::Row,
         residual: rows.iter().map(|&row| end.error[row]).collect(),
         raw: rows.iter().map(|&row| end.raw[row]).collect(),
         raw_si: end.unit.si,
         rows,
-        spread: Vec::new(),
         exposures: vec![
-            Exposure { acts: Acts::Turn, per_row: turn, unit: one },
-            Exposure { acts: Acts::Curvature, per_row: curvature, unit: end.unit.clone() },
+            Exposure::new(Acts::Turn, turn, one),
+            Exposure::new(Acts::Curvature, curvature, end.unit.clone()),
         ],
-        constants: Vec::new(),
-        unit: end.unit.clone(),
-        activity: None,
-        pose: None,
-        closing: None,
-        own: None,
+        ..Block::new(&end.label, end.unit.clone())
     }
 }

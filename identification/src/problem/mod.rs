@@ -1,13 +1,11 @@
 //! A data set as equations: for each observed quantity, measured minus nominal, and the contribution of each kind of
 //! term per unit.
 
-mod acts;
 mod channels;
 mod closing;
 mod driven;
 mod gyro;
 mod laps;
-mod lonely;
 mod path;
 mod pose;
 mod reference;
@@ -18,14 +16,15 @@ mod sparse;
 mod turning;
 mod wheels;
 
-use crate::dataset::{Axis, Dataset, Kind};
+use crate::dataset::{Axis, Column, Dataset, Kind, Unit};
 use crate::error::IdentifyError;
-pub use acts::Acts;
 pub use channels::{Channel, Channels};
 pub use closing::Closing;
 pub use path::{Added, Path, PathError};
 pub use pose::{Component, Moves, Pose};
+use schemars::JsonSchema;
 pub use segments::{clusters, runs, segments};
+use serde::{Deserialize, Serialize};
 use std::rc::Rc;
 pub use turning::{Over, Turning};
 pub(crate) use wheels::{TRACK, motion};
@@ -55,6 +54,40 @@ impl DisplayUnit {
     pub fn new(text: &str, si: f64) -> Self {
         Self { text: text.to_owned(), si }
     }
+
+    /// That of a plain number.
+    pub fn one() -> Self {
+        Unit::One.into()
+    }
+}
+
+impl From<Unit> for DisplayUnit {
+    fn from(unit: Unit) -> Self {
+        Self::new(unit.text(), unit.si())
+    }
+}
+
+/// What a term acts on.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the contract's words")]
+pub enum Acts {
+    Bias,
+    Scale,
+    Delay,
+    Clock,
+    Axis,
+    Saturation,
+    Quantisation,
+    DeadZone,
+    Noise,
+    Drive,
+    Turn,
+    Curvature,
+    Slip,
+    Reference,
 }
 
 /// Effect of one kind of term on an observation.
@@ -66,6 +99,12 @@ pub struct Exposure {
     pub per_row: Vec<f64>,
     /// Unit of the term's values.
     pub unit: DisplayUnit,
+}
+
+impl Exposure {
+    fn new(acts: Acts, per_row: Vec<f64>, unit: DisplayUnit) -> Self {
+        Self { acts, per_row, unit }
+    }
 }
 
 /// A term that the plain model already has; its value is fitted.
@@ -159,12 +198,23 @@ impl Problem {
             Kind::Laps => laps::laps(dataset, channels, known),
             Kind::Sensor => sensor::sensor(dataset, channels),
         }?;
-        lonely::leave_out(&mut problem, dataset);
+        leave_out_lonely(&mut problem, dataset);
         Ok(problem)
     }
-}
 
-impl Problem {
+    /// Blocks without a path, whose scale and whose lever are known.
+    fn of(kind: Kind, channels: Channels, blocks: Vec<Block>) -> Self {
+        Self {
+            kind,
+            channels,
+            blocks,
+            path: None,
+            counts_per_unit: None,
+            closing_lever_m: None,
+            notices: Vec::new(),
+        }
+    }
+
     /// Channels that effects of `block` depend on.
     pub fn channels_of<'a>(&'a self, block: &'a Block) -> &'a Channels {
         block.own.as_deref().unwrap_or(&self.channels)
@@ -177,6 +227,45 @@ impl Problem {
 }
 
 impl Block {
+    /// Observations of single rows, without any yet.
+    fn new(label: &str, unit: DisplayUnit) -> Self {
+        Self {
+            label: label.to_owned(),
+            axis: None,
+            apart: None,
+            aggregate: Aggregate::Row,
+            rows: Vec::new(),
+            residual: Vec::new(),
+            raw: Vec::new(),
+            raw_si: 1.0,
+            spread: Vec::new(),
+            exposures: Vec::new(),
+            constants: Vec::new(),
+            unit,
+            activity: None,
+            pose: None,
+            closing: None,
+            own: None,
+        }
+    }
+
+    /// Readings in these rows of `column`, each with its `error`.
+    fn of_readings(
+        column: &Column,
+        rows: Vec<usize>,
+        error: impl Fn(usize) -> f64,
+        unit: DisplayUnit,
+    ) -> Self {
+        Self {
+            axis: column.axis,
+            residual: rows.iter().map(|&row| error(row)).collect(),
+            raw: rows.iter().map(|&row| column.values[row]).collect(),
+            raw_si: column.unit.si(),
+            rows,
+            ..Self::new(&column.name, unit)
+        }
+    }
+
     /// The measurement at an observation, in SI, for observations of single rows.
     pub fn measured(&self, observation: usize) -> f64 {
         self.raw[observation] * self.raw_si
@@ -215,6 +304,43 @@ impl Block {
             }
         }
     }
+}
+
+/// Leaves runs of which a single reading is left, once those without a reference and those that are wrong are set aside, out
+/// of `problem`, with a notice: such a reading shows no change, and as a run of its own it would count as much as all others.
+fn leave_out_lonely(problem: &mut Problem, dataset: &Dataset) {
+    if !matches!(problem.kind, Kind::Series | Kind::Sensor) || dataset.run_labels.len() < 2 {
+        return;
+    }
+    let run = &problem.channels.run;
+    for block in problem.blocks.iter_mut().filter(|block| block.aggregate == Aggregate::Row) {
+        let mut left = vec![0_usize; dataset.run_labels.len()];
+        block.rows.iter().for_each(|&row| left[run[row]] += 1);
+        let keeps: Vec<bool> = block.rows.iter().map(|&row| left[run[row]] > 1).collect();
+        if keeps.iter().all(|keeps| *keeps) || !keeps.contains(&true) {
+            continue;
+        }
+        keep(block, &keeps);
+        let alone = left.iter().zip(&dataset.run_labels).filter(|(left, _)| **left == 1);
+        let names: Vec<&str> = alone.map(|(_, name)| name.as_str()).collect();
+        problem.notices.push(format!(
+            "run {} is left out of `{}`: one reading with a reference is left of it",
+            names.join(", "),
+            block.label
+        ));
+    }
+}
+
+/// Keeps these observations of `block`.
+fn keep(block: &mut Block, keeps: &[bool]) {
+    fn kept<T: Copy>(of: &mut Vec<T>, keeps: &[bool]) {
+        let mut keeps = keeps.iter();
+        of.retain(|_| keeps.next().copied().unwrap_or(true));
+    }
+    kept(&mut block.rows, keeps);
+    kept(&mut block.residual, keeps);
+    kept(&mut block.raw, keeps);
+    kept(&mut block.spread, keeps);
 }
 
 /// Takes the jumps of whole turns out of an angle, rad; missing values stay missing.

@@ -1,16 +1,18 @@
 //! Any sensor against the quantity it measures.
 
 use super::channels::Channels;
-use super::gyro::{GYRO_CONSTANTS, missing};
+use super::gyro::{GYRO_CONSTANTS, exposures};
 use super::reference::{known_around, noise_of};
 use super::sparse::everywhere;
-use super::{Acts, Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use super::{Block, DisplayUnit, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;
 
 pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
-    let measured = dataset.column(Role::Measured).ok_or_else(|| missing("measured"))?;
-    let reference = dataset.column(Role::Reference).ok_or_else(|| missing("reference"))?;
+    let measured =
+        dataset.column(Role::Measured).ok_or_else(|| IdentifyError::missing("measured"))?;
+    let reference =
+        dataset.column(Role::Reference).ok_or_else(|| IdentifyError::missing("reference"))?;
     if measured.unit.dimension() != reference.unit.dimension() {
         return Err(IdentifyError::Data(format!(
             "`{}` is in {} and its reference `{}` in {}: expected the same quantity",
@@ -35,46 +37,19 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
     let counts = |row: &usize| inner[*row] && known[*row] && error(*row).is_finite();
     let rows: Vec<usize> = (0..values.len()).filter(counts).collect();
     if rows.len() < 8 {
-        return Err(missing("reference in enough rows"));
+        return Err(IdentifyError::missing("reference in enough rows"));
     }
     channels.rotation_noise = noise_of(dataset, reference, &channels, &truth, &values);
     let moves = spread(&channels.rotation) > 0.0;
     let unit = unit_of(measured);
-    let one = DisplayUnit::new("1", 1.0);
-    let mut exposures =
-        vec![Exposure { acts: Acts::Bias, per_row: vec![1.0; values.len()], unit: unit.clone() }];
-    if moves {
-        let per_row = channels.rotation.clone();
-        exposures.push(Exposure { acts: Acts::Scale, per_row, unit: one });
-    }
+    let scale = moves.then(|| channels.rotation.clone());
     let block = Block {
-        label: measured.name.clone(),
-        axis: measured.axis,
-        apart: None,
-        aggregate: Aggregate::Row,
-        residual: rows.iter().map(|&row| error(row)).collect(),
-        raw: rows.iter().map(|&row| measured.values[row]).collect(),
-        raw_si: measured.unit.si(),
-        rows,
-        spread: Vec::new(),
-        exposures,
+        exposures: exposures((vec![1.0; values.len()], unit.clone()), scale),
         // An angle that keeps turning has no error that grows with it.
         constants: GYRO_CONSTANTS[..if moves && !turns { 2 } else { 1 }].to_vec(),
-        unit,
-        activity: None,
-        pose: None,
-        closing: None,
-        own: None,
+        ..Block::of_readings(measured, rows, error, unit)
     };
-    Ok(Problem {
-        kind: dataset.kind,
-        channels,
-        blocks: vec![block],
-        path: None,
-        counts_per_unit: None,
-        closing_lever_m: None,
-        notices: Vec::new(),
-    })
+    Ok(Problem::of(dataset.kind, channels, vec![block]))
 }
 
 /// Unit of errors, which are differences.

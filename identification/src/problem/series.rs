@@ -1,12 +1,13 @@
 //! Samples of a gyro against a rate or a heading.
 
 use super::channels::Channels;
-use super::gyro::{GYRO_CONSTANTS, angle_unit, missing, rate_unit};
+use super::gyro::{GYRO_CONSTANTS, angle_unit, exposures, rate_unit};
 use super::reference::{known_around, noise_of};
 use super::sparse::everywhere;
-use super::{Acts, Aggregate, Block, DisplayUnit, Exposure, Problem, wrap};
+use super::{Acts, Aggregate, Block, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
+use crate::moments::Moments;
 use std::rc::Rc;
 
 /// Rate of a gyro at every row, in rad/s or counts, with missing values.
@@ -54,7 +55,7 @@ pub(super) fn series(
 ) -> Result<Problem, IdentifyError> {
     let rates = rates(dataset, &channels);
     if rates.is_empty() {
-        return Err(missing("gyro"));
+        return Err(IdentifyError::missing("gyro"));
     }
     let mut counts = counts;
     let mut notices = Vec::new();
@@ -80,7 +81,7 @@ pub(super) fn series(
         references.push(reference_rate);
     }
     if blocks.is_empty() {
-        return Err(missing("reference"));
+        return Err(IdentifyError::missing("reference"));
     }
     // A rotation about another axis may be the measured one.
     let turns_about: Vec<&Column> =
@@ -105,15 +106,7 @@ pub(super) fn series(
         }
     }
     each_its_own_rotation(&mut blocks, &references, &channels);
-    Ok(Problem {
-        kind: Kind::Series,
-        channels,
-        blocks,
-        path: None,
-        counts_per_unit: counts,
-        closing_lever_m: None,
-        notices,
-    })
+    Ok(Problem { counts_per_unit: counts, notices, ..Problem::of(Kind::Series, channels, blocks) })
 }
 
 /// With a reference for each axis, effects depend on the rotation about their own axis.
@@ -141,21 +134,9 @@ fn each_its_own_rotation(
 
 /// Counts per unit of rotation, by least squares.
 fn counts_per_unit(counts: &[f64], reference: &[f64]) -> f64 {
-    let both: Vec<(f64, f64)> = counts
-        .iter()
-        .zip(reference)
-        .filter(|(c, r)| c.is_finite() && r.is_finite())
-        .map(|(c, r)| (*c, *r))
-        .collect();
-    let n = both.len() as f64;
-    let (mc, mr) =
-        both.iter().fold((0.0, 0.0), |(c, r), (count, rate)| (c + count / n, r + rate / n));
-    let (mut cr, mut rr) = (0.0, 0.0);
-    for (count, rate) in &both {
-        cr += (count - mc) * (rate - mr);
-        rr += (rate - mr) * (rate - mr);
-    }
-    if rr > 0.0 && cr != 0.0 { cr / rr } else { 1.0 }
+    let both = reference.iter().copied().zip(counts.iter().copied());
+    let Moments { xx, xy, .. } = Moments::of(both.filter(|(r, c)| r.is_finite() && c.is_finite()));
+    if xx > 0.0 && xy != 0.0 { xy / xx } else { 1.0 }
 }
 
 fn against_rate(
@@ -188,32 +169,13 @@ fn against_rate(
     let unit = if is_counts { rate_unit(reference.unit) } else { rate_unit(rate.column.unit) };
     let at_rest = measured_reference.iter().all(|value| !(value.abs() > 0.0));
     let constants = if at_rest { GYRO_CONSTANTS[..1].to_vec() } else { GYRO_CONSTANTS.to_vec() };
-    let mut exposures =
-        vec![Exposure { acts: Acts::Bias, per_row: vec![1.0; measured.len()], unit: unit.clone() }];
-    if !at_rest {
-        exposures.push(Exposure {
-            acts: Acts::Scale,
-            per_row: rotation,
-            unit: DisplayUnit::new("1", 1.0),
-        });
-    }
+    let scale = (!at_rest).then_some(rotation);
+    let error = |row: usize| measured[row] - measured_reference[row];
     Block {
-        label: rate.column.name.clone(),
-        axis: rate.column.axis,
-        apart: None,
-        aggregate: Aggregate::Row,
-        residual: rows.iter().map(|&row| measured[row] - measured_reference[row]).collect(),
-        raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
         raw_si: rate.column.unit.si() / factor,
-        rows,
-        spread: Vec::new(),
-        exposures,
+        exposures: exposures((vec![1.0; measured.len()], unit.clone()), scale),
         constants,
-        unit,
-        activity: None,
-        pose: None,
-        closing: None,
-        own: None,
+        ..Block::of_readings(rate.column, rows, error, unit)
     }
 }
 
@@ -279,25 +241,13 @@ fn against_heading(
     }
     let unit = if is_counts { rate_unit(reference.unit) } else { rate_unit(rate.column.unit) };
     Block {
-        label: rate.column.name.clone(),
-        axis: rate.column.axis,
-        apart: None,
         aggregate: Aggregate::Level,
-        raw: rows.iter().map(|&row| rate.column.values[row]).collect(),
         raw_si: rate.column.unit.si() / factor,
-        rows,
         residual,
-        spread: Vec::new(),
-        exposures: vec![
-            Exposure { acts: Acts::Bias, per_row: time_step.clone(), unit },
-            Exposure { acts: Acts::Scale, per_row: nominal, unit: DisplayUnit::new("1", 1.0) },
-        ],
+        exposures: exposures((time_step.clone(), unit), Some(nominal)),
         constants: GYRO_CONSTANTS.to_vec(),
-        unit: angle_unit(reference.unit),
         activity: Some(time_step),
-        pose: None,
-        closing: None,
-        own: None,
+        ..Block::of_readings(rate.column, rows, |_| 0.0, angle_unit(reference.unit))
     }
 }
 

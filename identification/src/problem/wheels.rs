@@ -1,7 +1,6 @@
 //! Motion by the wheels: distance and turn of each row.
 
 use super::channels::Channels;
-use super::gyro::missing;
 use super::path::{chord, slopes};
 use super::segments::runs;
 use super::wrap;
@@ -66,8 +65,10 @@ pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
         let turn = left.iter().zip(&right).map(|(l, r)| (r - l) / track).collect();
         return Ok(Motion { distance, turn, steer: None });
     }
-    let distance = dataset.column(Role::DriveDistance).ok_or_else(|| missing("wheels"))?;
-    let steer = dataset.column(Role::SteerAngle).ok_or_else(|| missing("steer angle"))?;
+    let distance =
+        dataset.column(Role::DriveDistance).ok_or_else(|| IdentifyError::missing("wheels"))?;
+    let steer =
+        dataset.column(Role::SteerAngle).ok_or_else(|| IdentifyError::missing("steer angle"))?;
     let distance = match distance.unit.dimension() {
         Dimension::Speed => by_time(distance, channels),
         Dimension::Length => increments(distance, channels, false),
@@ -151,7 +152,7 @@ fn constant(dataset: &Dataset, names: &[&str]) -> Option<Constant> {
 fn no_constant(dataset: &Dataset, name: &str) -> IdentifyError {
     let stated: Vec<String> = dataset.constants.keys().map(|name| format!("`{name}`")).collect();
     let has = if stated.is_empty() { "none".to_owned() } else { stated.join(", ") };
-    missing(&format!("constant `{name}` in the package; it has {has}"))
+    IdentifyError::missing(&format!("constant `{name}` in the package; it has {has}"))
 }
 
 pub(super) fn length(dataset: &Dataset, names: &[&str]) -> Option<f64> {
