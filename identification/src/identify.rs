@@ -276,7 +276,7 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
                 .iter()
                 .map(|known| Shape::constant(known.name, known.acts))
                 .collect();
-            let (noise, _) = noise::fit(&layout, &block.residual, &data.all_columns(&base), None);
+            let (noise, _) = data.residual(&data.all_columns(&base)).fit(None);
             (block.clone(), noise)
         })
         .collect())

@@ -233,10 +233,9 @@ impl Normal {
         self.target.iter_mut().zip(&other.target).for_each(|(mine, its)| *mine += its);
     }
 
-    /// Sum of squares that the columns leave of a target with this sum of squares, and the number of independent
-    /// columns. `None` if the products do not determine it to ten digits: a column nearly depends on others, or hardly
-    /// anything is left.
-    pub fn left(&self, square: f64) -> Option<(f64, usize)> {
+    /// Sum of squares that the columns leave of a target with this sum of squares. `None` if the products do not determine it
+    /// to ten digits: a column nearly depends on others, or hardly anything is left.
+    pub fn left(&self, square: f64) -> Option<f64> {
         /// Share of a column's square beyond the columns before it: below the range it counts as zero, above it as
         /// certain.
         const DOUBTFUL: std::ops::Range<f64> = 1e-14..1e-5;
@@ -247,8 +246,7 @@ impl Normal {
         let left = square - explained;
         let share = |(i, row): (usize, &Vec<f64>)| row[i] * row[i] / self.products[i][i];
         let is_sure = !lower.iter().enumerate().map(share).any(|share| DOUBTFUL.contains(&share));
-        let width = lower.iter().enumerate().filter(|(i, row)| row[*i] > 0.0).count();
-        (is_sure && left > LEFT_MIN * square).then_some((left, width))
+        (is_sure && left > LEFT_MIN * square).then_some(left)
     }
 
     /// Cholesky factors; zeros for a column with less than this share of its square left beyond those before it.
@@ -322,8 +320,8 @@ mod tests {
         basis.extend(columns.clone());
         let mut rest = y.clone();
         basis.project(&mut rest);
-        let (sum, width) = left(&columns).unwrap();
-        assert!((sum - dot(&rest, &rest)).abs() < 1e-10 && width == 2, "{sum}");
+        let sum = left(&columns).unwrap();
+        assert!((sum - dot(&rest, &rest)).abs() < 1e-10, "{sum}");
         let near = x.iter().map(|x| x + 1e-4 * (7.0 * x).sin()).collect();
         assert_eq!(left(&[x, near]), None);
         assert_eq!(left(std::slice::from_ref(&y)), None);

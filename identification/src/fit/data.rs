@@ -1,7 +1,7 @@
 //! The data of one block and the columns of shapes over them.
 
 use crate::model::{Form, Shape, exposure, is_delay};
-use crate::noise::{Layout, NoiseModel, Whitener};
+use crate::noise::{Layout, NoiseModel, Residual, Whitener};
 use crate::problem::{Aggregate, Block, Channels, runs};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -107,6 +107,11 @@ impl Data<'_> {
             start..end
         };
         terms.iter().map(place).collect()
+    }
+
+    /// The residual, less what `columns` explain of it.
+    pub fn residual<'c>(&'c self, columns: &'c [Vec<f64>]) -> Residual<'c> {
+        Residual { layout: self.layout, values: &self.block.residual, columns }
     }
 
     /// Columns of all `terms` and the residual, whitened.

@@ -1,8 +1,7 @@
 //! Fits the noise of a residual by maximum likelihood; each part must pay for itself.
 
-use super::evidence::evidence;
 use super::search::Search;
-use super::{Layout, NoiseModel, Whitener};
+use super::{NoiseModel, Residual, Whitener};
 use crate::linear::Basis;
 use crate::robust;
 
@@ -13,145 +12,114 @@ pub const TIME_CAUTION: f64 = 3.0;
 /// Minimum number of observations for a run to have its own noise level.
 const RUN_ROWS_MIN: usize = 40;
 
-/// Fits the noise of `residual`, minus what `columns` explain, starting from `start`; also returns which observations
-/// are outliers under it.
-pub fn fit(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    start: Option<&NoiseModel>,
-) -> (NoiseModel, Vec<bool>) {
-    let mut noise = start.cloned().unwrap_or_else(|| match layout.is_level() {
-        true => NoiseModel::walking(layout),
-        false => NoiseModel::white(layout.runs()),
-    });
-    if layout.is_poses() && noise.slide.is_none() {
-        noise.slide = Some([0.0; 2]);
-    }
-    let mut left_out = outliers(layout, residual, columns, &noise);
-    for round in 0..2 {
-        let before = left_out.clone();
-        let search = Search::new(layout, residual, columns, &left_out);
-        if layout.is_poses() {
-            search.walks(&mut noise, round > 0);
-        } else if layout.is_level() {
-            search.walk(&mut noise);
+impl Residual<'_> {
+    /// Fits noise to it, starting from `start`; also returns which observations are outliers under it.
+    pub fn fit(self, start: Option<&NoiseModel>) -> (NoiseModel, Vec<bool>) {
+        let layout = self.layout;
+        let mut noise = start.cloned().unwrap_or_else(|| match layout.is_level() {
+            true => NoiseModel::walking(layout),
+            false => NoiseModel::white(layout.runs()),
+        });
+        if layout.is_poses() && noise.slide.is_none() {
+            noise.slide = Some([0.0; 2]);
         }
-        search.parts(&mut noise);
-        noise.run_scale = run_scales(layout, residual, columns, &noise);
-        left_out = outliers(layout, residual, columns, &noise);
-        let changed = before.iter().zip(&left_out).filter(|(a, b)| a != b).count();
-        if round == 0 && changed * 500 < left_out.len() && !noise.is_coloured() {
-            break;
+        let mut left_out = self.outliers(&noise);
+        for round in 0..2 {
+            let before = left_out.clone();
+            let search = Search::new(self, &left_out);
+            if layout.is_poses() {
+                search.walks(&mut noise, round > 0);
+            } else if layout.is_level() {
+                search.walk(&mut noise);
+            }
+            search.parts(&mut noise);
+            noise.run_scale = self.run_scales(&noise);
+            left_out = self.outliers(&noise);
+            let changed = before.iter().zip(&left_out).filter(|(a, b)| a != b).count();
+            if round == 0 && changed * 500 < left_out.len() && !noise.is_coloured() {
+                break;
+            }
         }
+        (noise, left_out)
     }
-    (noise, left_out)
-}
 
-/// Tunes the parts of `start` to `residual`, minus what `columns` explain, and returns the log-likelihood minus the
-/// price of the parts. Parts may be dropped; none is added. `left_out` does not change, so that likelihoods can be
-/// compared.
-pub fn retune(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    start: &NoiseModel,
-    left_out: &[bool],
-) -> (NoiseModel, f64) {
-    let search = Search::new(layout, residual, columns, left_out);
-    let mut noise = start.clone();
-    search.shrink(&mut noise);
-    search.tune(&mut noise, PART_PRICE);
-    let priced =
-        |noise: &NoiseModel| search.on_whole(noise) - PART_PRICE * noise.coloured.len() as f64;
-    let mut value = priced(&noise);
-    if search.proposes_by_views() {
-        // Tuned on views, which may mislead.
-        let untuned = priced(start);
-        if untuned > value {
-            (noise, value) = (start.clone(), untuned);
+    /// Tunes the parts of `start` to it, and returns the log-likelihood minus the price of the parts. Parts may be dropped;
+    /// none is added. `left_out` does not change, so that likelihoods can be compared.
+    pub fn retune(self, start: &NoiseModel, left_out: &[bool]) -> (NoiseModel, f64) {
+        let search = Search::new(self, left_out);
+        let mut noise = start.clone();
+        search.shrink(&mut noise);
+        search.tune(&mut noise, PART_PRICE);
+        let priced =
+            |noise: &NoiseModel| search.on_whole(noise) - PART_PRICE * noise.coloured.len() as f64;
+        let mut value = priced(&noise);
+        if search.proposes_by_views() {
+            // Tuned on views, which may mislead.
+            let untuned = priced(start);
+            if untuned > value {
+                (noise, value) = (start.clone(), untuned);
+            }
         }
+        (noise, value)
     }
-    (noise, value)
-}
 
-/// The log-likelihood minus the price of the parts.
-pub fn priced(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    noise: &NoiseModel,
-    left_out: &[bool],
-) -> f64 {
-    let whole = evidence(layout, residual, columns, noise, left_out).log_likelihood;
-    whole - PART_PRICE * noise.coloured.len() as f64
-}
-
-fn whitened(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    noise: &NoiseModel,
-) -> Vec<f64> {
-    let whitener = Whitener::new(layout, noise, &[]);
-    let mut basis = Basis::default();
-    basis.extend(whitener.apply_all(columns));
-    let mut white = whitener.apply(residual);
-    basis.project(&mut white);
-    white
-}
-
-fn outliers(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    noise: &NoiseModel,
-) -> Vec<bool> {
-    let white = whitened(layout, residual, columns, noise);
-    let used: Vec<f64> = white.iter().copied().filter(|value| *value != 0.0).collect();
-    let limit = robust::GROSS * robust::spread(&used);
-    white.iter().map(|value| value.abs() > limit).collect()
-}
-
-/// Noise of each run over that of all. Differences of consecutive observations suppress slow noise.
-fn run_scales(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    noise: &NoiseModel,
-) -> Vec<f64> {
-    let runs = layout.runs();
-    let differ = layout.spread.iter().any(|spread| spread.is_finite() && *spread != 1.0);
-    if differ && layout.spread.iter().any(|spread| spread.is_infinite()) {
-        // If readings are rounded so coarsely that some carry no information, the residual takes few values, whose
-        // median says nothing about a run, and the noise of each is known.
-        return vec![1.0; runs];
+    /// The log-likelihood minus the price of the parts.
+    pub fn priced(self, noise: &NoiseModel, left_out: &[bool]) -> f64 {
+        self.log_likelihood(noise, left_out) - PART_PRICE * noise.coloured.len() as f64
     }
-    let even = NoiseModel { run_scale: vec![1.0; runs], ..noise.clone() };
-    let white = whitened(layout, residual, columns, &even);
-    let mut of_run: Vec<Vec<f64>> = vec![Vec::new(); runs];
-    for i in 1..white.len() {
-        // Whitening sets an observation without information to zero.
-        let counts = white[i] != 0.0 && white[i - 1] != 0.0;
-        if counts && layout.run[i] == layout.run[i - 1] {
-            of_run[layout.run[i]].push((white[i] - white[i - 1]) * std::f64::consts::FRAC_1_SQRT_2);
+
+    fn whitened(self, noise: &NoiseModel) -> Vec<f64> {
+        let whitener = Whitener::new(self.layout, noise, &[]);
+        let mut basis = Basis::default();
+        basis.extend(whitener.apply_each(self.columns));
+        let mut white = whitener.apply(self.values);
+        basis.project(&mut white);
+        white
+    }
+
+    fn outliers(self, noise: &NoiseModel) -> Vec<bool> {
+        let white = self.whitened(noise);
+        let used: Vec<f64> = white.iter().copied().filter(|value| *value != 0.0).collect();
+        let limit = robust::GROSS * robust::spread(&used);
+        white.iter().map(|value| value.abs() > limit).collect()
+    }
+
+    /// Noise of each run over that of all. Differences of consecutive observations suppress slow noise.
+    fn run_scales(self, noise: &NoiseModel) -> Vec<f64> {
+        let runs = self.layout.runs();
+        let differ = self.layout.spread.iter().any(|spread| spread.is_finite() && *spread != 1.0);
+        if differ && self.layout.spread.iter().any(|spread| spread.is_infinite()) {
+            // If readings are rounded so coarsely that some carry no information, the residual takes few values, whose
+            // median says nothing about a run, and the noise of each is known.
+            return vec![1.0; runs];
         }
+        let even = NoiseModel { run_scale: vec![1.0; runs], ..noise.clone() };
+        let white = self.whitened(&even);
+        let mut of_run: Vec<Vec<f64>> = vec![Vec::new(); runs];
+        for i in 1..white.len() {
+            // Whitening sets an observation without information to zero.
+            let counts = white[i] != 0.0 && white[i - 1] != 0.0;
+            if counts && self.layout.run[i] == self.layout.run[i - 1] {
+                of_run[self.layout.run[i]]
+                    .push((white[i] - white[i - 1]) * std::f64::consts::FRAC_1_SQRT_2);
+            }
+        }
+        let all: Vec<f64> = of_run.iter().flatten().copied().collect();
+        let overall = robust::spread(&all);
+        of_run
+            .iter()
+            .map(|values| {
+                let spread = robust::spread(values);
+                let known = values.len() >= RUN_ROWS_MIN && spread > 0.0 && overall > 0.0;
+                if known { (spread / overall).clamp(0.05, 20.0) } else { 1.0 }
+            })
+            .collect()
     }
-    let all: Vec<f64> = of_run.iter().flatten().copied().collect();
-    let overall = robust::spread(&all);
-    of_run
-        .iter()
-        .map(|values| {
-            let spread = robust::spread(values);
-            let known = values.len() >= RUN_ROWS_MIN && spread > 0.0 && overall > 0.0;
-            if known { (spread / overall).clamp(0.05, 20.0) } else { 1.0 }
-        })
-        .collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{NoiseModel, run_scales};
+    use super::{NoiseModel, Residual};
     use crate::noise::Layout;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
@@ -164,7 +132,8 @@ mod tests {
         let says_nothing = |i: usize| i >= 400 && i % 80 < 60;
         let spread = (0..800).map(|i| if says_nothing(i) { f64::INFINITY } else { 1.0 }).collect();
         let layout = Layout::of_rows(2, 400, 1.0).with_spread(spread);
-        let scales = run_scales(&layout, &residual, &[], &NoiseModel::white(2));
+        let residual = Residual { layout: &layout, values: &residual, columns: &[] };
+        let scales = residual.run_scales(&NoiseModel::white(2));
         assert!(scales.iter().all(|scale| (scale - 1.0).abs() < 0.2), "{scales:?}");
     }
 }

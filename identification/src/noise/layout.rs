@@ -3,10 +3,11 @@
 use super::latest::Latest;
 use super::poses::Poses;
 use crate::problem::{Aggregate, Block, Channels};
+use std::ops::Range;
 use std::rc::Rc;
 
 /// Times of observations: all that whitening needs to know about them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Layout {
     /// Time since the previous observation, s.
     pub(super) step: Vec<f64>,
@@ -45,7 +46,7 @@ impl Layout {
             spread: block.spread.clone(),
             levels,
             poses: Poses::of(block, channels),
-            latest: Rc::default(),
+            ..Self::default()
         };
         for i in 1..n {
             let (before, now) = (block.rows[i - 1], block.rows[i]);
@@ -79,10 +80,7 @@ impl Layout {
             starts,
             run: (0..n).map(|i| i / rows).collect(),
             gain: vec![1.0; n],
-            spread: Vec::new(),
-            levels: false,
-            poses: None,
-            latest: Rc::default(),
+            ..Self::default()
         }
     }
 
@@ -144,8 +142,8 @@ impl Layout {
     }
 
     /// The means of every `block` observations. Only for observations of single rows.
-    pub fn thinned(&self, block: usize) -> (Self, Vec<std::ops::Range<usize>>) {
-        let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
+    pub fn thinned(&self, block: usize) -> (Self, Vec<Range<usize>>) {
+        let mut groups: Vec<Range<usize>> = Vec::new();
         for i in 0..self.len() {
             match groups.last_mut() {
                 Some(last) if last.len() < block && !self.starts[i] && !self.new_run[i] => {
@@ -154,19 +152,8 @@ impl Layout {
                 _ => groups.push(i..i + 1),
             }
         }
-        let middle = |range: &std::ops::Range<usize>| (range.start + range.end - 1) / 2;
-        let mut thin = Self {
-            step: Vec::new(),
-            activity: Vec::new(),
-            starts: Vec::new(),
-            new_run: Vec::new(),
-            run: Vec::new(),
-            gain: Vec::new(),
-            spread: Vec::new(),
-            levels: self.levels,
-            poses: None,
-            latest: Rc::default(),
-        };
+        let middle = |range: &Range<usize>| (range.start + range.end - 1) / 2;
+        let mut thin = Self { levels: self.levels, ..Self::default() };
         let mut before = 0;
         for range in &groups {
             let now = middle(range);
@@ -182,7 +169,7 @@ impl Layout {
     }
 
     /// The observations of `range` alone.
-    pub fn part(&self, range: std::ops::Range<usize>) -> Self {
+    pub fn part(&self, range: Range<usize>) -> Self {
         let mut part = Self {
             step: self.step[range.clone()].to_vec(),
             activity: self.activity[range.clone()].to_vec(),
@@ -192,8 +179,7 @@ impl Layout {
             gain: self.gain[range.clone()].to_vec(),
             spread: self.spread.get(range).map_or_else(Vec::new, <[f64]>::to_vec),
             levels: self.levels,
-            poses: None,
-            latest: Rc::default(),
+            ..Self::default()
         };
         if let Some(first) = part.starts.first_mut() {
             *first = true;
@@ -219,4 +205,18 @@ impl Layout {
     pub fn runs(&self) -> usize {
         self.run.iter().max().map_or(0, |last| last + 1)
     }
+}
+
+/// Means of `values` over groups of observations, without those that are `out`; zero where all are.
+pub(super) fn means(
+    groups: &[Range<usize>],
+    values: &[f64],
+    out: impl Fn(usize) -> bool,
+) -> Vec<f64> {
+    let mean = |group: &Range<usize>| {
+        let used = group.clone().filter(|&i| !out(i));
+        let (sum, count) = used.fold((0.0, 0.0), |(s, c), i| (s + values[i], c + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    groups.iter().map(mean).collect()
 }

@@ -3,21 +3,21 @@
 //! Flicker noise over some decades is such a sum with equal variances, a random walk one with a long correlation time,
 //! a different offset in each run one with an infinite correlation time.
 
-mod evidence;
 mod fit;
 mod innovations;
 mod latest;
 mod layout;
 mod pose_filter;
 mod poses;
+mod residual;
 mod search;
 mod settled;
 mod slow;
 mod whiten;
 
-pub use evidence::evidence;
-pub use fit::{TIME_CAUTION, fit, priced, retune};
+pub use fit::TIME_CAUTION;
 pub use layout::Layout;
+pub use residual::Residual;
 pub use slow::slow;
 pub use whiten::Whitener;
 
@@ -50,7 +50,7 @@ pub struct NoiseModel {
 pub fn likeliest_layout(
     plain: Layout,
     durations: &[f64],
-    residual: &[f64],
+    values: &[f64],
     columns: &[Vec<f64>],
 ) -> Layout {
     let (low, high) =
@@ -59,8 +59,9 @@ pub fn likeliest_layout(
         return plain;
     }
     let value = |layout: &Layout| {
-        let (noise, left_out) = fit(layout, residual, columns, None);
-        evidence(layout, residual, columns, &noise, &left_out).log_likelihood
+        let residual = Residual { layout, values, columns };
+        let (noise, left_out) = residual.fit(None);
+        residual.log_likelihood(&noise, &left_out)
             - 3.0 * noise.coloured.len() as f64
             - 10.0 * left_out.iter().filter(|left_out| **left_out).count() as f64
     };

@@ -1,6 +1,7 @@
 //! Search for the parts of a noise: views of the record propose correlation times, the whole record judges them.
 
-use super::evidence::evidence;
+use super::layout::means;
+use super::residual::Residual;
 use super::whiten::COLOURED_MAX;
 use super::{Coloured, Layout, NoiseModel};
 use std::borrow::Cow;
@@ -25,7 +26,7 @@ const SHOWS_FROM: f64 = 4.0;
 /// The record as the search for correlation times of one order sees it.
 struct View<'a> {
     layout: Cow<'a, Layout>,
-    residual: Cow<'a, [f64]>,
+    values: Cow<'a, [f64]>,
     columns: Cow<'a, [Vec<f64>]>,
     left_out: Cow<'a, [bool]>,
     /// Variance of its white noise over that of a single observation.
@@ -38,9 +39,8 @@ impl View<'_> {
     fn value(&self, noise: &NoiseModel) -> f64 {
         let mut noise = noise.clone();
         noise.white *= self.white;
-        self.weight
-            * evidence(&self.layout, &self.residual, &self.columns, &noise, &self.left_out)
-                .log_likelihood
+        let Self { layout, values, columns, .. } = self;
+        self.weight * Residual { layout, values, columns }.log_likelihood(&noise, &self.left_out)
     }
 }
 
@@ -62,16 +62,12 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(
-        layout: &'a Layout,
-        residual: &'a [f64],
-        columns: &'a [Vec<f64>],
-        left_out: &'a [bool],
-    ) -> Self {
+    pub(super) fn new(of: Residual<'a>, left_out: &'a [bool]) -> Self {
+        let Residual { layout, values, columns } = of;
         let n = layout.len();
         let whole = || View {
             layout: Cow::Borrowed(layout),
-            residual: Cow::Borrowed(residual),
+            values: Cow::Borrowed(values),
             columns: Cow::Borrowed(columns),
             left_out: Cow::Borrowed(left_out),
             white: 1.0,
@@ -93,20 +89,9 @@ impl<'a> Search<'a> {
         if n > WHOLE_MAX && !layout.is_level() {
             let block = n.div_ceil(THINNED);
             let (thin, groups) = layout.thinned(block);
-            let mean = |values: &[f64]| -> Vec<f64> {
-                groups
-                    .iter()
-                    .map(|range| {
-                        let (sum, count) = range
-                            .clone()
-                            .filter(|&i| !left_out[i])
-                            .fold((0.0, 0.0), |(s, c), i| (s + values[i], c + 1.0));
-                        if count > 0.0 { sum / count } else { 0.0 }
-                    })
-                    .collect()
-            };
+            let mean = |values: &[f64]| means(&groups, values, |i| left_out[i]);
             let coarse = View {
-                residual: Cow::Owned(mean(residual)),
+                values: Cow::Owned(mean(values)),
                 columns: Cow::Owned(columns.iter().map(|column| mean(column)).collect()),
                 left_out: Cow::Owned(
                     groups.iter().map(|range| range.clone().all(|i| left_out[i])).collect(),
@@ -121,7 +106,7 @@ impl<'a> Search<'a> {
             let range = from..from + WHOLE_MAX;
             search.fine = View {
                 layout: Cow::Owned(layout.part(range.clone())),
-                residual: Cow::Owned(residual[range.clone()].to_vec()),
+                values: Cow::Owned(values[range.clone()].to_vec()),
                 columns: Cow::Owned(
                     columns.iter().map(|column| column[range.clone()].to_vec()).collect(),
                 ),

@@ -5,7 +5,8 @@
 //! either may have a further, shorter memory. Only a record many times as long as the memory distinguishes the two
 //! kinds.
 
-use super::{Coloured, Layout, NoiseModel, Whitener};
+use super::layout::means;
+use super::{Coloured, Layout, NoiseModel, Residual, Whitener};
 use crate::linear::{Basis, dot};
 use crate::significance::surprise_chi2;
 
@@ -50,21 +51,16 @@ struct Means {
     left_out: Vec<bool>,
 }
 
-/// The slow noise in `residual`, minus what `columns` explain, if `noise` has a long memory and is likelier than any
+/// The slow noise in `residual`, if `noise` has a long memory and is likelier than any
 /// with a short memory.
-pub fn slow(
-    layout: &Layout,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    noise: &NoiseModel,
-    left_out: &[bool],
-) -> Option<Slow> {
+pub fn slow(residual: Residual<'_>, noise: &NoiseModel, left_out: &[bool]) -> Option<Slow> {
+    let layout = residual.layout;
     let span = layout.span();
     let remembers = noise.coloured.iter().any(|part| part.correlation_s > SOON * span);
     if layout.is_level() || !remembers {
         return None;
     }
-    let means = Means::new(layout, residual, columns, left_out)?;
+    let means = Means::new(residual, left_out)?;
     let soon = means.likeliest(&[SHORT, SOON].map(|share| share * span));
     let walking = means.likeliest(&[LASTS * span]);
     let forgetting = MEMORIES.map(|share| means.likeliest(&[share * span]));
@@ -111,25 +107,14 @@ impl Likeliest {
 }
 
 impl Means {
-    fn new(
-        layout: &Layout,
-        residual: &[f64],
-        columns: &[Vec<f64>],
-        left_out: &[bool],
-    ) -> Option<Self> {
+    fn new(residual: Residual<'_>, left_out: &[bool]) -> Option<Self> {
+        let Residual { layout, values, columns } = residual;
         let out = |i: usize| {
             left_out.get(i).copied().unwrap_or(false)
                 || layout.spread.get(i).is_some_and(|spread| !spread.is_finite())
         };
         let (thin, groups) = layout.thinned(layout.len().div_ceil(THINNED));
-        let of = |values: &[f64]| -> Vec<f64> {
-            let mean = |range: &std::ops::Range<usize>| {
-                let used = range.clone().filter(|&i| !out(i));
-                let (sum, count) = used.fold((0.0, 0.0), |(s, c), i| (s + values[i], c + 1.0));
-                sum / f64::max(count, 1.0)
-            };
-            groups.iter().map(mean).collect()
-        };
+        let of = |values: &[f64]| means(&groups, values, out);
         let starts: Vec<usize> = (0..thin.len()).filter(|&i| thin.starts[i]).collect();
         if thin.len() < OBSERVATIONS_MIN || starts.len() > STRETCHES_MAX {
             return None;
@@ -142,7 +127,7 @@ impl Means {
             columns.push(offset);
         }
         let left_out = groups.iter().map(|range| range.clone().all(out)).collect();
-        Some(Self { residual: of(residual), columns, left_out, layout: thin })
+        Some(Self { residual: of(values), columns, left_out, layout: thin })
     }
 
     /// Restricted log-likelihood (Patterson and Thompson 1971), and the scale.
@@ -246,7 +231,7 @@ fn better(a: Likeliest, b: Likeliest) -> Likeliest {
 #[cfg(test)]
 mod tests {
     use super::{Slow, slow};
-    use crate::noise::{self, Layout};
+    use crate::noise::{Layout, Residual};
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
@@ -268,8 +253,9 @@ mod tests {
         }
         let layout = Layout::of_rows(RUNS, ROWS, 1.0);
         let bias = vec![vec![1.0; residual.len()]];
-        let (noise, left_out) = noise::fit(&layout, &residual, &bias, None);
-        slow(&layout, &residual, &bias, &noise, &left_out).filter(|found| found.surprise > 5.3)
+        let residual = Residual { layout: &layout, values: &residual, columns: &bias };
+        let (noise, left_out) = residual.fit(None);
+        slow(residual, &noise, &left_out).filter(|found| found.surprise > 5.3)
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::effects::word;
 use crate::finding::{Effect, Parameter};
 use crate::fit::{Data, residual};
 use crate::model::Acts;
-use crate::noise;
+use crate::noise::{self, Residual};
 use crate::problem::{self, Aggregate};
 use crate::select::BlockFit;
 use crate::significance::surprise;
@@ -134,7 +134,11 @@ pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<S
     let all = fit.all();
     let columns = data.all_columns(&fit.shapes());
     let left = residual(data, &all);
-    let slow = noise::slow(data.layout, &left, &columns, &fit.noise, &fit.left_out)?;
+    let slow = noise::slow(
+        Residual { layout: data.layout, values: &left, columns: &columns },
+        &fit.noise,
+        &fit.left_out,
+    )?;
     let p_value = (-slow.surprise).exp();
     if !(p_value < RISK * share) {
         return None;

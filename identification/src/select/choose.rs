@@ -7,7 +7,7 @@ use crate::candidates::{Candidate, Family, narrow_on};
 use crate::fit::Data;
 use crate::linear::{Basis, dot};
 use crate::model::{Acts, Shape, Wrap, is_delay};
-use crate::noise::{self, NoiseModel, TIME_CAUTION};
+use crate::noise::{NoiseModel, TIME_CAUTION};
 use crate::significance::surprise_chi2;
 
 /// A candidate with its numbers at their best.
@@ -326,13 +326,11 @@ fn is_offset_or_trend(column: &[f64]) -> bool {
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
     let mut columns = null.columns.to_vec();
     columns.extend(contender.columns(scene.data));
-    let Data { block, layout, .. } = scene.data;
-    let (noise, likelihood) =
-        noise::retune(layout, &block.residual, &columns, null.noise, null.left_out);
+    let (noise, likelihood) = scene.data.residual(&columns).retune(null.noise, null.left_out);
     let mut null_likelihood = null.likelihood;
     if !scene.record.means.is_empty() {
         // On a long record, slightly better noise gains more than most effects, so both sides get it.
-        let also = noise::priced(layout, &block.residual, null.columns, &noise, null.left_out);
+        let also = scene.data.residual(null.columns).priced(&noise, null.left_out);
         null_likelihood = null_likelihood.max(also);
     }
     let gain = (likelihood - null_likelihood).max(0.0);

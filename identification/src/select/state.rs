@@ -13,7 +13,7 @@ use super::simplify::simplify;
 use crate::candidates::{Candidate, Family};
 use crate::fit::{Data, White, robust_fit};
 use crate::model::{Form, Shape, Timing, delay_all, is_said_by};
-use crate::noise::{self, NoiseModel};
+use crate::noise::NoiseModel;
 pub(super) use sound::is_sound;
 use sound::is_within_physics;
 
@@ -98,9 +98,7 @@ impl<'a> State<'a> {
     pub fn fit_noise(&mut self, anew: bool) {
         let columns = self.columns(&self.terms);
         let start = (!anew).then_some(&self.noise);
-        let (noise, left_out) =
-            noise::fit(self.data.layout, &self.data.block.residual, &columns, start);
-        (self.noise, self.left_out) = (noise, left_out);
+        (self.noise, self.left_out) = self.data.residual(&columns).fit(start);
     }
 
     /// Tunes the numbers of every term to their best values, with the others in the fit.
@@ -145,9 +143,8 @@ impl<'a> State<'a> {
 
     /// With the noise tuned to it.
     fn likelihood(&self) -> f64 {
-        let Data { block, layout, .. } = self.data;
         let columns = self.columns(&self.terms);
-        noise::retune(layout, &block.residual, &columns, &self.noise, &self.left_out).1
+        self.data.residual(&columns).retune(&self.noise, &self.left_out).1
     }
 
     /// Replaces each added term by the named one that ranks higher beside all others, if there is one (sequential
@@ -240,13 +237,7 @@ impl<'a> State<'a> {
             return found;
         }
         let columns = self.columns(&self.terms);
-        let (noise, likelihood) = noise::retune(
-            self.data.layout,
-            &self.data.block.residual,
-            &columns,
-            &self.noise,
-            &self.left_out,
-        );
+        let (noise, likelihood) = self.data.residual(&columns).retune(&self.noise, &self.left_out);
         let null =
             Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
         // Contenders that look strong under white noise.

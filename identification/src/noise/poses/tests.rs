@@ -1,5 +1,5 @@
 use crate::dataset::{Column, Constant, Dataset, Drive, Kind, Role, Unit};
-use crate::noise::{Layout, NoiseModel, fit, priced};
+use crate::noise::{Layout, NoiseModel, Residual};
 use crate::problem::{Known, Problem};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -79,7 +79,8 @@ fn the_walk_of_a_heading_is_found_beside_rough_positions() {
         let problem = Problem::new(&robot(seed), Known::default()).expect("a whole set");
         let block = &problem.blocks[0];
         let layout = Layout::new(block, &problem.channels);
-        let (found, left_out) = fit(&layout, &block.residual, &[], None);
+        let residual = Residual { layout: &layout, values: &block.residual, columns: &[] };
+        let (found, left_out) = residual.fit(None);
         let slips = SLIPS.powi(2) / NOISE.powi(2);
         let truth = NoiseModel {
             walk: 2.0 * slips / TRACK.powi(2),
@@ -87,7 +88,7 @@ fn the_walk_of_a_heading_is_found_beside_rough_positions() {
             run_scale: found.run_scale.clone(),
             ..NoiseModel::white(layout.runs())
         };
-        let value = |noise: &NoiseModel| priced(&layout, &block.residual, &[], noise, &left_out);
+        let value = |noise: &NoiseModel| residual.priced(noise, &left_out);
         let behind = value(&truth) - value(&found);
         assert!(behind < 3.0, "{seed}: {behind} {found:?}");
     }

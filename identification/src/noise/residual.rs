@@ -1,0 +1,33 @@
+//! What noise is fitted to, and how well it explains it.
+
+use super::{Layout, NoiseModel, Whitener};
+use crate::linear::{Basis, Normal, dot};
+
+/// A residual, less what columns explain of it, as noise is fitted to it.
+#[derive(Clone, Copy)]
+pub struct Residual<'a> {
+    pub layout: &'a Layout,
+    /// One per observation.
+    pub values: &'a [f64],
+    pub columns: &'a [Vec<f64>],
+}
+
+impl Residual<'_> {
+    /// Logarithm of the likelihood under `noise`, with its scale at its best value.
+    pub fn log_likelihood(self, noise: &NoiseModel, left_out: &[bool]) -> f64 {
+        let whitener = Whitener::new(self.layout, noise, left_out);
+        let all: Vec<&[f64]> =
+            self.columns.iter().map(Vec::as_slice).chain([self.values]).collect();
+        let mut white = whitener.apply_each(&all);
+        let mut target = white.pop().unwrap_or_default();
+        let left = Normal::of(&white, &target).left(dot(&target, &target));
+        let sum = left.unwrap_or_else(|| {
+            let mut basis = Basis::default();
+            basis.extend(white);
+            basis.project(&mut target);
+            dot(&target, &target)
+        });
+        let n = whitener.used() as f64;
+        -0.5 * (n * (sum.max(f64::MIN_POSITIVE) / n).ln() + whitener.log_determinant)
+    }
+}
