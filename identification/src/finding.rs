@@ -1,9 +1,13 @@
 //! Results of an identification: the contract of `finding.json` and `prediction.json`.
 
+mod prediction;
+
 use crate::dataset::{Axis, Drive, Kind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+
+pub use prediction::{PredictedQuantity, Prediction, RmsePair};
 
 /// Version of the contract.
 pub const SCHEMA: u32 = 1;
@@ -282,6 +286,35 @@ pub struct Parameter {
     pub range: Option<[f64; 2]>,
 }
 
+impl Effect {
+    /// An effect of that name on `term`, in that form, that is certain and gains nothing.
+    pub(crate) fn new(name: &str, term: &str, form: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            known: true,
+            term: term.to_owned(),
+            axis: None,
+            drivers: Vec::new(),
+            form: form.to_owned(),
+            knots: Vec::new(),
+            knots_2: Vec::new(),
+            parameters: Vec::new(),
+            p_value: 0.0,
+            held_out_before: f64::NAN,
+            held_out_after: f64::NAN,
+            rivals: Vec::new(),
+        }
+    }
+}
+
+impl Parameter {
+    /// A number without an error or a range.
+    pub(crate) fn new(name: &str, value: f64, unit: &str) -> Self {
+        let (name, unit) = (name.to_owned(), unit.to_owned());
+        Self { name, value, standard_error: None, unit, range: None }
+    }
+}
+
 /// Another cause that the data cannot exclude.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rival {
@@ -318,63 +351,4 @@ pub struct NextExperiment {
     pub separates: Vec<String>,
     /// Expected gain, in words with a figure.
     pub expected_gain: String,
-}
-
-/// What a model predicts on other data: `prediction.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Prediction {
-    /// [`SCHEMA`].
-    pub schema: u32,
-    /// Name of the data set.
-    pub dataset: String,
-    /// Its kind.
-    pub kind: Kind,
-    /// Rows of the data set.
-    pub rows: usize,
-    /// The predicted quantity.
-    pub quantity: String,
-    /// Unit of the rows' figures.
-    pub unit: String,
-    /// Error of the data against the plain model, and against the whole model.
-    pub rmse: RmsePair,
-    /// Rows of the figures, from 0; absent where every row has one.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub at: Vec<usize>,
-    /// The model's prediction of the quantity at those rows; empty where it predicts errors alone.
-    pub predicted: Vec<f64>,
-    /// Observed minus predicted.
-    pub residual: Vec<f64>,
-    /// Other quantities of the same data.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub also: Vec<PredictedQuantity>,
-    /// Rows that are wrong by themselves and took no part.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub set_aside: Vec<SetAside>,
-}
-
-/// One predicted quantity.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PredictedQuantity {
-    /// Name of the quantity.
-    pub quantity: String,
-    /// Unit of the figures.
-    pub unit: String,
-    /// As in [`Prediction`].
-    pub rmse: RmsePair,
-    /// As in [`Prediction`].
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub at: Vec<usize>,
-    /// As in [`Prediction`]; for a level, what the model adds to it.
-    pub predicted: Vec<f64>,
-    /// As in [`Prediction`].
-    pub residual: Vec<f64>,
-}
-
-/// Root-mean-square errors before and after a model is applied.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RmsePair {
-    /// With the plain model of the kind, fitted to the same data as the model.
-    pub before: f64,
-    /// With the given model.
-    pub after: f64,
 }

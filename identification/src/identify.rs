@@ -6,7 +6,7 @@ use crate::dataset::Dataset;
 use crate::finding::{Prediction, SetAside, Verdict};
 use crate::fit::{Data, Memory, fit_terms};
 use crate::judge::{Holding, Judge};
-use crate::model::{Acts, Model, Shape, exposure};
+use crate::model::{Acts, Model, Shape};
 use crate::noise::{self, Layout, NoiseModel};
 use crate::outliers::{self, Wild};
 use crate::problem::{Block, Known, Problem};
@@ -225,29 +225,26 @@ fn base_terms(
     block: &Block,
     problem: &Problem,
 ) -> Result<Vec<Shape>, IdentifyError> {
-    let plain =
-        || block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect();
-    let Some(model) = model else {
-        return Ok(plain());
-    };
+    let Some(model) = model else { return Ok(constants(block)) };
     let mut shapes = Vec::new();
-    for term in &model.terms {
-        let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
-        let here = term.quantity.is_none() || term.quantity == block.apart;
-        if mine && here && exposure(block, term.term).is_some() {
-            let (shape, _) =
-                term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
-            let shape = shape.anywhere();
-            if shape.observed(block, problem.channels_of(block)).is_none() {
-                return Err(IdentifyError::Model(format!(
-                    "term `{}` needs what the data do not have",
-                    term.name
-                )));
-            }
-            shapes.push(shape);
+    for term in model.terms.iter().filter(|term| term.applies_to(block)) {
+        let channels = problem.channels_of(block);
+        let (shape, _) = term.to_shape(channels).map_err(IdentifyError::Model)?;
+        let shape = shape.anywhere();
+        if shape.observed(block, channels).is_none() {
+            return Err(IdentifyError::Model(format!(
+                "term `{}` needs what the data do not have",
+                term.name
+            )));
         }
+        shapes.push(shape);
     }
     Ok(shapes)
+}
+
+/// What the plain model of the kind fits.
+fn constants(block: &Block) -> Vec<Shape> {
+    block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect()
 }
 
 /// Times of a block's observations, and how noise accumulates in them.
@@ -271,12 +268,8 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
         .map(|block| {
             let layout = Layout::new(block, problem.channels_of(block));
             let data = Data::new(block, problem.channels_of(block), &layout);
-            let base: Vec<Shape> = block
-                .constants
-                .iter()
-                .map(|known| Shape::constant(known.name, known.acts))
-                .collect();
-            let (noise, _) = data.residual(&data.all_columns(&base)).fit(None);
+            let columns = data.all_columns(&constants(block));
+            let (noise, _) = data.residual(&columns).fit(None);
             (block.clone(), noise)
         })
         .collect())

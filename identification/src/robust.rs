@@ -1,4 +1,4 @@
-//! Robust estimates, which a few outliers do not move.
+//! A few numbers for many: robust estimates, which a few outliers do not move, and others.
 
 /// Median absolute value of normal noise over its standard deviation.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
@@ -27,6 +27,12 @@ pub fn median(mut values: Vec<f64>) -> f64 {
     }
     let lower = values[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max);
     f64::midpoint(lower, upper)
+}
+
+/// The least and the greatest value; infinite without any.
+pub fn ends(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    values.into_iter().fold(none, |(low, high), value| (low.min(value), high.max(value)))
 }
 
 /// Root of the mean square.

@@ -9,6 +9,7 @@ use crate::model::Shape;
 use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Aggregate, Block, Channels};
 use crate::robust::root_mean_square;
+use crate::significance::normal_above;
 use std::f64::consts::PI;
 
 /// Maximum share of distinct values among the readings of a lattice; each value is a multiple of one step.
@@ -133,8 +134,8 @@ fn likeliest_sigma(residual: &[f64], predicted: &[f64], step: f64) -> f64 {
                 // The reading is a multiple of the step; the prediction is `at`.
                 let reading = at + value;
                 let centre = (reading / step).round() * step;
-                let upper = normal((centre + step / 2.0 - at) / sigma);
-                let lower = normal((centre - step / 2.0 - at) / sigma);
+                let upper = normal_above(-(centre + step / 2.0 - at) / sigma);
+                let lower = normal_above(-(centre - step / 2.0 - at) / sigma);
                 (upper - lower).max(1e-12).ln()
             })
             .sum()
@@ -144,10 +145,6 @@ fn likeliest_sigma(residual: &[f64], predicted: &[f64], step: f64) -> f64 {
         .map(|sigma| (value(sigma), sigma))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map_or(step, |(_, sigma)| sigma)
-}
-
-fn normal(x: f64) -> f64 {
-    0.5 * statrs::function::erf::erfc(-x * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 /// The block without the rounding of a coarse lattice, as far as `base` predicts the readings; and the step.

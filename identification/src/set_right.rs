@@ -33,7 +33,7 @@ pub(crate) fn set_right(
         if !correction.is_effect() {
             continue;
         }
-        let effect = correction.effect(&right, f64::NAN, f64::NAN);
+        let effect = correction.effect(&right);
         let concerns =
             |one: &&Done<'_>| effect.axis.is_none() || one.data.block.axis == effect.axis;
         let Some(one) = done.iter().find(concerns) else { continue };

@@ -58,6 +58,11 @@ pub fn surprise_chi2(statistic: f64, k: f64) -> f64 {
     surprise(statistic / k, k, 1e7)
 }
 
+/// Probability that a standard normal value is above `deviations`.
+pub fn normal_above(deviations: f64) -> f64 {
+    0.5 * statrs::function::erf::erfc(deviations * std::f64::consts::FRAC_1_SQRT_2)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{surprise, surprise_chi2};

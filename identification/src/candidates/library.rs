@@ -5,6 +5,7 @@ use super::{Candidate, Family, late};
 use crate::dataset::{Dimension, Role};
 use crate::model::{Acts, Driver, Form, Shape, WHEEL_SIZE, Wrap, exposure};
 use crate::problem::{Aggregate, Block, Channel, Channels};
+use crate::robust;
 
 /// Terms that any driver may change.
 pub(super) const OPEN: [Acts; 5] =
@@ -212,7 +213,7 @@ impl Builder<'_> {
         self.push(Family::Library, trend.clone().with("origin", middle));
         if matches!(on, Acts::Turn | Acts::Drive | Acts::Curvature) {
             // No constant of a plain model takes up where it begins: also what is right when the record begins.
-            let first = self.channels.time.iter().copied().fold(f64::INFINITY, f64::min);
+            let (first, _) = robust::ends(self.channels.time.iter().copied());
             self.push(Family::Library, trend.with("origin", first));
         }
         if matches!(on, Acts::Bias | Acts::Scale) {

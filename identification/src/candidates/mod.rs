@@ -10,6 +10,7 @@ mod timed;
 use crate::dataset::Unit;
 use crate::model::{Driver, Form, Shape, Wrap};
 use crate::problem::{Block, Channels};
+use crate::robust;
 pub use library::library;
 pub use shapes::{narrow_on, pairs, products, smooth};
 pub use timed::{periodic, steps};
@@ -101,8 +102,7 @@ const MEMORY_MIN_S: f64 = 300.0;
 
 /// Whether the record is long enough for a device to change by itself.
 fn lasts(channels: &Channels) -> bool {
-    let first = channels.time.iter().copied().fold(f64::INFINITY, f64::min);
-    let last = channels.time.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (first, last) = robust::ends(channels.time.iter().copied());
     channels.time_unit != Unit::Second || last - first >= MEMORY_MIN_S
 }
 

@@ -17,9 +17,7 @@ impl Builder<'_> {
         }
         let name = &self.channels.rotation_name;
         let values = &self.channels.rotation;
-        let (low, high) = values
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (low, high) = robust::ends(values.iter().copied());
         let shape =
             |name_of: &str, wrap, form| Shape::new(name_of, on, Driver::new(wrap, name), form);
         let origin = mean(values);

@@ -6,6 +6,7 @@ use super::{Candidate, Family};
 use crate::dataset::Role;
 use crate::model::{Acts, Driver, Form, Shape, Wrap, quantile_knots, see};
 use crate::problem::{Block, Channels};
+use crate::robust;
 
 /// Knots of a spline.
 const KNOTS: usize = 8;
@@ -45,8 +46,7 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
 /// Whether values cover most of the range. Two rates, one per direction, are not a continuous driver.
 fn fills_its_range(values: &[f64]) -> bool {
     const PARTS: usize = 10;
-    let (low, high) =
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = robust::ends(values.iter().copied());
     let mut counts = [0_usize; PARTS];
     for value in values {
         let part = (PARTS as f64 * (value - low) / (high - low)) as usize;

@@ -2,7 +2,7 @@
 
 use super::axes::squared_correlation;
 use super::{Correction, Fault};
-use crate::dataset::{Column, Dataset, Dimension, Role, Unit};
+use crate::dataset::{Axis, Column, Dataset, Dimension, Role, Unit};
 use crate::problem::wrap;
 
 /// Squared correlation up to which readings do not follow their reference, and from which their changes follow it.
@@ -13,8 +13,7 @@ const FOLLOWS: f64 = 0.8;
 pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     let mut found: Vec<Correction> = Vec::new();
     for gyro in dataset.columns.iter().filter(|column| column.role.is_gyro()) {
-        let mine =
-            |one: &&Column| one.axis.is_none() || gyro.axis.is_none() || one.axis == gyro.axis;
+        let mine = |one: &&Column| Axis::agree(one.axis, gyro.axis);
         let Some(reference) = dataset.columns_of(Role::ReferenceRate).find(mine) else { continue };
         let follows = |one: &[f64], other: &[f64]| squared_correlation(one, other);
         if follows(&gyro.values, &reference.values) > DOES_NOT {

@@ -2,6 +2,7 @@
 
 use super::{AXES, Correction, Fault};
 use crate::dataset::{Column, Dataset, Role};
+use crate::moments::Moments;
 
 /// Squared correlation from which an axis follows a rotation, and up to which it does not follow its own.
 const FOLLOWS: f64 = 0.6;
@@ -48,14 +49,7 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
 
 /// Squared correlation of the rows in which both are known.
 pub(crate) fn squared_correlation(a: &[f64], b: &[f64]) -> f64 {
-    let pairs = || a.iter().zip(b).filter(|(a, b)| (*a + *b).is_finite());
-    let n = pairs().count() as f64;
-    let (ma, mb) = pairs().fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));
-    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
-    for (a, b) in pairs() {
-        aa += (a - ma) * (a - ma);
-        ab += (a - ma) * (b - mb);
-        bb += (b - mb) * (b - mb);
-    }
-    if aa > 0.0 && bb > 0.0 { ab * ab / (aa * bb) } else { 0.0 }
+    let pairs = a.iter().copied().zip(b.iter().copied());
+    let Moments { xx, xy, yy, .. } = Moments::of(pairs.filter(|(a, b)| (a + b).is_finite()));
+    if xx > 0.0 && yy > 0.0 { xy * xy / (xx * yy) } else { 0.0 }
 }

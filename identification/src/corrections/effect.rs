@@ -1,7 +1,7 @@
 //! Corrections as effects of a finding.
 
 use super::{Correction, Fault};
-use crate::dataset::{Axis, Dataset, Role, Unit};
+use crate::dataset::{Dataset, Role};
 use crate::finding::{Effect, Parameter};
 use crate::problem::TRACK;
 use crate::significance::surprise_chi2;
@@ -35,12 +35,21 @@ impl Correction {
             .map_or(f64::MAX, |error| surprise_chi2(((self.value - zero) / error).powi(2), 1.0))
     }
 
-    /// The effect, with the held-out error without it and with it.
-    pub(crate) fn effect(&self, dataset: &Dataset, before: f64, after: f64) -> Effect {
+    /// The effect, without its held-out errors.
+    pub(crate) fn effect(&self, dataset: &Dataset) -> Effect {
         let column = dataset.named(&self.field);
         let role = column.map(|column| column.role);
+        let axis = column.and_then(|column| column.axis);
+        let p_value = (-self.strength()).exp().min(1.0);
         if matches!(role, Some(Role::GyroRate | Role::GyroAngle | Role::Measured)) {
-            return self.of_reading(column.and_then(|column| column.axis), before, after);
+            // Of a reading: a scale error of a known size.
+            let parameters = vec![Parameter::new("value", self.value - 1.0, "1")];
+            return Effect {
+                axis,
+                parameters,
+                p_value,
+                ..Effect::new(self.name(), "scale", "constant")
+            };
         }
         let term = match self.fault {
             Fault::ReferenceDelay => "delay",
@@ -73,54 +82,17 @@ impl Correction {
             Fault::ReferenceLeft => Some([-5.0, 5.0]),
             _ => None,
         };
+        let parameter = Parameter {
+            standard_error: self.standard_error,
+            range,
+            ..Parameter::new(name, value, self.unit.text())
+        };
         Effect {
-            name: self.name().to_owned(),
-            known: true,
-            term: term.to_owned(),
-            axis: match self.fault {
-                Fault::WrongAxis | Fault::AddedUp => column.and_then(|column| column.axis),
-                _ => None,
-            },
+            axis: axis.filter(|_| matches!(self.fault, Fault::WrongAxis | Fault::AddedUp)),
             drivers: vec![self.field.clone()],
-            form: "constant".to_owned(),
-            knots: Vec::new(),
-            knots_2: Vec::new(),
-            parameters: vec![Parameter {
-                name: name.to_owned(),
-                value,
-                standard_error: self.standard_error,
-                unit: if self.unit == Unit::One { "1" } else { self.unit.text() }.to_owned(),
-                range,
-            }],
-            p_value: (-self.strength()).exp().min(1.0),
-            held_out_before: before,
-            held_out_after: after,
-            rivals: Vec::new(),
-        }
-    }
-
-    /// The same of a reading: a scale error of a known size.
-    fn of_reading(&self, axis: Option<Axis>, before: f64, after: f64) -> Effect {
-        Effect {
-            name: self.name().to_owned(),
-            known: true,
-            term: "scale".to_owned(),
-            axis,
-            drivers: Vec::new(),
-            form: "constant".to_owned(),
-            knots: Vec::new(),
-            knots_2: Vec::new(),
-            parameters: vec![Parameter {
-                name: "value".to_owned(),
-                value: self.value - 1.0,
-                standard_error: None,
-                unit: "1".to_owned(),
-                range: None,
-            }],
-            p_value: 0.0,
-            held_out_before: before,
-            held_out_after: after,
-            rivals: Vec::new(),
+            parameters: vec![parameter],
+            p_value,
+            ..Effect::new(self.name(), term, "constant")
         }
     }
 }

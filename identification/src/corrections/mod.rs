@@ -217,9 +217,9 @@ pub(crate) fn factor(corrections: &[Correction], is_read: impl Fn(&str) -> bool)
 pub(crate) fn reference_of<'a>(dataset: &'a Dataset, column: &Column) -> Option<&'a Column> {
     match (dataset.kind, column.role) {
         (Kind::Sensor, Role::Measured) => dataset.column(Role::Reference),
-        (Kind::Series, Role::GyroRate | Role::GyroCounts) => dataset
-            .columns_of(Role::ReferenceRate)
-            .find(|one| one.axis.is_none() || column.axis.is_none() || one.axis == column.axis),
+        (Kind::Series, Role::GyroRate | Role::GyroCounts) => {
+            dataset.columns_of(Role::ReferenceRate).find(|one| Axis::agree(one.axis, column.axis))
+        }
         (Kind::Turns, Role::GyroAngle) => dataset.column(Role::ReferenceAngle),
         _ => None,
     }

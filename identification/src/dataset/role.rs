@@ -81,3 +81,10 @@ pub enum Role {
     Auxiliary,
     Ignore,
 }
+
+impl Axis {
+    /// Whether both can be of one axis: of none in particular, or of the same.
+    pub(crate) fn agree(one: Option<Self>, other: Option<Self>) -> bool {
+        one.is_none() || other.is_none() || one == other
+    }
+}

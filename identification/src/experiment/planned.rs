@@ -198,7 +198,7 @@ fn fill(
     rows: &[Row],
     step: f64,
 ) -> Column {
-    let turns = column.axis.is_none() || axis.is_none() || column.axis == axis;
+    let turns = Axis::agree(column.axis, axis);
     let usual = mean(&column.values);
     let dense =
         2 * column.values.iter().filter(|value| value.is_finite()).count() > column.values.len();

@@ -1,6 +1,7 @@
 //! Assumptions of a planned experiment about the room and the device.
 
 use crate::dataset::{Dataset, Dimension, Role};
+use crate::robust;
 
 /// Temperature of a heated room, degC (assumption).
 pub(super) const ROOM: f64 = 22.0;
@@ -64,8 +65,7 @@ pub(super) fn levels(dataset: &Dataset, names: &[&str]) -> Vec<Level> {
         .filter(|column| by_hand.contains(&column.unit.dimension()))
         .map(|column| {
             let finite = column.values.iter().copied().filter(|value| value.is_finite());
-            let (low, high) =
-                finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            let (low, high) = robust::ends(finite);
             Level { field: column.name.clone(), unit: column.unit.text(), low, high }
         })
         .filter(|level| level.high > level.low)

@@ -8,6 +8,7 @@
 use crate::finding::{Left, p_value};
 use crate::fit::Data;
 use crate::problem::{Aggregate, runs};
+use crate::significance::normal_above;
 use std::ops::Range;
 
 /// Probability that white noise fails the test, over all quantities of a data set together.
@@ -110,11 +111,6 @@ impl Sums {
         }
         sums
     }
-}
-
-/// Probability that a normal deviate is above `deviations`.
-fn normal_above(deviations: f64) -> f64 {
-    0.5 * statrs::function::erf::erfc(deviations * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 impl Whiteness {

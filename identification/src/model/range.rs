@@ -4,6 +4,7 @@ use super::{Acts, Driver, Form, Shape, Wrap, narrowest_play};
 use crate::dataset::Dimension;
 use crate::late::SHARE_MAX;
 use crate::problem::Channels;
+use crate::robust;
 
 /// Maximum delay of filters and buffers, in samples.
 const SAMPLES_LATE_MAX: f64 = 10.0;
@@ -140,9 +141,7 @@ fn ends(columns: &[Vec<f64>], coefficients: &[f64]) -> [f64; 2] {
     let value = |row: usize| -> f64 {
         columns.iter().zip(coefficients).map(|(column, value)| column[row] * value).sum()
     };
-    (0..rows)
-        .map(value)
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+    robust::ends((0..rows).map(value)).into()
 }
 
 #[cfg(test)]

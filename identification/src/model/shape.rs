@@ -5,6 +5,7 @@ use super::spline::{REACH, cardinal, hats};
 use super::{Acts, Driver, Form, Wrap, beside};
 use crate::dataset::Role;
 use crate::problem::{Block, Channels, Exposure, Over};
+use crate::robust;
 use crate::signal::interpolate_along;
 use std::f64::consts::TAU;
 
@@ -150,9 +151,8 @@ impl Shape {
             let Some(seen) = see(channels, driver, &self.fixed) else { continue };
             // The rate of a turn rises from rest.
             let is_turn = channels.turning.is_some() && goes_with_rate(channels, driver);
-            let start = if is_turn { (0.0, 0.0) } else { (f64::INFINITY, f64::NEG_INFINITY) };
-            let seen = seen.iter().filter(|value| value.is_finite());
-            let (low, high) = seen.fold(start, |(l, h), value| (l.min(*value), h.max(*value)));
+            let seen = seen.iter().copied().filter(|value| value.is_finite());
+            let (low, high) = robust::ends(seen.chain(is_turn.then_some(0.0)));
             if low <= high {
                 self.set(from, low);
                 self.set(to, high);

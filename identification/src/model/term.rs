@@ -1,9 +1,10 @@
 //! Converts shapes with numbers in SI to terms in the units of the data, and back.
 
 use super::unit::{coefficient_unit, fixed_unit, place_unit};
-use super::{Acts, Form, SEEN, Shape, Term, Wrap, range_of};
+use super::{Acts, Form, SEEN, Shape, Term, Wrap, exposure, range_of};
+use crate::dataset::Axis;
 use crate::finding::Parameter;
-use crate::problem::{Channels, DisplayUnit};
+use crate::problem::{Block, Channels, DisplayUnit};
 use crate::units::si_factor;
 
 /// Parameters that carry the unit of the knots, with the value 1.
@@ -78,14 +79,12 @@ impl Term {
             .iter()
             .zip(coefficients)
             .map(|(name, fitted)| Parameter {
-                name: name.clone(),
-                value: fitted.value / written.si,
                 standard_error: fitted.error.is_finite().then_some(fitted.error / written.si),
-                unit: written.text.clone(),
                 range: (told_by_itself(shape) && !channels.of_sensor)
                     .then(|| range_of(shape, channels))
                     .flatten()
                     .map(|range| range.map(|end| end / written.si)),
+                ..Parameter::new(name, fitted.value / written.si, &written.text)
             })
             .collect();
         for (name, value) in &shape.fixed {
@@ -96,11 +95,8 @@ impl Term {
             let error =
                 nonlinear.iter().find(|(key, _)| key == name).map(|(_, error)| error / unit.si);
             parameters.push(Parameter {
-                name: name.clone(),
-                value: value / unit.si,
                 standard_error: error.filter(|error| error.is_finite()),
-                unit: unit.text,
-                range: None,
+                ..Parameter::new(name, value / unit.si, &unit.text)
             });
         }
         let mut scaled = |knots: &[f64], which: usize| {
@@ -109,13 +105,7 @@ impl Term {
             }
             let unit = place_unit(channels, shape, which);
             let knots = knots.iter().map(|knot| knot / unit.si).collect();
-            parameters.push(Parameter {
-                name: KNOT[which].to_owned(),
-                value: 1.0,
-                standard_error: None,
-                unit: unit.text,
-                range: None,
-            });
+            parameters.push(Parameter::new(KNOT[which], 1.0, &unit.text));
             knots
         };
         let (knots, knots_2) = (scaled(&shape.knots, 0), scaled(&shape.knots_2, 1));
@@ -131,6 +121,12 @@ impl Term {
             knots_2,
             parameters,
         }
+    }
+
+    /// Whether it is a term of `block`.
+    pub fn applies_to(&self, block: &Block) -> bool {
+        let is_here = self.quantity.is_none() || self.quantity == block.apart;
+        is_here && Axis::agree(self.axis, block.axis) && exposure(block, self.term).is_some()
     }
 
     /// Limits of that driver, SI, beyond which the term is constant, if its observed range is set.

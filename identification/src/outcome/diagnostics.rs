@@ -255,15 +255,8 @@ fn channels(data: Data<'_>) -> Vec<Series> {
 
 fn noise(data: Data<'_>, fit: &BlockFit) -> Vec<Parameter> {
     let unit = &data.block.unit;
-    let parameter = |name: String, value: f64, unit: String| Parameter {
-        name,
-        value,
-        standard_error: None,
-        unit,
-        range: None,
-    };
     let white = fit.scale * fit.noise.white.sqrt();
-    let mut found = vec![parameter("white".to_owned(), white / unit.si, unit.text.clone())];
+    let mut found = vec![Parameter::new("white", white / unit.si, &unit.text)];
     for part in &fit.noise.coloured {
         let rms = fit.scale * part.variance.sqrt();
         let name = if part.correlation_s.is_finite() {
@@ -271,7 +264,7 @@ fn noise(data: Data<'_>, fit: &BlockFit) -> Vec<Parameter> {
         } else {
             "offset_of_each_run".to_owned()
         };
-        found.push(parameter(name, rms / unit.si, unit.text.clone()));
+        found.push(Parameter::new(&name, rms / unit.si, &unit.text));
     }
     found
 }

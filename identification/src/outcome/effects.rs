@@ -4,19 +4,12 @@ use crate::finding::{Effect, Parameter, Rival};
 use crate::fit::{Data, Found};
 use crate::model::{Fitted, Form, Term, UNEQUAL_WHEELS, exposure};
 use crate::problem::DisplayUnit;
+use serde::Serialize;
 
-pub(super) fn word(acts: crate::model::Acts) -> String {
-    toml::Value::try_from(acts)
-        .ok()
-        .and_then(|value| value.as_str().map(str::to_owned))
-        .unwrap_or_default()
-}
-
-fn form(form: crate::model::Form) -> String {
-    toml::Value::try_from(form)
-        .ok()
-        .and_then(|value| value.as_str().map(str::to_owned))
-        .unwrap_or_default()
+/// The contract's word for a form, or for what a term acts on.
+pub(super) fn word(of: impl Serialize) -> String {
+    let value = toml::Value::try_from(of).ok();
+    value.and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 /// A term of the model.
@@ -42,11 +35,8 @@ fn between_wheels(data: Data<'_>, found: &Found) -> Option<Parameter> {
     let (bend, error) = *found.coefficients.first().filter(|_| is_bend)?;
     let error = 2.0 * half * error;
     Some(Parameter {
-        name: "difference".to_owned(),
-        value: 2.0 * half * bend,
         standard_error: error.is_finite().then_some(error),
-        unit: "1".to_owned(),
-        range: None,
+        ..Parameter::new("difference", 2.0 * half * bend, "1")
     })
 }
 
@@ -67,12 +57,9 @@ pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> 
         })
         .collect();
     Effect {
-        name: found.shape.name.clone(),
         known: found.shape.known,
-        term: word(found.shape.acts),
         axis: data.block.axis,
         drivers: found.shape.drivers.iter().map(ToString::to_string).collect(),
-        form: form(found.shape.form),
         knots: term.knots,
         knots_2: term.knots_2,
         parameters: term.parameters.into_iter().chain(between_wheels(data, found)).collect(),
@@ -80,6 +67,7 @@ pub(crate) fn effect(data: Data<'_>, found: &Found, before: f64, after: f64) -> 
         held_out_before: before,
         held_out_after: after,
         rivals,
+        ..Effect::new(&found.shape.name, &word(found.shape.acts), &word(found.shape.form))
     }
 }
 
@@ -91,7 +79,7 @@ pub(crate) fn lines_before_their_zero(effects: &mut Vec<Effect>) {
             continue;
         }
         let is_line = |other: &Effect| {
-            other.form == form(Form::Linear)
+            other.form == word(Form::Linear)
                 && !other.drivers.is_empty()
                 && (&other.term, other.axis) == (&constant.term, constant.axis)
         };

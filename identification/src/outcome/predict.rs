@@ -6,7 +6,7 @@ use crate::error::IdentifyError;
 use crate::finding::{PredictedQuantity, Prediction, RmsePair, SCHEMA};
 use crate::fit::{Data, combine, less};
 use crate::judge::add_driven;
-use crate::model::{Model, Shape, Term, exposure};
+use crate::model::{Model, Shape, Term};
 use crate::noise::Layout;
 use crate::problem::{Added, Aggregate, Block, Closing, Path, PathError, Problem};
 use crate::robust::root_mean_square;
@@ -18,12 +18,7 @@ fn of_block(
     problem: &Problem,
 ) -> Result<(Vec<Shape>, Vec<f64>), IdentifyError> {
     let (mut shapes, mut coefficients) = (Vec::new(), Vec::new());
-    for term in terms {
-        let mine = term.axis.is_none() || block.axis.is_none() || term.axis == block.axis;
-        let here = term.quantity.is_none() || term.quantity == block.apart;
-        if !mine || !here || exposure(block, term.term).is_none() {
-            continue;
-        }
+    for term in terms.iter().filter(|term| term.applies_to(block)) {
         let (shape, values) =
             term.to_shape(problem.channels_of(block)).map_err(IdentifyError::Model)?;
         if shape.observed(block, problem.channels_of(block)).is_none() {

@@ -12,13 +12,7 @@ use crate::significance::surprise;
 /// Readings in steps coarser than their noise.
 pub(crate) fn rounding(data: Data<'_>, fit: &BlockFit, step: f64) -> Effect {
     let unit = &data.block.unit;
-    let parameter = Parameter {
-        name: "step".to_owned(),
-        value: step / unit.si,
-        standard_error: None,
-        unit: unit.text.clone(),
-        range: None,
-    };
+    let parameter = Parameter::new("step", step / unit.si, &unit.text);
     effect(data, fit, ("rounding", Acts::Quantisation), vec![parameter], 0.0)
 }
 
@@ -64,12 +58,9 @@ pub(crate) fn offset_of_runs(data: Data<'_>, fit: &BlockFit) -> Option<OffsetOfR
     let deviation = ((across - within) / 2.0).max(0.0).sqrt();
     let unit = &data.block.unit;
     let parameter = Parameter {
-        name: "deviation".to_owned(),
-        value: deviation / unit.si,
         // Of a standard deviation from that many values.
         standard_error: Some(deviation / (2.0 * (pairs - 1.0)).sqrt() / unit.si),
-        unit: unit.text.clone(),
-        range: None,
+        ..Parameter::new("deviation", deviation / unit.si, &unit.text)
     };
     let effect = effect(data, fit, ("offset_of_runs", Acts::Noise), vec![parameter], p_value);
     Some(OffsetOfRuns { effect, deviation })
@@ -146,18 +137,15 @@ pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<S
     let unit = &data.block.unit;
     let second = data.channels.time_unit.text();
     let time = if second == "1" { "sample" } else { second };
-    let parameter = |name: String, value: f64, standard_error, unit: &str| Parameter {
-        name,
-        value,
+    let parameter = |name: &str, value: f64, standard_error, unit: &str| Parameter {
         standard_error,
-        unit: unit.to_owned(),
-        range: None,
+        ..Parameter::new(name, value, unit)
     };
     // From the logarithm of a variance to a standard deviation.
     let relative = 0.5 * slow.log_error;
     let after_1 = slow.variance_per_s.sqrt() / unit.si;
     let error = Some(relative * after_1);
-    let steps = parameter(format!("after_1_{time}"), after_1, error, &unit.text);
+    let steps = parameter(&format!("after_1_{time}"), after_1, error, &unit.text);
     let is_open = slow.other > EXCLUDED;
     let (name, parameters) = match slow.correlation_s {
         _ if is_open => ("slow_noise", vec![steps]),
@@ -165,8 +153,8 @@ pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<S
         Some(memory) => {
             let deviation = (0.5 * slow.variance_per_s * memory).sqrt() / unit.si;
             let error = Some(relative * deviation);
-            let size = parameter("deviation".to_owned(), deviation, error, &unit.text);
-            let memory = parameter("correlation_time".to_owned(), memory, None, second);
+            let size = parameter("deviation", deviation, error, &unit.text);
+            let memory = parameter("correlation_time", memory, None, second);
             ("correlated_noise", vec![size, memory])
         }
     };
@@ -191,18 +179,11 @@ fn effect(
 ) -> Effect {
     let error = fit.nested.first().map_or(0.0, |metric| metric.errors.rmse() / metric.unit.si);
     Effect {
-        name: name.to_owned(),
-        known: true,
-        term: word(acts),
         axis: data.block.axis,
-        drivers: Vec::new(),
-        form: name.to_owned(),
-        knots: Vec::new(),
-        knots_2: Vec::new(),
         parameters,
         p_value,
         held_out_before: error,
         held_out_after: error,
-        rivals: Vec::new(),
+        ..Effect::new(name, &word(acts), name)
     }
 }

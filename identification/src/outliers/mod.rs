@@ -5,7 +5,7 @@ mod apart;
 mod errors;
 mod senseless;
 
-use crate::dataset::{Column, Dataset, Kind, Role};
+use crate::dataset::{Axis, Column, Dataset, Kind, Role};
 use crate::finding::{Left, SetAside};
 use crate::model::Shape;
 use crate::problem::{Aggregate, Block, Channels, Problem};
@@ -236,7 +236,7 @@ fn columns(dataset: &Dataset, block: &Block, motion: bool) -> Vec<String> {
     };
     let reads = motion || block.aggregate == Aggregate::Row;
     let mine = |column: &&Column| {
-        let is_same = column.axis.is_none() || block.axis.is_none() || column.axis == block.axis;
+        let is_same = Axis::agree(column.axis, block.axis);
         (roles.contains(&column.role) && is_same) || (reads && column.name == block.label)
     };
     dataset.columns.iter().filter(mine).map(|column| column.name.clone()).collect()

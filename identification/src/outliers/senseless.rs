@@ -3,6 +3,7 @@
 use super::{MOTION, TOLD, Wild};
 use crate::dataset::{Column, Dataset, Role};
 use crate::finding::SetAside;
+use crate::robust;
 
 /// What no field of the contract reaches in its unit, and how many times all others but a twentieth it must be.
 const BEYOND: f64 = 1e15;
@@ -43,10 +44,8 @@ fn codes(column: &Column) -> Vec<usize> {
         return Vec::new();
     }
     let is_code = |value: f64| CODES.contains(&value);
-    let others =
-        || column.values.iter().copied().filter(|value| value.is_finite() && !is_code(*value));
-    let (low, high) =
-        others().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let is_other = |value: &f64| value.is_finite() && !is_code(*value);
+    let (low, high) = robust::ends(column.values.iter().copied().filter(is_other));
     let is_far = |value: f64| high > low && (value - high).max(low - value) > SPANS * (high - low);
     let rows = (0..column.values.len())
         .filter(|&row| is_code(column.values[row]) && is_far(column.values[row]));

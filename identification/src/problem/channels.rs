@@ -3,6 +3,7 @@
 use super::Turning;
 use super::segments::segments;
 use crate::dataset::{Dataset, Dimension, Kind, Role, Unit};
+use crate::robust;
 use crate::signal::{self, Smooth};
 use std::ops::Range;
 
@@ -138,13 +139,11 @@ impl Channels {
             }
         }
         let finite = values.iter().copied().filter(|value| value.is_finite());
-        let (low, high) =
-            finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        let range @ (low, high) = robust::ends(finite);
         if !(high > low) || values.iter().any(|value| !value.is_finite()) {
             self.constant.push(name.to_owned());
             return;
         }
-        let range = (low, high);
         self.channels.push(Channel { name: name.to_owned(), role, unit, values, smooth, range });
     }
 

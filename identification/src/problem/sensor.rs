@@ -7,6 +7,7 @@ use super::sparse::everywhere;
 use super::{Block, DisplayUnit, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;
+use crate::robust;
 
 pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
     let measured =
@@ -40,7 +41,8 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
         return Err(IdentifyError::missing("reference in enough rows"));
     }
     channels.rotation_noise = noise_of(dataset, reference, &channels, &truth, &values);
-    let moves = spread(&channels.rotation) > 0.0;
+    let (low, high) = robust::ends(channels.rotation.iter().copied());
+    let moves = high - low > 0.0;
     let unit = unit_of(measured);
     let scale = moves.then(|| channels.rotation.clone());
     let block = Block {
@@ -55,12 +57,6 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
 /// Unit of errors, which are differences.
 fn unit_of(measured: &Column) -> DisplayUnit {
     DisplayUnit::new(measured.unit.difference_text(), measured.unit.si())
-}
-
-fn spread(values: &[f64]) -> f64 {
-    let (low, high) =
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    high - low
 }
 
 /// Rows at either end of a stretch without information on delays: the truth before it was not recorded.

@@ -5,7 +5,7 @@ use super::gyro::{GYRO_CONSTANTS, angle_unit, exposures, rate_unit};
 use super::reference::{known_around, noise_of};
 use super::sparse::everywhere;
 use super::{Acts, Aggregate, Block, Problem, wrap};
-use crate::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
+use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
 use crate::moments::Moments;
 use std::rc::Rc;
@@ -62,9 +62,7 @@ pub(super) fn series(
     let mut blocks = Vec::new();
     let mut references: Vec<Option<&Column>> = Vec::new();
     for rate in &rates {
-        let mine = |column: &&Column| {
-            column.axis.is_none() || rate.column.axis.is_none() || column.axis == rate.column.axis
-        };
+        let mine = |column: &&Column| Axis::agree(column.axis, rate.column.axis);
         let reference_rate = dataset.columns_of(Role::ReferenceRate).find(mine);
         let reference_heading = dataset.columns_of(Role::ReferenceHeading).find(mine);
         let block = match (reference_rate, reference_heading) {

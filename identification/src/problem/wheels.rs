@@ -6,6 +6,7 @@ use super::segments::runs;
 use super::wrap;
 use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::error::IdentifyError;
+use crate::robust;
 use crate::signal::{interpolate, running_total};
 
 /// Nominal motion in each row.
@@ -233,10 +234,7 @@ fn increments(column: &Column, channels: &Channels, wraps: bool) -> Vec<f64> {
         }
     }
     let largest_step = steps.iter().fold(0.0, |largest: f64, step| largest.max(step.abs()));
-    let (low, high) = values
-        .iter()
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = robust::ends(values.iter().copied().filter(|value| value.is_finite()));
     if high - low > CUMULATIVE * largest_step || (wraps && high - low > 1.0 && largest_step < 1.0) {
         steps
     } else if largest_step == 0.0 {

@@ -4,6 +4,7 @@ use super::scene::Scene;
 use crate::candidates::{Candidate, periodic};
 use crate::model::{Acts, exposure};
 use crate::problem::Aggregate;
+use crate::robust;
 use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftDirection};
@@ -21,8 +22,7 @@ const PEAKS: usize = 2;
 pub fn periods(scene: &Scene<'_>) -> (Vec<Candidate>, f64) {
     let (block, channels) = (scene.data.block, scene.data.channels);
     let interval = scene.data.layout.interval();
-    let first = channels.time.iter().copied().fold(f64::INFINITY, f64::min);
-    let last = channels.time.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (first, last) = robust::ends(channels.time.iter().copied());
     let bins = ((last - first) / interval).ceil() as usize + 1;
     let transformable = (32..=SAMPLES_MAX).contains(&bins);
     if block.aggregate != Aggregate::Row || !transformable || block.rows.len() < 64 {

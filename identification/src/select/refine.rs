@@ -2,6 +2,7 @@
 use super::scene::Scene;
 use crate::fit::{Data, RobustFit, robust_fit};
 use crate::model::{Form, Shape};
+use crate::robust;
 
 /// Steps of the golden section.
 const STEPS: usize = 10;
@@ -71,9 +72,7 @@ fn bounds(shape: &Shape, data: Data<'_>, name: &str, now: f64, sweep: usize) -> 
 
 fn spread_of(shape: &Shape, data: Data<'_>, driver: usize) -> f64 {
     crate::model::see(data.channels, &shape.drivers[driver], &shape.fixed).map_or(0.0, |values| {
-        let (low, high) = values
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let (low, high) = robust::ends(values.iter().copied());
         high - low
     })
 }

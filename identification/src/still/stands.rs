@@ -3,7 +3,7 @@
 
 use super::{is_read, leave_out};
 use crate::corrections::{Correction, Poses, applied, squared_correlation};
-use crate::dataset::{Column, Dataset, Dimension, Kind, Role};
+use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role};
 use crate::error::IdentifyError;
 use crate::linear::{Basis, dot};
 use crate::problem::{Channels, motion, runs, unwrap, wrap};
@@ -45,8 +45,7 @@ pub(crate) fn without(dataset: &mut Dataset, right: &[Correction]) -> Result<(),
 
 /// What is wrong with the readings in `column`, if they and their reference do not move together.
 fn told(dataset: &Dataset, column: &Column) -> Option<String> {
-    let mine =
-        |one: &&Column| one.axis.is_none() || column.axis.is_none() || one.axis == column.axis;
+    let mine = |one: &&Column| Axis::agree(one.axis, column.axis);
     let [first, second] = match dataset.kind {
         Kind::Sensor => [Role::Reference; 2],
         Kind::Series | Kind::Odometry => [Role::ReferenceRate, Role::ReferenceHeading],
@@ -225,8 +224,7 @@ impl Course {
     }
 
     fn span(&self) -> f64 {
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = self.blocks.iter().fold(ends, |(low, high), v| (v.min(low), v.max(high)));
+        let (low, high) = robust::ends(self.blocks.iter().copied());
         high - low
     }
 
