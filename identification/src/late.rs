@@ -1,6 +1,7 @@
 //! How late what is measured comes, at first sight: delays of many samples lie far from those that are tried.
 
-use crate::moments::Moments;
+use crate::problem::{Aggregate, Block, Channels};
+use crate::robust::Moments;
 use crate::signal::interpolate;
 
 /// Number of samples up to which every one is tried as a delay, and the factor between larger ones.
@@ -78,4 +79,27 @@ pub(crate) fn delay(stretches: &[Stretch<'_>], interval: f64) -> Option<f64> {
 fn rest(pairs: &[(f64, f64)]) -> f64 {
     let Moments { xx, xy, yy, .. } = Moments::of(pairs.iter().copied());
     if xx > 0.0 { yy - xy * xy / xx } else { yy }
+}
+
+/// The delay (negative: a lead), s, at which the moved rotation leaves least of the readings of `block`; `None` if no delay
+/// takes away much.
+pub(crate) fn delay_of(block: &Block, channels: &Channels) -> Option<f64> {
+    if block.aggregate != Aggregate::Row {
+        return None;
+    }
+    let of = |range: &std::ops::Range<usize>| Stretch {
+        times: &channels.time[range.clone()],
+        truth: &channels.rotation[range.clone()],
+        readings: Vec::new(),
+    };
+    let mut stretches: Vec<Stretch<'_>> = channels.segments.iter().map(of).collect();
+    let mut stretch = 0;
+    for (&row, &error) in block.rows.iter().zip(&block.residual) {
+        while channels.segments.get(stretch)?.end <= row {
+            stretch += 1;
+        }
+        let at = row - channels.segments[stretch].start;
+        stretches[stretch].readings.push((at, error + channels.rotation[row]));
+    }
+    delay(&stretches, channels.interval())
 }

@@ -23,7 +23,6 @@ mod judge;
 mod late;
 mod linear;
 pub mod model;
-mod moments;
 mod noise;
 mod options;
 pub mod outcome;

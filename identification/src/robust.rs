@@ -1,4 +1,4 @@
-//! A few numbers for many: robust estimates, which a few outliers do not move, and others.
+//! A few numbers for many: robust estimates, which a few outliers do not move, and sums over pairs, of which lines are made.
 
 /// Median absolute value of normal noise over its standard deviation.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
@@ -58,9 +58,33 @@ pub fn held(value: f64, limit: f64) -> f64 {
     if value.abs() > limit { limit.copysign(value) } else { value }
 }
 
+/// Means of pairs, and sums of squares and products about them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moments {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) xx: f64,
+    pub(crate) xy: f64,
+    pub(crate) yy: f64,
+}
+
+impl Moments {
+    pub(crate) fn of(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let n = pairs.clone().count().max(1) as f64;
+        let (x, y) = pairs.clone().fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));
+        let sums = Self { x, y, xx: 0.0, xy: 0.0, yy: 0.0 };
+        pairs.fold(sums, |sums, (a, b)| Self {
+            xx: sums.xx + (a - x).powi(2),
+            xy: sums.xy + (a - x) * (b - y),
+            yy: sums.yy + (b - y).powi(2),
+            ..sums
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{held, scores};
+    use super::{Moments, held, scores};
 
     /// Found by the fuzzer: a bag with readings whose squares are beyond every number.
     #[test]
@@ -69,5 +93,14 @@ mod tests {
         assert_eq!(scores(&values, 1.0), [-2.5, -2.5, 0.5, 2.5]);
         assert_eq!(scores(&values, f64::NAN), values);
         assert!(held(f64::NAN, 1.0).is_nan());
+    }
+
+    #[test]
+    fn a_line_is_made_of_them() {
+        let pairs = [(0.0, 1.0), (1.0, 3.0), (2.0, 5.0)];
+        let Moments { x, y, xx, xy, yy } = Moments::of(pairs.into_iter());
+        assert_eq!((x, y), (1.0, 3.0));
+        assert_eq!((xy / xx, yy - xy * xy / xx), (2.0, 0.0));
+        assert_eq!(Moments::of(std::iter::empty()).xx, 0.0);
     }
 }

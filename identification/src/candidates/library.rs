@@ -1,8 +1,9 @@
 //! Named effects (devices of this class, IEEE Std 952 and the odometry of wheeled robots).
 
 use super::names::{acts, constant, over};
-use super::{Candidate, Family, late};
+use super::{Candidate, Family};
 use crate::dataset::{Dimension, Role};
+use crate::late::delay_of;
 use crate::model::{Acts, Driver, Form, Shape, WHEEL_SIZE, Wrap, exposure};
 use crate::problem::{Aggregate, Block, Channel, Channels};
 use crate::robust;
@@ -321,7 +322,7 @@ impl Builder<'_> {
             self.push(Family::Library, shape.with("delay", multiple * interval));
         }
         // One that lies between or beyond them.
-        if let Some(late) = late::delay(self.block, self.channels) {
+        if let Some(late) = delay_of(self.block, self.channels) {
             let shape = Shape::new("delay", Acts::Delay, rotation.clone(), Form::Delay);
             self.push(Family::Library, shape.with("delay", late));
         }

@@ -1,19 +1,16 @@
 //! Candidate shapes that a model might lack, in families, each with its share of the risk of a false alarm.
 
-mod late;
 mod library;
 mod names;
 mod reference;
 mod shapes;
-mod timed;
 
 use crate::dataset::Unit;
 use crate::model::{Driver, Form, Shape, Wrap};
 use crate::problem::{Block, Channels};
 use crate::robust;
 pub use library::library;
-pub use shapes::{narrow_on, pairs, products, smooth};
-pub use timed::{periodic, steps};
+pub use shapes::{narrow_on, pairs, periodic, products, smooth, steps};
 
 /// A family of candidates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

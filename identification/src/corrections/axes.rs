@@ -2,7 +2,7 @@
 
 use super::{AXES, Correction, Fault};
 use crate::dataset::{Column, Dataset, Role};
-use crate::moments::Moments;
+use crate::robust::Moments;
 
 /// Squared correlation from which an axis follows a rotation, and up to which it does not follow its own.
 const FOLLOWS: f64 = 0.6;

@@ -1,8 +1,8 @@
 //! A driven path cut into legs between references: what the reference says of each, and what the wheels say.
 
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Role};
 use crate::linear::dot;
-use crate::problem::{self, wrap};
+use crate::problem::{self, Channels, TRACK, motion, wrap};
 use crate::signal::{interpolate, running_total};
 use std::ops::Range;
 
@@ -139,6 +139,29 @@ pub(crate) fn leaves(said: &[f64], seen: &[f64], range: [f64; 2]) -> f64 {
 /// Cluster of each leg.
 pub(super) fn clusters(legs: &[Leg]) -> Vec<usize> {
     problem::clusters(&legs.iter().map(|leg| leg.run).collect::<Vec<usize>>())
+}
+
+/// Motion of each row by the wheels, if a metre counts as half a radian of both: the distance, and half the difference.
+pub(super) struct Wheels {
+    pub distance: Vec<f64>,
+    pub side: Vec<f64>,
+    /// Metres of `side` for a turn of one radian, as the package says.
+    pub metres_per_radian: f64,
+}
+
+impl Wheels {
+    pub fn new(dataset: &Dataset) -> Option<Self> {
+        let channels = Channels::new(dataset);
+        let found = motion(dataset, &channels).ok()?;
+        let track = TRACK.iter().find_map(|name| dataset.constants.get(*name));
+        let is_pair = dataset.column(Role::WheelLeft).is_some();
+        let metres_per_radian = match track {
+            Some(track) if is_pair => track.si() / 2.0,
+            _ => 1.0,
+        };
+        let side = found.turn.iter().map(|turn| turn * metres_per_radian).collect();
+        Some(Self { distance: found.distance, side, metres_per_radian })
+    }
 }
 
 #[cfg(test)]

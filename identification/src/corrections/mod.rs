@@ -10,8 +10,6 @@ mod legs;
 mod readings;
 mod reference;
 mod signs;
-mod steering;
-mod wheels;
 
 pub(crate) use axes::squared_correlation;
 pub(crate) use legs::{Poses, leaves};

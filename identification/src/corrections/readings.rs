@@ -2,7 +2,7 @@
 
 use super::{Correction, Fault, reference_of};
 use crate::dataset::{Column, Dataset, Dimension, Kind, Unit};
-use crate::moments::Moments;
+use crate::robust::Moments;
 
 /// Minimum squared correlation of readings and reference for a correction.
 const FOLLOWS: f64 = 0.8;

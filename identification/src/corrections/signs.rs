@@ -1,7 +1,6 @@
 //! How the wheels and the poses of a robot are to be read: signs, exchanged fields, units, counts that add up.
 
-use super::legs::{Frame, LEGS_MIN, Leg, Poses, leaves};
-use super::wheels::Wheels;
+use super::legs::{Frame, LEGS_MIN, Leg, Poses, Wheels, leaves};
 use super::{Correction, Fault, applied};
 use crate::dataset::{Column, Dataset, Dimension, Drive, Role, Unit};
 use crate::problem::TRACK;

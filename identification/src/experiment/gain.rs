@@ -1,8 +1,7 @@
 //! What a plan gains for pairs of causes.
 
 use super::case::{Case, Doubt};
-use super::contest::lambda;
-use super::decide::probability;
+use super::contest::{lambda, probability};
 use super::step::Programme;
 use super::surroundings::Thermal;
 use super::{planned, timeline};

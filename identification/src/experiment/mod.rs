@@ -6,7 +6,6 @@
 
 mod case;
 mod contest;
-mod decide;
 mod gain;
 mod menu;
 mod menu_base;

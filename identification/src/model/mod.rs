@@ -5,16 +5,14 @@
 
 mod beside;
 mod driver;
-mod powers;
 mod range;
+mod relations;
 mod see;
 mod shape;
 mod spline;
 mod term;
 #[cfg(test)]
 mod tests;
-mod timing;
-mod unit;
 
 pub use crate::corrections::{Correction, Fault};
 use crate::dataset::{Axis, Kind, Role};
@@ -24,15 +22,15 @@ use crate::problem::Known;
 pub use beside::{ONE_WHEEL, UNEQUAL_WHEELS, WHEEL_SIZE, beside};
 pub use driver::{Driver, Wrap};
 pub use range::{is_physical, range_of};
+pub use relations::{Timing, delay_all, is_delay, is_said_by};
 use schemars::JsonSchema;
 pub use see::{Field, field, narrowest_play, see};
 use serde::{Deserialize, Serialize};
 pub use shape::{LATE_SHARE, SEEN, Shape, exposure};
 pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots};
 use std::collections::BTreeMap;
+pub(crate) use term::place_unit;
 pub use term::{Fitted, KNOT, is_frame, is_place};
-pub use timing::{Timing, delay_all, is_delay, is_said_by};
-pub(crate) use unit::place_unit;
 
 /// How a term depends on its drivers; beside each, its parameters. `origin` is where a driver counts as zero.
 ///

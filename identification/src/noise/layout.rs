@@ -1,6 +1,6 @@
 //! Times of observations: all that whitening needs to know about them.
 
-use super::latest::Latest;
+use super::pose_filter::Latest;
 use super::poses::Poses;
 use crate::problem::{Aggregate, Block, Channels};
 use std::ops::Range;

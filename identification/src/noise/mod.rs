@@ -5,13 +5,11 @@
 
 mod fit;
 mod innovations;
-mod latest;
 mod layout;
 mod pose_filter;
 mod poses;
 mod residual;
 mod search;
-mod settled;
 mod slow;
 mod whiten;
 

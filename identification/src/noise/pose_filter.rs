@@ -1,8 +1,9 @@
-//! The Kalman filter of poses, for a given noise.
+//! The Kalman filter of poses, for a given noise. Causes that are compared have most noises in common: the latest are kept.
 
 use super::NoiseModel;
 use super::innovations::Several;
 use super::poses::{POSE, Poses, STATES, UnknownStart, WALKING, Walks};
+use std::cell::RefCell;
 use std::rc::Rc;
 
 /// The last state, if the heading has a rate.
@@ -162,9 +163,37 @@ impl Several for PoseFilter {
     }
 }
 
+/// The latest filters by noise and outliers, latest first.
+#[derive(Debug, Default)]
+pub(super) struct Latest(RefCell<Vec<Known>>);
+
+type Known = (NoiseModel, Vec<bool>, Rc<PoseFilter>);
+
+/// Number of filters that are kept.
+const KEPT: usize = 24;
+
+impl Latest {
+    /// The filter for this noise and these outliers, from `new` if it is not known.
+    pub fn filter(
+        &self,
+        noise: &NoiseModel,
+        left_out: &[bool],
+        new: impl FnOnce() -> PoseFilter,
+    ) -> Rc<PoseFilter> {
+        let mut known = self.0.borrow_mut();
+        if let Some(index) = known.iter().position(|one| one.0 == *noise && one.1 == left_out) {
+            known[..=index].rotate_right(1);
+        } else {
+            known.truncate(KEPT - 1);
+            known.insert(0, (noise.clone(), left_out.to_vec(), Rc::new(new())));
+        }
+        Rc::clone(&known[0].2)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{PoseFilter, Poses, Several};
+    use super::{KEPT, Latest, PoseFilter, Poses, Several};
     use crate::dataset::{Column, Dataset, Kind, Role, Unit};
     use crate::model::Acts;
     use crate::noise::{Coloured, Layout, NoiseModel};
@@ -270,5 +299,23 @@ mod tests {
         let column = block.observe(Acts::Turn, time, &problem.channels.run);
         let left = &filter.each(std::slice::from_ref(&column))[0];
         assert!(left.iter().map(|value| value * value).sum::<f64>() < 1e-6, "{left:?}");
+    }
+
+    #[test]
+    fn what_was_asked_for_lately_is_not_made_again() {
+        let latest = Latest::default();
+        let is_made = |walk: usize, left_out: &[bool]| {
+            let mut made = false;
+            let noise = NoiseModel { walk: walk as f64, ..NoiseModel::white(1) };
+            latest.filter(&noise, left_out, || {
+                made = true;
+                PoseFilter::default()
+            });
+            made
+        };
+        assert!(is_made(0, &[]) && is_made(0, &[true, false, false]));
+        assert!(!is_made(0, &[]) && !is_made(0, &[true, false, false]));
+        assert!((1..KEPT).all(|walk| is_made(walk, &[])));
+        assert!(!is_made(0, &[true, false, false]) && is_made(0, &[]));
     }
 }

@@ -3,10 +3,9 @@
 //! State: the level (if observations are levels), then one for each coloured part. The gains depend on times alone, so
 //! they are computed once and applied to every column.
 
-use super::innovations::{Filter, Gains, STATES_MAX, Several};
+use super::innovations::{Filter, Gains, Inputs, Last, STATES_MAX, Several, has_settled};
 use super::pose_filter::PoseFilter;
 use super::poses::UnknownStart;
-use super::settled::{Inputs, Last, has_settled};
 use super::{Layout, NoiseModel};
 use crate::linear::dot;
 use std::rc::Rc;

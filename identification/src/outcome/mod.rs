@@ -2,7 +2,6 @@
 
 mod diagnostics;
 mod effects;
-mod path;
 mod phrases;
 mod polynomial;
 mod predict;
@@ -12,8 +11,7 @@ mod words;
 pub use crate::judge::{WHITENESS_LEVEL, Whiteness};
 pub(crate) use diagnostics::diagnose;
 pub use diagnostics::{BlockDiagnostics, Diagnostics, EffectCurve, RunError, Series};
-pub(crate) use effects::{effect, lines_before_their_zero, term};
-pub(crate) use path::path;
+pub(crate) use effects::{effect, lines_before_their_zero, path, term};
 pub(crate) use polynomial::join_powers;
 pub(crate) use predict::{is_of_kind, predict};
 pub(crate) use unmended::{OffsetOfRuns, offset_of_runs, rounding, slow_noise};

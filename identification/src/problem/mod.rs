@@ -2,7 +2,6 @@
 //! term per unit.
 
 mod channels;
-mod closing;
 mod driven;
 mod gyro;
 mod laps;
@@ -12,14 +11,13 @@ mod reference;
 mod segments;
 mod sensor;
 mod series;
-mod sparse;
 mod turning;
 mod wheels;
 
 use crate::dataset::{Axis, Column, Dataset, Kind, Unit};
 use crate::error::IdentifyError;
 pub use channels::{Channel, Channels};
-pub use closing::Closing;
+pub use laps::Closing;
 pub use path::{Added, Path, PathError};
 pub use pose::{Component, Moves, Pose};
 use schemars::JsonSchema;

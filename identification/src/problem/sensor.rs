@@ -2,8 +2,7 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, exposures};
-use super::reference::{known_around, noise_of};
-use super::sparse::everywhere;
+use super::reference::{everywhere, known_around, noise_of};
 use super::{Block, DisplayUnit, Problem, wrap};
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;

@@ -2,12 +2,11 @@
 
 use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, angle_unit, exposures, rate_unit};
-use super::reference::{known_around, noise_of};
-use super::sparse::everywhere;
+use super::reference::{everywhere, known_around, noise_of};
 use super::{Acts, Aggregate, Block, Problem, wrap};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role, Unit};
 use crate::error::IdentifyError;
-use crate::moments::Moments;
+use crate::robust::Moments;
 use std::rc::Rc;
 
 /// Rate of a gyro at every row, in rad/s or counts, with missing values.

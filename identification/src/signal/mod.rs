@@ -1,11 +1,9 @@
 //! What effects derive from a channel: its slope, its lag, its branch of a hysteresis.
 
-mod lag;
-mod play;
+mod memory;
 mod smooth;
 
-pub use lag::first_order;
-pub use play::play;
+pub use memory::{first_order, play};
 pub use smooth::{Smooth, smooth};
 
 /// Sum of `values` up to each of them.

@@ -1,10 +1,9 @@
 //! How wide a reference is evened out, beside a lag and a delay of the sensor.
 
 use super::evened;
-use crate::late;
-use crate::moments::Moments;
-use crate::robust;
+use crate::robust::Moments;
 use crate::signal::{first_order, interpolate_along};
+use crate::{late, robust};
 use std::cell::RefCell;
 use std::rc::Rc;
 

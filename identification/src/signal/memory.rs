@@ -1,4 +1,5 @@
-//! A first-order lag, exact for an input that is bent between samples as [`super::interpolate_along`] says.
+//! Effects with a memory: a first-order lag, exact for an input that is bent between samples as [`super::interpolate_along`]
+//! says, and the play operator, the elementary hysteresis (backlash) of Prandtl and Ishlinskii.
 
 /// `values` through a first-order lag, in equilibrium at the first sample. Times are increasing.
 pub fn first_order(times: &[f64], values: &[f64], time_constant_s: f64) -> Vec<f64> {
@@ -34,9 +35,21 @@ fn bulge(ratio: f64, decay: f64) -> f64 {
     ratio * (1.0 - first * decay) - (2.0 - second * decay)
 }
 
+/// `values` with play of `half_width` to each side, from the middle of the play at the first sample.
+pub fn play(values: &[f64], half_width: f64) -> Vec<f64> {
+    let mut position = values.first().copied().unwrap_or(0.0);
+    values
+        .iter()
+        .map(|&value| {
+            position = position.clamp(value - half_width, value + half_width);
+            position
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::first_order;
+    use super::{first_order, play};
 
     /// Of a sine the answer is known: smaller by the cosine of the angle that it is late by.
     #[test]
@@ -63,5 +76,11 @@ mod tests {
         // The exact response: x - m tau (1 - e^(-t/tau)).
         let expected = ramp[30] - 20.0 * (1.0 - (-30.0_f64 / 40.0).exp());
         assert!((lagged[30] - expected).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_reversal_takes_up_the_play_first() {
+        let found = play(&[0.0, 1.0, 3.0, 2.0, 0.0], 1.0);
+        assert_eq!(found, [0.0, 0.0, 2.0, 2.0, 1.0]);
     }
 }
