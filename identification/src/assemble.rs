@@ -1,20 +1,16 @@
 //! Builds the finding and the model from the fits of all blocks.
 
-use crate::clipping::Clipped;
-use crate::compensation::compensation;
 use crate::dataset::{Dataset, Drive};
+use crate::done::Done;
 use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{
-    Compensation, Effect, Figure, Finding, HeldOut, Left, LeftOut, SCHEMA, Verdict,
-};
-use crate::fit::{Data, Found, residual, values_of};
-use crate::judge::{Judge, Metric, Whiteness, margin, of_innovations, stretches};
-use crate::model::{Acts, Model, Shape, Term, is_frame};
-use crate::noise::{Layout, NoiseModel, Whitener};
+use crate::finding::{Effect, Figure, Finding, HeldOut, Left, SCHEMA, Verdict};
+use crate::fit::{Found, residual};
+use crate::judge::{Metric, Whiteness, of_innovations, stretches};
+use crate::model::{Acts, Model, Term, is_frame};
+use crate::noise::Whitener;
 use crate::options::Options;
 use crate::outcome::{self, Diagnostics, OffsetOfRuns};
 use crate::problem::{Aggregate, Problem};
-use crate::select::{BlockFit, Waypoint};
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -27,117 +23,6 @@ pub struct Identified {
     pub diagnostics: Diagnostics,
     /// The plan that would decide between an effect and its rivals, if there are any.
     pub experiment: Option<Experiment>,
-}
-
-/// A block with its results.
-pub(crate) struct Done<'a> {
-    pub data: Data<'a>,
-    pub plain: Vec<Found>,
-    pub fit: BlockFit,
-    pub judge: Judge<'a>,
-    /// Times what is right that the readings of a sensor are.
-    pub factor: f64,
-    /// Clipping, with the held-out errors of a model that ignores it.
-    pub clipped: Option<(&'a Clipped, Vec<Metric>)>,
-    /// Rounding step, if it is coarser than the noise.
-    pub step: Option<f64>,
-}
-
-impl<'a> Done<'a> {
-    /// Puts the model without clipping first on the path.
-    pub fn put_before(&mut self, clipped: &'a Clipped) {
-        let layout = Layout::new(&clipped.before, self.data.channels);
-        let data = Data { block: &clipped.before, layout: &layout, ..self.data };
-        let judge = Judge { data, ..self.judge };
-        let white = NoiseModel::white(layout.runs());
-        let base: Vec<Shape> = self.fit.base.iter().map(|found| found.shape.clone()).collect();
-        let metrics = judge.judge(&base, &white, &[]);
-        self.put_first(metrics, std::slice::from_ref(&clipped.shape.name));
-        self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
-    }
-
-    /// Puts a plainer model with these errors first on the path; all others have `names` that it lacks.
-    pub fn put_first(&mut self, metrics: Vec<Metric>, names: &[String]) {
-        let of = metrics.iter().zip(&self.fit.path[self.fit.chosen].metrics);
-        let margins = of.map(|(plain, chosen)| margin(plain, chosen)).collect();
-        for model in &mut self.fit.path {
-            model.effects.splice(0..0, names.iter().cloned());
-        }
-        self.fit.path.insert(0, Waypoint { effects: Vec::new(), causes: 0, metrics, margins });
-        self.fit.chosen += 1;
-    }
-
-    /// Clipping as a found term, and its effect.
-    fn clipping(&self) -> Option<(Found, Effect)> {
-        let (clipped, without) = self.clipped.as_ref()?;
-        let found = Found {
-            shape: clipped.shape.clone(),
-            coefficients: vec![(clipped.gain, f64::NAN)],
-            numbers: clipped.errors.clone(),
-            strength: clipped.strength,
-            rivals: Vec::new(),
-        };
-        let after = &self.fit.path[self.fit.chosen].metrics[0];
-        let of = |metric: &Metric| metric.errors.rmse() / metric.unit.si;
-        let effect = outcome::effect(self.data, &found, of(&without[0]), of(after));
-        Some((found, effect))
-    }
-
-    /// Held-out errors of the given model and of the model found; the latter by the nested choice.
-    fn errors(&self) -> (&[Metric], &[Metric]) {
-        (&self.fit.path[0].metrics, &self.fit.nested)
-    }
-
-    /// The rounding effect, if rounding is coarser than the noise.
-    fn rounding(&self) -> Option<Effect> {
-        self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
-    }
-
-    /// Held-out error over the innovation noise of a reading, for blocks whose observations are single rows.
-    fn error_over_floor(&self) -> Option<f64> {
-        self.error_over(0.0)
-    }
-
-    /// The same, over the noise together with the errors of readings that have a name: rounding, which is spread evenly over
-    /// its step, and an `offset` of each run.
-    fn error_over_known(&self, offset: Option<&OffsetOfRuns>) -> Option<f64> {
-        let rounded = self.step.map_or(0.0, |step| step.powi(2) / 12.0);
-        let offset = offset.map_or(0.0, |found| found.deviation);
-        self.error_over(rounded + offset.powi(2))
-    }
-
-    fn error_over(&self, known: f64) -> Option<f64> {
-        let is_row = self.data.block.aggregate == Aggregate::Row;
-        let error = self.errors().1.first()?.errors.rmse();
-        (is_row && self.fit.floor > 0.0).then(|| error / (self.fit.floor.powi(2) + known).sqrt())
-    }
-
-    /// How firmware removes the errors that were found.
-    fn compensation(&self, dataset: &Dataset, seed: u64) -> Option<Compensation> {
-        let coefficients = values_of(&self.fit.all());
-        let noise = (&self.fit.noise, &*self.fit.left_out);
-        let shapes = self.fit.shapes().into_iter();
-        let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
-        let mut found =
-            compensation(dataset, self.data, (self.factor, shapes), &coefficients, noise, seed)?;
-        found.left_out.extend(self.clipped.as_ref().map(|(clipped, _)| LeftOut {
-            term: clipped.shape.name.clone(),
-            why: "what lies beyond a limit is lost".to_owned(),
-        }));
-        Some(found)
-    }
-
-    /// Held-out errors without an effect, and without the other powers of the same polynomial.
-    fn without(&self, effect: usize) -> Vec<Metric> {
-        let effects = self.fit.effects.iter().map(|found| &found.shape);
-        let gone = &self.fit.effects[effect].shape;
-        let others = effects
-            .enumerate()
-            .filter(|(index, shape)| *index != effect && !shape.shares_polynomial(gone));
-        let base = self.fit.base.iter().map(|found| &found.shape);
-        let shapes: Vec<Shape> = base.chain(others.map(|(_, shape)| shape)).cloned().collect();
-        self.judge.judge(&shapes, &self.fit.noise, &self.fit.left_out)
-    }
 }
 
 /// Builds the finding, the model and the report data from all blocks.

@@ -1,17 +1,16 @@
 //! The entry point: takes data and a model, returns a finding and a better model.
 
-use crate::assemble::{Done, assemble};
+use crate::assemble::assemble;
 use crate::clipping::{Clipped, clip};
 use crate::dataset::Dataset;
+use crate::done::{Done, Quantity};
 use crate::finding::{Prediction, SetAside, Verdict};
-use crate::fit::{Data, Memory, fit_terms};
-use crate::judge::{Holding, Judge};
-use crate::model::{Acts, Model, Shape};
-use crate::noise::{self, Layout, NoiseModel};
+use crate::fit::Data;
+use crate::model::{Model, Shape};
+use crate::noise::{Layout, NoiseModel};
 use crate::outliers::{self, Wild};
 use crate::problem::{Block, Known, Problem};
-use crate::rounding::without_rounding;
-use crate::select::{Asked, agreed, fewer, identify_block, is_against};
+use crate::select::{Asked, BlockFit, agreed, fewer, is_against};
 use crate::set_right::{set_right, worthwhile};
 use crate::{corrections, outcome, still, unreferenced};
 
@@ -127,71 +126,34 @@ fn once(
     let noises = options.noise_from.as_ref().map(static_noises).transpose()?;
     let mut notices: Vec<String> =
         corrections.iter().filter_map(corrections::Correction::notice).collect();
-    let (mut working, mut steps) = (Vec::new(), Vec::new());
-    for block in &problem.blocks {
+    let quantity = |block| {
         let base = base_terms(model, block, &problem)?;
-        match without_rounding(block, problem.channels_of(block), &base) {
-            Some((corrected, step)) => {
-                notices.push(format!(
-                    "`{}` is rounded to steps of {:.3e} {}, coarser than its noise; the mean rounding error is taken out",
-                    block.label,
-                    step / block.unit.si,
-                    block.unit.text
-                ));
-                working.push(corrected);
-                steps.push(Some(step));
-            }
-            None => {
-                working.push(block.clone());
-                steps.push(None);
-            }
-        }
+        Ok(Quantity::new(block, problem.channels_of(block), base))
+    };
+    let quantities: Vec<Quantity<'_>> =
+        problem.blocks.iter().map(quantity).collect::<Result<_, IdentifyError>>()?;
+    notices.extend(quantities.iter().filter_map(Quantity::notice));
+    let count = quantities.len() as f64;
+    let mut done = Vec::new();
+    for (index, quantity) in quantities.iter().enumerate() {
+        let label = &quantity.read.label;
+        let noise = noises.as_ref().and_then(|noises| matching(noises, quantity.read));
+        let asked = Asked { share: 1.0 / count, effects_max, noise, timing: None };
+        let factor = corrections::factor(&corrections, |field| field == label);
+        let mut report = |share: f64| progress((index as f64 + share) / count, label);
+        done.push(Done::new(quantity, &problem, asked, factor, &mut report));
     }
-    let mut layouts: Vec<Layout> = Vec::new();
-    for block in &working {
-        layouts.push(layout(block, &problem, &base_terms(model, block, &problem)?));
-    }
-    let count = problem.blocks.len();
-    let memories: Vec<Memory> = (0..count).map(|_| Memory::default()).collect();
-    let (mut done, mut bases) = (Vec::new(), Vec::new());
-    for (index, (block, layout)) in working.iter().zip(&layouts).enumerate() {
-        let memory = Some(&memories[index]);
-        let data = Data { block, channels: problem.channels_of(block), layout, memory };
-        let base = base_terms(model, block, &problem)?;
-        let known = noises.as_ref().and_then(|noises| matching(noises, block));
-        let mut report = |share: f64| {
-            progress((index as f64 + share) / count as f64, &block.label);
-        };
-        // Errors are those of the readings before any correction.
-        let read = Data { block: &problem.blocks[index], ..data };
-        let judge = Judge { data: read, path: problem.path.as_ref(), holding: Holding::Spread };
-        let asked = Asked { share: 1.0 / count as f64, effects_max, noise: known, timing: None };
-        let fit = identify_block(data, &judge, base.clone(), asked, &mut report);
-        let plain = fit_terms(data, &base, &fit.noise, &fit.left_out);
-        done.push(Done {
-            data,
-            judge,
-            plain,
-            fit,
-            factor: corrections::factor(&corrections, |field| field == block.label),
-            clipped: None,
-            step: steps[index],
-        });
-        bases.push((base, asked));
-    }
-    let timing = agreed(&done.iter().map(|one| &one.fit).collect::<Vec<_>>());
-    for (one, (base, asked)) in done.iter_mut().zip(&bases) {
+    let timing = agreed(&fits(&done));
+    for one in &mut done {
         if timing.is_some_and(|timing| is_against(timing, &one.fit)) {
-            let asked = Asked { timing, ..*asked };
-            one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
-            one.plain = fit_terms(one.data, base, &one.fit.noise, &one.fit.left_out);
+            one.search(Asked { timing, ..one.asked });
+            one.fit_plain();
         }
     }
-    let few = fewer(&done.iter().map(|one| &one.fit).collect::<Vec<_>>(), effects_max);
-    for ((one, (base, asked)), effects_max) in done.iter_mut().zip(&bases).zip(few) {
+    let few = fewer(&fits(&done), effects_max);
+    for (one, effects_max) in done.iter_mut().zip(few) {
         if let Some(effects_max) = effects_max {
-            let asked = Asked { effects_max, timing, ..*asked };
-            one.fit = identify_block(one.data, &one.judge, base.clone(), asked, &mut |_| {});
+            one.search(Asked { effects_max, timing, ..one.asked });
         }
     }
     for (one, clipped) in done.iter_mut().zip(&clipped) {
@@ -217,6 +179,10 @@ fn once(
         identified.finding.verdict = Verdict::StructureLeft;
     }
     Ok((identified, wild))
+}
+
+fn fits<'a>(done: &'a [Done<'_>]) -> Vec<&'a BlockFit> {
+    done.iter().map(|one| &one.fit).collect()
 }
 
 /// Base terms of a block: the given ones, or those that the plain model of the kind fits.
@@ -245,18 +211,6 @@ fn base_terms(
 /// What the plain model of the kind fits.
 fn constants(block: &Block) -> Vec<Shape> {
     block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect()
-}
-
-/// Times of a block's observations, and how noise accumulates in them.
-fn layout(block: &Block, problem: &Problem, base: &[Shape]) -> Layout {
-    let plain = Layout::new(block, problem.channels_of(block));
-    let Some(bias) = block.exposure(Acts::Bias) else {
-        return plain;
-    };
-    let durations: Vec<f64> = block.rows.iter().map(|&row| bias.per_row[row]).collect();
-    let data = Data::new(block, problem.channels_of(block), &plain);
-    let columns = data.all_columns(base);
-    noise::likeliest_layout(plain, &durations, &block.residual, &columns)
 }
 
 /// Noise of each quantity of a static data set.

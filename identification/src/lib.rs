@@ -14,6 +14,7 @@ mod clipping;
 pub mod compensation;
 mod corrections;
 pub mod dataset;
+mod done;
 mod error;
 pub mod experiment;
 pub mod finding;

@@ -1,9 +1,9 @@
 //! What corrections of the data gain: the errors on held-out runs as the package states its fields, and without each
 //! correction.
 
-use crate::assemble::Done;
 use crate::corrections::{Correction, applied};
 use crate::dataset::Dataset;
+use crate::done::Done;
 use crate::error::IdentifyError;
 use crate::finding::Effect;
 use crate::fit::Data;

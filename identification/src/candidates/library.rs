@@ -4,7 +4,7 @@ use super::names::{acts, constant, over};
 use super::{Candidate, Family};
 use crate::dataset::{Dimension, Role};
 use crate::late::delay_of;
-use crate::model::{Acts, Driver, Form, Shape, WHEEL_SIZE, Wrap, exposure};
+use crate::model::{Acts, Driver, Form, Shape, WHEEL_SIZE, Wrap};
 use crate::problem::{Aggregate, Block, Channel, Channels};
 use crate::robust;
 
@@ -57,9 +57,24 @@ pub fn library(block: &Block, channels: &Channels) -> Vec<Candidate> {
     builder.found
 }
 
-impl Builder<'_> {
-    pub(super) fn push(&mut self, family: Family, shape: Shape) {
+impl<'a> Builder<'a> {
+    fn push(&mut self, family: Family, shape: Shape) {
         self.found.push(Candidate { shape, family });
+    }
+
+    /// Adds a term over a function of a field, with these numbers.
+    pub(super) fn add(
+        &mut self,
+        name: &str,
+        on: Acts,
+        (wrap, field): (Wrap, &str),
+        form: Form,
+        numbers: &[(&str, f64)],
+    ) {
+        let mut shape = Shape::new(name, on, Driver::new(wrap, field), form);
+        numbers.iter().for_each(|(name, value)| shape.set(name, *value));
+        let remembers = matches!(wrap, Wrap::LagOf | Wrap::BranchOf) || form == Form::Exponential;
+        self.push(if remembers { Family::Memory } else { Family::Library }, shape);
     }
 
     /// Whether a wheel on each side drives and steers.
@@ -68,40 +83,33 @@ impl Builder<'_> {
     }
 
     fn over_channel(&mut self, on: Acts, channel: &Channel) {
-        let origin = origin(channel);
-        let name = |wrap, form| over(on, channel, wrap, form);
-        let driver = |wrap| Driver::new(wrap, &channel.name);
-        if channel.role == Role::Heading {
-            self.over_heading(on, channel);
-            return;
-        }
-        if channel.role == Role::SteerAngle {
-            self.over_steering(on, channel);
-            return;
-        }
-        if channel.role == Role::ReferenceRate {
+        match channel.role {
+            Role::Heading => return self.over_heading(on, channel),
+            Role::SteerAngle => return self.over_steering(on, channel),
             // The axis's own reference is the rotation itself.
-            if on == Acts::Bias && channel.name != self.channels.rotation_name {
-                let driver = Driver::plain(&channel.name);
-                let shape = Shape::new("misaligned_axis", Acts::Axis, driver, Form::Linear);
-                self.push(Family::Library, shape);
+            Role::ReferenceRate if channel.name == self.channels.rotation_name => return,
+            Role::ReferenceRate => return self.over_other_axis(on, channel),
+            Role::GyroRate | Role::GyroCounts | Role::GyroAngleIncrement => {
+                // At rest, all axes share the same heat source.
+                let turns = self.block.exposure(Acts::Scale).is_some();
+                if turns && channel.name != self.block.label {
+                    self.over_other_axis(on, channel);
+                }
+                return;
             }
-            return;
+            _ => {}
         }
-        if matches!(channel.role, Role::GyroRate | Role::GyroCounts | Role::GyroAngleIncrement) {
-            self.other_axis(on, channel);
-            return;
-        }
-        let plain = |form| Shape::new(&name(Wrap::Plain, form), on, driver(Wrap::Plain), form);
-        self.push(Family::Library, plain(Form::Linear).with("origin", origin));
+        let (origin, field) = (("origin", origin(channel)), channel.name.as_str());
+        let mut add = |wrap, form, numbers: &[(&str, f64)]| {
+            self.add(&over(on, channel, wrap, form), on, (wrap, field), form, numbers);
+        };
+        add(Wrap::Plain, Form::Linear, &[origin]);
         // A bias test yields one number per run: it has no curve and no rate.
-        if channel.is_angle() || matches!(channel.role, Role::Duration | Role::Bias) {
+        let is_plain = channel.is_angle() || matches!(channel.role, Role::Duration | Role::Bias);
+        if is_plain || !channel.has_more_than(2) {
             return;
         }
-        if !channel.has_more_than(2) {
-            return;
-        }
-        self.push(Family::Library, plain(Form::Quadratic).with("origin", origin));
+        add(Wrap::Plain, Form::Quadratic, &[origin]);
         if self.block.aggregate != Aggregate::Row && on != Acts::Bias && on != Acts::Scale {
             // A path of a minute has no measurable thermal memory.
             return;
@@ -109,39 +117,26 @@ impl Builder<'_> {
         let is_temperature = channel.role == Role::Temperature;
         // No known effect depends on jerk.
         if channel.unit.dimension() != Dimension::Acceleration {
-            let wrap = Wrap::RateOf;
-            let rate = Shape::new(&name(wrap, Form::Linear), on, driver(wrap), Form::Linear);
+            let name = over(on, channel, Wrap::RateOf, Form::Linear);
+            let rate = Shape::new(&name, on, Driver::new(Wrap::RateOf, field), Form::Linear);
             self.push(if is_temperature { Family::Library } else { Family::Memory }, rate);
         }
+        let time_constants = self.time_constants();
+        let mut add = |wrap, form, numbers: &[(&str, f64)]| {
+            self.add(&over(on, channel, wrap, form), on, (wrap, field), form, numbers);
+        };
         if is_temperature {
-            self.push(Family::Library, plain(Form::Cubic).with("origin", origin));
+            add(Wrap::Plain, Form::Cubic, &[origin]);
         }
         if channel.unit.dimension() == Dimension::Temperature {
-            for constant in self.time_constants() {
-                let shape = Shape::new(
-                    &name(Wrap::LagOf, Form::Linear),
-                    on,
-                    driver(Wrap::LagOf),
-                    Form::Linear,
-                );
-                self.push(
-                    Family::Memory,
-                    shape.with("origin", origin).with("time_constant", constant),
-                );
+            for constant in time_constants {
+                add(Wrap::LagOf, Form::Linear, &[origin, ("time_constant", constant)]);
             }
             for share in PLAYS {
-                let shape = Shape::new(
-                    &name(Wrap::BranchOf, Form::Linear),
-                    on,
-                    driver(Wrap::BranchOf),
-                    Form::Linear,
-                );
-                let shape = shape.with("half_width", share * channel.span());
-                self.push(
-                    Family::Memory,
-                    shape.clone().with("through", 1.0).with("origin", origin),
-                );
-                self.push(Family::Memory, shape);
+                let half_width = ("half_width", share * channel.span());
+                let through = [half_width, ("through", 1.0), origin];
+                add(Wrap::BranchOf, Form::Linear, &through);
+                add(Wrap::BranchOf, Form::Linear, &[half_width]);
             }
         }
     }
@@ -152,46 +147,35 @@ impl Builder<'_> {
         if on == Acts::Drive || self.channels.of_sensor {
             return;
         }
+        let once = Wrap::Harmonic(1);
         let is_ground = |one: &Channel| one.name == channel.name;
-        let harmonic = |name: &str, wrap| {
-            Shape::new(name, on, Driver::new(wrap, &channel.name), Form::Harmonic)
-        };
         if self.block.pose.is_some() && self.channels.of(Role::Heading).is_some_and(is_ground) {
             if on == Acts::Curvature {
-                self.push(Family::Library, harmonic("ground_slope", Wrap::Harmonic(1)));
+                self.add("ground_slope", on, (once, &channel.name), Form::Harmonic, &[]);
             }
             return;
         }
-        for wrap in [Wrap::Harmonic(1), Wrap::Harmonic(2)] {
-            self.push(Family::Library, harmonic(&over(on, channel, wrap, Form::Harmonic), wrap));
+        for wrap in [once, Wrap::Harmonic(2)] {
+            let name = over(on, channel, wrap, Form::Harmonic);
+            self.add(&name, on, (wrap, &channel.name), Form::Harmonic, &[]);
         }
     }
 
     /// A scale error of the steering angle turns the robot in proportion to that angle over the distance.
     fn over_steering(&mut self, on: Acts, channel: &Channel) {
-        let driver = Driver::plain(&channel.name);
-        let shape = match on {
-            Acts::Curvature => Shape::new("steer_scale", on, driver, Form::Linear),
-            Acts::Drive => {
-                Shape::new("distance_scale_over_steer_angle", on, driver, Form::Quadratic)
-            }
+        let (name, form) = match on {
+            Acts::Curvature => ("steer_scale", Form::Linear),
+            Acts::Drive => ("distance_scale_over_steer_angle", Form::Quadratic),
             _ => return,
         };
-        self.push(Family::Library, shape.with("origin", 0.0));
+        self.add(name, on, (Wrap::Plain, &channel.name), form, &[("origin", 0.0)]);
     }
 
     /// Cross-axis sensitivity: a rotation about another axis leaks in.
-    fn other_axis(&mut self, on: Acts, channel: &Channel) {
-        // At rest, all axes share the same heat source.
-        let turns = self.block.exposure(Acts::Scale).is_some();
-        if on == Acts::Bias && turns && channel.name != self.block.label {
-            let shape = Shape::new(
-                "misaligned_axis",
-                Acts::Axis,
-                Driver::plain(&channel.name),
-                Form::Linear,
-            );
-            self.push(Family::Library, shape);
+    fn over_other_axis(&mut self, on: Acts, channel: &Channel) {
+        if on == Acts::Bias {
+            let driver = (Wrap::Plain, channel.name.as_str());
+            self.add("misaligned_axis", Acts::Axis, driver, Form::Linear, &[]);
         }
     }
 
@@ -205,149 +189,128 @@ impl Builder<'_> {
     }
 
     fn over_time(&mut self, on: Acts) {
-        let time = self.channels.time_name.clone();
-        let middle = mean(&self.channels.time);
-        let is_wear = on == Acts::Drive;
-        let trend_name =
-            if is_wear { "tyre_wear".to_owned() } else { format!("{}_ageing", acts(on)) };
-        let trend = Shape::new(&trend_name, on, Driver::new(Wrap::Trend, &time), Form::Linear);
-        self.push(Family::Library, trend.clone().with("origin", middle));
+        let Channels { time, time_name, .. } = self.channels;
+        let name = match on {
+            Acts::Drive => "tyre_wear".to_owned(),
+            _ => format!("{}_ageing", acts(on)),
+        };
+        let driver = (Wrap::Trend, time_name.as_str());
+        self.add(&name, on, driver, Form::Linear, &[("origin", mean(time))]);
         if matches!(on, Acts::Turn | Acts::Drive | Acts::Curvature) {
             // No constant of a plain model takes up where it begins: also what is right when the record begins.
-            let (first, _) = robust::ends(self.channels.time.iter().copied());
-            self.push(Family::Library, trend.with("origin", first));
+            let (first, _) = robust::ends(time.iter().copied());
+            self.add(&name, on, driver, Form::Linear, &[("origin", first)]);
         }
         if matches!(on, Acts::Bias | Acts::Scale) {
             let name = if on == Acts::Bias { "warm_up" } else { "scale_warm_up" };
             for constant in self.time_constants() {
-                let shape = Shape::new(name, on, Driver::plain(&time), Form::Exponential);
-                self.push(Family::Memory, shape.with("time_constant", constant));
+                let numbers = [("time_constant", constant)];
+                self.add(name, on, (Wrap::Plain, time_name), Form::Exponential, &numbers);
             }
         }
     }
 
     fn over_rotation(&mut self, on: Acts) {
-        if self.channels.rotation.is_empty() {
+        let Channels { rotation, rotation_name, direction_name, of_sensor, .. } = self.channels;
+        if rotation.is_empty() {
             return;
         }
-        if self.channels.of_sensor {
+        if *of_sensor {
             self.over_reference(on);
             return;
         }
-        let direction = match &self.channels.direction_name {
-            Some(name) => Driver::plain(name),
-            None => Driver::new(Wrap::Sign, &self.channels.rotation_name),
-        };
-        let rotation = Driver::rotation(self.channels);
-        let size = Driver::new(Wrap::Abs, &self.channels.rotation_name);
         if on == Acts::Curvature {
             // Nothing leaks into a steering that there is not.
             if self.channels.named("speed").is_some() && !self.has_two_wheels() {
-                let driver = Driver::new(Wrap::Sign, "speed");
-                let shape = Shape::new("drive_to_steer_leakage", on, driver, Form::Linear);
-                self.push(Family::Library, shape);
+                let driver = (Wrap::Sign, "speed");
+                self.add("drive_to_steer_leakage", on, driver, Form::Linear, &[]);
             }
             return;
         }
+        let direction = match direction_name {
+            Some(name) => (Wrap::Plain, name),
+            None => (Wrap::Sign, rotation_name),
+        };
         let name = match on {
             Acts::Scale => "direction_asymmetry".to_owned(),
             Acts::Turn => "turn_asymmetry".to_owned(),
             other => format!("{}_over_direction", acts(other)),
         };
-        self.push(Family::Library, Shape::new(&name, on, direction, Form::Linear));
+        self.add(&name, on, (direction.0, direction.1), Form::Linear, &[]);
         if matches!(on, Acts::Scale | Acts::Turn) {
             let over_rate = format!("{}_over_rate", acts(on));
-            self.push(Family::Library, Shape::new(&over_rate, on, size, Form::Linear));
+            self.add(&over_rate, on, (Wrap::Abs, rotation_name), Form::Linear, &[]);
             let squared = format!("{over_rate}_quadratic");
-            self.push(Family::Library, Shape::new(&squared, on, rotation, Form::Quadratic));
+            self.add(&squared, on, (Wrap::Plain, rotation_name), Form::Quadratic, &[]);
         }
     }
 
     /// Products of two causes.
     fn products(&mut self, on: Acts) {
+        let Channels { time, time_name, rotation, rotation_name, .. } = self.channels;
         let Some(temperature) = self.channels.of(Role::Temperature) else {
             return;
         };
-        let (name, origin) = (temperature.name.clone(), origin(temperature));
         let mut with = |what: &str, other: Driver, origin_2: f64| {
-            let mut shape = Shape::new(
-                &format!("{}_over_temperature_and_{what}", acts(on)),
-                on,
-                Driver::plain(&name),
-                Form::Product,
-            );
+            let name = format!("{}_over_temperature_and_{what}", acts(on));
+            let mut shape = Shape::new(&name, on, Driver::plain(&temperature.name), Form::Product);
             shape.drivers.push(other);
-            self.found.push(Candidate {
-                shape: shape.with("origin", origin).with("origin_2", origin_2),
-                family: Family::Library,
-            });
+            let shape = shape.with("origin", origin(temperature)).with("origin_2", origin_2);
+            self.push(Family::Library, shape);
         };
-        with("time", Driver::plain(&self.channels.time_name), mean(&self.channels.time));
-        if !self.channels.rotation.is_empty() && on == Acts::Scale {
-            let rates: Vec<f64> = self.channels.rotation.iter().map(|rate| rate.abs()).collect();
-            with("rate", Driver::new(Wrap::Abs, &self.channels.rotation_name), mean(&rates));
+        with("time", Driver::plain(time_name), mean(time));
+        if !rotation.is_empty() && on == Acts::Scale {
+            let rates: Vec<f64> = rotation.iter().map(|rate| rate.abs()).collect();
+            with("rate", Driver::new(Wrap::Abs, rotation_name), mean(&rates));
             // Where only one direction occurs, its sign is a constant.
-            let occurs = |sign: f64| self.channels.rotation.iter().any(|rate| sign * rate > 0.0);
+            let occurs = |sign: f64| rotation.iter().any(|rate| sign * rate > 0.0);
             if occurs(1.0) && occurs(-1.0) {
-                with("direction", Driver::new(Wrap::Sign, &self.channels.rotation_name), 0.0);
+                with("direction", Driver::new(Wrap::Sign, rotation_name), 0.0);
             }
         }
     }
 
     /// Rate errors beyond a bias and a scale factor.
     fn rate_errors(&mut self) {
-        if self.channels.rotation.is_empty() {
-            return;
-        }
-        let rotation = Driver::rotation(self.channels);
-        let largest = self.channels.rotation.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let Channels { rotation, rotation_name, time_name, .. } = self.channels;
+        let largest = rotation.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         if !(largest > 0.0) {
             return;
         }
+        let driver = (Wrap::Plain, rotation_name.as_str());
         for width in self.dead_widths() {
-            let shape = Shape::new("dead_zone", Acts::DeadZone, rotation.clone(), Form::DeadZone);
-            self.push(Family::Library, shape.with("width", width));
+            self.add("dead_zone", Acts::DeadZone, driver, Form::DeadZone, &[("width", width)]);
         }
         for share in [0.95, 0.9, 0.8, 0.65, 0.5] {
-            let shape =
-                Shape::new("saturation", Acts::Saturation, rotation.clone(), Form::Saturation);
-            self.push(Family::Library, shape.with("limit", share * largest));
+            let limit = [("limit", share * largest)];
+            self.add("saturation", Acts::Saturation, driver, Form::Saturation, &limit);
         }
         if self.block.exposure(Acts::Scale).is_none() || !self.channels.sampled {
             return;
         }
         let interval = self.channels.interval();
-        for multiple in DELAYS {
-            let shape = Shape::new("delay", Acts::Delay, rotation.clone(), Form::Delay);
-            self.push(Family::Library, shape.with("delay", multiple * interval));
-        }
-        // One that lies between or beyond them.
-        if let Some(late) = delay_of(self.block, self.channels) {
-            let shape = Shape::new("delay", Acts::Delay, rotation.clone(), Form::Delay);
-            self.push(Family::Library, shape.with("delay", late));
+        // One may lie between or beyond them.
+        let at_sight = delay_of(self.block, self.channels);
+        for delay in DELAYS.map(|multiple| multiple * interval).into_iter().chain(at_sight) {
+            self.add("delay", Acts::Delay, driver, Form::Delay, &[("delay", delay)]);
         }
         for multiple in [0.3, 1.0, 3.0, 10.0] {
-            let driver = Driver::new(Wrap::LagOf, &self.channels.rotation_name);
-            let shape = Shape::new("bandwidth", Acts::Delay, driver, Form::Delay);
-            self.push(Family::Memory, shape.with("time_constant", multiple * interval));
+            let numbers = [("time_constant", multiple * interval)];
+            let lag = (Wrap::LagOf, rotation_name.as_str());
+            self.add("bandwidth", Acts::Delay, lag, Form::Delay, &numbers);
         }
         let span = self.channels.span();
         for shift in [-4.0, -0.5, 0.5, 4.0] {
-            let driver = Driver::plain(&self.channels.time_name);
-            let shape = Shape::new("sample_clock", Acts::Clock, driver, Form::Delay);
-            self.push(Family::Library, shape.with("stretch", shift * interval / span));
+            let numbers = [("stretch", shift * interval / span)];
+            let time = (Wrap::Plain, time_name.as_str());
+            self.add("sample_clock", Acts::Clock, time, Form::Delay, &numbers);
         }
     }
 
     /// Widths of a dead zone: between rates that occur, by rank.
     fn dead_widths(&self) -> Vec<f64> {
-        let mut sizes: Vec<f64> = self
-            .channels
-            .rotation
-            .iter()
-            .map(|rate| rate.abs())
-            .filter(|rate| *rate > 0.0)
-            .collect();
+        let sizes = self.channels.rotation.iter().map(|rate| rate.abs());
+        let mut sizes: Vec<f64> = sizes.filter(|rate| *rate > 0.0).collect();
         sizes.sort_by(f64::total_cmp);
         let mut widths: Vec<f64> = Vec::new();
         for share in [0.005, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5] {
@@ -368,9 +331,8 @@ impl Builder<'_> {
         };
         let largest = acceleration.range.0.abs().max(acceleration.range.1.abs());
         for share in [0.0, 0.1, 0.25, 0.5] {
-            let driver = Driver::new(Wrap::Abs, "acceleration");
-            let shape = Shape::new("slip", Acts::Slip, driver, Form::Hinge);
-            self.push(Family::Library, shape.with("at", share * largest));
+            let driver = (Wrap::Abs, "acceleration");
+            self.add("slip", Acts::Slip, driver, Form::Hinge, &[("at", share * largest)]);
         }
     }
 }
@@ -384,9 +346,4 @@ fn origin(channel: &Channel) -> f64 {
 
 pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-/// Whether the block has terms that act so.
-pub(super) fn is_open(block: &Block, on: Acts) -> bool {
-    exposure(block, on).is_some()
 }

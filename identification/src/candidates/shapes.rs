@@ -1,10 +1,10 @@
 //! Unnamed shapes: splines, hinges, bumps and sigmoids of a driver, surfaces over two, steps and periods in time.
 
-use super::library::{OPEN, is_open};
+use super::library::OPEN;
 use super::names::acts;
 use super::{Candidate, Family};
 use crate::dataset::Role;
-use crate::model::{Acts, Driver, Form, Shape, Wrap, quantile_knots, see};
+use crate::model::{Acts, Driver, Form, Shape, Wrap, exposure, quantile_knots, see};
 use crate::problem::{Block, Channels};
 use crate::robust;
 
@@ -77,7 +77,8 @@ pub fn smooth(block: &Block, channels: &Channels) -> Vec<Candidate> {
         // A drift over the rate of turning is a scale of turns that varies with it.
         let turns_twice =
             |on: Acts| on == Acts::Curvature && driver.field == channels.rotation_name;
-        for on in OPEN.into_iter().filter(|on| is_open(block, *on) && !turns_twice(*on)) {
+        for on in OPEN.into_iter().filter(|on| exposure(block, *on).is_some() && !turns_twice(*on))
+        {
             let name = format!("{}_shape_over_{}", acts(on), word(&driver));
             let mut shape = Shape::new(&name, on, driver.clone(), Form::Spline).unnamed();
             shape.knots.clone_from(&knots);
@@ -133,7 +134,7 @@ pub fn products(block: &Block, channels: &Channels) -> Vec<Candidate> {
     let mut found = Vec::new();
     for (i, (a, origin)) in plain.iter().enumerate() {
         for (b, origin_2) in &plain[i + 1..] {
-            for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
+            for on in OPEN.into_iter().filter(|on| exposure(block, *on).is_some()) {
                 let name = format!("{}_product_of_{}_and_{}", acts(on), word(a), word(b));
                 let mut shape = Shape::new(&name, on, a.clone(), Form::Product).unnamed();
                 shape.drivers.push(b.clone());
@@ -161,7 +162,7 @@ pub fn pairs(block: &Block, channels: &Channels) -> Vec<Candidate> {
             if a.field == b.field {
                 continue;
             }
-            for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
+            for on in OPEN.into_iter().filter(|on| exposure(block, *on).is_some()) {
                 let name = format!("{}_surface_over_{}_and_{}", acts(on), word(a), word(b));
                 let mut shape = Shape::new(&name, on, a.clone(), Form::Surface).unnamed();
                 shape.drivers.push(b.clone());
@@ -188,7 +189,7 @@ pub fn steps(block: &Block, channels: &Channels) -> Vec<Candidate> {
     for i in 0..MOMENTS {
         let share = MARGIN + (1.0 - 2.0 * MARGIN) * i as f64 / (MOMENTS - 1) as f64;
         let at = times[((n - 1) as f64 * share) as usize];
-        for on in OPEN.into_iter().filter(|on| is_open(block, *on)) {
+        for on in OPEN.into_iter().filter(|on| exposure(block, *on).is_some()) {
             let driver = Driver::new(Wrap::Step, &channels.time_name);
             let shape = Shape::new(&format!("{}_step", acts(on)), on, driver, Form::Step);
             found.push(Candidate { shape: shape.with("at", at), family: Family::Step });

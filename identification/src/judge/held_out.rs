@@ -1,19 +1,19 @@
 //! Errors on whole runs that took no part in the fit.
 
 use super::Errors;
-use crate::fit::{Data, Fold, combine, folds};
+use crate::fit::{Data, Fold, combine, folds, less};
 use crate::linear::Normal;
 use crate::model::{Shape, beside, exposure};
 use crate::noise::{NoiseModel, Whitener};
-use crate::problem::{Added, Aggregate, Moves, Path};
+use crate::problem::{Added, Aggregate, Component, Moves, Path};
 
 /// Columns of the terms and the residual, whitened, as normal equations of stretches that the same folds use.
-struct White {
+struct Equations {
     stretches: Vec<(Vec<bool>, Normal)>,
     width: usize,
 }
 
-impl White {
+impl Equations {
     /// `train` lists, for each fold, the observations that it uses.
     fn new(
         data: Data<'_>,
@@ -78,6 +78,19 @@ impl Holding {
 }
 
 impl Data<'_> {
+    /// Coefficients of these columns without what each of `folds` holds out.
+    fn train(
+        &self,
+        columns: &[Vec<f64>],
+        folds: &[Fold],
+        noise: &NoiseModel,
+        left_out: &[bool],
+    ) -> Vec<Vec<f64>> {
+        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
+        let white = Equations::new(*self, columns, noise, left_out, &train);
+        (0..folds.len()).map(|fold| white.train(fold)).collect()
+    }
+
     /// Squared innovations of held-out observations, with `terms`: the loss under the noise.
     pub(crate) fn innovations_held_out(
         &self,
@@ -85,21 +98,15 @@ impl Data<'_> {
         noise: &NoiseModel,
         left_out: &[bool],
     ) -> Errors {
-        let columns = self.all_columns(terms);
-        let folds = folds(&self.layout.run);
-        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
-        let white = White::new(*self, &columns, noise, left_out, &train);
-        let whitener = Whitener::new(self.layout, noise, left_out);
-        let columns = whitener.apply_all(&columns);
-        let target = whitener.apply(&self.block.residual);
+        let white = self.whitened(terms, noise, left_out);
         let run = &self.layout.run;
         let alone = run.iter().all(|other| *other == run[0]);
-        let mut errors = Errors { folds: folds.len(), ..Errors::default() };
-        for (number, fold) in folds.iter().enumerate() {
-            let fitted = combine(&columns, &white.train(number));
-            for i in (0..run.len()).filter(|&i| fold.test[i] && target[i] != 0.0) {
-                let error = target[i] - fitted.get(i).copied().unwrap_or(0.0);
-                errors.add(if alone { number } else { run[i] }, error.powi(2), number);
+        let trained = self.trained(terms, noise, left_out);
+        let mut errors = Errors { folds: trained.len(), ..Errors::default() };
+        for (number, (fold, coefficients)) in trained.iter().enumerate() {
+            let left = white.left(coefficients);
+            for i in (0..run.len()).filter(|&i| fold.test[i] && white.target[i] != 0.0) {
+                errors.add(if alone { number } else { run[i] }, left[i].powi(2), number);
             }
         }
         errors
@@ -113,9 +120,7 @@ impl Data<'_> {
         left_out: &[bool],
     ) -> Vec<(Fold, Vec<f64>)> {
         let folds = folds(&self.layout.run);
-        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
-        let white = White::new(*self, &self.all_columns(terms), noise, left_out, &train);
-        let coefficients: Vec<Vec<f64>> = (0..folds.len()).map(|fold| white.train(fold)).collect();
+        let coefficients = self.train(&self.all_columns(terms), &folds, noise, left_out);
         folds.into_iter().zip(coefficients).collect()
     }
 
@@ -129,17 +134,14 @@ impl Data<'_> {
     ) -> Errors {
         let columns = self.all_columns(terms);
         let (folds, clusters) = holding.folds(&self.layout.run);
-        let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
-        let white = White::new(*self, &columns, noise, left_out, &train);
+        let trained = self.train(&columns, &folds, noise, left_out);
         let mut errors = Errors { folds: folds.len(), ..Errors::default() };
         let run = &self.layout.run;
         let alone = clusters.iter().all(|other| *other == clusters[0]);
-        for (number, fold) in folds.iter().enumerate() {
+        for (number, (fold, coefficients)) in folds.iter().zip(&trained).enumerate() {
             // With a single run, each fold is its own cluster.
             let of = |i: usize| if alone { number } else { clusters[i] };
-            let coefficients = white.train(number);
-            let fitted = combine(&columns, &coefficients);
-            let error = |i: usize| self.block.residual[i] - fitted.get(i).copied().unwrap_or(0.0);
+            let error = less(&self.block.residual, &combine(&columns, coefficients));
             let mut start = None;
             for i in 0..run.len() {
                 if !fold.test[i] {
@@ -147,22 +149,21 @@ impl Data<'_> {
                     continue;
                 }
                 if self.block.aggregate == Aggregate::Row {
-                    errors.add(of(i), error(i).powi(2), number);
-                } else {
-                    // A level counts from the start of its stretch.
-                    let key =
-                        (run[i], self.block.pose.as_ref().map(|pose| pose.component[i] as usize));
-                    if key.1.is_some_and(|component| component > 0) {
-                        // With a single run, only the heading.
-                        continue;
+                    errors.add(of(i), error[i].powi(2), number);
+                    continue;
+                }
+                // A level counts from the start of its stretch.
+                let component = self.block.pose.as_ref().map(|pose| pose.component[i]);
+                if component.is_some_and(|component| component != Component::Heading) {
+                    // With a single run, only the heading.
+                    continue;
+                }
+                match start {
+                    Some((from, first)) if from == run[i] => {
+                        let first: f64 = first;
+                        errors.add(of(i), (error[i] - first).powi(2), number);
                     }
-                    match start {
-                        Some((from, first)) if from == key => {
-                            let first: f64 = first;
-                            errors.add(of(i), (error(i) - first).powi(2), number);
-                        }
-                        _ => start = Some((key, error(i))),
-                    }
+                    _ => start = Some((run[i], error[i])),
                 }
             }
         }
@@ -171,35 +172,26 @@ impl Data<'_> {
 }
 
 /// Final position errors (m) and heading errors (rad) of dead reckoning over held-out runs; `None` if there is only one
-/// run. `blocks` are the heading's and the distance's.
+/// run.
 pub(crate) fn path_errors(
     path: &Path,
-    blocks: &[(Data<'_>, Vec<Shape>, &NoiseModel, &[bool])],
+    data: Data<'_>,
+    terms: &[Shape],
+    noise: &NoiseModel,
+    left_out: &[bool],
 ) -> Option<(Errors, Errors)> {
     if path.runs.len() < 2 {
         return None;
     }
+    let folds = folds(&data.channels.run);
     let (mut positions, mut headings) = (Errors::default(), Errors::default());
-    let first = blocks.first()?;
-    let of_row: Vec<usize> = first.0.channels.run.clone();
-    let row_folds = folds(&of_row);
-    let n = of_row.len();
-    let white: Vec<White> = blocks
-        .iter()
-        .map(|(data, terms, noise, left_out)| {
-            let train: Vec<Vec<bool>> = row_folds
-                .iter()
-                .map(|fold| data.block.rows.iter().map(|&row| fold.train[row]).collect())
-                .collect();
-            White::new(*data, &data.all_columns(terms), noise, left_out, &train)
-        })
-        .collect();
-    for (number, fold) in row_folds.iter().enumerate() {
-        let mut added = Added::nothing(n);
-        for ((data, terms, _, _), white) in blocks.iter().zip(&white) {
-            let coefficients = white.train(number);
-            add_driven(*data, terms, &coefficients, &mut added);
-        }
+    (positions.folds, headings.folds) = (folds.len(), folds.len());
+    let of_rows = |fold: &Fold| data.block.rows.iter().map(|&row| fold.train[row]).collect();
+    let train: Vec<Vec<bool>> = folds.iter().map(of_rows).collect();
+    let white = Equations::new(data, &data.all_columns(terms), noise, left_out, &train);
+    for (number, fold) in folds.iter().enumerate() {
+        let mut added = Added::nothing(data.channels.run.len());
+        add_driven(data, terms, &white.train(number), &mut added);
         for (index, rows) in path.runs.iter().enumerate() {
             if fold.test[rows.clone()].iter().all(|test| *test)
                 && let Some(error) = path.error(index, &added)
@@ -209,8 +201,6 @@ pub(crate) fn path_errors(
             }
         }
     }
-    positions.folds = row_folds.len();
-    headings.folds = row_folds.len();
     Some((positions, headings))
 }
 

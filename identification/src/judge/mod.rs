@@ -49,7 +49,7 @@ impl Judge<'_> {
         if block.aggregate == Aggregate::Pose
             && let Some(path) = self.path
             && let Some((positions, headings)) =
-                path_errors(path, &[(self.data, terms.to_vec(), noise, left_out)])
+                path_errors(path, self.data, terms, noise, left_out)
         {
             return vec![
                 Metric {

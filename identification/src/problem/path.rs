@@ -25,8 +25,6 @@ pub struct PathError {
     pub position: f64,
     /// Heading at the last reference, rad.
     pub heading: f64,
-    /// Mean square distance over all references of the run, m^2.
-    pub position_mean_square: f64,
 }
 
 /// Contribution of a model to each row.
@@ -121,13 +119,10 @@ impl Path {
     pub fn error(&self, run: usize, added: &Added) -> Option<PathError> {
         let [xs, ys, headings] = &self.reference;
         let rows = self.runs.get(run)?.clone();
-        let whole = |row: &usize| {
-            xs[*row].is_finite() && ys[*row].is_finite() && headings[*row].is_finite()
-        };
-        let start = rows.clone().find(whole)?;
+        let start = self.first_whole(&rows)?;
         let (mut x, mut y, mut heading) = (xs[start], ys[start], headings[start]);
         let mut error = PathError::default();
-        let (mut sum, mut count) = (0.0, 0.0);
+        let mut is_told = false;
         for row in start + 1..rows.end {
             let turned = self.turn[row] + added.turn[row];
             let step = (self.distance[row] + added.along[row]) * chord(turned);
@@ -137,17 +132,14 @@ impl Path {
             y += step * middle.sin() + aside * middle.cos();
             heading += turned;
             if xs[row].is_finite() && ys[row].is_finite() {
-                let square = (x - xs[row]).powi(2) + (y - ys[row]).powi(2);
-                sum += square;
-                count += 1.0;
-                error.position = square.sqrt();
+                error.position = ((x - xs[row]).powi(2) + (y - ys[row]).powi(2)).sqrt();
+                is_told = true;
             }
             if headings[row].is_finite() {
                 error.heading = super::wrap(heading - headings[row]);
             }
         }
-        error.position_mean_square = if count > 0.0 { sum / count } else { return None };
-        Some(error)
+        is_told.then_some(error)
     }
 }
 
