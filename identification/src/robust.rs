@@ -82,6 +82,13 @@ impl Moments {
     }
 }
 
+/// Squared correlation of the rows in which both are known.
+pub fn squared_correlation(a: &[f64], b: &[f64]) -> f64 {
+    let pairs = a.iter().copied().zip(b.iter().copied());
+    let Moments { xx, xy, yy, .. } = Moments::of(pairs.filter(|(a, b)| (a + b).is_finite()));
+    if xx > 0.0 && yy > 0.0 { xy * xy / (xx * yy) } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Moments, held, scores};

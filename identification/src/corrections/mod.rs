@@ -1,17 +1,16 @@
 //! What a data package states wrongly about its fields: a sign, a unit, an axis, how a reference is mounted. It is set
 //! right in the data before any model is fitted, and the model carries it over to other data.
 
-mod added;
-mod axes;
 mod drive;
 mod effect;
+mod fields;
 mod fit;
 mod legs;
 mod readings;
 mod reference;
 mod signs;
 
-pub(crate) use axes::squared_correlation;
+pub(crate) use fields::fields;
 pub(crate) use legs::{Poses, leaves};
 
 use crate::dataset::{Axis, Column, Constant, Dataset, Kind, Role, Unit};
@@ -150,7 +149,7 @@ impl Correction {
             return;
         }
         if self.fault == Fault::AddedUp {
-            return added::apply(dataset, &self.field);
+            return fields::read_added_up(dataset, &self.field);
         }
         if self.fault == Fault::ReferenceNoise {
             let evened =
@@ -254,14 +253,4 @@ pub(crate) fn exact(dataset: &Dataset) -> Vec<Correction> {
         Kind::Turns => readings::find(dataset),
         Kind::Laps => Vec::new(),
     }
-}
-
-/// Those that say which reading belongs to which reference.
-pub(crate) fn fields(dataset: &Dataset) -> Vec<Correction> {
-    if !matches!(dataset.kind, Kind::Series | Kind::Sensor) {
-        return Vec::new();
-    }
-    let mut found = added::find(dataset);
-    found.extend(axes::find(&applied(dataset, &found)));
-    found
 }

@@ -1,11 +1,9 @@
 //! Measured data of the four kinds of the contract. The caller reads the files.
 
 mod role;
-mod rules;
 mod unit;
 
-pub use role::{Axis, Drive, Kind, Role};
-pub use rules::Alternatives;
+pub use role::{Alternatives, Axis, Drive, Kind, Role};
 use std::collections::BTreeMap;
 pub use unit::{Dimension, Unit};
 

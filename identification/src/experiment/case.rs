@@ -1,6 +1,6 @@
 //! Pairs of an effect and a rival, and what the given rows say about them.
 
-use super::contest::{Contest, Triangle, Valued, lambda};
+use super::contest::{Contest, Triangle, lambda};
 use crate::dataset::Axis;
 use crate::fit::{Data, Found, fit_terms};
 use crate::linear::Basis;
@@ -74,22 +74,16 @@ pub(crate) fn cases(doubts: &[Doubt<'_>]) -> Vec<Case> {
     cases
 }
 
-fn valued(found: &Found) -> Valued {
-    let coefficients = found.coefficients.iter().map(|(value, _)| *value).collect();
-    Valued { shape: found.shape.clone(), coefficients }
-}
-
 fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<Case> {
     let Doubt { data, fit } = doubt;
-    let all: Vec<Valued> = fit.base.iter().chain(&fit.effects).map(valued).collect();
+    let all = fit.all();
     let at = fit.base.len() + effect;
     let mut rest = all.clone();
     let found = rest.remove(at);
-    let mut shapes: Vec<_> = rest.iter().map(|valued| valued.shape.clone()).collect();
+    let mut shapes: Vec<_> = rest.iter().map(|found| found.shape.clone()).collect();
     shapes.push(rival.clone());
-    let refitted = fit_terms(data, &shapes, &fit.noise, &fit.left_out);
-    let mut other: Vec<Valued> = refitted.iter().map(valued).collect();
-    let instead = other.pop().filter(|valued| !valued.coefficients.is_empty())?;
+    let mut other = fit_terms(data, &shapes, &fit.noise, &fit.left_out);
+    let instead = other.pop().filter(|found| !found.coefficients.is_empty())?;
     let contests = [
         Contest { rest, truth: found.clone(), instead: instead.clone() },
         Contest { rest: other, truth: instead.clone(), instead: found.clone() },
@@ -116,9 +110,9 @@ fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<
 }
 
 /// Standard deviation of the whitened residual.
-fn sigma(data: Data<'_>, terms: &[Valued], whitener: &Whitener) -> f64 {
+fn sigma(data: Data<'_>, terms: &[Found], whitener: &Whitener) -> f64 {
     let mut basis = Basis::default();
-    for column in terms.iter().flat_map(|valued| data.columns(&valued.shape)) {
+    for column in terms.iter().flat_map(|found| data.columns(&found.shape)) {
         basis.push(whitener.apply(&column));
     }
     let mut white = whitener.apply(&data.block.residual);

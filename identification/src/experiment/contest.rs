@@ -5,7 +5,7 @@
 //! columns are whitened with the noise that was found. QR reduces a thousand rows to a triangle with the same sums of
 //! products, so that stacking triangles joins given and planned rows.
 
-use crate::fit::{Data, combine};
+use crate::fit::{Data, Found, combine};
 use crate::model::{Acts, Shape};
 use crate::noise::Whitener;
 use nalgebra::DMatrix;
@@ -16,71 +16,49 @@ const MULTIPLES: [f64; 9] = [0.125, 0.25, 0.5, 0.71, 1.0, 1.41, 2.0, 4.0, 8.0];
 /// Relative step of a numerical derivative.
 const NUDGE: f64 = 0.01;
 
-/// A shape with its coefficients.
-#[derive(Debug, Clone)]
-pub(super) struct Valued {
-    /// The shape, with its numbers at their best.
-    pub shape: Shape,
-    /// One per column.
-    pub coefficients: Vec<f64>,
+/// Columns of a term; zero if the data do not show it.
+fn columns(term: &Shape, data: Data<'_>) -> Vec<Vec<f64>> {
+    let found = data.columns(term);
+    match found.is_empty() {
+        true => vec![vec![0.0; data.block.rows.len()]; term.width()],
+        false => found,
+    }
 }
 
-impl Valued {
-    /// Its columns; zero if the data do not show it.
-    fn columns(&self, data: Data<'_>) -> Vec<Vec<f64>> {
-        let found = data.columns(&self.shape);
-        if found.is_empty() {
-            vec![vec![0.0; data.block.rows.len()]; self.shape.width()]
-        } else {
-            found
-        }
+/// Columns of a term, and the derivatives of their sum by each of its numbers.
+fn tangent(term: &Found, data: Data<'_>) -> Vec<Vec<f64>> {
+    let mut found = columns(&term.shape, data);
+    for name in term.shape.nonlinear() {
+        let Some(value) = term.shape.number(name) else { continue };
+        let step = (NUDGE * value.abs()).max(f64::MIN_POSITIVE);
+        let side = |sign: f64| {
+            let moved = term.shape.clone().with(name, value + sign * step);
+            combine(&columns(&moved, data), &term.values())
+        };
+        let (high, low) = (side(1.0), side(-1.0));
+        found.push(high.iter().zip(&low).map(|(high, low)| (high - low) / (2.0 * NUDGE)).collect());
     }
+    found
+}
 
-    /// Its columns, and the derivatives of their sum by each of its numbers.
-    fn tangent(&self, data: Data<'_>) -> Vec<Vec<f64>> {
-        let mut columns = self.columns(data);
-        for name in self.shape.nonlinear() {
-            let Some(value) = self.shape.number(name) else { continue };
-            let step = (NUDGE * value.abs()).max(f64::MIN_POSITIVE);
-            let side = |sign: f64| {
-                let mut moved = self.clone();
-                moved.shape.set(name, value + sign * step);
-                combine(&moved.columns(data), &self.coefficients)
-            };
-            let (high, low) = (side(1.0), side(-1.0));
-            let change =
-                high.iter().zip(&low).map(|(high, low)| (high - low) / (2.0 * NUDGE)).collect();
-            columns.push(change);
-        }
-        columns
-    }
-
-    /// Copies with its one number at several values.
-    fn variants(&self) -> Vec<Self> {
-        let [name] = self.shape.nonlinear()[..] else {
-            return vec![self.clone()];
-        };
-        let Some(value) = self.shape.number(name) else {
-            return vec![self.clone()];
-        };
-        let at = |multiple: &f64| {
-            let mut moved = self.clone();
-            moved.shape.set(name, multiple * value);
-            moved
-        };
-        MULTIPLES.iter().map(at).collect()
-    }
+/// Copies of a term with its one number at several values.
+fn variants(term: &Shape) -> Vec<Shape> {
+    let name = if let [name] = term.nonlinear()[..] { Some(name) } else { None };
+    let Some((name, value)) = name.and_then(|name| Some((name, term.number(name)?))) else {
+        return vec![term.clone()];
+    };
+    MULTIPLES.iter().map(|multiple| term.clone().with(name, multiple * value)).collect()
 }
 
 /// One cause true, another fitted in its place.
 #[derive(Debug, Clone)]
 pub(super) struct Contest {
     /// The rest of the model.
-    pub rest: Vec<Valued>,
+    pub rest: Vec<Found>,
     /// The true cause.
-    pub truth: Valued,
+    pub truth: Found,
     /// The cause fitted in its place.
-    pub instead: Valued,
+    pub instead: Found,
 }
 
 /// What rows say about a contest, as a triangle over its columns.
@@ -103,24 +81,23 @@ impl Contest {
         sigma: f64,
         planned: bool,
     ) -> Triangle {
-        let mut columns: Vec<Vec<f64>> =
-            self.rest.iter().flat_map(|valued| valued.tangent(data)).collect();
-        let offset = Valued { shape: Shape::constant("bias", Acts::Bias), coefficients: vec![1.0] };
-        columns.extend(if planned {
-            offset.columns(data)
+        let mut seen: Vec<Vec<f64>> =
+            self.rest.iter().flat_map(|term| tangent(term, data)).collect();
+        seen.extend(if planned {
+            columns(&Shape::constant("bias", Acts::Bias), data)
         } else {
             vec![vec![0.0; data.block.rows.len()]]
         });
-        let rest = columns.len();
+        let rest = seen.len();
         let mut variants = Vec::new();
-        for variant in self.instead.variants() {
-            let mine = variant.columns(data);
+        for variant in self::variants(&self.instead.shape) {
+            let mine = columns(&variant, data);
             variants.push(mine.len());
-            columns.extend(mine);
+            seen.extend(mine);
         }
-        columns.push(combine(&self.truth.columns(data), &self.truth.coefficients));
-        let mut whitened = DMatrix::zeros(columns[0].len().max(columns.len()), columns.len());
-        for (index, column) in columns.iter().enumerate() {
+        seen.push(combine(&columns(&self.truth.shape, data), &self.truth.values()));
+        let mut whitened = DMatrix::zeros(seen[0].len().max(seen.len()), seen.len());
+        for (index, column) in seen.iter().enumerate() {
             for (row, value) in whitener.apply(column).into_iter().enumerate() {
                 whitened[(row, index)] = value / sigma;
             }

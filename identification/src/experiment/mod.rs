@@ -16,7 +16,6 @@ mod surroundings;
 #[cfg(test)]
 mod tests;
 mod timeline;
-mod words;
 
 use crate::dataset::{Dataset, Kind};
 use crate::finding::{Effect, Finding, NextExperiment, Rival};
@@ -98,7 +97,7 @@ pub fn plans(kind: Kind, by_hand: &[(&str, &'static str, f64, f64)]) -> Vec<(Str
         .iter()
         .flat_map(|programme| [programme.clone(), programme.clone().with_one_bias_test()])
         .map(|programme| {
-            (programme.name.to_owned(), plan::toml(&programme, &words::why(&programme)))
+            (programme.name.to_owned(), plan::toml(&programme, &plan::why(&programme)))
         })
         .collect()
 }
@@ -168,11 +167,11 @@ pub(crate) fn next(
         .map(|(case, gain)| (case.pair.rival.clone(), *gain))
         .collect();
     let effect = &first.pair.effect;
-    let separates = words::separates(effect, &named);
-    let expected_gain = words::gain(effect, &named);
+    let separates = plan::separates(effect, &named);
+    let expected_gain = plan::gain(effect, &named);
     let mut notes =
         vec![format!("Tells apart: {}.", separates.join(", ")), format!("It {expected_gain}.")];
-    notes.extend(words::why(programme));
+    notes.extend(plan::why(programme));
     let decided = cases.iter().zip(gains).filter(|(_, gain)| gain.probability >= DECIDES);
     Some(Experiment {
         name: programme.name.to_owned(),

@@ -131,125 +131,116 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
         return sentence;
     }
     match (effect.term.as_str(), effect.name.as_str()) {
-        ("scale", "reversed_sign") => return format!("What is measured{of} has the wrong sign."),
+        ("scale", "reversed_sign") => format!("What is measured{of} has the wrong sign."),
         ("scale", "wrong_unit" | "encoder_decoding") => {
-            return format!(
-                "What is measured{of} is {} times what it must be.",
-                short(1.0 + value)
-            );
+            format!("What is measured{of} is {} times what it must be.", short(1.0 + value))
         }
         ("scale", name) if name.ends_with("for_radians") || name.ends_with("for_degrees") => {
-            return format!(
-                "What is measured{of} is in another unit than its file says: {}.",
-                plain(name)
-            );
+            format!("What is measured{of} is in another unit than its file says: {}.", plain(name))
         }
         ("turn", "effective_wheelbase") => {
-            return format!(
+            format!(
                 "The robot turns as if its wheelbase were {} times as long as the package says.",
                 short(1.0 / (1.0 + value))
-            );
+            )
         }
         ("turn", _) if is_constant && drive == Some(Drive::Synchro) => {
             let more = more_or_less("farther", "less far");
-            return format!("It turns {} % {more} than its steering says.", percent());
+            format!("It turns {} % {more} than its steering says.", percent())
         }
         ("turn", _) if is_constant && value.abs() < TRACK_SHOWS => {
             let more = more_or_less("farther", "less far");
-            return format!("It turns {} % {more} than its wheels say.", percent());
+            format!("It turns {} % {more} than its wheels say.", percent())
         }
         ("turn", _) if is_constant && value > -1.0 => {
-            return format!(
+            format!(
                 "The robot turns as if its wheels stood {} times as far apart as the package says.",
                 short(1.0 / (1.0 + value))
-            );
+            )
         }
         ("drive", name) if name == WHEEL_SIZE || ONE_WHEEL.contains(&name) => {
             let more = more_or_less("larger", "smaller");
             let which =
                 if name == WHEEL_SIZE { "wheels are" } else { &format!("{} is", plain(name)) };
-            return format!("Its {which} {} % {more} than the package says.", percent());
+            format!("Its {which} {} % {more} than the package says.", percent())
         }
         ("drive", _) if is_constant => {
             let more = more_or_less("farther", "less far");
-            return format!("It drives {} % {more} than the wheels say.", percent());
+            format!("It drives {} % {more} than the wheels say.", percent())
         }
         ("curvature", _) if is_constant => {
-            return format!(
+            format!(
                 "It drifts to the {} by {} {unit} while it drives straight: {}.",
                 more_or_less("left", "right"),
                 short(value.abs()),
                 why_it_drifts(effect, drive)
-            );
+            )
         }
         ("reference", _) if is_constant => {
-            return format!(
+            format!(
                 "The reference sits {} {unit} {} the axle.",
                 short(value.abs()),
                 more_or_less("ahead of", "behind")
-            );
+            )
         }
-        ("delay", "delay") => return delay(&[effect]).unwrap_or_default(),
+        ("delay", "delay") => delay(&[effect]).unwrap_or_default(),
         ("delay", "bandwidth") => {
-            return format!(
+            format!(
                 "What is measured{of} follows with a time constant of {} ms.",
                 short(1e3 * value)
-            );
+            )
         }
         ("clock", _) => {
             let fast = short(1e6 * value);
-            return format!(
-                "The clock of what is measured{of} is off by {fast} parts in a million."
-            );
+            format!("The clock of what is measured{of} is off by {fast} parts in a million.")
         }
         ("axis", _) => {
             let share = value * si_factor(unit).unwrap_or(1.0);
-            return format!(
+            format!(
                 "What is measured{of} has {} % of the rotation about another axis in it ({}).",
                 short(100.0 * share.abs()),
                 seen(effect, 0)
-            );
+            )
         }
         ("dead_zone", _) => {
-            return format!(
-                "What is measured{of} is zero within {} of zero.",
-                number(effect, "width")
-            );
+            format!("What is measured{of} is zero within {} of zero.", number(effect, "width"))
         }
         ("noise", "offset_of_runs") => {
-            return format!(
+            format!(
                 "The offset of what is measured{of} differs from run to run by {size}, and stays within each."
-            );
+            )
         }
         ("noise", "correlated_noise") => {
             let memory = number(effect, "correlation_time");
-            return format!(
-                "What is measured{of} wanders by {size} and comes back after about {memory}."
-            );
+            format!("What is measured{of} wanders by {size} and comes back after about {memory}.")
         }
         ("noise", name) => {
             let after = first.map_or("", |one| one.name.as_str()).replace('_', " ");
             let how = if name == "random_walk" { "as a random walk does" } else { "slowly" };
-            return format!(
+            format!(
                 "What is measured{of} wanders {how}: by {size} {after}, farther with the root of time."
-            );
+            )
         }
         ("quantisation", _) => {
-            return format!("What is measured{of} is rounded to steps of {size}.");
+            format!("What is measured{of} is rounded to steps of {size}.")
         }
         ("saturation", _) if (value - 1.0).abs() > WHOLE => {
             let more = more_or_less("less", "more");
             let limit = number(effect, "limit");
-            return format!("What is measured{of} rises {} % {more} beyond {limit}.", percent());
+            format!("What is measured{of} rises {} % {more} beyond {limit}.", percent())
         }
         ("saturation", _) => {
             let limits = effect.parameters.iter().filter(|one| one.name.ends_with("limit"));
             let known: Vec<String> =
                 limits.filter(|one| one.standard_error.is_some()).map(with_unit).collect();
-            return format!("What is measured{of} is clipped at {}.", known.join(" and at "));
+            format!("What is measured{of} is clipped at {}.", known.join(" and at "))
         }
-        _ => {}
+        _ => by_form(effect, value, &size, unit),
     }
+}
+
+/// A cause by the form of its dependence alone.
+fn by_form(effect: &Effect, value: f64, size: &str, unit: &str) -> String {
     let (subject, what) = (subject(effect), seen(effect, 0));
     match effect.form.as_str() {
         "constant" => format!("{subject} is off by {size}."),

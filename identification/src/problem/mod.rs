@@ -226,7 +226,7 @@ impl Problem {
 
 impl Block {
     /// Observations of single rows, without any yet.
-    fn new(label: &str, unit: DisplayUnit) -> Self {
+    pub fn new(label: &str, unit: DisplayUnit) -> Self {
         Self {
             label: label.to_owned(),
             axis: None,

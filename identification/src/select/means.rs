@@ -142,22 +142,12 @@ impl Equations {
             })
             .collect();
         let block = Block {
-            label: block.label.clone(),
             axis: block.axis,
             apart: block.apart.clone(),
-            aggregate: block.aggregate,
             rows: (0..groups.len()).collect(),
-            residual: Vec::new(),
-            raw: Vec::new(),
-            raw_si: block.raw_si,
-            spread: Vec::new(),
             exposures,
             constants: block.constants.clone(),
-            unit: block.unit.clone(),
-            activity: None,
-            pose: None,
-            closing: None,
-            own: None,
+            ..Block::new(&block.label, block.unit.clone())
         };
         Self { block, channels: means }
     }

@@ -2,12 +2,12 @@
 //! not belong together, and nothing that is wrong with a sensor explains it.
 
 use super::{is_read, leave_out};
-use crate::corrections::{Correction, Poses, applied, squared_correlation};
+use crate::corrections::{Correction, Poses, applied};
 use crate::dataset::{Axis, Column, Dataset, Dimension, Kind, Role};
 use crate::error::IdentifyError;
 use crate::linear::{Basis, dot};
 use crate::problem::{Channels, motion, runs, unwrap, wrap};
-use crate::robust::{self, median, root_mean_square};
+use crate::robust::{self, median, root_mean_square, squared_correlation};
 
 /// Rows are taken together over this time: vibration is no motion, s.
 const BLOCK: f64 = 0.25;
