@@ -240,7 +240,7 @@ fn above_floor(
 
 /// Whether what is left of the quantity is white; `None` if there are too few observations to tell.
 fn whiteness(Done { data, fit, .. }: &Done<'_>) -> Option<Whiteness> {
-    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
+    let whitener = Whitener::new(data.layout, &fit.noise);
     of_innovations(&whitener.apply(&residual(*data, &fit.all())), &stretches(*data))
 }
 

@@ -94,7 +94,7 @@ impl<'a> Done<'a> {
         let read = Data { block: read, ..data };
         let judge = Judge { data: read, path: problem.path.as_ref(), holding: Holding::Spread };
         let fit = identify_block(data, &judge, base.clone(), asked, report);
-        let plain = fit_terms(data, base, &fit.noise, &fit.left_out);
+        let plain = fit_terms(data, base, &fit.noise);
         Self { data, base, plain, asked, fit, judge, factor, clipped: None, step: *step }
     }
 
@@ -105,7 +105,7 @@ impl<'a> Done<'a> {
 
     /// Fits the given model anew under the noise that was found last.
     pub fn fit_plain(&mut self) {
-        self.plain = fit_terms(self.data, self.base, &self.fit.noise, &self.fit.left_out);
+        self.plain = fit_terms(self.data, self.base, &self.fit.noise);
     }
 
     /// Puts the model without clipping first on the path.
@@ -115,9 +115,9 @@ impl<'a> Done<'a> {
         let judge = Judge { data, ..self.judge };
         let white = NoiseModel::white(layout.runs());
         let base: Vec<Shape> = self.fit.base.iter().map(|found| found.shape.clone()).collect();
-        let metrics = judge.judge(&base, &white, &[]);
+        let metrics = judge.judge(&base, &white);
         self.put_first(metrics, std::slice::from_ref(&clipped.shape.name));
-        self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white, &[])));
+        self.clipped = Some((clipped, judge.judge(&self.fit.shapes(), &white)));
     }
 
     /// Puts a plainer model with these errors first on the path; all others have `names` that it lacks.
@@ -179,11 +179,16 @@ impl<'a> Done<'a> {
     /// How firmware removes the errors that were found.
     pub fn compensation(&self, dataset: &Dataset, seed: u64) -> Option<Compensation> {
         let coefficients = values_of(&self.fit.all());
-        let noise = (&self.fit.noise, &*self.fit.left_out);
         let shapes = self.fit.shapes().into_iter();
         let shapes = shapes.map(|shape| shape.within_seen(self.data.channels)).collect();
-        let mut found =
-            compensation(dataset, self.data, (self.factor, shapes), &coefficients, noise, seed)?;
+        let mut found = compensation(
+            dataset,
+            self.data,
+            (self.factor, shapes),
+            &coefficients,
+            &self.fit.noise,
+            seed,
+        )?;
         found.left_out.extend(self.clipped.as_ref().map(|(clipped, _)| LeftOut {
             term: clipped.shape.name.clone(),
             why: "what lies beyond a limit is lost".to_owned(),
@@ -200,6 +205,6 @@ impl<'a> Done<'a> {
             .filter(|(index, shape)| *index != effect && !shape.shares_polynomial(gone));
         let base = self.fit.base.iter().map(|found| &found.shape);
         let shapes: Vec<Shape> = base.chain(others.map(|(_, shape)| shape)).cloned().collect();
-        self.judge.judge(&shapes, &self.fit.noise, &self.fit.left_out)
+        self.judge.judge(&shapes, &self.fit.noise)
     }
 }

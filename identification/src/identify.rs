@@ -170,7 +170,7 @@ fn once(
     let (wild, mut left) = outliers::find(dataset, &problem, &terms);
     if left.is_empty() {
         let swallowed = |one: &Done<'_>| {
-            outliers::swallowed(one.data.block, one.data.channels, &one.fit.left_out)
+            outliers::swallowed(one.data.block, one.data.channels, &one.fit.noise.left_out)
         };
         left.extend(done.iter().filter_map(swallowed));
     }
@@ -223,7 +223,7 @@ fn static_noises(dataset: &Dataset) -> Result<Vec<(Block, NoiseModel)>, Identify
             let layout = Layout::new(block, problem.channels_of(block));
             let data = Data::new(block, problem.channels_of(block), &layout);
             let columns = data.all_columns(&constants(block));
-            let (noise, _) = data.residual(&columns).fit(None);
+            let noise = data.residual(&columns).fit(None).of_all();
             (block.clone(), noise)
         })
         .collect())

@@ -163,7 +163,7 @@ pub fn without_rounding(
         let layout = Layout::new(&working, channels);
         let data = Data::new(&working, channels, &layout);
         let noise = NoiseModel::white(layout.runs());
-        let fitted = fit_terms(data, base, &noise, &[]);
+        let fitted = fit_terms(data, base, &noise);
         let left = fitted.iter().fold(block.residual.clone(), |left, found| {
             less(&left, &combine(&data.columns(&found.shape), &found.values()))
         });

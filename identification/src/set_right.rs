@@ -122,7 +122,7 @@ fn with_constants(dataset: &Dataset) -> Option<Vec<Metric>> {
     let judge = Judge { data, path: problem.path.as_ref(), holding: Holding::Spread };
     let acts = [Acts::Turn, Acts::Curvature, Acts::Drive, Acts::Reference];
     let shapes = acts.map(|acts| Shape::constant("constant", acts));
-    Some(judge.judge(&shapes, &NoiseModel::walking(&layout), &[]))
+    Some(judge.judge(&shapes, &NoiseModel::walking(&layout)))
 }
 
 /// Held-out errors of `shapes` on the quantity of `one` as `dataset` has it.
@@ -140,5 +140,5 @@ fn errors(
     let judge = Judge { data, path: problem.path.as_ref(), holding: one.judge.holding };
     let seen: Vec<Shape> =
         shapes.iter().filter(|shape| shape.observed(block, channels).is_some()).cloned().collect();
-    Ok(judge.judge(&seen, &NoiseModel::white(layout.runs()), &[]))
+    Ok(judge.judge(&seen, &NoiseModel::white(layout.runs())))
 }

@@ -67,7 +67,7 @@ pub(crate) fn compensation(
     data: Data<'_>,
     (factor, shapes): (f64, Vec<Shape>),
     coefficients: &[f64],
-    (noise, left_out): (&NoiseModel, &[bool]),
+    noise: &NoiseModel,
     seed: u64,
 ) -> Option<Compensation> {
     if dataset.kind != Kind::Sensor {
@@ -90,11 +90,12 @@ pub(crate) fn compensation(
         shapes,
         wraps_at: wraps_at(reading, &data.channels.run),
     };
-    let folds = data.trained(&shapes, noise, left_out);
+    let folds = data.trained(&shapes, noise);
     // Gain and offset alone, of readings that count alike.
     let constants: Vec<Shape> = shapes.iter().filter(|shape| is_line(shape)).cloned().collect();
-    let white = NoiseModel::white(data.layout.runs());
-    let line_folds = data.trained(&constants, &white, left_out);
+    let left_out = noise.left_out.clone();
+    let white = NoiseModel { left_out, ..NoiseModel::white(data.layout.runs()) };
+    let line_folds = data.trained(&constants, &white);
     let (sensor, line) = (sensor(shapes), sensor(constants));
     let before = sensor.held_out(data, &folds, |_, _| Program::default());
     let mut after = sensor.held_out(data, &folds, |values, rows| sensor.best(values, rows).0);
@@ -103,7 +104,7 @@ pub(crate) fn compensation(
     let (mut program, mut unused) = sensor.best(coefficients, &all);
     if !(after.rmse() < by_line.rmse() * (1.0 - AS_GOOD)) {
         after = by_line;
-        let values = fit_terms(data, &line.shapes, &white, left_out);
+        let values = fit_terms(data, &line.shapes, &white);
         let values = values.iter().flat_map(|found| &found.coefficients).map(|one| one.0);
         program = line.best(&values.collect::<Vec<f64>>(), &all).0;
         let others = sensor.shapes.iter().filter(|shape| !is_line(shape));

@@ -82,13 +82,13 @@ fn case(index: usize, doubt: Doubt<'_>, effect: usize, rival: &Shape) -> Option<
     let found = rest.remove(at);
     let mut shapes: Vec<_> = rest.iter().map(|found| found.shape.clone()).collect();
     shapes.push(rival.clone());
-    let mut other = fit_terms(data, &shapes, &fit.noise, &fit.left_out);
+    let mut other = fit_terms(data, &shapes, &fit.noise);
     let instead = other.pop().filter(|found| !found.coefficients.is_empty())?;
     let contests = [
         Contest { rest, truth: found.clone(), instead: instead.clone() },
         Contest { rest: other, truth: instead.clone(), instead: found.clone() },
     ];
-    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
+    let whitener = Whitener::new(data.layout, &fit.noise);
     let sigma = sigma(data, &all, &whitener);
     let given = [0, 1].map(|way: usize| contests[way].seen(data, &whitener, sigma, false));
     let now = lambda(&[&given[0]]).min(lambda(&[&given[1]]));

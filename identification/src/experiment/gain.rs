@@ -49,7 +49,7 @@ pub(super) fn gains(
         let block = ahead.blocks.iter().find(|block| block.label == given.label)?;
         let layout = Layout::new(block, ahead.channels_of(block));
         let noise = noise_of_means(&doubt.fit.noise, given, block, rows.samples, layout.runs());
-        let whitener = Whitener::new(&layout, &noise, &[]);
+        let whitener = Whitener::new(&layout, &noise);
         let data = Data::new(block, ahead.channels_of(block), &layout);
         for (case, gain) in cases.iter().zip(&mut gains).filter(|(case, _)| case.doubt == index) {
             let both = [0, 1].map(|way: usize| {
@@ -76,7 +76,7 @@ fn noise_of_means(
     samples: f64,
     runs: usize,
 ) -> NoiseModel {
-    let mut noise = noise.clone();
+    let mut noise = noise.of_all();
     noise.run_scale = vec![1.0; runs];
     if planned.aggregate == Aggregate::Level {
         return noise;

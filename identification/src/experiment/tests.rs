@@ -78,7 +78,7 @@ fn experiment(
     let mut shapes: Vec<Shape> =
         block.constants.iter().map(|known| Shape::constant(known.name, known.acts)).collect();
     shapes.push(effect.clone());
-    let mut base = fit_terms(data, &shapes, &noise, &[]);
+    let mut base = fit_terms(data, &shapes, &noise);
     let mut found = base.pop().unwrap();
     found.strength = 20.0;
     found.rivals =
@@ -95,7 +95,6 @@ fn experiment(
         floor: NOISE_DEG.to_radians(),
         scale: NOISE_DEG.to_radians(),
         left: Vec::new(),
-        left_out: Vec::new(),
     };
     let doubts = [Doubt { data, fit: &fit }];
     let cases = cases(&doubts);

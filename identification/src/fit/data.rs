@@ -115,8 +115,8 @@ impl Data<'_> {
     }
 
     /// Columns of all `terms` and the residual, whitened.
-    pub fn whitened(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> White {
-        let whitener = Whitener::new(self.layout, noise, left_out);
+    pub fn whitened(&self, terms: &[Shape], noise: &NoiseModel) -> White {
+        let whitener = Whitener::new(self.layout, noise);
         let columns = whitener.apply_all(&self.all_columns(terms));
         let target = whitener.apply(&self.block.residual);
         White { whitener, columns, target }

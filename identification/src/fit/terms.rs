@@ -50,13 +50,8 @@ pub struct RivalFound {
 }
 
 /// Fits `terms` as they are.
-pub fn fit_terms(
-    data: Data<'_>,
-    terms: &[Shape],
-    noise: &NoiseModel,
-    left_out: &[bool],
-) -> Vec<Found> {
-    let White { columns, target, .. } = data.whitened(terms, noise, left_out);
+pub fn fit_terms(data: Data<'_>, terms: &[Shape], noise: &NoiseModel) -> Vec<Found> {
+    let White { columns, target, .. } = data.whitened(terms, noise);
     let fit = robust_fit(&columns, &target);
     let of = |places: Range<usize>| places.map(|i| (fit.coefficients[i], fit.errors[i])).collect();
     let places = data.places(terms).into_iter();

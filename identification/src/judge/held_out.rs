@@ -15,14 +15,8 @@ struct Equations {
 
 impl Equations {
     /// `train` lists, for each fold, the observations that it uses.
-    fn new(
-        data: Data<'_>,
-        columns: &[Vec<f64>],
-        noise: &NoiseModel,
-        left_out: &[bool],
-        train: &[Vec<bool>],
-    ) -> Self {
-        let whitener = Whitener::new(data.layout, noise, left_out);
+    fn new(data: Data<'_>, columns: &[Vec<f64>], noise: &NoiseModel, train: &[Vec<bool>]) -> Self {
+        let whitener = Whitener::new(data.layout, noise);
         let residual = whitener.apply(&data.block.residual);
         let columns = whitener.apply_all(columns);
         let uses = |i: usize| -> Vec<bool> { train.iter().map(|train| train[i]).collect() };
@@ -79,29 +73,18 @@ impl Holding {
 
 impl Data<'_> {
     /// Coefficients of these columns without what each of `folds` holds out.
-    fn train(
-        &self,
-        columns: &[Vec<f64>],
-        folds: &[Fold],
-        noise: &NoiseModel,
-        left_out: &[bool],
-    ) -> Vec<Vec<f64>> {
+    fn train(&self, columns: &[Vec<f64>], folds: &[Fold], noise: &NoiseModel) -> Vec<Vec<f64>> {
         let train: Vec<Vec<bool>> = folds.iter().map(|fold| fold.train.clone()).collect();
-        let white = Equations::new(*self, columns, noise, left_out, &train);
+        let white = Equations::new(*self, columns, noise, &train);
         (0..folds.len()).map(|fold| white.train(fold)).collect()
     }
 
     /// Squared innovations of held-out observations, with `terms`: the loss under the noise.
-    pub(crate) fn innovations_held_out(
-        &self,
-        terms: &[Shape],
-        noise: &NoiseModel,
-        left_out: &[bool],
-    ) -> Errors {
-        let white = self.whitened(terms, noise, left_out);
+    pub(crate) fn innovations_held_out(&self, terms: &[Shape], noise: &NoiseModel) -> Errors {
+        let white = self.whitened(terms, noise);
         let run = &self.layout.run;
         let alone = run.iter().all(|other| *other == run[0]);
-        let trained = self.trained(terms, noise, left_out);
+        let trained = self.trained(terms, noise);
         let mut errors = Errors { folds: trained.len(), ..Errors::default() };
         for (number, (fold, coefficients)) in trained.iter().enumerate() {
             let left = white.left(coefficients);
@@ -113,28 +96,17 @@ impl Data<'_> {
     }
 
     /// The folds, each with the coefficients of `terms` from the observations that it does not hold out.
-    pub(crate) fn trained(
-        &self,
-        terms: &[Shape],
-        noise: &NoiseModel,
-        left_out: &[bool],
-    ) -> Vec<(Fold, Vec<f64>)> {
+    pub(crate) fn trained(&self, terms: &[Shape], noise: &NoiseModel) -> Vec<(Fold, Vec<f64>)> {
         let folds = folds(&self.layout.run);
-        let coefficients = self.train(&self.all_columns(terms), &folds, noise, left_out);
+        let coefficients = self.train(&self.all_columns(terms), &folds, noise);
         folds.into_iter().zip(coefficients).collect()
     }
 
     /// Errors of `terms` over held-out observations.
-    pub(crate) fn held_out(
-        &self,
-        terms: &[Shape],
-        noise: &NoiseModel,
-        left_out: &[bool],
-        holding: Holding,
-    ) -> Errors {
+    pub(crate) fn held_out(&self, terms: &[Shape], noise: &NoiseModel, holding: Holding) -> Errors {
         let columns = self.all_columns(terms);
         let (folds, clusters) = holding.folds(&self.layout.run);
-        let trained = self.train(&columns, &folds, noise, left_out);
+        let trained = self.train(&columns, &folds, noise);
         let mut errors = Errors { folds: folds.len(), ..Errors::default() };
         let run = &self.layout.run;
         let alone = clusters.iter().all(|other| *other == clusters[0]);
@@ -178,7 +150,6 @@ pub(crate) fn path_errors(
     data: Data<'_>,
     terms: &[Shape],
     noise: &NoiseModel,
-    left_out: &[bool],
 ) -> Option<(Errors, Errors)> {
     if path.runs.len() < 2 {
         return None;
@@ -188,7 +159,7 @@ pub(crate) fn path_errors(
     (positions.folds, headings.folds) = (folds.len(), folds.len());
     let of_rows = |fold: &Fold| data.block.rows.iter().map(|&row| fold.train[row]).collect();
     let train: Vec<Vec<bool>> = folds.iter().map(of_rows).collect();
-    let white = Equations::new(data, &data.all_columns(terms), noise, left_out, &train);
+    let white = Equations::new(data, &data.all_columns(terms), noise, &train);
     for (number, fold) in folds.iter().enumerate() {
         let mut added = Added::nothing(data.channels.run.len());
         add_driven(data, terms, &white.train(number), &mut added);

@@ -44,12 +44,11 @@ pub struct Judge<'a> {
 
 impl Judge<'_> {
     /// Errors of `terms` in each metric of the block, on held-out runs.
-    pub fn judge(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Vec<Metric> {
+    pub fn judge(&self, terms: &[Shape], noise: &NoiseModel) -> Vec<Metric> {
         let block = self.data.block;
         if block.aggregate == Aggregate::Pose
             && let Some(path) = self.path
-            && let Some((positions, headings)) =
-                path_errors(path, self.data, terms, noise, left_out)
+            && let Some((positions, headings)) = path_errors(path, self.data, terms, noise)
         {
             return vec![
                 Metric {
@@ -67,16 +66,16 @@ impl Judge<'_> {
         vec![Metric {
             name: block.label.clone(),
             unit: block.unit.clone(),
-            errors: self.data.held_out(terms, noise, left_out, self.holding),
+            errors: self.data.held_out(terms, noise, self.holding),
         }]
     }
 
     /// The error from one reading to the next: the most informative one if the residual is noise.
-    pub fn innovation(&self, terms: &[Shape], noise: &NoiseModel, left_out: &[bool]) -> Metric {
+    pub fn innovation(&self, terms: &[Shape], noise: &NoiseModel) -> Metric {
         Metric {
             name: "innovation".to_owned(),
             unit: DisplayUnit::one(),
-            errors: self.data.innovations_held_out(terms, noise, left_out),
+            errors: self.data.innovations_held_out(terms, noise),
         }
     }
 }

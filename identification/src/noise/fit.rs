@@ -13,8 +13,8 @@ pub const TIME_CAUTION: f64 = 3.0;
 const RUN_ROWS_MIN: usize = 40;
 
 impl Residual<'_> {
-    /// Fits noise to it, starting from `start`; also returns which observations are outliers under it.
-    pub fn fit(self, start: Option<&NoiseModel>) -> (NoiseModel, Vec<bool>) {
+    /// Fits noise to it, starting from `start`.
+    pub fn fit(self, start: Option<&NoiseModel>) -> NoiseModel {
         let layout = self.layout;
         let mut noise = start.cloned().unwrap_or_else(|| match layout.is_level() {
             true => NoiseModel::walking(layout),
@@ -23,10 +23,10 @@ impl Residual<'_> {
         if layout.is_poses() && noise.slide.is_none() {
             noise.slide = Some([0.0; 2]);
         }
-        let mut left_out = self.outliers(&noise);
+        noise.left_out = self.outliers(&noise);
         for round in 0..2 {
-            let before = left_out.clone();
-            let search = Search::new(self, &left_out);
+            let before = noise.left_out.clone();
+            let search = Search::new(self, &before);
             if layout.is_poses() {
                 search.walks(&mut noise, round > 0);
             } else if layout.is_level() {
@@ -34,19 +34,19 @@ impl Residual<'_> {
             }
             search.parts(&mut noise);
             noise.run_scale = self.run_scales(&noise);
-            left_out = self.outliers(&noise);
-            let changed = before.iter().zip(&left_out).filter(|(a, b)| a != b).count();
-            if round == 0 && changed * 500 < left_out.len() && !noise.is_coloured() {
+            noise.left_out = self.outliers(&noise);
+            let changed = before.iter().zip(&noise.left_out).filter(|(a, b)| a != b).count();
+            if round == 0 && changed * 500 < before.len() && !noise.is_coloured() {
                 break;
             }
         }
-        (noise, left_out)
+        noise
     }
 
     /// Tunes the parts of `start` to it, and returns the log-likelihood minus the price of the parts. Parts may be dropped;
-    /// none is added. `left_out` does not change, so that likelihoods can be compared.
-    pub fn retune(self, start: &NoiseModel, left_out: &[bool]) -> (NoiseModel, f64) {
-        let search = Search::new(self, left_out);
+    /// none is added. Outliers stay, so that likelihoods can be compared.
+    pub fn retune(self, start: &NoiseModel) -> (NoiseModel, f64) {
+        let search = Search::new(self, &start.left_out);
         let mut noise = start.clone();
         search.shrink(&mut noise);
         search.tune(&mut noise, PART_PRICE);
@@ -64,12 +64,12 @@ impl Residual<'_> {
     }
 
     /// The log-likelihood minus the price of the parts.
-    pub fn priced(self, noise: &NoiseModel, left_out: &[bool]) -> f64 {
-        self.log_likelihood(noise, left_out) - PART_PRICE * noise.coloured.len() as f64
+    pub fn priced(self, noise: &NoiseModel) -> f64 {
+        self.log_likelihood(noise) - PART_PRICE * noise.coloured.len() as f64
     }
 
     fn whitened(self, noise: &NoiseModel) -> Vec<f64> {
-        let whitener = Whitener::new(self.layout, noise, &[]);
+        let whitener = Whitener::new(self.layout, &noise.of_all());
         let mut basis = Basis::default();
         basis.extend(whitener.apply_each(self.columns));
         let mut white = whitener.apply(self.values);

@@ -2,6 +2,7 @@
 
 use super::pose_filter::Latest;
 use super::poses::Poses;
+use crate::noise::NoiseModel;
 use crate::problem::{Aggregate, Block, Channels};
 use std::ops::Range;
 use std::rc::Rc;
@@ -192,11 +193,14 @@ impl Layout {
         Self { spread, latest: Rc::default(), ..self.clone() }
     }
 
-    /// Weight of each observation in a mean; zero if it is `left_out`.
-    pub fn weights(&self, left_out: &[bool]) -> Vec<f64> {
+    /// Weight of each observation in a mean; zero if `noise` leaves it out.
+    pub fn weights(&self, noise: &NoiseModel) -> Vec<f64> {
         let weight = |i: usize| {
-            let out = left_out.get(i).copied().unwrap_or(false);
-            if out { 0.0 } else { self.spread.get(i).copied().unwrap_or(1.0).powi(-2) }
+            if noise.leaves_out(i) {
+                0.0
+            } else {
+                self.spread.get(i).copied().unwrap_or(1.0).powi(-2)
+            }
         };
         (0..self.len()).map(weight).collect()
     }

@@ -42,6 +42,8 @@ pub struct NoiseModel {
     pub coloured: Vec<Coloured>,
     /// Standard deviation of each run's noise over that of all.
     pub run_scale: Vec<f64>,
+    /// Which observations are outliers beside it and get no weight; empty if none is.
+    pub left_out: Vec<bool>,
 }
 
 /// How noise accumulates over rows of different durations, equally or like a rate: the likelier of the two.
@@ -58,10 +60,10 @@ pub fn likeliest_layout(
     }
     let value = |layout: &Layout| {
         let residual = Residual { layout, values, columns };
-        let (noise, left_out) = residual.fit(None);
-        residual.log_likelihood(&noise, &left_out)
+        let noise = residual.fit(None);
+        residual.log_likelihood(&noise)
             - 3.0 * noise.coloured.len() as f64
-            - 10.0 * left_out.iter().filter(|left_out| **left_out).count() as f64
+            - 10.0 * noise.left_out.iter().filter(|left_out| **left_out).count() as f64
     };
     let as_rates = [plain.over(durations, false), plain.over(durations, true)];
     let mut best = (value(&plain), plain);
@@ -84,12 +86,29 @@ impl NoiseModel {
     /// White noise, equal in all runs.
     pub fn white(runs: usize) -> Self {
         let run_scale = vec![1.0; runs];
-        Self { white: 1.0, walk: 0.0, slide: None, coloured: Vec::new(), run_scale }
+        Self {
+            white: 1.0,
+            walk: 0.0,
+            slide: None,
+            coloured: Vec::new(),
+            run_scale,
+            left_out: Vec::new(),
+        }
     }
 
     /// Equal errors of levels, and a walk that adds as much from one observation to the next.
     pub fn walking(layout: &Layout) -> Self {
         Self { walk: layout.mean_activity().recip(), ..Self::white(layout.runs()) }
+    }
+
+    /// The same noise beside other observations: none is left out.
+    pub fn of_all(&self) -> Self {
+        Self { left_out: Vec::new(), ..self.clone() }
+    }
+
+    /// Whether this observation is an outlier.
+    pub fn leaves_out(&self, observation: usize) -> bool {
+        self.left_out.get(observation).copied().unwrap_or(false)
     }
 
     /// Whether there is anything but white noise.

@@ -28,12 +28,7 @@ pub(super) struct PoseFilter {
 
 impl PoseFilter {
     /// The filter for `noise`: what is known of each observation is its run and, if they differ, its spread.
-    pub fn new(
-        poses: &Rc<Poses>,
-        of: (&[usize], &[f64]),
-        noise: &NoiseModel,
-        left_out: &[bool],
-    ) -> Self {
+    pub fn new(poses: &Rc<Poses>, of: (&[usize], &[f64]), noise: &NoiseModel) -> Self {
         let mut found = Self {
             poses: Rc::clone(poses),
             is_rated: !noise.coloured.is_empty(),
@@ -44,19 +39,14 @@ impl PoseFilter {
             unknown_starts: Rc::default(),
         };
         match found.is_rated {
-            true => found.fill::<STATES>(of, noise, left_out),
-            false => found.fill::<WALKING>(of, noise, left_out),
+            true => found.fill::<STATES>(of, noise),
+            false => found.fill::<WALKING>(of, noise),
         }
         found.unknown_starts = poses.unknown_starts(&found.each(&poses.start_errors));
         found
     }
 
-    fn fill<const S: usize>(
-        &mut self,
-        (run, spread): (&[usize], &[f64]),
-        noise: &NoiseModel,
-        left_out: &[bool],
-    ) {
+    fn fill<const S: usize>(&mut self, (run, spread): (&[usize], &[f64]), noise: &NoiseModel) {
         let poses = Rc::clone(&self.poses);
         let part = noise.coloured.first();
         let rate = part.map_or(0.0, |part| part.variance);
@@ -92,7 +82,7 @@ impl PoseFilter {
             }
             let own = spread.get(leg.at).copied().unwrap_or(1.0);
             let scale = noise.run_scale.get(run[leg.at]).copied().unwrap_or(1.0);
-            let skip = left_out.get(leg.at).copied().unwrap_or(false) || !own.is_finite();
+            let skip = noise.leaves_out(leg.at) || !own.is_finite();
             let sum = POSE + leg.component;
             let mut seen = p[sum];
             seen.iter_mut().for_each(|value| *value *= leg.share);
@@ -163,31 +153,26 @@ impl Several for PoseFilter {
     }
 }
 
-/// The latest filters by noise and outliers, latest first.
+/// The latest filters by noise, latest first.
 #[derive(Debug, Default)]
 pub(super) struct Latest(RefCell<Vec<Known>>);
 
-type Known = (NoiseModel, Vec<bool>, Rc<PoseFilter>);
+type Known = (NoiseModel, Rc<PoseFilter>);
 
 /// Number of filters that are kept.
 const KEPT: usize = 24;
 
 impl Latest {
-    /// The filter for this noise and these outliers, from `new` if it is not known.
-    pub fn filter(
-        &self,
-        noise: &NoiseModel,
-        left_out: &[bool],
-        new: impl FnOnce() -> PoseFilter,
-    ) -> Rc<PoseFilter> {
+    /// The filter for this noise, from `new` if it is not known.
+    pub fn filter(&self, noise: &NoiseModel, new: impl FnOnce() -> PoseFilter) -> Rc<PoseFilter> {
         let mut known = self.0.borrow_mut();
-        if let Some(index) = known.iter().position(|one| one.0 == *noise && one.1 == left_out) {
+        if let Some(index) = known.iter().position(|one| one.0 == *noise) {
             known[..=index].rotate_right(1);
         } else {
             known.truncate(KEPT - 1);
-            known.insert(0, (noise.clone(), left_out.to_vec(), Rc::new(new())));
+            known.insert(0, (noise.clone(), Rc::new(new())));
         }
-        Rc::clone(&known[0].2)
+        Rc::clone(&known[0].1)
     }
 }
 
@@ -276,7 +261,7 @@ mod tests {
             }
             found
         };
-        let filter = PoseFilter::new(&poses, (&layout.run, &layout.spread), &noise, &[]);
+        let filter = PoseFilter::new(&poses, (&layout.run, &layout.spread), &noise);
         let unit = |i: usize| (0..n).map(|k| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
         let whitened = filter.each(&(0..n).map(unit).collect::<Vec<_>>());
         for a in 0..n {
@@ -294,7 +279,7 @@ mod tests {
         // A rate that never changes is one column more.
         let rate = Coloured { correlation_s: f64::INFINITY, variance: 1e9 };
         let noise = NoiseModel { coloured: vec![rate], ..noise };
-        let filter = PoseFilter::new(&poses, (&layout.run, &layout.spread), &noise, &[]);
+        let filter = PoseFilter::new(&poses, (&layout.run, &layout.spread), &noise);
         let time = (0..ROWS).map(|row| if row > 0 { 0.5 } else { 0.0 }).collect();
         let column = block.observe(Acts::Turn, time, &problem.channels.run);
         let left = &filter.each(std::slice::from_ref(&column))[0];
@@ -306,8 +291,9 @@ mod tests {
         let latest = Latest::default();
         let is_made = |walk: usize, left_out: &[bool]| {
             let mut made = false;
-            let noise = NoiseModel { walk: walk as f64, ..NoiseModel::white(1) };
-            latest.filter(&noise, left_out, || {
+            let left_out = left_out.to_vec();
+            let noise = NoiseModel { walk: walk as f64, left_out, ..NoiseModel::white(1) };
+            latest.filter(&noise, || {
                 made = true;
                 PoseFilter::default()
             });

@@ -14,8 +14,8 @@ pub struct Residual<'a> {
 
 impl Residual<'_> {
     /// Logarithm of the likelihood under `noise`, with its scale at its best value.
-    pub fn log_likelihood(self, noise: &NoiseModel, left_out: &[bool]) -> f64 {
-        let whitener = Whitener::new(self.layout, noise, left_out);
+    pub fn log_likelihood(self, noise: &NoiseModel) -> f64 {
+        let whitener = Whitener::new(self.layout, noise);
         let all: Vec<&[f64]> =
             self.columns.iter().map(Vec::as_slice).chain([self.values]).collect();
         let mut white = whitener.apply_each(&all);

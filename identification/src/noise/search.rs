@@ -39,8 +39,9 @@ impl View<'_> {
     fn value(&self, noise: &NoiseModel) -> f64 {
         let mut noise = noise.clone();
         noise.white *= self.white;
+        noise.left_out = self.left_out.to_vec();
         let Self { layout, values, columns, .. } = self;
-        self.weight * Residual { layout, values, columns }.log_likelihood(&noise, &self.left_out)
+        self.weight * Residual { layout, values, columns }.log_likelihood(&noise)
     }
 }
 
@@ -89,12 +90,13 @@ impl<'a> Search<'a> {
         if n > WHOLE_MAX && !layout.is_level() {
             let block = n.div_ceil(THINNED);
             let (thin, groups) = layout.thinned(block);
-            let mean = |values: &[f64]| means(&groups, values, |i| left_out[i]);
+            let is_out = |i: usize| left_out[i];
+            let mean = |values: &[f64]| means(&groups, values, is_out);
             let coarse = View {
                 values: Cow::Owned(mean(values)),
                 columns: Cow::Owned(columns.iter().map(|column| mean(column)).collect()),
                 left_out: Cow::Owned(
-                    groups.iter().map(|range| range.clone().all(|i| left_out[i])).collect(),
+                    groups.iter().map(|range| range.clone().all(is_out)).collect(),
                 ),
                 white: 1.0 / block as f64,
                 weight: 1.0,

@@ -53,14 +53,14 @@ struct Means {
 
 /// The slow noise in `residual`, if `noise` has a long memory and is likelier than any
 /// with a short memory.
-pub fn slow(residual: Residual<'_>, noise: &NoiseModel, left_out: &[bool]) -> Option<Slow> {
+pub fn slow(residual: Residual<'_>, noise: &NoiseModel) -> Option<Slow> {
     let layout = residual.layout;
     let span = layout.span();
     let remembers = noise.coloured.iter().any(|part| part.correlation_s > SOON * span);
     if layout.is_level() || !remembers {
         return None;
     }
-    let means = Means::new(residual, left_out)?;
+    let means = Means::new(residual, noise)?;
     let soon = means.likeliest(&[SHORT, SOON].map(|share| share * span));
     let walking = means.likeliest(&[LASTS * span]);
     let forgetting = MEMORIES.map(|share| means.likeliest(&[share * span]));
@@ -107,11 +107,10 @@ impl Likeliest {
 }
 
 impl Means {
-    fn new(residual: Residual<'_>, left_out: &[bool]) -> Option<Self> {
+    fn new(residual: Residual<'_>, noise: &NoiseModel) -> Option<Self> {
         let Residual { layout, values, columns } = residual;
         let out = |i: usize| {
-            left_out.get(i).copied().unwrap_or(false)
-                || layout.spread.get(i).is_some_and(|spread| !spread.is_finite())
+            noise.leaves_out(i) || layout.spread.get(i).is_some_and(|spread| !spread.is_finite())
         };
         let (thin, groups) = layout.thinned(layout.len().div_ceil(THINNED));
         let of = |values: &[f64]| means(&groups, values, out);
@@ -132,8 +131,12 @@ impl Means {
 
     /// Restricted log-likelihood (Patterson and Thompson 1971), and the scale.
     fn value(&self, coloured: Vec<Coloured>) -> (f64, f64) {
-        let noise = NoiseModel { coloured, ..NoiseModel::white(self.layout.runs()) };
-        let whitener = Whitener::new(&self.layout, &noise, &self.left_out);
+        let noise = NoiseModel {
+            coloured,
+            left_out: self.left_out.clone(),
+            ..NoiseModel::white(self.layout.runs())
+        };
+        let whitener = Whitener::new(&self.layout, &noise);
         let columns = whitener.apply_all(&self.columns);
         let mut basis = Basis::default();
         let mut determinant = 0.0;
@@ -254,8 +257,7 @@ mod tests {
         let layout = Layout::of_rows(RUNS, ROWS, 1.0);
         let bias = vec![vec![1.0; residual.len()]];
         let residual = Residual { layout: &layout, values: &residual, columns: &bias };
-        let (noise, left_out) = residual.fit(None);
-        slow(residual, &noise, &left_out).filter(|found| found.surprise > 5.3)
+        slow(residual, &residual.fit(None)).filter(|found| found.surprise > 5.3)
     }
 
     #[test]

@@ -29,11 +29,11 @@ pub struct Whitener {
 const DIFFUSE: f64 = 1e8;
 
 impl Whitener {
-    /// A whitener for observations as in `layout` under `noise`. Those that are `left_out` get no weight.
-    pub fn new(layout: &Layout, noise: &NoiseModel, left_out: &[bool]) -> Self {
+    /// A whitener for observations as in `layout` under `noise`.
+    pub fn new(layout: &Layout, noise: &NoiseModel) -> Self {
         if let (Some(poses), Some(_)) = (&layout.poses, noise.slide) {
-            let new = || PoseFilter::new(poses, (&layout.run, &layout.spread), noise, left_out);
-            return Self::of_poses(layout.latest.filter(noise, left_out, new));
+            let new = || PoseFilter::new(poses, (&layout.run, &layout.spread), noise);
+            return Self::of_poses(layout.latest.filter(noise, new));
         }
         let n = layout.len();
         let levels = layout.is_level();
@@ -61,7 +61,7 @@ impl Whitener {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
             let log_scale = log_scales.get(layout.run[i]).copied().unwrap_or(0.0);
             let own = layout.spread.get(i).copied().unwrap_or(1.0);
-            let skip = left_out.get(i).copied().unwrap_or(false) || !own.is_finite();
+            let skip = noise.leaves_out(i) || !own.is_finite();
             if plain {
                 whitener.filter.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
                 if !skip {
@@ -293,8 +293,9 @@ mod tests {
                 Coloured { correlation_s: f64::INFINITY, variance: 0.5 },
             ],
             run_scale: vec![1.5],
+            left_out: Vec::new(),
         };
-        let whitener = Whitener::new(&layout(n, false), &noise, &[]);
+        let whitener = Whitener::new(&layout(n, false), &noise);
         let columns: Vec<Vec<f64>> = (0..n)
             .map(|i| {
                 whitener.apply(&(0..n).map(|k| f64::from(u8::from(i == k))).collect::<Vec<_>>())
@@ -327,15 +328,15 @@ mod tests {
             slide: None,
             coloured: vec![Coloured { correlation_s: 30.0, variance: 0.3 }],
             run_scale: vec![1.0],
+            left_out: (0..n).map(|i| i == 2500).collect(),
         };
-        let left_out: Vec<bool> = (0..n).map(|i| i == 2500).collect();
         let even = layout(n, false);
         // Steps that differ by more than rounding share nothing.
         let mut uneven = even.clone();
         uneven.step = (0..n).map(|i| if i % 2 == 0 { 1.0 } else { 1.0 + 1e-8 }).collect();
         let column: Vec<f64> = (0..n).map(|i| (i as f64 * 0.37).sin()).collect();
-        let shared = Whitener::new(&even, &noise, &left_out);
-        let own = Whitener::new(&uneven, &noise, &left_out);
+        let shared = Whitener::new(&even, &noise);
+        let own = Whitener::new(&uneven, &noise);
         assert!(shared.filter.gains.len() < 1000 && own.filter.gains.len() == n);
         for (a, b) in shared.apply(&column).iter().zip(own.apply(&column)) {
             assert!((a - b).abs() < 1e-7, "{a} {b}");
@@ -346,7 +347,7 @@ mod tests {
     #[test]
     fn a_constant_on_a_level_costs_one_observation() {
         let noise = NoiseModel { walk: 0.1, ..NoiseModel::white(1) };
-        let whitener = Whitener::new(&layout(50, true), &noise, &[]);
+        let whitener = Whitener::new(&layout(50, true), &noise);
         let whitened = whitener.apply(&[5.0; 50]);
         assert!(whitened.iter().map(|value| value * value).sum::<f64>() < 1e-3);
     }

@@ -184,7 +184,7 @@ pub(crate) fn diagnose(
     let unit = &data.block.unit;
     let (before, after) =
         (data.since_start(residual(data, plain)), data.since_start(residual(data, &all)));
-    let whitener = Whitener::new(data.layout, &fit.noise, &fit.left_out);
+    let whitener = Whitener::new(data.layout, &fit.noise);
     let interval = data.layout.interval();
     let longest = longest_run(&data.layout.run);
     let (a, b) = (allan(&before[longest.clone()], interval), allan(&after[longest], interval));
@@ -202,7 +202,7 @@ pub(crate) fn diagnose(
         allan: a.iter().zip(&b).map(|(a, b)| (a.0, a.1 / unit.si, b.1 / unit.si)).collect(),
         before: shown(&before),
         after: shown(&after),
-        outliers: fit.left_out.clone(),
+        outliers: fit.noise.left_out.clone(),
         channels: channels(data),
         effects: (base..all.len()).filter_map(|index| curve(data, &all, base, index)).collect(),
         by_run: by_run(errors, unit.si),

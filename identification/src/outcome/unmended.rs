@@ -128,7 +128,6 @@ pub(crate) fn slow_noise(data: Data<'_>, fit: &BlockFit, share: f64) -> Option<S
     let slow = noise::slow(
         Residual { layout: data.layout, values: &left, columns: &columns },
         &fit.noise,
-        &fit.left_out,
     )?;
     let p_value = (-slow.surprise).exp();
     if !(p_value < RISK * share) {

@@ -63,7 +63,7 @@ const STAYS: usize = 3;
 pub(super) fn residual(block: &Block, channels: &Channels, terms: &[Shape]) -> Errors {
     let layout = Layout::new(block, channels);
     let data = Data::new(block, channels, &layout);
-    let fit = fit_terms(data, terms, &NoiseModel::white(layout.runs()), &[]);
+    let fit = fit_terms(data, terms, &NoiseModel::white(layout.runs()));
     let values: Vec<f64> =
         fit.iter().flat_map(|found| &found.coefficients).map(|one| one.0).collect();
     let fitted = combine(&data.all_columns(terms), &values);

@@ -40,7 +40,6 @@ pub fn identify_block(
         terms: base,
         families: Vec::new(),
         noise: NoiseModel::white(data.layout.runs()),
-        left_out: Vec::new(),
     };
     if let Some(noise) = asked.noise {
         state.noise = NoiseModel { run_scale: vec![1.0; data.layout.runs()], ..noise.clone() };
@@ -147,7 +146,7 @@ fn reported(
     let innovations: Vec<Metric> = path
         .iter()
         .filter(|_| is_noise)
-        .map(|step| judge.innovation(&step.state.terms, &richest.noise, &richest.left_out))
+        .map(|step| judge.innovation(&step.state.terms, &richest.noise))
         .collect();
     let standings: Vec<Standing<'_>> = path
         .iter()
@@ -231,7 +230,7 @@ impl Remains {
 /// Examines the residual of `state`.
 fn remains(state: &State<'_>) -> Remains {
     let data = state.data;
-    let white = data.whitened(&state.terms, &state.noise, &[]);
+    let white = data.whitened(&state.terms, &state.noise.of_all());
     let white = white.left(&robust_fit(&white.columns, &white.target).coefficients);
     let channels = data.channels;
     let of_rows = |values: &[f64]| -> Vec<f64> {

@@ -326,11 +326,11 @@ fn is_offset_or_trend(column: &[f64]) -> bool {
 pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) -> Contender {
     let mut columns = null.columns.to_vec();
     columns.extend(contender.columns(scene.data));
-    let (noise, likelihood) = scene.data.residual(&columns).retune(null.noise, null.left_out);
+    let (noise, likelihood) = scene.data.residual(&columns).retune(null.noise);
     let mut null_likelihood = null.likelihood;
     if !scene.record.means.is_empty() {
         // On a long record, slightly better noise gains more than most effects, so both sides get it.
-        let also = scene.data.residual(null.columns).priced(&noise, null.left_out);
+        let also = scene.data.residual(null.columns).priced(&noise);
         null_likelihood = null_likelihood.max(also);
     }
     let gain = (likelihood - null_likelihood).max(0.0);
@@ -354,8 +354,6 @@ pub struct Profile<'a> {
     pub columns: &'a [Vec<f64>],
     /// Its noise.
     pub noise: &'a NoiseModel,
-    /// Outliers under it.
-    pub left_out: &'a [bool],
     /// Logarithm of its likelihood.
     pub likelihood: f64,
 }

@@ -32,7 +32,7 @@ pub(super) struct Step<'a> {
 impl<'a> Step<'a> {
     /// Judges the model of `state`.
     pub fn new(state: State<'a>, judge: &Judge<'_>) -> Self {
-        let metrics = judge.judge(&state.terms, &state.noise, &state.left_out);
+        let metrics = judge.judge(&state.terms, &state.noise);
         Self { state, metrics }
     }
 
@@ -60,8 +60,6 @@ pub struct BlockFit {
     pub scale: f64,
     /// Strongest candidates below the threshold.
     pub left: Vec<Contender>,
-    /// Outliers under the final model.
-    pub left_out: Vec<bool>,
     /// The models from plain to rich.
     pub path: Vec<Waypoint>,
     /// Index of the chosen model.
@@ -102,7 +100,6 @@ impl BlockFit {
             floor,
             scale,
             left,
-            left_out: state.left_out.clone(),
             path: Vec::new(),
             chosen: 0,
             nested: Vec::new(),

@@ -105,25 +105,23 @@ impl<'a> Material<'a> {
     /// Uses noise that weighs all rows equally; for levels, the noise stays.
     pub fn fitted<'s>(&self, mut state: State<'s>) -> State<'s> {
         if self.data.layout.is_level() {
-            state.left_out = Vec::new();
             state.noise = NoiseModel::walking(self.data.layout);
             return state;
         }
         state.noise = NoiseModel::white(self.data.layout.runs());
         let columns = self.data.all_columns(&state.terms);
         let residual = &self.data.block.residual;
-        let mut left_out = vec![false; residual.len()];
+        state.noise.left_out = vec![false; residual.len()];
         for _ in 0..2 {
-            let whitener = Whitener::new(self.data.layout, &state.noise, &left_out);
+            let whitener = Whitener::new(self.data.layout, &state.noise);
             let white = whitener.apply_all(&columns);
             let coefficients = Normal::of(&white, &whitener.apply(residual)).solve();
             let errors = less(residual, &combine(&columns, &coefficients));
-            let used = errors.iter().zip(&left_out).filter(|(_, out)| !**out);
+            let used = errors.iter().zip(&state.noise.left_out).filter(|(_, out)| !**out);
             let used: Vec<f64> = used.map(|(error, _)| *error).collect();
             let limit = GROSS * root_mean_square(&used);
-            left_out = errors.iter().map(|error| error.abs() > limit).collect();
+            state.noise.left_out = errors.iter().map(|error| error.abs() > limit).collect();
         }
-        state.left_out = left_out;
         state
     }
 
@@ -216,7 +214,7 @@ impl<'a> Material<'a> {
             .filter(|candidate| class(&candidate.shape) == of_class)
             .filter_map(|candidate| {
                 let next = self.with(state, candidate)?;
-                let judged = self.judge.judge(&next.terms, &next.noise, &next.left_out);
+                let judged = self.judge.judge(&next.terms, &next.noise);
                 Some((next, judged))
             })
             .collect()
@@ -298,7 +296,7 @@ struct Sample<'a> {
 
 impl<'a> Sample<'a> {
     fn new(data: Data<'a>, state: &State<'_>) -> Self {
-        let whitener = Whitener::new(data.layout, &state.noise, &state.left_out);
+        let whitener = Whitener::new(data.layout, &state.noise);
         let n = data.block.residual.len();
         let stride = n.div_ceil(SAMPLE).max(1);
         let at: Vec<usize> = (0..n).step_by(stride).collect();

@@ -131,7 +131,7 @@ mod tests {
         assert_eq!(record.view(&fast), View(record.means.len()));
         let noise = NoiseModel::white(layout.runs());
         let model = data.all_columns(&[Shape::constant("bias", Acts::Bias)]);
-        let scene = Scene::new(&record, &noise, &vec![false; layout.len()], &model);
+        let scene = Scene::new(&record, &noise, &model);
         let (look, score) = (scene.look(&slow).statistic, scene.score(&slow).statistic);
         assert!(score > 2.0 && (look / score - 1.0).abs() < 0.02, "{look} {score}");
         assert_eq!(scene.look(&fast), scene.score(&fast));

@@ -91,14 +91,9 @@ impl Thin {
 
 impl<'a> Scene<'a> {
     /// The scene under `noise`, with `columns` (of the model so far, derivatives included) subtracted.
-    pub fn new(
-        record: &'a Record<'a>,
-        noise: &NoiseModel,
-        left_out: &[bool],
-        columns: &[Vec<f64>],
-    ) -> Self {
+    pub fn new(record: &'a Record<'a>, noise: &NoiseModel, columns: &[Vec<f64>]) -> Self {
         let data = record.data;
-        let whitener = Rc::new(Whitener::new(data.layout, noise, left_out));
+        let whitener = Rc::new(Whitener::new(data.layout, noise));
         let mut basis = Basis::default();
         basis.extend(whitener.apply_all(columns));
         let mut white = whitener.apply(&data.block.residual);
@@ -127,7 +122,7 @@ impl<'a> Scene<'a> {
                     if *weight > 0.0 { value - wild / weight } else { *value }
                 })
                 .collect();
-            let weights = data.layout.weights(left_out);
+            let weights = data.layout.weights(noise);
             let on = |means: &Means| OnMeans::new(means, noise, &weights, columns, &residual);
             record.means.iter().map(on).collect()
         };
@@ -293,7 +288,7 @@ impl OnMeans {
         columns: &[Vec<f64>],
         residual: &[f64],
     ) -> Self {
-        let whitener = Rc::new(Whitener::new(&means.layout(weights), noise, &[]));
+        let whitener = Rc::new(Whitener::new(&means.layout(weights), &noise.of_all()));
         let mut basis = Basis::default();
         let columns: Vec<Vec<f64>> =
             columns.iter().map(|column| means.of(column, weights)).collect();

@@ -40,7 +40,6 @@ pub(super) struct State<'a> {
     pub terms: Vec<Shape>,
     pub families: Vec<Family>,
     pub noise: NoiseModel,
-    pub left_out: Vec<bool>,
 }
 
 impl<'a> State<'a> {
@@ -48,8 +47,7 @@ impl<'a> State<'a> {
     pub fn columns(&self, terms: &[Shape]) -> Vec<Vec<f64>> {
         let mut columns = self.data.all_columns(terms);
         if terms.iter().any(|term| !term.nonlinear().is_empty() || term.form == Form::Delay) {
-            let White { columns: white, target, .. } =
-                self.data.whitened(terms, &self.noise, &self.left_out);
+            let White { columns: white, target, .. } = self.data.whitened(terms, &self.noise);
             let coefficients = robust_fit(&white, &target).coefficients;
             let derivatives = self.data.derivatives(terms, &coefficients);
             let by_delays = self.data.by_delays(terms, &coefficients);
@@ -72,11 +70,11 @@ impl<'a> State<'a> {
 
     /// Whitened columns of all terms, and the residual.
     pub fn whitened(&self) -> White {
-        self.data.whitened(&self.terms, &self.noise, &self.left_out)
+        self.data.whitened(&self.terms, &self.noise)
     }
 
     pub fn scene(&self, terms: &[Shape]) -> Scene<'a> {
-        Scene::new(self.record, &self.noise, &self.left_out, &self.columns(terms))
+        Scene::new(self.record, &self.noise, &self.columns(terms))
     }
 
     /// A term, and the scene of all others.
@@ -98,7 +96,7 @@ impl<'a> State<'a> {
     pub fn fit_noise(&mut self, anew: bool) {
         let columns = self.columns(&self.terms);
         let start = (!anew).then_some(&self.noise);
-        (self.noise, self.left_out) = self.data.residual(&columns).fit(start);
+        self.noise = self.data.residual(&columns).fit(start);
     }
 
     /// Tunes the numbers of every term to their best values, with the others in the fit.
@@ -144,7 +142,7 @@ impl<'a> State<'a> {
     /// With the noise tuned to it.
     fn likelihood(&self) -> f64 {
         let columns = self.columns(&self.terms);
-        self.data.residual(&columns).retune(&self.noise, &self.left_out).1
+        self.data.residual(&columns).retune(&self.noise).1
     }
 
     /// Replaces each added term by the named one that ranks higher beside all others, if there is one (sequential
@@ -237,12 +235,11 @@ impl<'a> State<'a> {
             return found;
         }
         let columns = self.columns(&self.terms);
-        let (noise, likelihood) = self.data.residual(&columns).retune(&self.noise, &self.left_out);
-        let null =
-            Profile { columns: &columns, noise: &noise, left_out: &self.left_out, likelihood };
+        let (noise, likelihood) = self.data.residual(&columns).retune(&self.noise);
+        let null = Profile { columns: &columns, noise: &noise, likelihood };
         // Contenders that look strong under white noise.
         let plain = NoiseModel { coloured: Vec::new(), ..self.noise.clone() };
-        let white = Scene::new(self.record, &plain, &self.left_out, &columns);
+        let white = Scene::new(self.record, &plain, &columns);
         let mut naive = contenders(&white);
         self.complete(&mut naive);
         groups.extend(with_lower_orders(&white, &self.terms));

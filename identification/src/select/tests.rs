@@ -86,7 +86,6 @@ fn with_state<T>(
         terms: vec![Shape::constant("bias", Acts::Bias)],
         families: Vec::new(),
         noise: noise.clone().unwrap_or_else(|| NoiseModel::white(RUNS)),
-        left_out: vec![false; block.rows.len()],
     };
     if noise.is_none() {
         state.fit_noise(true);

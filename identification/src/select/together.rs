@@ -94,7 +94,6 @@ mod tests {
             floor: 1.0,
             scale: 1.0,
             left: Vec::new(),
-            left_out: Vec::new(),
             path: Vec::new(),
             chosen: 0,
             nested: Vec::new(),

@@ -23,7 +23,7 @@ pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>)
     let even = evener(state, judge);
     let noise = even.as_ref().unwrap_or(&state.noise);
     let mut all = fit.all();
-    let best = fit_terms(state.data, &state.terms, noise, &state.left_out);
+    let best = fit_terms(state.data, &state.terms, noise);
     for (found, best) in all.iter_mut().zip(best) {
         for (mine, (value, _)) in found.coefficients.iter_mut().zip(best.coefficients) {
             mine.0 = value;
@@ -54,8 +54,7 @@ fn evener(state: &State<'_>, judge: &Judge<'_>) -> Option<NoiseModel> {
         return None;
     }
     let even = NoiseModel { coloured: Vec::new(), ..state.noise.clone() };
-    let [weighted, equal] =
-        [&state.noise, &even].map(|noise| judge.judge(&state.terms, noise, &state.left_out));
+    let [weighted, equal] = [&state.noise, &even].map(|noise| judge.judge(&state.terms, noise));
     let mut pairs = weighted.iter().zip(&equal);
     pairs
         .all(|(weighted, equal)| equal.errors.mean_square() < weighted.errors.mean_square())
@@ -86,7 +85,7 @@ fn apply(
 ) -> Vec<Found> {
     let whole: Vec<Found> = base.iter().chain(&effects).cloned().collect();
     let shrunk = shrunk(base, effects, state, noise, shares);
-    let white = state.data.whitened(&state.terms, noise, &state.left_out);
+    let white = state.data.whitened(&state.terms, noise);
     let square = |of: &[Found]| -> f64 {
         let fitted = combine(&white.columns, &values_of(of));
         white.target.iter().zip(&fitted).map(|(value, of)| (value - of).powi(2)).sum()
@@ -110,8 +109,7 @@ fn shrunk(
     if !effects.is_empty() {
         let fitted = combine(&data.all_columns(&state.terms[state.base..]), &values_of(&effects));
         let rest = less(&data.block.residual, &fitted);
-        let White { whitener, columns, .. } =
-            data.whitened(&state.terms[..state.base], noise, &state.left_out);
+        let White { whitener, columns, .. } = data.whitened(&state.terms[..state.base], noise);
         let mut values = robust_fit(&columns, &whitener.apply(&rest)).coefficients.into_iter();
         for (value, _) in base.iter_mut().flat_map(|found| &mut found.coefficients) {
             *value = values.next().unwrap_or(*value);

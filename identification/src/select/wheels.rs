@@ -27,7 +27,7 @@ pub(super) fn one_wheel<'a>(state: &State<'a>, clustered: bool) -> Option<State<
         let terms = estimates(&apart).terms;
         places.map(|place| terms[place].strength)
     } else {
-        let terms = fit_terms(state.data, &apart.terms, &state.noise, &state.left_out);
+        let terms = fit_terms(state.data, &apart.terms, &state.noise);
         places.map(|place| {
             let (value, error) = terms[place].coefficients[0];
             surprise_chi2((value / error).powi(2), 1.0)

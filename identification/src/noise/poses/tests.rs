@@ -80,15 +80,16 @@ fn the_walk_of_a_heading_is_found_beside_rough_positions() {
         let block = &problem.blocks[0];
         let layout = Layout::new(block, &problem.channels);
         let residual = Residual { layout: &layout, values: &block.residual, columns: &[] };
-        let (found, left_out) = residual.fit(None);
+        let found = residual.fit(None);
         let slips = SLIPS.powi(2) / NOISE.powi(2);
         let truth = NoiseModel {
             walk: 2.0 * slips / TRACK.powi(2),
             slide: Some([slips / 2.0, 0.0]),
             run_scale: found.run_scale.clone(),
+            left_out: found.left_out.clone(),
             ..NoiseModel::white(layout.runs())
         };
-        let value = |noise: &NoiseModel| residual.priced(noise, &left_out);
+        let value = |noise: &NoiseModel| residual.priced(noise);
         let behind = value(&truth) - value(&found);
         assert!(behind < 3.0, "{seed}: {behind} {found:?}");
     }
