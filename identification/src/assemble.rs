@@ -3,14 +3,15 @@
 use crate::dataset::{Dataset, Drive};
 use crate::done::Done;
 use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{Effect, Figure, Finding, HeldOut, Left, SCHEMA, Verdict};
+use crate::finding::{Effect, Figure, Finding, HeldOut, Left, Parameter, SCHEMA, Verdict};
 use crate::fit::{Found, residual};
-use crate::judge::{Metric, Whiteness, of_innovations, stretches};
-use crate::model::{Acts, Model, Term, is_frame};
+use crate::judge::{Whiteness, of_innovations, stretches};
+use crate::model::{Acts, Driver, Model, Shape, Term, is_frame};
 use crate::noise::Whitener;
 use crate::options::Options;
-use crate::outcome::{self, Diagnostics, OffsetOfRuns};
+use crate::outcome::{self, BlockDiagnostics, Diagnostics, OffsetOfRuns};
 use crate::problem::{Aggregate, Problem};
+use crate::select::Contender;
 
 /// Result of an identification.
 #[derive(Debug, Clone)]
@@ -34,113 +35,31 @@ pub(crate) fn assemble(
     options: &Options,
 ) -> Identified {
     let (seed, noise_is_known) = (options.seed, options.noise_from.is_some());
-    let mut effects = set_right;
-    let mut terms: Vec<Term> = Vec::new();
-    let mut plain = Vec::new();
-    let mut base = Vec::new();
-    let mut left = Vec::new();
-    let mut notices: Vec<String> =
-        dataset.notices.iter().chain(&problem.notices).cloned().collect();
-    let mut diagnostics =
-        Diagnostics { blocks: Vec::new(), run_labels: dataset.run_labels.clone() };
     let offsets: Vec<Option<OffsetOfRuns>> =
         done.iter().map(|one| outcome::offset_of_runs(one.data, &one.fit)).collect();
+    let mut notices: Vec<String> =
+        dataset.notices.iter().chain(&problem.notices).cloned().collect();
+    let mut left = Vec::new();
     for (one, offset) in done.iter().zip(&offsets) {
-        if let Some((found, effect)) = one.clipping() {
-            terms.push(outcome::term(one.data, &found));
-            effects.push((found.strength, effect));
-        }
-        for found in &one.plain {
-            plain.push(outcome::term(one.data, found));
-        }
-        for found in &one.fit.base {
-            let term = outcome::term(one.data, found);
-            let numbers = term.parameters.iter().filter(|one| !is_frame(&one.name));
-            base.extend(numbers.cloned().map(|mut parameter| {
-                parameter.name.clone_from(&term.name);
-                parameter
-            }));
-        }
-        terms.extend(one.fit.applied.iter().map(|found| outcome::term(one.data, found)));
-        for (index, found) in one.fit.effects.iter().enumerate() {
-            let after = &one.fit.path[one.fit.chosen].metrics;
-            let without = one.without(index);
-            let of = |metrics: &[Metric]| metrics[0].errors.rmse() / metrics[0].unit.si;
-            let mut effect = outcome::effect(one.data, found, of(&without), of(after));
-            if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
-                effect.name = "wrong_axis".to_owned();
-            }
-            effects.push((found.strength, effect));
-        }
-        for contender in &one.fit.left {
-            left.push(Left {
-                drivers: contender
-                    .candidate
-                    .shape
-                    .drivers
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect(),
-                shape: contender.candidate.shape.name.clone(),
-                share_of_residual_variance: (contender.score.statistic
-                    / one.data.block.rows.len().max(1) as f64)
-                    .min(1.0),
-            });
-        }
-        if let Some(slow) = above_floor(one, offset.as_ref(), noise_is_known) {
-            left.push(slow);
-        }
-        if let Some(goes) = &one.fit.goes {
-            left.push(goes.left(&one.data.block.label));
-        }
-        if let Some(ratio) = one.error_over_floor() {
-            notices.push(format!(
-                "the held-out error of `{}` is {ratio:.1} times the noise that is new in a reading",
-                one.data.block.label
-            ));
-        }
-        match whiteness(one) {
-            Some(found) => {
-                notices.push(found.notice(one.data, done.len()));
-                if !found.is_white(done.len()) {
-                    left.push(found.left(one.data, done.len()));
-                }
-            }
-            None => notices.push(format!(
+        left.extend(one.fit.left.iter().map(|contender| certain(one, contender)));
+        left.extend(above_floor(one, offset.as_ref(), noise_is_known));
+        left.extend(one.fit.goes.iter().map(|goes| goes.left(&one.data.block.label)));
+        let whiteness = whiteness(one);
+        let coloured = whiteness.filter(|found| !found.is_white(done.len()));
+        left.extend(coloured.map(|found| found.left(one.data, done.len())));
+        notices.extend(error_over_floor(one));
+        notices.push(match whiteness {
+            Some(found) => found.notice(one.data, done.len()),
+            None => format!(
                 "`{}` has too few observations to judge whether what is left is white",
                 one.data.block.label
-            )),
-        }
-        diagnostics.blocks.push(outcome::diagnose(
-            one.data,
-            &one.plain,
-            &one.fit,
-            (&one.errors().0[0].errors, &one.errors().1[0].errors),
-        ));
+            ),
+        });
     }
-    if done.iter().any(|one| one.data.block.pose.is_some()) {
-        // Beside a driven path everything is certain; what matters more goes first.
-        for (strength, effect) in &mut effects {
-            *strength = effect.held_out_before / effect.held_out_after;
-        }
-    }
-    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut effects: Vec<_> = effects.into_iter().map(|(_, effect)| effect).collect();
+    let mut effects = by_strength(set_right, done);
     outcome::lines_before_their_zero(&mut effects);
     let (held_out, held_out_also) = errors(done, seed);
-    let both = || std::iter::once(&held_out).chain(&held_out_also);
-    let verdict = if !left.is_empty() {
-        Verdict::StructureLeft
-    } else if effects.is_empty() {
-        Verdict::NothingMissing
-    } else if both().any(|one| one.after < one.before * (1.0 - ALIKE)) {
-        Verdict::Explained
-    } else if both().all(|one| one.after <= one.before + (one.ci95[1] - one.ci95[0]) / 4.0) {
-        // Within a standard error: a unit or a sign that is stated wrongly is no more than a scale.
-        Verdict::NothingMissing
-    } else {
-        Verdict::StructureLeft
-    };
+    let verdict = verdict(&left, &effects, std::iter::once(&held_out).chain(&held_out_also));
     for (one, offset) in done.iter().zip(offsets) {
         effects.extend(one.rounding());
         // Each quantity has its share of the risk of a false alarm.
@@ -152,16 +71,14 @@ pub(crate) fn assemble(
             notices.extend(slow.notice);
         }
     }
-    let main = main_block(done);
-    let runs = dataset.run_labels.len();
-    let mut fields = std::collections::BTreeMap::new();
-    for term in &terms {
-        for driver in &term.drivers {
-            if let Some(column) = dataset.named(&driver.field) {
-                fields.insert(driver.field.clone(), column.role);
-            }
-        }
-    }
+    let main = &done[main_block(done)];
+    let terms: Vec<Term> = done.iter().flat_map(terms).collect();
+    let of_plain = |one: &Done<'_>| -> Vec<Term> {
+        one.plain.iter().map(|found| outcome::term(one.data, found)).collect()
+    };
+    let drivers = terms.iter().flat_map(|term| &term.drivers);
+    let field = |driver: &Driver| Some((driver.field.clone(), dataset.named(&driver.field)?.role));
+    let fields = drivers.filter_map(field).collect();
     let doubts: Vec<Doubt<'_>> =
         done.iter().map(|one| Doubt { data: one.data, fit: &one.fit }).collect();
     let mut cases = experiment::cases(&doubts);
@@ -175,16 +92,16 @@ pub(crate) fn assemble(
             kind: dataset.kind,
             drive: dataset.drive.filter(|drive| *drive != Drive::Differential),
             rows: dataset.rows(),
-            runs,
+            runs: dataset.run_labels.len(),
             seed,
             verdict,
             noise_floor: Figure {
-                value: done[main].fit.floor / done[main].data.block.unit.si,
-                unit: done[main].data.block.unit.text.clone(),
+                value: main.fit.floor / main.data.block.unit.si,
+                unit: main.data.block.unit.text.clone(),
             },
             held_out,
             held_out_also,
-            base,
+            base: done.iter().flat_map(base).collect(),
             effects,
             path: outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>()),
             left,
@@ -203,9 +120,12 @@ pub(crate) fn assemble(
             corrections: Vec::new(),
             compensation,
             terms,
-            plain,
+            plain: done.iter().flat_map(of_plain).collect(),
         },
-        diagnostics,
+        diagnostics: Diagnostics {
+            blocks: done.iter().map(diagnosed).collect(),
+            run_labels: dataset.run_labels.clone(),
+        },
         experiment,
     };
     if let Some(experiment) = &identified.experiment {
@@ -213,6 +133,93 @@ pub(crate) fn assemble(
     }
     outcome::join_powers(&mut identified.finding.effects);
     identified
+}
+
+/// Terms of the model, with the values to apply.
+fn terms(one: &Done<'_>) -> Vec<Term> {
+    let clipping = one.clipping().map(|(found, _)| found);
+    let all = clipping.iter().chain(&one.fit.applied);
+    all.map(|found| outcome::term(one.data, found)).collect()
+}
+
+/// Parameters of the given model, each by the name of its term.
+fn base(one: &Done<'_>) -> Vec<Parameter> {
+    let of = |found: &Found| {
+        let Term { name, parameters, .. } = outcome::term(one.data, found);
+        let numbers = parameters.into_iter().filter(|one| !is_frame(&one.name));
+        numbers.map(move |parameter| Parameter { name: name.clone(), ..parameter })
+    };
+    one.fit.base.iter().flat_map(of).collect()
+}
+
+fn diagnosed(one: &Done<'_>) -> BlockDiagnostics {
+    let (before, after) = one.errors();
+    outcome::diagnose(one.data, &one.plain, &one.fit, (&before[0].errors, &after[0].errors))
+}
+
+/// Effects with those that are `set_right`, the strongest first.
+fn by_strength(set_right: Vec<(f64, Effect)>, done: &[Done<'_>]) -> Vec<Effect> {
+    let mut effects = set_right;
+    for one in done {
+        effects.extend(one.clipping().map(|(found, effect)| (found.strength, effect)));
+        for (index, found) in one.fit.effects.iter().enumerate() {
+            let after = &one.fit.path[one.fit.chosen].metrics[0];
+            let without = &one.without(index)[0];
+            let mut effect = outcome::effect(one.data, found, without.value(), after.value());
+            if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
+                effect.name = "wrong_axis".to_owned();
+            }
+            effects.push((found.strength, effect));
+        }
+    }
+    if done.iter().any(|one| one.data.block.pose.is_some()) {
+        // Beside a driven path everything is certain; what matters more goes first.
+        for (strength, effect) in &mut effects {
+            *strength = effect.held_out_before / effect.held_out_after;
+        }
+    }
+    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
+    effects.into_iter().map(|(_, effect)| effect).collect()
+}
+
+fn verdict<'a>(
+    left: &[Left],
+    effects: &[Effect],
+    mut errors: impl Iterator<Item = &'a HeldOut> + Clone,
+) -> Verdict {
+    let falls = |one: &HeldOut| one.after < one.before * (1.0 - ALIKE);
+    // Within a standard error: a unit or a sign that is stated wrongly is no more than a scale.
+    let stays = |one: &HeldOut| one.after <= one.before + (one.ci95[1] - one.ci95[0]) / 4.0;
+    if !left.is_empty() {
+        Verdict::StructureLeft
+    } else if effects.is_empty() {
+        Verdict::NothingMissing
+    } else if errors.clone().any(falls) {
+        Verdict::Explained
+    } else if errors.all(stays) {
+        Verdict::NothingMissing
+    } else {
+        Verdict::StructureLeft
+    }
+}
+
+/// A contender that is certain and was not added.
+fn certain(one: &Done<'_>, contender: &Contender) -> Left {
+    let Shape { name, drivers, .. } = &contender.candidate.shape;
+    let share = contender.score.statistic / one.data.block.rows.len().max(1) as f64;
+    Left {
+        drivers: drivers.iter().map(ToString::to_string).collect(),
+        shape: name.clone(),
+        share_of_residual_variance: share.min(1.0),
+    }
+}
+
+fn error_over_floor(one: &Done<'_>) -> Option<String> {
+    let ratio = one.error_over(0.0)?;
+    Some(format!(
+        "the held-out error of `{}` is {ratio:.1} times the noise that is new in a reading",
+        one.data.block.label
+    ))
 }
 
 /// Largest ratio of error to innovation noise that still counts as noise.

@@ -142,8 +142,7 @@ impl<'a> Done<'a> {
             rivals: Vec::new(),
         };
         let after = &self.fit.path[self.fit.chosen].metrics[0];
-        let of = |metric: &Metric| metric.errors.rmse() / metric.unit.si;
-        let effect = outcome::effect(self.data, &found, of(&without[0]), of(after));
+        let effect = outcome::effect(self.data, &found, without[0].value(), after.value());
         Some((found, effect))
     }
 
@@ -157,12 +156,7 @@ impl<'a> Done<'a> {
         self.step.map(|step| outcome::rounding(self.data, &self.fit, step))
     }
 
-    /// Held-out error over the innovation noise of a reading, for blocks whose observations are single rows.
-    pub fn error_over_floor(&self) -> Option<f64> {
-        self.error_over(0.0)
-    }
-
-    /// The same, over the noise together with the errors of readings that have a name: rounding, which is spread evenly over
+    /// Held-out error over the innovation noise of a reading together with the errors of readings that have a name: rounding, which is spread evenly over
     /// its step, and an `offset` of each run.
     pub fn error_over_known(&self, offset: Option<&OffsetOfRuns>) -> Option<f64> {
         let rounded = self.step.map_or(0.0, |step| step.powi(2) / 12.0);
@@ -170,7 +164,9 @@ impl<'a> Done<'a> {
         self.error_over(rounded + offset.powi(2))
     }
 
-    fn error_over(&self, known: f64) -> Option<f64> {
+    /// Held-out error over the innovation noise of a reading and a `known` variance, for blocks whose observations are single
+    /// rows.
+    pub fn error_over(&self, known: f64) -> Option<f64> {
         let is_row = self.data.block.aggregate == Aggregate::Row;
         let error = self.errors().1.first()?.errors.rmse();
         (is_row && self.fit.floor > 0.0).then(|| error / (self.fit.floor.powi(2) + known).sqrt())

@@ -41,8 +41,8 @@ pub(crate) fn set_right(
         others.remove(index);
         let without = errors(&applied(stated, &others), one, &one.fit.shapes())?;
         let with = &one.fit.path[one.fit.chosen].metrics;
-        let of = |metrics: &[Metric]| metrics[0].errors.rmse() / metrics[0].unit.si;
-        let effect = Effect { held_out_before: of(&without), held_out_after: of(with), ..effect };
+        let (held_out_before, held_out_after) = (without[0].value(), with[0].value());
+        let effect = Effect { held_out_before, held_out_after, ..effect };
         found.push((correction.strength(), effect));
     }
     let found = of_the_sensor(found, done.len());
@@ -118,7 +118,7 @@ fn with_constants(dataset: &Dataset) -> Option<Vec<Metric>> {
     let block = problem.blocks.first().filter(|block| block.pose.is_some())?;
     let channels = problem.channels_of(block);
     let layout = Layout::new(block, channels);
-    let data = Data { block, channels, layout: &layout, memory: None };
+    let data = Data::new(block, channels, &layout);
     let judge = Judge { data, path: problem.path.as_ref(), holding: Holding::Spread };
     let acts = [Acts::Turn, Acts::Curvature, Acts::Drive, Acts::Reference];
     let shapes = acts.map(|acts| Shape::constant("constant", acts));
@@ -136,7 +136,7 @@ fn errors(
     let Some(block) = same else { return Ok(one.fit.path[0].metrics.clone()) };
     let channels = problem.channels_of(block);
     let layout = Layout::new(block, channels);
-    let data = Data { block, channels, layout: &layout, memory: None };
+    let data = Data::new(block, channels, &layout);
     let judge = Judge { data, path: problem.path.as_ref(), holding: one.judge.holding };
     let seen: Vec<Shape> =
         shapes.iter().filter(|shape| shape.observed(block, channels).is_some()).cloned().collect();

@@ -75,9 +75,7 @@ const GRID_OVERLAP: f64 = 0.2;
 /// A shape that may be missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// Its shape.
     pub shape: Shape,
-    /// Its family.
     pub family: Family,
 }
 

@@ -18,7 +18,6 @@ pub(super) enum Input {
     Field(String),
 }
 
-/// One step.
 #[derive(Debug, Clone, PartialEq)]
 struct Step {
     name: usize,
@@ -137,7 +136,6 @@ impl Program {
     }
 }
 
-/// A running program.
 pub(super) struct Running<'a> {
     program: &'a Program,
     now: Vec<f64>,

@@ -7,7 +7,6 @@ use crate::problem::TRACK;
 use crate::significance::surprise_chi2;
 
 impl Correction {
-    /// Its name.
     pub(crate) fn name(&self) -> &'static str {
         match self.fault {
             Fault::ReversedSign => "reversed_sign",

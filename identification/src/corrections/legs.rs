@@ -43,7 +43,6 @@ impl Default for Frame {
 /// Motion between two references, as they say.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Leg {
-    /// Its run.
     pub run: usize,
     /// Row of the reference at its start and its end.
     pub rows: (usize, usize),

@@ -115,91 +115,79 @@ impl Correction {
     }
 
     fn apply(&self, dataset: &mut Dataset) {
-        let constant = match self.fault {
-            Fault::ReferenceDelay => Some(Constant::REFERENCE_DELAY),
-            Fault::ReferenceLeft => Some(Constant::REFERENCE_LEFT),
-            _ => None,
-        };
-        if let Some(name) = constant {
-            let stated = dataset.constants.get(name).map_or(0.0, Constant::si);
-            let unit = if name == Constant::REFERENCE_DELAY { Unit::Second } else { Unit::Metre };
-            let value = stated + self.si();
-            dataset.constants.insert(name.to_owned(), Constant { value, unit });
-            return;
-        }
-        let exchanged = match self.fault {
-            Fault::ExchangedWheels => Some([Role::WheelLeft, Role::WheelRight]),
-            Fault::ExchangedAxes => Some([Role::ReferenceX, Role::ReferenceY]),
-            _ => None,
-        };
-        if let Some([one, other]) = exchanged {
-            for column in &mut dataset.columns {
-                column.role = match column.role {
-                    role if role == one => other,
-                    role if role == other => one,
-                    role => role,
-                };
-            }
-            return;
-        }
-        if self.fault == Fault::WrongUnit
-            && let Some(constant) = dataset.constants.get_mut(&self.field)
-        {
-            constant.value /= self.value;
-            return;
-        }
-        if self.fault == Fault::AddedUp {
-            return fields::read_added_up(dataset, &self.field);
-        }
-        if self.fault == Fault::ReferenceNoise {
-            let evened =
-                dataset.named(&self.field).map(|one| reference::apply(dataset, one, self.si()));
-            let column = dataset.columns.iter_mut().find(|one| one.name == self.field);
-            if let (Some(column), Some(evened)) = (column, evened) {
-                let turns = reference::turns(dataset.kind, column);
-                let left = |(noisy, even): (&f64, &f64)| match turns {
-                    true => wrap((noisy - even) * column.unit.si()) / column.unit.si(),
-                    false => noisy - even,
-                };
-                let left = column.values.iter().zip(&evened).map(left);
-                let left: Vec<f64> = left.filter(|left| left.is_finite()).collect();
-                let noise = Constant { value: robust::spread(&left), unit: column.unit };
-                column.values = evened;
-                dataset.constants.insert(Constant::noise_of(&self.field), noise);
-                let width = Constant { value: self.value, unit: self.unit };
-                dataset.constants.insert(Constant::evened(&self.field), width);
-            }
-            return;
-        }
         // A scale that the package states comes after the offset.
-        let stated = match self.fault {
-            Fault::SteerOffset => dataset.constants.get("steer_scale").map_or(1.0, |one| one.value),
-            _ => 1.0,
-        };
-        let si = self.si();
-        let Some(column) = dataset.columns.iter_mut().find(|one| one.name == self.field) else {
-            return;
-        };
-        let by = |column: &mut Column, factor: f64, added: f64| {
-            let added = added / column.unit.si();
-            column.values.iter_mut().for_each(|value| *value = factor * *value + added);
-        };
+        let stated_scale = dataset.constants.get("steer_scale").map_or(1.0, |one| one.value);
         match self.fault {
-            Fault::SteerScale => by(column, self.value, 0.0),
+            Fault::ReferenceDelay => self.add_to(dataset, Constant::REFERENCE_DELAY, Unit::Second),
+            Fault::ReferenceLeft => self.add_to(dataset, Constant::REFERENCE_LEFT, Unit::Metre),
+            Fault::ExchangedWheels => exchange(dataset, [Role::WheelLeft, Role::WheelRight]),
+            Fault::ExchangedAxes => exchange(dataset, [Role::ReferenceX, Role::ReferenceY]),
+            Fault::AddedUp => fields::read_added_up(dataset, &self.field),
+            Fault::ReferenceNoise => self.even_out(dataset),
+            Fault::SteerScale => self.read_as(dataset, self.value, 0.0),
+            Fault::HeadingOffset => self.read_as(dataset, 1.0, -self.si()),
+            Fault::SteerOffset => self.read_as(dataset, 1.0, self.si() / stated_scale),
+            Fault::WrongAxis => {
+                let axis = AXES[(self.value as usize).min(2)];
+                self.columns(dataset).for_each(|column| column.axis = Some(axis));
+            }
             Fault::ReversedSign
             | Fault::DegreesForRadians
             | Fault::RadiansForDegrees
-            | Fault::WrongUnit => by(column, 1.0 / self.value, 0.0),
-            Fault::HeadingOffset => by(column, 1.0, -si),
-            Fault::SteerOffset => by(column, 1.0, si / stated),
-            Fault::WrongAxis => column.axis = Some(AXES[(self.value as usize).min(2)]),
-            Fault::ExchangedWheels
-            | Fault::ExchangedAxes
-            | Fault::AddedUp
-            | Fault::ReferenceDelay
-            | Fault::ReferenceLeft
-            | Fault::ReferenceNoise => {}
+            | Fault::WrongUnit => match dataset.constants.get_mut(&self.field) {
+                Some(constant) if self.fault == Fault::WrongUnit => constant.value /= self.value,
+                _ => self.read_as(dataset, 1.0 / self.value, 0.0),
+            },
         }
+    }
+
+    /// The field in `dataset`, if it is one.
+    fn columns<'a>(&'a self, dataset: &'a mut Dataset) -> impl Iterator<Item = &'a mut Column> {
+        dataset.columns.iter_mut().filter(|one| one.name == self.field).take(1)
+    }
+
+    /// Reads the field as `factor` times what it says and what is `added`, SI.
+    fn read_as(&self, dataset: &mut Dataset, factor: f64, added: f64) {
+        for column in self.columns(dataset) {
+            let added = added / column.unit.si();
+            column.values.iter_mut().for_each(|value| *value = factor * *value + added);
+        }
+    }
+
+    /// Adds it to a constant of the package.
+    fn add_to(&self, dataset: &mut Dataset, name: &str, unit: Unit) {
+        let stated = dataset.constants.get(name).map_or(0.0, Constant::si);
+        let value = stated + self.si();
+        dataset.constants.insert(name.to_owned(), Constant { value, unit });
+    }
+
+    /// Evens a reference out, and notes its noise and the width.
+    fn even_out(&self, dataset: &mut Dataset) {
+        let Some(column) = dataset.named(&self.field) else { return };
+        let evened = reference::apply(dataset, column, self.si());
+        let (turns, unit) = (reference::turns(dataset.kind, column), column.unit);
+        let left = |(noisy, even): (&f64, &f64)| match turns {
+            true => wrap((noisy - even) * unit.si()) / unit.si(),
+            false => noisy - even,
+        };
+        let left = column.values.iter().zip(&evened).map(left);
+        let left: Vec<f64> = left.filter(|left| left.is_finite()).collect();
+        let noise = Constant { value: robust::spread(&left), unit };
+        self.columns(dataset).for_each(|column| column.values.clone_from(&evened));
+        dataset.constants.insert(Constant::noise_of(&self.field), noise);
+        let width = Constant { value: self.value, unit: self.unit };
+        dataset.constants.insert(Constant::evened(&self.field), width);
+    }
+}
+
+/// Exchanges two roles.
+fn exchange(dataset: &mut Dataset, [one, other]: [Role; 2]) {
+    for column in &mut dataset.columns {
+        column.role = match column.role {
+            role if role == one => other,
+            role if role == other => one,
+            role => role,
+        };
     }
 }
 

@@ -28,15 +28,12 @@ pub(super) struct Pair {
 /// A fitted block with its effects.
 #[derive(Clone, Copy)]
 pub(crate) struct Doubt<'a> {
-    /// The data.
     pub data: Data<'a>,
-    /// The fit to it.
     pub fit: &'a BlockFit,
 }
 
 /// A pair with both contests and what the given rows say about them.
 pub(crate) struct Case {
-    /// The pair.
     pub(super) pair: Pair,
     /// Index of its block.
     pub doubt: usize,

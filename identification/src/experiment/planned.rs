@@ -51,7 +51,6 @@ impl Row {
     }
 }
 
-/// Planned rows.
 pub(super) struct Planned {
     /// As a data set.
     pub dataset: Dataset,

@@ -13,7 +13,6 @@ pub(super) const SPEED: f64 = 0.4;
 /// The paper's side of a lap, m.
 pub(super) const SIDE: f64 = 4.0;
 
-/// A step.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
     /// Sets the room temperature, degC.

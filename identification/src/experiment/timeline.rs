@@ -21,7 +21,6 @@ pub(super) struct Phase {
     pub start: f64,
     /// Duration, s.
     pub duration: f64,
-    /// The motion.
     pub motion: Motion,
     /// Heading at the start, rad.
     pub heading: f64,

@@ -43,7 +43,6 @@ pub fn values_of(all: &[Found]) -> Vec<f64> {
 /// Another cause that the data cannot exclude.
 #[derive(Debug, Clone)]
 pub struct RivalFound {
-    /// Its shape.
     pub shape: Shape,
     /// Its distance behind the effect in rank, in nats.
     pub behind: f64,

@@ -55,7 +55,6 @@ impl Errors {
         self.folds = other.folds;
     }
 
-    /// Mean square.
     pub fn mean_square(&self) -> f64 {
         self.rmse().powi(2)
     }

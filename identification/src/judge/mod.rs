@@ -81,6 +81,11 @@ impl Judge<'_> {
 }
 
 impl Metric {
+    /// Root mean square of the errors, in its unit.
+    pub fn value(&self) -> f64 {
+        self.errors.rmse() / self.unit.si
+    }
+
     /// Both errors in the form of the contract, with `before` as the error before. The quantity is named if there are
     /// several.
     pub fn held_out(&self, before: &Self, is_one_of_several: bool, seed: u64) -> HeldOut {
@@ -89,8 +94,8 @@ impl Metric {
             metric: "rmse".to_owned(),
             quantity: is_one_of_several.then(|| self.name.clone()),
             unit: self.unit.text.clone(),
-            before: before.errors.rmse() / si,
-            after: self.errors.rmse() / si,
+            before: before.value(),
+            after: self.value(),
             ci95: self.errors.interval(seed).map(|value| value / si),
             folds: self.errors.folds,
         }

@@ -40,39 +40,24 @@ impl Whitener {
         let offset = usize::from(levels);
         let m = noise.coloured.len().min(COLOURED_MAX);
         let states = m + offset;
-        let plain = states == 0;
-        // White noise does not depend on the past.
-        let filter = if plain {
-            Filter::default()
-        } else {
-            let (starts, seen) = (layout.starts.clone(), layout.gain.clone());
-            Filter { states, levels, starts, seen, step: layout.step.clone(), ..Filter::default() }
-        };
+        if states == 0 {
+            return Self::weighed(layout, noise);
+        }
+        let (starts, seen) = (layout.starts.clone(), layout.gain.clone());
+        let filter =
+            Filter { states, levels, starts, seen, step: layout.step.clone(), ..Filter::default() };
         let mut whitener =
             Self { filter, poses: None, log_determinant: 0.0, unknown_starts: Rc::default() };
         whitener.filter.weight.reserve_exact(n);
         // Logarithms per run: there are fewer runs than observations.
         let log_scales: Vec<f64> = noise.run_scale.iter().map(|scale| 2.0 * scale.ln()).collect();
         let mut last = Last::default();
-        // Most observations are as spread as the one before.
-        let (mut spread, mut log_spread) = (1.0, 0.0);
         let mut p = [[0.0; STATES_MAX]; STATES_MAX];
         for i in 0..n {
             let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
             let log_scale = log_scales.get(layout.run[i]).copied().unwrap_or(0.0);
             let own = layout.spread.get(i).copied().unwrap_or(1.0);
             let skip = noise.leaves_out(i) || !own.is_finite();
-            if plain {
-                whitener.filter.weight.push(if skip { 0.0 } else { 1.0 / (scale * own) });
-                if !skip {
-                    if scale * own != spread {
-                        spread = scale * own;
-                        log_spread = 2.0 * spread.ln();
-                    }
-                    whitener.log_determinant += log_spread;
-                }
-                continue;
-            }
             let inputs = Inputs {
                 step: layout.step[i],
                 activity: layout.activity[i],
@@ -164,6 +149,28 @@ impl Whitener {
                 poses.unknown_starts(&whitener.innovations(&poses.start_errors));
         }
         whitener
+    }
+
+    /// A whitener for white noise, which does not depend on the past.
+    fn weighed(layout: &Layout, noise: &NoiseModel) -> Self {
+        let (mut filter, mut log_determinant) = (Filter::default(), 0.0);
+        // Most observations are as spread as the one before.
+        let (mut spread, mut log_spread) = (1.0, 0.0);
+        for i in 0..layout.len() {
+            let scale = noise.run_scale.get(layout.run[i]).copied().unwrap_or(1.0);
+            let own = layout.spread.get(i).copied().unwrap_or(1.0);
+            if noise.leaves_out(i) || !own.is_finite() {
+                filter.weight.push(0.0);
+                continue;
+            }
+            filter.weight.push(1.0 / (scale * own));
+            if scale * own != spread {
+                spread = scale * own;
+                log_spread = 2.0 * spread.ln();
+            }
+            log_determinant += log_spread;
+        }
+        Self { filter, poses: None, log_determinant, unknown_starts: Rc::default() }
     }
 
     fn of_poses(filter: Rc<PoseFilter>) -> Self {

@@ -3,6 +3,7 @@
 use super::effects::word;
 use crate::finding::{Effect, Parameter};
 use crate::fit::{Data, residual};
+use crate::judge::Metric;
 use crate::model::Acts;
 use crate::noise::{self, Residual};
 use crate::problem::{self, Aggregate};
@@ -176,7 +177,7 @@ fn effect(
     parameters: Vec<Parameter>,
     p_value: f64,
 ) -> Effect {
-    let error = fit.nested.first().map_or(0.0, |metric| metric.errors.rmse() / metric.unit.si);
+    let error = fit.nested.first().map_or(0.0, Metric::value);
     Effect {
         axis: data.block.axis,
         parameters,

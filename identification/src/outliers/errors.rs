@@ -13,7 +13,6 @@ use std::ops::Range;
 pub(super) struct Errors {
     /// One per reading or reference, SI.
     pub value: Vec<f64>,
-    /// Its row.
     pub row: Vec<usize>,
     /// Smallest difference of two readings.
     pub step: f64,

@@ -12,7 +12,6 @@ use std::ops::Range;
 pub struct Channel {
     /// Name of the field.
     pub name: String,
-    /// Its role.
     pub role: Role,
     /// Unit as in the file.
     pub unit: Unit,
@@ -174,7 +173,6 @@ impl Channels {
         found
     }
 
-    /// The channel with that name.
     pub fn named(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|channel| channel.name == name)
     }

@@ -6,7 +6,6 @@ use std::ops::Range;
 /// Component of a pose that an observation measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Component {
-    /// Heading.
     Heading,
     /// Position along x.
     X,

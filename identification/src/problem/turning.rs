@@ -3,7 +3,6 @@
 //! A row covers a whole turn, so a term that depends on the rate or the heading appears as its mean over the turn: over
 //! time if it adds to the rate, over the angle if it scales it.
 
-/// One turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Turn {
     /// Angle, rad, counter-clockwise positive.

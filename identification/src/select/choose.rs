@@ -13,7 +13,6 @@ use crate::significance::surprise_chi2;
 /// A candidate with its numbers at their best.
 #[derive(Debug, Clone)]
 pub struct Contender {
-    /// The candidate.
     pub candidate: Candidate,
     /// What it explains.
     pub score: Score,
@@ -352,7 +351,6 @@ pub fn profiled(scene: &Scene<'_>, null: &Profile<'_>, contender: &Contender) ->
 pub struct Profile<'a> {
     /// Columns of the model so far.
     pub columns: &'a [Vec<f64>],
-    /// Its noise.
     pub noise: &'a NoiseModel,
     /// Logarithm of its likelihood.
     pub likelihood: f64,

@@ -21,6 +21,7 @@ mod values;
 mod wheels;
 
 pub use block::identify_block;
+pub use choose::Contender;
 pub use found::{Asked, BlockFit, Waypoint};
 pub(crate) use gain::fall;
 pub use together::{agreed, fewer, is_against};

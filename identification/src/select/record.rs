@@ -12,7 +12,6 @@ const MEANS: [usize; 2] = [6_000, 30_000];
 
 /// The data of one block.
 pub struct Record<'a> {
-    /// The data.
     pub data: Data<'a>,
     /// Means of a long record, fewest first.
     pub means: Vec<Means>,
@@ -27,7 +26,6 @@ pub struct View(pub usize);
 
 /// A candidate and its view.
 pub struct Seen {
-    /// The candidate.
     pub candidate: Candidate,
     /// The view in which it shows.
     pub view: View,

@@ -25,9 +25,7 @@ pub const NOTHING: Score = Score { statistic: 0.0, width: 0, surprise: 0.0 };
 
 /// A block with the model so far subtracted.
 pub struct Scene<'a> {
-    /// The record.
     pub record: &'a Record<'a>,
-    /// Its data.
     pub data: Data<'a>,
     /// Whitens its noise.
     pub whitener: Rc<Whitener>,
