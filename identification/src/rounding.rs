@@ -93,8 +93,6 @@ struct Corrected {
     pub residual: Vec<f64>,
     /// Standard deviation of each over that of an unrounded reading; infinite for a reading without information.
     pub spread: Vec<f64>,
-    /// Noise before rounding.
-    pub sigma: f64,
 }
 
 /// Removes the rounding from `residual`, for model predictions `predicted` (from a point of the lattice). `None` if the
@@ -119,7 +117,7 @@ fn correct(residual: &[f64], predicted: &[f64], step: f64) -> Option<Corrected> 
             spread.push(rounded.spread / slope / sigma);
         }
     }
-    Some(Corrected { residual: corrected, spread, sigma })
+    Some(Corrected { residual: corrected, spread })
 }
 
 /// The noise before rounding under which the readings are likeliest.

@@ -20,7 +20,7 @@ use formula::{call, number};
 use program::{Input, Program, Running};
 pub use reading::{Reading, reading};
 use std::f64::consts::{PI, TAU};
-use terms::{Estimate, Fields, adds, sees_reference, slope, within_half};
+use terms::{Fields, adds, sees_reference, slope, within_half};
 
 /// Low-pass lengths tried for slopes, in readings.
 const SMOOTHINGS: [f64; 5] = [0.0, 2.0, 5.0, 12.0, 30.0];
@@ -264,7 +264,7 @@ impl Sensor<'_> {
         for pass in 0..if sees { way.passes } else { 1 } {
             let mut sum = number(0.0);
             for term in &others {
-                match adds(&mut program, *term, &Estimate(estimate.clone()), &fields) {
+                match adds(&mut program, *term, &estimate, &fields) {
                     Ok(error) => sum = sum + error,
                     Err(why) if pass == 0 => {
                         left_out.push(LeftOut { term: term.0.name.clone(), why });

@@ -2,7 +2,7 @@
 
 use super::formula::number;
 use super::program::{Input, Program};
-use super::terms::{Estimate, Fields, adds, lagged};
+use super::terms::{Fields, adds, lagged};
 use crate::corrections::factor;
 use crate::dataset::{Dataset, Role};
 use crate::finding::{CompensationInput, CompensationStep, LeftOut};
@@ -82,7 +82,7 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
         sum = truth.clone() + number(share) * (sum - truth.clone());
     }
     for (shape, values) in &shapes {
-        match adds(&mut program, (shape, values), &Estimate(truth.clone()), &fields) {
+        match adds(&mut program, (shape, values), &truth, &fields) {
             Ok(error) => sum = sum + error,
             Err(why) => refused.push(LeftOut { term: shape.name.clone(), why }),
         }

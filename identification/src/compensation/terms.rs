@@ -17,10 +17,6 @@ pub(super) struct Fields<'a> {
     pub(super) smoothing: f64,
 }
 
-/// Current estimate of the measured quantity, SI.
-#[derive(Debug, Clone)]
-pub(super) struct Estimate(pub(super) Formula);
-
 /// Why a term has no formula.
 pub(super) type Refused = String;
 
@@ -38,11 +34,11 @@ impl Fields<'_> {
     }
 }
 
-/// What the term adds to the reading, SI.
+/// What the term adds to the reading, SI, by the `estimate` of what is measured.
 pub(super) fn adds(
     program: &mut Program,
     (shape, coefficients): (&Shape, &[f64]),
-    estimate: &Estimate,
+    estimate: &Formula,
     fields: &Fields<'_>,
 ) -> Result<Formula, Refused> {
     let value = match shape.form {
@@ -54,7 +50,7 @@ pub(super) fn adds(
     };
     match shape.acts {
         Acts::Bias | Acts::DeadZone | Acts::Saturation => Ok(value),
-        Acts::Scale => Ok(value * estimate.0.clone()),
+        Acts::Scale => Ok(value * estimate.clone()),
         other => Err(format!("a sensor has no place for `{other:?}`")),
     }
 }
@@ -71,12 +67,12 @@ fn fixed(shape: &Shape, name: &str) -> Result<f64, Refused> {
 fn seen(
     program: &mut Program,
     (shape, which): (&Shape, usize),
-    estimate: &Estimate,
+    estimate: &Formula,
     fields: &Fields<'_>,
 ) -> Result<Formula, Refused> {
     let driver = shape.drivers.get(which).ok_or("it lacks a driver")?;
     let plain = if fields.is_reference(driver) {
-        estimate.0.clone()
+        estimate.clone()
     } else if driver.field == fields.time || driver.field == "time" {
         program.input(Input::Time)
     } else {
@@ -146,7 +142,7 @@ fn form(
     program: &mut Program,
     (shape, coefficients): (&Shape, &[f64]),
     x: Formula,
-    estimate: &Estimate,
+    estimate: &Formula,
     fields: &Fields<'_>,
 ) -> Result<Formula, Refused> {
     let one = || coefficient(coefficients, 0).map(number);

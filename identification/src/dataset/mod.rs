@@ -3,6 +3,7 @@
 mod role;
 mod unit;
 
+use crate::error::IdentifyError;
 pub use role::{Alternatives, Axis, Drive, Kind, Role};
 use std::collections::BTreeMap;
 pub use unit::{Dimension, Unit};
@@ -99,6 +100,11 @@ impl Dataset {
     /// The first column with that role, whatever its axis.
     pub fn column(&self, role: Role) -> Option<&Column> {
         self.columns.iter().find(|column| column.role == role)
+    }
+
+    /// The first column with that role, without which nothing can be identified.
+    pub(crate) fn required(&self, role: Role, what: &str) -> Result<&Column, IdentifyError> {
+        self.column(role).ok_or_else(|| IdentifyError::missing(what))
     }
 
     /// All columns with that role.

@@ -1,6 +1,6 @@
 //! Plans for the rotary table.
 
-use super::step::{Carrier, Programme, Step, TURN_RAMP, table_run};
+use super::step::{Programme, Step, TABLE, TURN_RAMP, table_run};
 use super::surroundings::{Level, ROOM};
 
 /// Change of the room temperature to each side, K (assumption: a small climate chamber or a heater and an open window).
@@ -121,7 +121,7 @@ fn plan(
     reason: &'static str,
     steps: Vec<Step>,
 ) -> Programme {
-    Programme { name, title, reason, carrier: Carrier::Table, warm: false, steps }
+    Programme { name, title, reason, devices: TABLE, warm: false, steps }
 }
 
 fn hot_restart() -> Programme {

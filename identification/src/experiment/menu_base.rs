@@ -1,7 +1,7 @@
 //! Plans for the robot's base.
 
 use super::menu::AMBIENT_SWING;
-use super::step::{Carrier, Programme, RATE, SIDE, SPEED, Step, laps};
+use super::step::{BASE, Programme, RATE, SIDE, SPEED, Step, laps};
 use super::surroundings::ROOM;
 
 /// Time from lap to lap in the paper's 40 runs in 16 hours, s.
@@ -112,5 +112,5 @@ fn plan(
     reason: &'static str,
     steps: Vec<Step>,
 ) -> Programme {
-    Programme { name, title, reason, carrier: Carrier::Base, warm: false, steps }
+    Programme { name, title, reason, devices: BASE, warm: false, steps }
 }

@@ -21,7 +21,7 @@ pub(super) fn toml(programme: &Programme, notes: &[String]) -> String {
     }
     line(&mut out, &format!("name = {}", text(programme.name)));
     line(&mut out, &format!("title = {}", text(programme.title)));
-    line(&mut out, &format!("devices = {}", text(programme.carrier.devices())));
+    line(&mut out, &format!("devices = {}", text(programme.devices)));
     out.push_str("\nsteps = [\n");
     steps(&mut out, &programme.steps, 1);
     out.push_str("]\n\n");

@@ -48,24 +48,9 @@ impl Step {
     }
 }
 
-/// What carries the gyro.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Carrier {
-    /// The rotary table.
-    Table,
-    /// The robot's base.
-    Base,
-}
-
-impl Carrier {
-    /// The shipped device file for such a bench.
-    pub(super) const fn devices(self) -> &'static str {
-        match self {
-            Self::Table => "paper-table",
-            Self::Base => "paper",
-        }
-    }
-}
+/// The shipped device files of a bench whose table, or whose base, carries the gyro.
+pub(super) const TABLE: &str = "paper-table";
+pub(super) const BASE: &str = "paper";
 
 /// A plan of the menu.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,8 +61,8 @@ pub(super) struct Programme {
     pub title: &'static str,
     /// How it separates causes.
     pub reason: &'static str,
-    /// What carries the gyro.
-    pub carrier: Carrier,
+    /// The device file of its bench.
+    pub devices: &'static str,
     /// Whether the gyro is at its steady temperature when time starts; otherwise it starts at room temperature.
     pub warm: bool,
     /// The steps, in order.

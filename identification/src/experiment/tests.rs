@@ -1,6 +1,6 @@
 //! Which plan is chosen for causes that one warm-up leaves in doubt.
 
-use super::step::{Carrier, Programme, RATE, SIDE, SPEED, Step, laps};
+use super::step::{BASE, Programme, RATE, SIDE, SPEED, Step, laps};
 use super::surroundings::Thermal;
 use super::{Doubt, Experiment, Gain, cases, gains, menu, next, planned, timeline};
 use crate::dataset::{Column, Dataset, Kind, Role, Unit};
@@ -202,7 +202,7 @@ fn driven(kind: Kind, fields: &[(&str, Role, Unit)], steps: Vec<Step>) -> Datase
         .collect();
     let thermal = Thermal::of(&template);
     let programme =
-        Programme { name: "", title: "", reason: "", carrier: Carrier::Base, warm: false, steps };
+        Programme { name: "", title: "", reason: "", devices: BASE, warm: false, steps };
     let phases = timeline::phases(&programme, thermal);
     let celsius = |phase: &timeline::Phase, time: f64| {
         thermal.after(phase.celsius, phase.ambient, time - phase.start)

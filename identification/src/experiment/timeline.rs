@@ -181,7 +181,7 @@ fn trapezoid(way: f64, speed: f64, ramp: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::step::{Carrier, Programme, RATE, SIDE, SPEED, Step, laps, table_run};
+    use super::super::step::{Programme, RATE, SIDE, SPEED, Step, TABLE, laps, table_run};
     use super::super::surroundings::Thermal;
     use super::phases;
     use crate::dataset::{Dataset, Kind};
@@ -197,14 +197,8 @@ mod tests {
             run_labels: Vec::new(),
             notices: Vec::new(),
         };
-        let programme = Programme {
-            name: "",
-            title: "",
-            reason: "",
-            carrier: Carrier::Table,
-            warm: false,
-            steps,
-        };
+        let programme =
+            Programme { name: "", title: "", reason: "", devices: TABLE, warm: false, steps };
         phases(&programme, Thermal::of(&nothing)).last().map_or(0.0, super::Phase::end)
     }
 

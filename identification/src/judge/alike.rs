@@ -4,14 +4,6 @@
 use crate::finding::Left;
 use crate::robust;
 
-/// An input beside the residual, one value per observation.
-pub struct Beside<'a> {
-    /// Name of the input.
-    pub name: &'a str,
-    /// Its magnitude.
-    pub input: &'a [f64],
-}
-
 /// Dependence of the residual's size on the size of an input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goes {
@@ -19,8 +11,6 @@ pub struct Goes {
     pub with: String,
     /// Spread at large input over spread at small input.
     pub ratio: f64,
-    /// Rank correlation over its standard error.
-    pub deviations: f64,
 }
 
 /// Noise that is this many times larger at one end of an input than at the other depends on it...
@@ -35,8 +25,8 @@ const RANKED_MIN: usize = 60;
 const END: f64 = 0.25;
 
 /// The input on which the size of `white` depends most, if it depends on any. `white` is the innovation of each
-/// observation, zero for one that does not count.
-pub fn goes_with(white: &[f64], inputs: &[Beside<'_>]) -> Option<Goes> {
+/// observation, zero for one that does not count. Of an input, its magnitude at each.
+pub fn goes_with(white: &[f64], inputs: &[(&str, Vec<f64>)]) -> Option<Goes> {
     let stride = white.len().div_ceil(RANKED_MAX).max(1);
     let at: Vec<usize> = (0..white.len()).step_by(stride).filter(|&i| white[i] != 0.0).collect();
     if at.len() < RANKED_MIN {
@@ -44,7 +34,7 @@ pub fn goes_with(white: &[f64], inputs: &[Beside<'_>]) -> Option<Goes> {
     }
     let sizes = ranks(&at.iter().map(|&i| white[i].abs()).collect::<Vec<f64>>());
     let mut found: Option<Goes> = None;
-    for Beside { name, input } in inputs {
+    for (name, input) in inputs {
         let values: Vec<f64> = at.iter().map(|&i| input[i]).collect();
         let order = ranks(&values);
         let deviations = correlation(&sizes, &order) * (at.len() as f64 - 1.0).sqrt();
@@ -60,7 +50,7 @@ pub fn goes_with(white: &[f64], inputs: &[Beside<'_>]) -> Option<Goes> {
             && ratio > RATIO_MIN
             && found.as_ref().is_none_or(|found| ratio > found.ratio)
         {
-            found = Some(Goes { with: (*name).to_owned(), ratio, deviations });
+            found = Some(Goes { with: (*name).to_owned(), ratio });
         }
     }
     found
@@ -113,7 +103,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Beside, goes_with};
+    use super::goes_with;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
@@ -128,8 +118,7 @@ mod tests {
         let other: Vec<f64> = (0..2000).map(|i| (f64::from(i) * 0.037).cos().abs()).collect();
         let loud: Vec<f64> =
             noise(2000, 3).iter().zip(&speed).map(|(e, v)| e * (0.3 + v)).collect();
-        let inputs =
-            [Beside { name: "other", input: &other }, Beside { name: "speed", input: &speed }];
+        let inputs = [("other", other), ("speed", speed.clone())];
         let found = goes_with(&loud, &inputs).map(|goes| goes.with);
         assert_eq!(found.as_deref(), Some("speed"));
     }
@@ -137,7 +126,7 @@ mod tests {
     #[test]
     fn even_noise_and_heavy_tails_know_no_input() {
         let speed: Vec<f64> = (0..800).map(|i| (f64::from(i) * 0.01).sin().abs()).collect();
-        let input = [Beside { name: "speed", input: &speed }];
+        let input = [("speed", speed.clone())];
         for seed in 0..200 {
             let even = noise(800, seed);
             let heavy: Vec<f64> = even.iter().map(|e| e * e * e).collect();

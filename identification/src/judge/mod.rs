@@ -12,7 +12,7 @@ use crate::fit::Data;
 use crate::model::Shape;
 use crate::noise::NoiseModel;
 use crate::problem::{Aggregate, DisplayUnit, Path};
-pub(crate) use alike::{Beside, Goes, goes_with};
+pub(crate) use alike::{Goes, goes_with};
 pub(crate) use choice::{Standing, best, choose, margin, nested};
 pub(crate) use errors::Errors;
 use held_out::path_errors;

@@ -26,11 +26,8 @@ pub(super) fn odometry(
     if let Some(delay) = dataset.constants.get(Constant::REFERENCE_DELAY) {
         motion.delay(delay.si(), &channels);
     }
-    let reference = |role, what| {
-        dataset
-            .column(role)
-            .map(|column| column.si().collect::<Vec<f64>>())
-            .ok_or_else(|| IdentifyError::missing(what))
+    let reference = |role, what| -> Result<Vec<f64>, IdentifyError> {
+        Ok(dataset.required(role, what)?.si().collect())
     };
     let mut reference = [
         reference(Role::ReferenceX, "reference x")?,

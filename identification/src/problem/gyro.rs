@@ -96,14 +96,8 @@ pub(super) fn rotation_of(
 }
 
 pub(super) fn turns(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
-    let direction: Vec<f64> = dataset
-        .column(Role::Direction)
-        .ok_or_else(|| IdentifyError::missing("direction"))?
-        .si()
-        .collect();
-    let reference = dataset
-        .column(Role::ReferenceAngle)
-        .ok_or_else(|| IdentifyError::missing("reference angle"))?;
+    let direction: Vec<f64> = dataset.required(Role::Direction, "direction")?.si().collect();
+    let reference = dataset.required(Role::ReferenceAngle, "reference angle")?;
     let angle = signed(reference, &direction);
     let duration = durations(dataset, &angle);
     rotation_of(&mut channels, dataset, &angle, &duration);

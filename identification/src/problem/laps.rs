@@ -22,13 +22,8 @@ pub(super) fn laps(
     mut channels: Channels,
     known: Known,
 ) -> Result<Problem, IdentifyError> {
-    let direction: Vec<f64> = dataset
-        .column(Role::Direction)
-        .ok_or_else(|| IdentifyError::missing("direction"))?
-        .si()
-        .collect();
-    let gyro =
-        dataset.column(Role::GyroAngle).ok_or_else(|| IdentifyError::missing("gyro angle"))?;
+    let direction: Vec<f64> = dataset.required(Role::Direction, "direction")?.si().collect();
+    let gyro = dataset.required(Role::GyroAngle, "gyro angle")?;
     let measured = signed(gyro, &direction);
     let headings: Option<Vec<f64>> =
         dataset.column(Role::ReferenceHeading).map(|c| c.si().collect());

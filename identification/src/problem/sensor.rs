@@ -9,10 +9,8 @@ use crate::error::IdentifyError;
 use crate::robust;
 
 pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
-    let measured =
-        dataset.column(Role::Measured).ok_or_else(|| IdentifyError::missing("measured"))?;
-    let reference =
-        dataset.column(Role::Reference).ok_or_else(|| IdentifyError::missing("reference"))?;
+    let measured = dataset.required(Role::Measured, "measured")?;
+    let reference = dataset.required(Role::Reference, "reference")?;
     if measured.unit.dimension() != reference.unit.dimension() {
         return Err(IdentifyError::Data(format!(
             "`{}` is in {} and its reference `{}` in {}: expected the same quantity",

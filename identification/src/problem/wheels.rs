@@ -66,10 +66,8 @@ pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
         let turn = left.iter().zip(&right).map(|(l, r)| (r - l) / track).collect();
         return Ok(Motion { distance, turn, steer: None });
     }
-    let distance =
-        dataset.column(Role::DriveDistance).ok_or_else(|| IdentifyError::missing("wheels"))?;
-    let steer =
-        dataset.column(Role::SteerAngle).ok_or_else(|| IdentifyError::missing("steer angle"))?;
+    let distance = dataset.required(Role::DriveDistance, "wheels")?;
+    let steer = dataset.required(Role::SteerAngle, "steer angle")?;
     let distance = match distance.unit.dimension() {
         Dimension::Speed => by_time(distance, channels),
         Dimension::Length => increments(distance, channels, false),

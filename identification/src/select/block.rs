@@ -10,8 +10,8 @@ use super::wheels::one_wheel;
 use super::{finish, values};
 use crate::fit::{Data, robust_fit};
 use crate::judge::{
-    Beside, Goes, Holding, Judge, Metric, Standing, Whiteness, best, choose, goes_with, margin,
-    nested, of_innovations, stretches,
+    Goes, Holding, Judge, Metric, Standing, Whiteness, best, choose, goes_with, margin, nested,
+    of_innovations, stretches,
 };
 use crate::model::{Acts, Shape};
 use crate::noise::NoiseModel;
@@ -249,10 +249,8 @@ fn remains(state: &State<'_>) -> Remains {
             inputs.push((name, of_rows(&channel.values)));
         }
     }
-    let beside: Vec<Beside<'_>> =
-        inputs.iter().map(|(name, input)| Beside { name, input }).collect();
     let whiteness = of_innovations(&white, &stretches(data));
-    Remains { goes: goes_with(&white, &beside), whiteness }
+    Remains { goes: goes_with(&white, &inputs), whiteness }
 }
 
 #[cfg(test)]
