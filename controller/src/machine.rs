@@ -374,14 +374,6 @@ impl Controller {
         self.update_health(now);
     }
 
-    /// Heading by the selected source.
-    fn heading(&self) -> Angle {
-        match self.source {
-            HeadingSource::Gyro => self.gyro.integrator().heading(),
-            HeadingSource::Odometry => self.reckoning.odometry_heading(),
-        }
-    }
-
     /// Runs one period of the control loops.
     fn tick(&mut self, now: Timestamp) {
         // Periods keep their grid; a late wake-up does not shift the following ones.

@@ -10,7 +10,7 @@ use crate::mutant::Mutant;
 use crate::standstill::Rest;
 use wire::base::Motion;
 use wire::time::Timestamp;
-use wire::units::AngularRate;
+use wire::units::{Angle, AngularRate};
 
 impl Controller {
     /// The own time of an input or a wake-up at `told` of the host's clock. A host that called later than it was asked to
@@ -130,6 +130,14 @@ impl Controller {
         match &self.base {
             None => self.mean_raw_rate().abs() > self.config.gyro.bias_max,
             Some(base) => base.may_move() || now > self.base_silent_at(),
+        }
+    }
+
+    /// Heading by the selected source.
+    pub(super) fn heading(&self) -> Angle {
+        match self.source {
+            HeadingSource::Gyro => self.gyro.integrator().heading(),
+            HeadingSource::Odometry => self.reckoning.odometry_heading(),
         }
     }
 

@@ -225,8 +225,7 @@ impl Controller {
         self.gyro.integrator_mut().set_heading(pose.heading);
         self.reckoning.place(pose);
         self.gyro.forgive();
-        self.odometry_doubtful = false;
-        self.broken_off = None;
+        (self.odometry_doubtful, self.broken_off) = (false, None);
         self.moved_at_rest = false;
         (self.has_driven, self.turned_by_bias) = (false, false);
         self.headings_disagree = false;
