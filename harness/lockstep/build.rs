@@ -31,6 +31,10 @@ fn sources(folder: &str) -> Vec<PathBuf> {
     sources
 }
 
+#[expect(
+    deprecated,
+    reason = "without static_flag, a harness that is linked statically asks for -static here, too"
+)]
 fn compile(name: &str, kind: &[&str], sources: &[PathBuf]) {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where")).join(name);
     // The shim is for the GNU C library, whatever the harness itself is linked with.
