@@ -107,7 +107,7 @@ pub fn in_unit(unit: &str) -> String {
 pub fn p_value(p: f64) -> String {
     if p == 0.0 {
         "p < 1e-300".to_owned()
-    } else if p < 1e-3 {
+    } else if p < 1e-2 {
         format!("p = {p:.1e}")
     } else {
         format!("p = {p:.2}")

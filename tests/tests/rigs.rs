@@ -193,6 +193,13 @@ fn what_a_plan_says_of_nodes_that_are_not_there_is_refused() {
     }
 }
 
+#[test]
+fn a_signal_that_a_formula_misspells_is_found_within_its_node() {
+    let judged = format!("{}[[property]]\nalways = \"cells.voltagemax < 4.3 V\"\n", cells());
+    let Err(error) = load(&project(PACK, &judged)) else { panic!("taken") };
+    assert!(format!("{error:?}").contains("did you mean `cells.VoltageMax`?"), "{error:?}");
+}
+
 /// The plan sends as the manager, with messages of both files.
 fn two_files() -> String {
     let both = "[\"../devices/pack.dbc\", \"../devices/more.dbc\"]";

@@ -81,9 +81,14 @@ impl Sent<'_> {
     /// The signal with this name.
     fn place(&self, name: &str) -> Result<MessagePlace, NotFound> {
         let nodes = |node: &str| self.0.iter().any(|speaker| speaker.node == node);
-        if let Some((node, name)) = name.split_once('.').filter(|(node, _)| nodes(node)) {
-            return resolve(self.0, OfMessage::Signal { node, name })
-                .map_err(|(message, _)| NotFound { message, ..self.unknown(name) });
+        if let Some((node, signal)) = name.split_once('.').filter(|(node, _)| nodes(node)) {
+            return resolve(self.0, OfMessage::Signal { node, name: signal }).map_err(
+                |(message, _)| {
+                    // As `names` has them.
+                    let wrong = if node == DEVICE { signal } else { name };
+                    NotFound { message, ..self.unknown(wrong) }
+                },
+            );
         }
         let mut owners: Vec<&str> = self.0.iter().map(|one| one.node.as_str()).collect();
         owners.dedup();
