@@ -201,7 +201,7 @@ fn travelled(
     })
 }
 
-/// A speed times the time since the previous row.
+/// The way since the previous row, between which a speed changes evenly.
 fn by_time(column: &Column, channels: &Channels) -> Vec<f64> {
     let values: Vec<f64> = column.si().map(finite).collect();
     let mut found = vec![0.0; values.len()];
