@@ -139,6 +139,9 @@ class Run:
     def __str__(self) -> str:
         return self.printed.strip() or f"{self.outcome}, in {self.folder}"
 
+    # What `assert done.passed, done` shows.
+    __repr__ = __str__
+
 
 def run(plan, out, *, seed=None, clock=None, bench=None, arguments=()) -> Run:
     """Carries the plan out, and keeps the run in the folder ``out``. ``arguments`` are further ones of ``hil run``."""

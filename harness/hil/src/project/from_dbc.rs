@@ -217,11 +217,11 @@ fn plan(name: &Name, layout: &Layout, assumed: Span) -> String {
     text_of
 }
 
-/// Returns the start values of a message's signals, with the first values of its multiplexers.
+/// Returns the start values of a message's signals, as its bits can hold them, with the first values of its multiplexers.
 fn first_page(message: &Message) -> Vec<f64> {
     let value = |(place, signal): (usize, &Signal)| {
         let page = message.pages(place).first().copied();
-        page.map_or(signal.start, |page| signal.selecting(page))
+        page.map_or_else(|| signal.as_sent(signal.start), |page| signal.selecting(page))
     };
     message.signals.iter().enumerate().map(value).collect()
 }
@@ -313,7 +313,8 @@ fn measure(
             text(&quantity),
             number(rounded((period_s - beside_s).max(0.0))),
             number(rounded(period_s + beside_s)),
-            least_of(heard_s, period_s)
+            // The first message ends no period.
+            least_of(heard_s - period_s, period_s)
         );
     }
     for signal in &message.signals {

@@ -87,6 +87,24 @@ fn a_project_of_ones_own_dbc_runs_as_it_is() {
     within(&hil, &["run", "talks.toml"]).exits(0);
 }
 
+/// Slow messages, and a signal that no count makes zero.
+#[test]
+fn a_plan_of_a_dbc_passes_as_it_is_made() {
+    for period_ms in [0, 999, 1_000, 2_000, 3_300, 5_000, 20_000] {
+        let hil = Hil::new();
+        let dbc = format!(
+            "VERSION \"\"\nNS_ :\nBS_:\nBU_: Host Dev\n\
+             BO_ 257 Status: 2 Dev\n SG_ Temperature : 0|16@1- (0.01,0) [-40|320] \"degC\" Host\n\
+             BO_ 258 Cmd: 2 Host\n SG_ Angle : 0|16@1- (0.0439453125,-5.0) [-100|100] \"deg\" Dev\n\
+             BA_DEF_ BO_ \"GenMsgCycleTime\" INT 0 65535;\nBA_DEF_DEF_ \"GenMsgCycleTime\" 0;\n\
+             BA_ \"GenMsgCycleTime\" BO_ 257 {period_ms};\n"
+        );
+        std::fs::write(hil.path("own.dbc"), dbc).unwrap();
+        hil.run(&["new", "oven", "--dbc", "own.dbc", "--node", "Dev"]).exits(0);
+        within(&hil, &["run", "talks.toml"]).exits(0);
+    }
+}
+
 #[test]
 fn mistakes_are_bad_input_and_shown_in_place() {
     let hil = oven(&[]);
