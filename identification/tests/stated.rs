@@ -109,6 +109,33 @@ fn counts_that_add_up_and_exchanged_axes_are_told_by_name() {
     assert_set_right(&wrong, "reversed_sign", 1);
 }
 
+/// Half a row late and of rows that were evened out, they had a reference ahead of the axle and scales over acceleration.
+#[test]
+fn speeds_that_are_means_are_told_and_those_of_the_moment_are_left() {
+    let mut means = robot(0.0, 0.0);
+    for column in means.columns.iter_mut().filter(|column| column.name.ends_with("t")) {
+        column.unit = Unit::MetrePerSecond;
+        column.values.iter_mut().for_each(|way| *way /= 0.05);
+    }
+    let mut moments = means.clone();
+    let run = moments.run_of_row.clone();
+    for column in moments.columns.iter_mut().filter(|column| column.unit == Unit::MetrePerSecond) {
+        for at in 1..run.len() - 1 {
+            if run[at] == run[at + 1] {
+                column.values[at] = (column.values[at] + column.values[at + 1]) / 2.0;
+            }
+        }
+    }
+    let finding = assert_set_right(&means, "mean_speed", 1);
+    let said = "The speeds of its wheels are means since the row before, not those of the moment.";
+    assert!(finding.in_words().iter().any(|one| one == said), "{:?}", finding.in_words());
+    let effects = found(&moments).finding.effects;
+    assert!(effects.iter().all(|effect| effect.name != "mean_speed"), "{effects:?}");
+    let stated = Constant { value: 1.0, unit: Unit::One };
+    means.constants.insert("mean_speed".to_owned(), stated);
+    assert_eq!(found(&means).finding.effects.len(), 1);
+}
+
 #[test]
 fn a_rate_that_is_an_angle_is_read_as_one() {
     let mut wrong = shaken(0.0, |rates| rates);

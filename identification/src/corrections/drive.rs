@@ -3,8 +3,9 @@
 
 use super::fit::{Fit, left, minimum};
 use super::legs::{LEGS_MIN, Leg, Poses, Wheels, clusters};
+use super::signs::wheels_of;
 use super::{Correction, Fault, applied};
-use crate::dataset::{Constant, Dataset, Dimension, Drive, Role, Unit};
+use crate::dataset::{Column, Constant, Dataset, Dimension, Drive, Role, Unit};
 use crate::problem::{Channels, motion};
 
 /// Number of legs from which times and directions are told.
@@ -20,10 +21,22 @@ pub(super) fn find(dataset: &Dataset) -> Vec<Correction> {
     if dataset.drive == Some(Drive::Tricycle) {
         found.extend(steering(dataset).unwrap_or_default());
     }
-    for next in [offset, delay, beside] {
+    for next in [mean_speed, offset, delay, beside] {
         found.extend(next(&applied(dataset, &found)));
     }
     found
+}
+
+/// Speeds that are means since the row before. Beside a delay of its own, each way of reading them is as good as it can be.
+fn mean_speed(dataset: &Dataset) -> Option<Correction> {
+    let is_speed =
+        |one: &&Column| matches!(one.unit.dimension(), Dimension::Speed | Dimension::AngularRate);
+    let name = &wheels_of(dataset).find(is_speed)?.name;
+    let mean = Correction::exact(Fault::MeanSpeed, name, 1.0);
+    let is_stated = dataset.constants.contains_key(Constant::MEAN_SPEED);
+    let [stated, other] =
+        [Timing::of(dataset)?, Timing::of(&applied(dataset, std::slice::from_ref(&mean)))?];
+    (!is_stated && other.best.is_better(&stated.best, &other.cluster)).then_some(mean)
 }
 
 /// An offset of the heading of the reference: on a straight line the robot seems to drive askew.
@@ -81,29 +94,45 @@ const LATE_MAX: f64 = 1.0;
 const TRIED: i32 = 25;
 
 /// How much later than the wheels the reference comes.
-fn delay(dataset: &Dataset) -> Option<Correction> {
-    let poses = Poses::new(dataset)?;
-    let is_timed = dataset.column(Role::Time)?.unit.dimension() == Dimension::Time;
-    let legs = poses.legs(SHORT);
-    if !is_timed || legs.len() < LEGS_MIN {
-        return None;
+struct Timing {
+    late: f64,
+    error: f64,
+    /// What is left of turns and distances with that, and without.
+    best: Fit,
+    at_once: Fit,
+    cluster: Vec<usize>,
+}
+
+impl Timing {
+    fn of(dataset: &Dataset) -> Option<Self> {
+        let poses = Poses::new(dataset)?;
+        let is_timed = dataset.column(Role::Time)?.unit.dimension() == Dimension::Time;
+        let legs = poses.legs(SHORT);
+        if !is_timed || legs.len() < LEGS_MIN {
+            return None;
+        }
+        let wheels = Wheels::new(dataset)?;
+        let of = |part: fn(&Leg) -> f64| legs.iter().map(part).collect::<Vec<f64>>();
+        let (along, turned) = (of(|leg| leg.along), of(|leg| leg.turned));
+        let fit = |late: f64| {
+            let distance = poses.sums(&legs, &wheels.distance, late);
+            let side = poses.sums(&legs, &wheels.side, late);
+            let both: [&[f64]; 2] = [&distance, &side];
+            Fit(vec![left(&both, &turned), left(&both, &along)])
+        };
+        let step = LATE_MAX / f64::from(TRIED);
+        let tried = (-TRIED..=TRIED).map(|i| f64::from(i) * step);
+        let first = tried.min_by(|a, b| fit(*a).cost().total_cmp(&fit(*b).cost()))?;
+        let ([late], [error]) = minimum([first], [step / 2.0], |[late]| fit(late).cost());
+        Some(Self { late, error, best: fit(late), at_once: fit(0.0), cluster: clusters(&legs) })
     }
-    let wheels = Wheels::new(dataset)?;
-    let of = |part: fn(&Leg) -> f64| legs.iter().map(part).collect::<Vec<f64>>();
-    let (along, turned) = (of(|leg| leg.along), of(|leg| leg.turned));
-    let fit = |late: f64| {
-        let distance = poses.sums(&legs, &wheels.distance, late);
-        let side = poses.sums(&legs, &wheels.side, late);
-        let both: [&[f64]; 2] = [&distance, &side];
-        Fit(vec![left(&both, &turned), left(&both, &along)])
-    };
-    let step = LATE_MAX / f64::from(TRIED);
-    let tried = (-TRIED..=TRIED).map(|i| f64::from(i) * step);
-    let first = tried.min_by(|a, b| fit(*a).cost().total_cmp(&fit(*b).cost()))?;
-    let ([late], [error]) = minimum([first], [step / 2.0], |[late]| fit(late).cost());
+}
+
+fn delay(dataset: &Dataset) -> Option<Correction> {
+    let Timing { late, error, best, at_once, cluster } = Timing::of(dataset)?;
     let name = &dataset.column(Role::ReferenceHeading)?.name;
     let sure = late.abs() > SURE * error && late.abs() < LATE_MAX;
-    (sure && fit(late).is_better(&fit(0.0), &clusters(&legs)))
+    (sure && best.is_better(&at_once, &cluster))
         .then(|| Correction::fitted(Fault::ReferenceDelay, name, (late, error), Unit::Second))
 }
 

@@ -24,6 +24,7 @@ impl Correction {
             Fault::WrongUnit => "wrong_unit",
             Fault::AddedUp => "added_up",
             Fault::ExchangedAxes => "exchanged_axes",
+            Fault::MeanSpeed => "mean_speed",
         }
     }
 

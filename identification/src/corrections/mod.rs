@@ -51,6 +51,9 @@ pub enum Fault {
     AddedUp,
     /// It is y, and the other x; `value` is 1.
     ExchangedAxes,
+    /// It and the speeds of the other wheels are means since the row before, where the package's are those of the moment of a
+    /// row; `value` is 1.
+    MeanSpeed,
 }
 
 /// A fault of a field and its size.
@@ -123,6 +126,7 @@ impl Correction {
             Fault::ExchangedWheels => exchange(dataset, [Role::WheelLeft, Role::WheelRight]),
             Fault::ExchangedAxes => exchange(dataset, [Role::ReferenceX, Role::ReferenceY]),
             Fault::AddedUp => fields::read_added_up(dataset, &self.field),
+            Fault::MeanSpeed => self.add_to(dataset, Constant::MEAN_SPEED, Unit::One),
             Fault::ReferenceNoise => self.even_out(dataset),
             Fault::SteerScale => self.read_as(dataset, self.value, 0.0),
             Fault::HeadingOffset => self.read_as(dataset, 1.0, -self.si()),

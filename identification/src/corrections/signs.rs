@@ -134,7 +134,7 @@ fn name(dataset: &Dataset, role: Role) -> Option<String> {
 }
 
 /// What the wheels say of the way.
-fn wheels_of(dataset: &Dataset) -> impl Iterator<Item = &Column> {
+pub(super) fn wheels_of(dataset: &Dataset) -> impl Iterator<Item = &Column> {
     let roles = [Role::WheelLeft, Role::WheelRight, Role::DriveDistance];
     dataset.columns.iter().filter(move |one| roles.contains(&one.role))
 }

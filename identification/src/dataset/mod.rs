@@ -22,6 +22,8 @@ impl Constant {
     pub(crate) const REFERENCE_DELAY: &str = "reference_delay";
     /// Of a package: how far to the left of the middle of the axle the reference sits.
     pub(crate) const REFERENCE_LEFT: &str = "reference_left_of_axle";
+    /// Of a package: that speeds of wheels are means since the row before.
+    pub(crate) const MEAN_SPEED: &str = "mean_speed";
 
     /// In SI units.
     pub(crate) fn si(&self) -> f64 {

@@ -84,6 +84,10 @@ fn set_right(effect: &Effect) -> Option<String> {
         "added_up" => {
             format!("{field} adds up from the beginning of a run; its file says otherwise.")
         }
+        "mean_speed" => {
+            "The speeds of its wheels are means since the row before, not those of the moment."
+                .to_owned()
+        }
         "encoder_decoding" => {
             format!(
                 "The edges of the encoder count otherwise: {field} is {} times what it must be.",

@@ -69,7 +69,7 @@ pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
     let distance = dataset.required(Role::DriveDistance, "wheels")?;
     let steer = dataset.required(Role::SteerAngle, "steer angle")?;
     let distance = match distance.unit.dimension() {
-        Dimension::Speed => by_time(distance, channels),
+        Dimension::Speed => by_time(dataset, distance, channels),
         Dimension::Length => increments(distance, channels, false),
         _ => {
             let factor = length(dataset, &["metres_per_count", "drive_metres_per_count"])
@@ -81,7 +81,7 @@ pub(crate) fn motion(dataset: &Dataset, channels: &Channels) -> Result<Motion, I
         return tricycle(dataset, &distance, steer, channels);
     }
     let turn = match steer.unit.dimension() {
-        Dimension::AngularRate => by_time(steer, channels),
+        Dimension::AngularRate => by_time(dataset, steer, channels),
         Dimension::Count => {
             let per_turn =
                 number(dataset, &["steer_counts_per_revolution", "counts_per_revolution"])
@@ -194,21 +194,23 @@ fn travelled(
         }
         Dimension::AngularRate => {
             let radius = radius()?;
-            by_time(wheel, channels).into_iter().map(|angle| angle * radius).collect()
+            by_time(dataset, wheel, channels).into_iter().map(|angle| angle * radius).collect()
         }
         Dimension::Length => increments(wheel, channels, false),
-        _ => by_time(wheel, channels),
+        _ => by_time(dataset, wheel, channels),
     })
 }
 
-/// The way since the previous row, between which a speed changes evenly.
-fn by_time(column: &Column, channels: &Channels) -> Vec<f64> {
+/// The way since the previous row, between which a speed changes evenly, if it is not the mean.
+fn by_time(dataset: &Dataset, column: &Column, channels: &Channels) -> Vec<f64> {
+    let is_mean = dataset.constants.get(Constant::MEAN_SPEED).is_some_and(|one| one.value != 0.0);
     let values: Vec<f64> = column.si().map(finite).collect();
     let mut found = vec![0.0; values.len()];
     for row in 1..values.len() {
         if channels.run[row] == channels.run[row - 1] {
             let dt = channels.time[row] - channels.time[row - 1];
-            found[row] = dt * (values[row] + values[row - 1]) / 2.0;
+            let before = if is_mean { values[row] } else { values[row - 1] };
+            found[row] = dt * (values[row] + before) / 2.0;
         }
     }
     found
