@@ -225,6 +225,7 @@ impl Identifier for Parrot {
             path: Vec::new(),
             left: Vec::new(),
             compensation: None,
+            compensation_also: Vec::new(),
             next_experiment: None,
             set_aside: Vec::new(),
             notices: Vec::new(),

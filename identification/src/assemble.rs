@@ -3,7 +3,9 @@
 use crate::dataset::{Dataset, Drive};
 use crate::done::Done;
 use crate::experiment::{self, Doubt, Experiment};
-use crate::finding::{Effect, Figure, Finding, HeldOut, Left, Parameter, SCHEMA, Verdict};
+use crate::finding::{
+    Compensation, Effect, Figure, Finding, HeldOut, Left, Parameter, SCHEMA, Verdict,
+};
 use crate::fit::{Found, residual};
 use crate::judge::{Whiteness, of_innovations, stretches};
 use crate::model::{Acts, Driver, Model, Shape, Term, is_frame};
@@ -84,7 +86,9 @@ pub(crate) fn assemble(
     let mut cases = experiment::cases(&doubts);
     experiment::refuse(&mut cases, &mut effects);
     let experiment = experiment::next(dataset, problem, &doubts, &cases);
-    let compensation = done.first().and_then(|one| one.compensation(dataset, seed));
+    let mut compensations = done.iter().filter_map(|one| one.compensation(dataset, seed));
+    let compensation = compensations.next();
+    let compensation_also: Vec<Compensation> = compensations.collect();
     let mut identified = Identified {
         finding: Finding {
             schema: SCHEMA,
@@ -106,6 +110,7 @@ pub(crate) fn assemble(
             path: outcome::path(&done.iter().map(|one| &one.fit).collect::<Vec<_>>()),
             left,
             compensation: compensation.clone(),
+            compensation_also: compensation_also.clone(),
             next_experiment: None,
             set_aside: Vec::new(),
             notices,
@@ -119,6 +124,7 @@ pub(crate) fn assemble(
             closing_lever_m: problem.closing_lever_m,
             corrections: Vec::new(),
             compensation,
+            compensation_also,
             terms,
             plain: done.iter().flat_map(of_plain).collect(),
         },

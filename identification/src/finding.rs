@@ -52,6 +52,9 @@ pub struct Finding {
     /// How firmware removes the errors from the readings of a sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensation: Option<Compensation>,
+    /// The same for the other axes of a sensor with several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub compensation_also: Vec<Compensation>,
     /// The plan that would decide between the rivals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_experiment: Option<NextExperiment>,

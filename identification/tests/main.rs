@@ -23,6 +23,7 @@ mod rough_reference;
 mod rounding;
 mod sensor;
 mod set_right;
+mod several_axes;
 mod standing;
 mod stated;
 mod timing;

@@ -110,6 +110,7 @@ pub const fn empty() -> Model {
         closing_lever_m: None,
         corrections: Vec::new(),
         compensation: None,
+        compensation_also: Vec::new(),
         terms: Vec::new(),
         plain: Vec::new(),
     }

@@ -88,7 +88,7 @@ impl<'a> Builder<'a> {
             Role::SteerAngle => return self.over_steering(on, channel),
             // The axis's own reference is the rotation itself.
             Role::ReferenceRate if channel.name == self.channels.rotation_name => return,
-            Role::ReferenceRate => return self.over_other_axis(on, channel),
+            Role::ReferenceRate | Role::Reference => return self.over_other_axis(on, channel),
             Role::GyroRate | Role::GyroCounts | Role::GyroAngleIncrement => {
                 // At rest, all axes share the same heat source.
                 let turns = self.block.exposure(Acts::Scale).is_some();

@@ -25,6 +25,7 @@ fn drivers(channels: &Channels) -> Vec<Driver> {
         match channel.role {
             Role::Heading
             | Role::Duration
+            | Role::Reference
             | Role::ReferenceRate
             | Role::GyroRate
             | Role::GyroCounts

@@ -9,7 +9,8 @@ mod program;
 mod reading;
 mod terms;
 
-use crate::dataset::{Column, Dataset, Dimension, Kind, Role};
+use crate::corrections::reference_of;
+use crate::dataset::{Column, Dataset, Dimension, Kind};
 use crate::finding::{Compensation, LeftOut};
 use crate::fit::{Data, Fold, fit_terms};
 use crate::judge::{Errors, Metric};
@@ -73,14 +74,14 @@ pub(crate) fn compensation(
     if dataset.kind != Kind::Sensor {
         return None;
     }
-    let right = dataset.column(Role::Measured)?;
+    let right = dataset.named(&data.block.label)?;
     let stated = right.values.iter().map(|value| value * factor).collect();
     let reading = &Column { values: stated, ..right.clone() };
     let width: usize = shapes.iter().map(Shape::width).sum();
     if coefficients.len() != width || data.all_columns(&shapes).len() != width {
         return None;
     }
-    let truth = dataset.column(Role::Reference)?;
+    let truth = reference_of(dataset, right)?;
     let sensor = |shapes| Sensor {
         dataset,
         channels: data.channels,
@@ -193,6 +194,14 @@ impl Sensor<'_> {
         (best.1, best.2)
     }
 
+    /// What firmware reads of a field: of the truth of another axis, the reading.
+    fn reading_of(&self, field: &str) -> String {
+        let is_its = |one: &&Column| {
+            reference_of(self.dataset, one).is_some_and(|other| other.name == field)
+        };
+        self.dataset.columns.iter().find(is_its).map_or(field, |one| &one.name).to_owned()
+    }
+
     /// Coefficients of each shape.
     fn terms<'a>(
         &'a self,
@@ -240,6 +249,7 @@ impl Sensor<'_> {
             reference: &self.channels.rotation_name,
             time: &self.channels.time_name,
             si: &si_of,
+            read: &|field| self.reading_of(field),
             smoothing: way.led_over.unwrap_or(SMOOTHINGS[0]),
         };
         let si = self.reading.unit.si();

@@ -44,7 +44,7 @@ pub fn reading(model: &Model, si: f64) -> Result<Reading, Vec<LeftOut>> {
             None => crate::problem::ROTATION,
         };
     let time = named(Role::Time, "time");
-    let fields = Fields { reference, time, si: &si_of, smoothing: 0.0 };
+    let fields = Fields { reference, time, si: &si_of, read: &str::to_owned, smoothing: 0.0 };
     let (mut refused, mut delay_s, mut lag) = (Vec::new(), 0.0, None);
     let mut share = 1.0;
     let mut shapes = Vec::new();

@@ -13,6 +13,8 @@ pub(super) struct Fields<'a> {
     pub(super) time: &'a str,
     /// One of a field's unit, in SI.
     pub(super) si: &'a dyn Fn(&str) -> f64,
+    /// What firmware reads of a field.
+    pub(super) read: &'a dyn Fn(&str) -> String,
     /// Low-pass length of slopes, in readings.
     pub(super) smoothing: f64,
 }
@@ -49,7 +51,7 @@ pub(super) fn adds(
         }
     };
     match shape.acts {
-        Acts::Bias | Acts::DeadZone | Acts::Saturation => Ok(value),
+        Acts::Bias | Acts::Axis | Acts::DeadZone | Acts::Saturation => Ok(value),
         Acts::Scale => Ok(value * estimate.clone()),
         other => Err(format!("a sensor has no place for `{other:?}`")),
     }
@@ -76,8 +78,9 @@ fn seen(
     } else if driver.field == fields.time || driver.field == "time" {
         program.input(Input::Time)
     } else {
-        let si = (fields.si)(&driver.field);
-        program.input(Input::Field(driver.field.clone())) * number(si)
+        let field = (fields.read)(&driver.field);
+        let si = (fields.si)(&field);
+        program.input(Input::Field(field)) * number(si)
     };
     let value = match driver.wrap {
         Wrap::Plain | Wrap::Harmonic(_) | Wrap::Step | Wrap::Periodic | Wrap::Trend => plain,

@@ -89,20 +89,22 @@ pub(super) fn read_added_up(dataset: &mut Dataset, field: &str) {
 /// Squared correlation from which an axis follows a rotation.
 const AXIS_FOLLOWS: f64 = 0.6;
 
-/// Which axis each reference is of, where every axis of the gyro follows one and some follow another than their own.
+/// Which axis each reference is of, where every axis of a sensor follows one and some follow another than their own.
 fn wrong_axes(dataset: &Dataset) -> Vec<Correction> {
-    let gyros: Vec<&Column> = dataset
+    let sensors: Vec<&Column> = dataset
         .columns
         .iter()
-        .filter(|one| matches!(one.role, Role::GyroRate | Role::GyroCounts) && one.axis.is_some())
+        .filter(|one| matches!(one.role, Role::GyroRate | Role::GyroCounts | Role::Measured))
+        .filter(|one| one.axis.is_some())
         .collect();
+    let is_reference = |role| matches!(role, Role::ReferenceRate | Role::Reference);
     let references: Vec<&Column> =
-        dataset.columns_of(Role::ReferenceRate).filter(|one| one.axis.is_some()).collect();
+        dataset.columns.iter().filter(|one| is_reference(one.role) && one.axis.is_some()).collect();
     let mut found = Vec::new();
     let mut taken: Vec<&str> = Vec::new();
-    for gyro in &gyros {
-        let follows = |reference: &&&Column| squared_correlation(&gyro.values, &reference.values);
-        let own = references.iter().find(|reference| reference.axis == gyro.axis);
+    for sensor in &sensors {
+        let follows = |reference: &&&Column| squared_correlation(&sensor.values, &reference.values);
+        let own = references.iter().find(|reference| reference.axis == sensor.axis);
         let best = references.iter().max_by(|a, b| follows(a).total_cmp(&follows(b)));
         let Some((own, best)) = own.zip(best) else { return Vec::new() };
         // Two axes cannot follow the same rotation.
@@ -114,7 +116,7 @@ fn wrong_axes(dataset: &Dataset) -> Vec<Correction> {
             if follows(&own) > DOES_NOT {
                 return Vec::new();
             }
-            let axis = AXES.iter().position(|axis| gyro.axis == Some(*axis)).unwrap_or(0);
+            let axis = AXES.iter().position(|axis| sensor.axis == Some(*axis)).unwrap_or(0);
             found.push(Correction::exact(Fault::WrongAxis, &best.name, axis as f64));
         }
     }

@@ -204,14 +204,13 @@ pub(crate) fn factor(corrections: &[Correction], is_read: impl Fn(&str) -> bool)
 
 /// What the readings of `column` are compared with, row by row.
 pub(crate) fn reference_of<'a>(dataset: &'a Dataset, column: &Column) -> Option<&'a Column> {
-    match (dataset.kind, column.role) {
-        (Kind::Sensor, Role::Measured) => dataset.column(Role::Reference),
-        (Kind::Series, Role::GyroRate | Role::GyroCounts) => {
-            dataset.columns_of(Role::ReferenceRate).find(|one| Axis::agree(one.axis, column.axis))
-        }
-        (Kind::Turns, Role::GyroAngle) => dataset.column(Role::ReferenceAngle),
-        _ => None,
-    }
+    let role = match (dataset.kind, column.role) {
+        (Kind::Sensor, Role::Measured) => Role::Reference,
+        (Kind::Series, Role::GyroRate | Role::GyroCounts) => Role::ReferenceRate,
+        (Kind::Turns, Role::GyroAngle) => Role::ReferenceAngle,
+        _ => return None,
+    };
+    dataset.columns_of(role).find(|one| Axis::agree(one.axis, column.axis))
 }
 
 /// `dataset` set right.

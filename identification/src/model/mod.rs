@@ -152,6 +152,9 @@ pub struct Model {
     /// How a firmware takes its terms off a reading, of a sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensation: Option<Compensation>,
+    /// The same of the other axes of a sensor with several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub compensation_also: Vec<Compensation>,
     /// Its terms.
     #[serde(rename = "terms", default)]
     pub terms: Vec<Term>,

@@ -4,13 +4,44 @@ use super::channels::Channels;
 use super::gyro::{GYRO_CONSTANTS, exposures};
 use super::reference::{everywhere, known_around, noise_of};
 use super::{Block, DisplayUnit, Problem, wrap};
+use crate::corrections::reference_of;
 use crate::dataset::{Column, Dataset, Dimension, Role};
 use crate::error::IdentifyError;
 use crate::robust;
+use std::rc::Rc;
 
-pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Problem, IdentifyError> {
-    let measured = dataset.required(Role::Measured, "measured")?;
-    let reference = dataset.required(Role::Reference, "reference")?;
+pub(super) fn sensor(dataset: &Dataset, channels: Channels) -> Result<Problem, IdentifyError> {
+    dataset.required(Role::Measured, "measured")?;
+    dataset.required(Role::Reference, "reference")?;
+    let measured: Vec<&Column> = dataset.columns_of(Role::Measured).collect();
+    let references: Vec<&Column> = dataset.columns_of(Role::Reference).collect();
+    let (mut blocks, mut notices, mut first) = (Vec::new(), Vec::new(), None);
+    for column in &measured {
+        let Some(reference) = reference_of(dataset, column) else {
+            notices.push(format!("`{}` has no reference and is left out", column.name));
+            continue;
+        };
+        // What the other axes measure may leak in.
+        let mut own = channels.clone();
+        for other in references.iter().filter(|other| other.name != reference.name) {
+            own.add(&other.name, Role::Reference, other.unit, other.si().collect());
+        }
+        let block = against(dataset, column, reference, &mut own)?;
+        let own = Rc::new(own);
+        first.get_or_insert_with(|| Rc::clone(&own));
+        blocks.push(Block { own: (measured.len() > 1).then_some(own), ..block });
+    }
+    let channels = first.ok_or_else(|| IdentifyError::missing("reference"))?;
+    Ok(Problem { notices, ..Problem::of(dataset.kind, Rc::unwrap_or_clone(channels), blocks) })
+}
+
+/// One of its axes, with what is measured as the rotation of `channels`.
+fn against(
+    dataset: &Dataset,
+    measured: &Column,
+    reference: &Column,
+    channels: &mut Channels,
+) -> Result<Block, IdentifyError> {
     if measured.unit.dimension() != reference.unit.dimension() {
         return Err(IdentifyError::Data(format!(
             "`{}` is in {} and its reference `{}` in {}: expected the same quantity",
@@ -24,31 +55,30 @@ pub(super) fn sensor(dataset: &Dataset, mut channels: Channels) -> Result<Proble
         // Consecutive runs without a break are one motion: a jump between them would look like a late one.
         channels.unwrap_angle(&mut truth);
     }
-    channels.rotation = everywhere(&channels, &truth, &values);
+    channels.rotation = everywhere(channels, &truth, &values);
     channels.rotation_name.clone_from(&reference.name);
     channels.rotation_unit = reference.unit;
     let error = |row: usize| {
         let error = values[row] - truth[row];
         if turns { wrap(error) } else { error }
     };
-    let (inner, known) = (inner(&channels), known_around(dataset, reference, &channels));
+    let (inner, known) = (inner(channels), known_around(dataset, reference, channels));
     let counts = |row: &usize| inner[*row] && known[*row] && error(*row).is_finite();
     let rows: Vec<usize> = (0..values.len()).filter(counts).collect();
     if rows.len() < 8 {
         return Err(IdentifyError::missing("reference in enough rows"));
     }
-    channels.rotation_noise = noise_of(dataset, reference, &channels, &truth, &values);
+    channels.rotation_noise = noise_of(dataset, reference, channels, &truth, &values);
     let (low, high) = robust::ends(channels.rotation.iter().copied());
     let moves = high - low > 0.0;
     let unit = unit_of(measured);
     let scale = moves.then(|| channels.rotation.clone());
-    let block = Block {
+    Ok(Block {
         exposures: exposures((vec![1.0; values.len()], unit.clone()), scale),
         // An angle that keeps turning has no error that grows with it.
         constants: GYRO_CONSTANTS[..if moves && !turns { 2 } else { 1 }].to_vec(),
         ..Block::of_readings(measured, rows, error, unit)
-    };
-    Ok(Problem::of(dataset.kind, channels, vec![block]))
+    })
 }
 
 /// Unit of errors, which are differences.

@@ -46,7 +46,7 @@ pub(super) fn summary(finding: &Finding) -> String {
             );
         }
     }
-    if let Some(compensation) = &finding.compensation {
+    for compensation in finding.compensation.iter().chain(&finding.compensation_also) {
         let HeldOut { unit, before, after, .. } = &compensation.held_out;
         let (before, after) = (number(*before), number(*after));
         let of = &compensation.of;

@@ -5,10 +5,15 @@ use maud::{Markup, html};
 use record::figures;
 
 pub(super) fn steps(finding: &Finding) -> Option<Markup> {
-    let Compensation { of, unit, inputs, steps, held_out, left_out } =
-        finding.compensation.as_ref()?;
+    let all = || finding.compensation.iter().chain(&finding.compensation_also);
+    all().next()?;
+    Some(html! { @for one in all() { (steps_of(one)) } })
+}
+
+fn steps_of(compensation: &Compensation) -> Markup {
+    let Compensation { of, unit, inputs, steps, held_out, left_out } = compensation;
     let [before, after] = [held_out.before, held_out.after].map(|value| figures::exact(value, 3));
-    Some(html! {
+    html! {
         p {
             "Done with every reading of " code { (of) } ", in this order, the last step is the reading without the errors \
              that were found. On runs that took no part in the fit of its numbers its error is "
@@ -30,5 +35,5 @@ pub(super) fn steps(finding: &Finding) -> Option<Markup> {
         @for one in left_out {
             p { code { (one.term) } " is left out: " (one.why) "." }
         }
-    })
+    }
 }

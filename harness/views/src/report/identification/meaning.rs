@@ -137,8 +137,8 @@ fn standard(name: &str) -> Option<&'static str> {
             "The scale factor depends on how fast it turns: the response is not a straight line."
         }
         "misaligned_axis" => {
-            "Rotation about another axis leaks in: the sensitive axes are not at right angles, or the \
-             sensor is tilted in its mount."
+            "What another axis measures leaks in: the sensitive axes are not at right angles, or the sensor is tilted in \
+             its mount."
         }
         "dead_zone" => "Slow rotation is not seen at all.",
         "saturation" => {

@@ -88,6 +88,7 @@ pub(super) fn finding() -> Finding {
             share_of_residual_variance: 0.1,
         }],
         compensation: None,
+        compensation_also: Vec::new(),
         next_experiment: Some(NextExperiment {
             plan: "next-experiment.toml".into(),
             separates: vec!["shupe".into(), "bias_over_temperature".into()],
@@ -129,6 +130,7 @@ pub(super) fn model() -> Model {
         closing_lever_m: None,
         corrections: Vec::new(),
         compensation: None,
+        compensation_also: Vec::new(),
         terms: vec![scale, term],
         plain: vec![given],
     }

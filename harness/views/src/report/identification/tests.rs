@@ -129,6 +129,7 @@ fn nothing_found_in_nothing_is_a_page_too() {
         effects: Vec::new(),
         left: Vec::new(),
         compensation: None,
+        compensation_also: Vec::new(),
         next_experiment: None,
         path: Vec::new(),
         ..finding()
