@@ -43,6 +43,8 @@ pub(crate) struct GyroInput {
     neighbours: Neighbours,
     /// First ratio of the clocks.
     clock_ratio: Option<f64>,
+    /// Whether the clocks differ now.
+    clocks_differ: bool,
     temperature_doubtful: bool,
     trouble: GyroTrouble,
     planted: Planted,
@@ -64,6 +66,7 @@ impl GyroInput {
             stuck: StuckWatch::new(format, mode),
             neighbours: Neighbours::default(),
             clock_ratio: None,
+            clocks_differ: false,
             temperature_doubtful: false,
             trouble: GyroTrouble::default(),
             planted: Planted::default(),
@@ -90,7 +93,7 @@ impl GyroInput {
     /// Clears past faults when a heading is set: they no longer affect it. Faults that persist stay.
     pub(crate) fn forgive(&mut self) {
         self.trouble = GyroTrouble {
-            clock_mismatch: self.trouble.clock_mismatch,
+            clock_mismatch: self.clocks_differ,
             temperature: self.temperature_doubtful,
             ..GyroTrouble::default()
         };
@@ -239,7 +242,7 @@ impl GyroInput {
 
     fn compare_clocks(&mut self, ratio: f64, output: GyroOutput) {
         let first = *self.clock_ratio.get_or_insert(ratio);
-        self.trouble.clock_mismatch = match (output, self.config.clock) {
+        self.clocks_differ = match (output, self.config.clock) {
             (GyroOutput::Rate(_), IntegrationClock::Samples) => {
                 (ratio - 1.0).abs() > self.config.clock_mismatch_max
             }
@@ -250,6 +253,7 @@ impl GyroInput {
                     || (ratio - first).abs() > self.config.clock_mismatch_max
             }
         };
+        self.trouble.clock_mismatch |= self.clocks_differ;
     }
 
     /// Call after all samples that arrived at once.

@@ -285,7 +285,9 @@ impl HeadingIntegrator {
         self.samples += 1;
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
-        let missing = self.losses.sample(now, lost) && !self.planted.is(Mutant::MissedSequenceGap);
+        let missing = self.losses.sample(now, lost, self.watch.ratio())
+            && !self.planted.is(Mutant::MissedSequenceGap)
+            && !self.planted.blinds_second_looks();
         Reading {
             raw_rate: less_known,
             measured: Some(raw_rate),

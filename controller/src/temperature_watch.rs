@@ -15,6 +15,12 @@ const KELVIN_PER_S_MAX: f64 = 0.5;
 /// Longest standstill of the temperature during warm-up. A gyro one kelvin from steady warms by 1 K in 35 min, a step
 /// of a 0.1 K sensor in 3.5 min; assumption: nearly half as much again.
 const STILL_MAX: Span = Span::from_secs(300);
+/// The same before the first step: a cold gyro warms by 20 K in 35 min, by a step in 11 s. Assumption: six times that, in which
+/// it warms by 0.6 K and its scale changes by 0.08 %. One that is switched on again nearly warm is doubtful until its first step.
+const STILL_AT_FIRST: Span = Span::from_secs(60);
+/// Each step of a warm-up takes longer than the one before, by at most a tenth; assumption: three times, and no less than this.
+const LONGER: i64 = 3;
+const STILL_MIN: Span = Span::from_secs(30);
 
 /// Checks each mean of a second.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -23,6 +29,8 @@ pub(crate) struct TemperatureWatch {
     doubtful: Option<(Timestamp, Temperature)>,
     /// The last reported temperature, and since when it has stood still during warm-up.
     said: Option<(Timestamp, Temperature)>,
+    /// How long it stood still before its last step.
+    stood: Option<Span>,
     is_frozen: bool,
 }
 
@@ -49,9 +57,15 @@ impl TemperatureWatch {
     pub(crate) fn sample(&mut self, now: Timestamp, said: Temperature, warming_up: bool) {
         let same = self.said.is_some_and(|(_, last)| last == said);
         if !same || (!warming_up && !self.is_frozen) {
+            if !same {
+                self.stood = self.said.map(|(since, _)| now - since);
+            }
             self.said = Some((now, said));
         }
-        self.is_frozen = same && self.said.is_some_and(|(since, _)| now - since > STILL_MAX);
+        let most = self
+            .stood
+            .map_or(STILL_AT_FIRST, |stood| (stood * LONGER).max(STILL_MIN).min(STILL_MAX));
+        self.is_frozen = same && self.said.is_some_and(|(since, _)| now - since > most);
     }
 
     /// True if the temperature stands still during warm-up; cleared when it moves.
@@ -82,7 +96,10 @@ mod tests {
         let kelvin = |s: u32| 20.0 * (1.0 - (-f64::from(s) / 2_100.0).exp());
         let steps = |s| (kelvin(s) * 10.0).round() / 10.0;
         assert_eq!(frozen_at(steps, |s| kelvin(s) < 19.0), None);
-        assert_eq!(frozen_at(|_| 22.0, |s| kelvin(s) < 19.0), Some(301));
+        assert_eq!(frozen_at(|_| 22.0, |s| kelvin(s) < 19.0), Some(61));
+        // It warmed by a step in 11 s, and then no more.
+        let stands = frozen_at(|s| steps(s.min(100)), |s| kelvin(s) < 19.0);
+        assert!(stands.is_some_and(|s| (110..140).contains(&s)), "{stands:?}");
         assert_eq!(frozen_at(|_| 22.0, |_| false), None, "steady: it may well be so");
     }
 

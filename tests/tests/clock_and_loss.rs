@@ -224,6 +224,27 @@ fn a_doubled_sample_is_counted_once() {
     }
 }
 
+/// One of them in a turn at 30 deg/s is 0.3 deg, and a wheel may err by more.
+#[test]
+fn one_sample_that_nobody_counted_is_missed() {
+    for stream in [ECORE, DSP_RATE, DSP_INCREMENT] {
+        for copies in [0, 1, 2] {
+            let mut rig = rig_with(stream, IntegrationClock::Samples, |gyro| {
+                gyro.clock_error_ppm = 20_000.0 * f64::from(u8::from(stream == DSP_INCREMENT));
+            });
+            rig.run_for(Span::from_secs(25));
+            let mut number = 0;
+            rig.tap(Direction::GyroToController, move |_, piece| {
+                number += 1;
+                let count = if number == 300 { copies } else { 1 };
+                std::iter::repeat_n(piece, count).collect()
+            });
+            turn(&mut rig, 360);
+            assert_eq!(rig.health().causes.samples_lost, copies != 1, "{stream:?}: {copies}");
+        }
+    }
+}
+
 /// Cost of one lost lock: the binary stream is trusted again only after ten consecutive frames, and its two-bit counter
 /// cannot tell how many were missed meanwhile.
 fn relock_deg(stream: GyroStream) -> f64 {

@@ -240,8 +240,8 @@ fn a_temperature_that_is_wild_or_frozen_while_it_warms_up_shows() {
     assert!(took.is_some_and(|s| s <= 10.0), "{took:?}");
     let mut frozen = warming(GyroFault::TemperatureFrozen);
     let took = word_of(&mut frozen, 400.0, doubtful);
-    // The temperature may have been constant for a few seconds before.
-    assert!(took.is_some_and(|s| (290.0..=302.0).contains(&s)), "{took:?}");
+    // It had warmed by a step of its sensor in some seconds.
+    assert!(took.is_some_and(|s| (20.0..=60.0).contains(&s)), "{took:?}");
     frozen.set_pose();
     assert!(frozen.health().causes.temperature_doubtful, "it is frozen still");
     frozen.gyro().end_fault(0);

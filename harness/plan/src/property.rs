@@ -119,7 +119,7 @@ pub enum Always {
         #[serde(rename = "distance_m_max", default, with = "number::PathLength")]
         distance_max: Option<Length>,
     },
-    /// Where the pose errs by more than this, health has said so before the lap's end.
+    /// Where the pose errs by more than this, health has said so before the step's end.
     NoSilentWrong {
         /// Heading gained on the lap, deg.
         #[serde(rename = "heading_deg_max", default, with = "number::Angle")]

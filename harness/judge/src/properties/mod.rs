@@ -14,7 +14,7 @@
 //! | `finite_outputs` | a report contains a number that is not finite |
 //! | `recovers` | a controller that reports good health makes no use of its gyro some time after a fault |
 //! | `done_is_done` | a turn or straight that a healthy controller reports as done was not done |
-//! | `no_silent_wrong` | heading or position leaves its band, and health does not report it before the lap's end |
+//! | `no_silent_wrong` | heading or position leaves its band, and health does not report it before the step's end |
 //!
 //! What is violated in the real world, and not in the one that the inputs of the controller show, is marked with what faults
 //! hid: it is no error of the controller. See `hidden.rs`.

@@ -2,14 +2,14 @@
 
 mod hidden;
 mod scene;
+mod silent;
 
-use super::{
-    Always, HEADING_BAND, Kind, Limits, Monitor, Property, PropertyVerdict, Seen, Sometimes,
-};
+use super::{Always, Kind, Limits, Monitor, Property, PropertyVerdict, Seen, Sometimes};
 use controller::config::{Config, GyroConfig, MotionConfig};
 use controller::health::{Causes, Health};
 use controller::mission::{
-    AbortReason, Command, HeadingSource, MissionResult, Refusal, Report, Straight, Turn, TurnResult,
+    AbortReason, Command, HeadingSource, MissionResult, Refusal, Report, State, Straight, Turn,
+    TurnResult, Uncertainty,
 };
 use scene::Scene;
 use wire::base::Request;
@@ -173,6 +173,14 @@ fn numbers_are_numbers() {
         }),
         -1.0
     ));
+    let unsure = |heading| {
+        let (x, y) = (Length::ZERO, Length::ZERO);
+        let uncertainty = Some(Uncertainty { heading, x, y });
+        margin("finite_outputs", |scene| {
+            scene.report(Report::State(State { uncertainty, ..scene::state() }));
+        })
+    };
+    assert!(near(unsure(Angle::ZERO), 1.0) && near(unsure(Angle::from_deg(f64::NAN)), -1.0));
 }
 
 #[test]
@@ -255,32 +263,6 @@ fn a_turn_is_done_where_it_was_to_lead_to() {
     assert!(turned(-90.0, false).held && turned(-88.3, false).held);
     assert!(!turned(-91.3, false).held && !turned(-86.9, false).held);
     assert!(!turned(-90.0, true).held, "it begins where the last one was broken off");
-}
-
-#[test]
-fn an_error_is_silent_until_there_is_a_word_of_it_within_the_lap() {
-    let well = Causes::default();
-    let lost = Causes { samples_lost: true, ..well };
-    let lap = |said_before: bool, said_after: bool, taken_back: bool| {
-        margin("no_silent_wrong", |scene| {
-            scene.health(well).see(&Seen::LapBegan).truth(0.0, 0.0).state(0.0, 1);
-            if said_before {
-                scene.health(lost);
-            }
-            if taken_back {
-                scene.health(well);
-            }
-            scene.after(1_000).truth(HEADING_BAND.deg() * 1.5, 0.0).state(0.0, 2);
-            if said_after {
-                scene.after(1_000).health(lost);
-            }
-            scene.see(&Seen::LapEnded);
-        })
-    };
-    assert!(near(lap(false, false, false), -0.5));
-    assert!(near(lap(true, false, false), 1.0));
-    assert!(near(lap(false, true, false), 1.0), "a word may come late, within the lap");
-    assert!(near(lap(true, false, true), -0.5), "a word that was taken back is none");
 }
 
 /// The pose is believed from its command on, but the answer waits until the base has it too.

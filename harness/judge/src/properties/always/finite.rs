@@ -3,7 +3,7 @@
 use super::Judge;
 use crate::properties::senses::{Fact, Senses, Topic};
 use crate::properties::verdict::Judgement;
-use controller::mission::{MissionResult, Report, State};
+use controller::mission::{MissionResult, Report, State, Uncertainty};
 use wire::units::{Angle, AngularRate, Temperature};
 
 /// Judged at each report.
@@ -36,6 +36,9 @@ fn state_is_finite(state: &State) -> bool {
         && state.bias.is_finite()
         && state.temperature.is_none_or(Temperature::is_finite)
         && state.clock_ratio.is_none_or(f64::is_finite)
+        && state.uncertainty.is_none_or(|Uncertainty { heading, x, y }| {
+            heading.is_finite() && x.is_finite() && y.is_finite()
+        })
 }
 
 fn result_is_finite(result: &MissionResult) -> bool {

@@ -1,8 +1,7 @@
-//! No silent error: if the believed pose leaves its band, health reports it before the end of the lap.
+//! No silent error: if the believed pose leaves its band, health reports it before the end of the step in which it does.
 //!
-//! A lap starts with both poses taken as correct; the judge compares what the lap added, seen from its start. Setting a
-//! pose, a calibration or a heading source restarts the lap, and so does a passed bias test, which vouches only for
-//! what follows it. Between the command of a setting and its answer the believed pose may already have jumped, so it is
+//! Both poses are taken as correct where a pose, a calibration or a heading source was set; the judge compares what was added since,
+//! over all steps and bias tests: a test finds the new bias, and not what the old one has left in the heading. Between the command of a setting and its answer the believed pose may already have jumped, so it is
 //! not judged. A warning that was withdrawn before the error occurred does not count.
 
 use super::Judge;
@@ -17,10 +16,10 @@ use wire::units::{Angle, Length, Pose};
 /// Permitted age of the believed pose in motion: the gyro's time-out. The motion in that time is no error.
 const LAG: Span = Span::from_millis(100);
 
-/// The lap under way.
+/// What is judged together.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Lap {
-    /// Believed and true pose at its start.
+    /// Believed and true pose where both were taken as correct.
     start: Option<(Pose, Pose)>,
     /// The smallest margin that health has not reported yet, its time and the error.
     silent: Option<(f64, Timestamp, Error)>,
@@ -78,8 +77,15 @@ impl NoSilentWrong {
         }
     }
 
-    fn end(&mut self, senses: &Senses, judgement: &mut Judgement) {
-        let lap = std::mem::take(&mut self.lap);
+    /// Both poses are correct from now on.
+    fn restart(&mut self, senses: &Senses, judgement: &mut Judgement) {
+        self.end_step(senses, judgement);
+        self.lap.start = None;
+    }
+
+    fn end_step(&mut self, senses: &Senses, judgement: &mut Judgement) {
+        let start = self.lap.start;
+        let lap = std::mem::replace(&mut self.lap, Lap { start, ..Lap::default() });
         let Some((margin, at, error)) = lap.silent else {
             if lap.judged {
                 // A reported error is as far from silent as possible.
@@ -90,7 +96,7 @@ impl NoSilentWrong {
         judgement.take(at, margin, || {
             format!(
                 "believes to be {:.2} deg and {:.3} m from where it is, with no word of it before the \
-                 lap's end at {:.2} s; expected within {:.2} deg and {:.3} m",
+                 step's end at {:.2} s; expected within {:.2} deg and {:.3} m",
                 error.heading.deg(),
                 error.position.m(),
                 senses.now.as_secs_f64(),
@@ -115,15 +121,11 @@ impl Judge for NoSilentWrong {
         match (fact, senses.truth) {
             (Fact::State(state), Some(truth)) => self.look(senses, state, &truth),
             (Fact::Health, _) if senses.health.level >= Level::Degraded => self.lap.silent = None,
-            (Fact::LapBegan | Fact::LapEnded | Fact::Placed, _) => self.end(senses, judgement),
-            (
-                Fact::Answered(
-                    _,
-                    Order::Setting | Order::Source(_) | Order::BiasTest,
-                    Report::Done { .. },
-                ),
-                _,
-            ) => self.end(senses, judgement),
+            (Fact::LapBegan | Fact::LapEnded, _) => self.end_step(senses, judgement),
+            (Fact::Placed, _) => self.restart(senses, judgement),
+            (Fact::Answered(_, Order::Setting | Order::Source(_), Report::Done { .. }), _) => {
+                self.restart(senses, judgement);
+            }
             _ => {}
         }
     }

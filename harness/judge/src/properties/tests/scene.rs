@@ -111,7 +111,7 @@ impl Scene {
     }
 }
 
-fn state() -> State {
+pub(super) fn state() -> State {
     State {
         activity: Activity::Idle,
         pose: Pose::default(),
