@@ -8,6 +8,8 @@ use super::{Errors, Metric};
 pub(crate) struct Standing<'a> {
     /// Number of parameters fitted beyond the plain model.
     pub numbers: usize,
+    /// How many of its terms have no name: splines, surfaces.
+    pub unnamed: usize,
     /// Its errors in each metric; all models of a path have the same metrics.
     pub metrics: &'a [Metric],
     /// Its error from one reading to the next, where the residual is noise.
@@ -58,13 +60,29 @@ fn is_worse(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
     }) || innovations.any(|(rich, simple)| exceeds(rich, simple, paired(rich, simple)))
 }
 
+/// Whether terms without a name, which model `rich` has beyond `simple`, lower an error that its user has. Readings alone do not
+/// tell: where a driver holds the noise of what it drives, as a speed that noisy wheels say does, a spline takes some of it up.
+fn pays(rich: &Standing<'_>, simple: &Standing<'_>) -> bool {
+    rich.unnamed <= simple.unnamed
+        || rich
+            .metrics
+            .iter()
+            .zip(simple.metrics)
+            .any(|(rich, simple)| simple.errors.beyond(&rich.errors).0 > paired(rich, simple))
+}
+
 /// Index of the model to report.
 pub(crate) fn choose(path: &[Standing<'_>]) -> usize {
     let Some(first) = path.first() else { return 0 };
     let simpler = |index: usize| {
         (0..path.len()).filter(move |&other| path[other].numbers < path[index].numbers)
     };
-    let is_sound = |index: usize| !simpler(index).any(|other| is_worse(&path[index], &path[other]));
+    let is_sound = |index: usize| {
+        let stands = |other: usize| {
+            pays(&path[index], &path[other]) && !is_worse(&path[index], &path[other])
+        };
+        simpler(index).all(stands)
+    };
     let mut order: Vec<usize> = (0..path.len()).collect();
     order.sort_by_key(|&index| (path[index].numbers, index));
     let innovations: Vec<&Metric> = path.iter().filter_map(|one| one.innovation).collect();
@@ -127,6 +145,7 @@ pub(crate) fn nested(path: &[Standing<'_>]) -> Vec<Metric> {
             .zip(&seen)
             .map(|(one, (metrics, innovation))| Standing {
                 numbers: one.numbers,
+                unnamed: one.unnamed,
                 metrics,
                 innovation: innovation.as_ref(),
             })
@@ -173,6 +192,7 @@ mod tests {
             .enumerate()
             .map(|(numbers, all)| Standing {
                 numbers,
+                unnamed: 0,
                 metrics: &all[..ends],
                 innovation: all.get(ends),
             })
@@ -211,6 +231,19 @@ mod tests {
         assert_eq!((chosen(&unlucky, true), chosen(&unlucky, false)), (1, 0));
         let bad = [plain, rich([8.0, 6.0, 9.0, 7.0])];
         assert_eq!((chosen(&bad, true), chosen(&bad, false)), (0, 0));
+    }
+
+    #[test]
+    fn a_spline_lowers_an_error_that_its_user_has() {
+        let readings = |one: f64| metric(&[one, one + 0.1, one - 0.1, one]);
+        let path = [
+            vec![metric(&[4.0, 2.0, 6.0, 4.0]), readings(4.0)],
+            vec![metric(&[4.1, 2.0, 5.9, 4.0]), readings(3.0)],
+        ];
+        let mut standings = standings(&path, true);
+        assert_eq!(choose(&standings), 1);
+        standings[1].unnamed = 1;
+        assert_eq!(choose(&standings), 0);
     }
 
     #[test]

@@ -201,7 +201,7 @@ fn cause(effect: &Effect, drive: Option<Drive>) -> String {
         ("axis", _) => {
             let share = value * si_factor(unit).unwrap_or(1.0);
             format!(
-                "What is measured{of} has {} % of the rotation about another axis in it ({}).",
+                "What is measured{of} has {} % of another axis ({}) in it.",
                 short(100.0 * share.abs()),
                 seen(effect, 0)
             )

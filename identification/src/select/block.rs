@@ -5,7 +5,7 @@ use super::found::{Asked, BlockFit, Step, Waypoint};
 use super::material::Material;
 use super::record::Record;
 use super::roughly::is_reportable;
-use super::state::State;
+use super::state::{State, is_within_physics, moves_all, settle};
 use super::wheels::one_wheel;
 use super::{finish, values};
 use crate::fit::{Data, robust_fit};
@@ -134,13 +134,16 @@ fn reported(
 ) -> BlockFit {
     let mut path = path;
     let is_noise = remains(&path[path.len() - 1].state).is_noise();
-    if !is_noise {
-        // A term that was certain while the residual counted as noise may no longer be.
-        let mut is_plain = true;
-        path.retain(|step| {
-            std::mem::take(&mut is_plain) || is_reportable(&step.state, asked.share)
-        });
-    }
+    // A term that was certain, or physical, while the residual counted as noise or beside fewer terms may no longer be.
+    let mut is_plain = true;
+    path.retain(|step| {
+        let stands = |state| {
+            is_within_physics(state)
+                && moves_all(state)
+                && (is_noise || is_reportable(state, asked.share))
+        };
+        std::mem::take(&mut is_plain) || stands(&step.state)
+    });
     let richest = &path[path.len() - 1].state;
     // If the residual is noise, the innovation of each reading is the most informative.
     let innovations: Vec<Metric> = path
@@ -153,6 +156,7 @@ fn reported(
         .enumerate()
         .map(|(index, step)| Standing {
             numbers: step.numbers(),
+            unnamed: step.state.terms.iter().filter(|term| !term.known).count(),
             metrics: &step.metrics,
             innovation: innovations.get(index),
         })
@@ -177,6 +181,7 @@ fn reported(
         })
         .collect();
     let mut state = path[chosen].state.clone();
+    settle(&mut state);
     let mut left = left;
     if is_noise {
         left.extend(richest.surely_beyond(&state.terms, -(RISK * asked.share).ln()));

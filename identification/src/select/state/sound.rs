@@ -3,13 +3,13 @@
 use super::State;
 use crate::fit::White;
 use crate::linear::{Solution, solve};
-use crate::model::is_physical;
+use crate::model::{Form, is_physical};
 
 /// Correlation above which estimates balance one another: one of them is enough.
 const CORRELATION_MAX: f64 = 0.98;
 
 /// Whether every added term is physical.
-pub(super) fn is_within_physics(state: &State<'_>) -> bool {
+pub fn is_within_physics(state: &State<'_>) -> bool {
     fitted(state).is_some()
 }
 
@@ -26,6 +26,52 @@ pub fn is_sound(state: &State<'_>, first: usize) -> bool {
         }
     }
     true
+}
+
+/// Least share of what is measured that a delay moves.
+const PART: f64 = 0.5;
+
+/// Whether every delay of more than a sample moves most of what is measured by its number. A part that comes late is creep, or what
+/// was before, and no model that is written down says how large it is.
+pub fn moves_all(state: &State<'_>) -> bool {
+    let data = state.data;
+    let White { columns, target, .. } = state.whitened();
+    let found = solve(&columns, &target).coefficients;
+    let mut terms = state.terms.iter().zip(data.places(&state.terms)).skip(state.base);
+    terms.all(|(term, places)| {
+        let late = data.by_delay(term).and(term.number("delay"));
+        late.is_none_or(|late| (PART..=1.0 / PART).contains(&(found[places.start] / late)))
+    })
+}
+
+/// Rounds in which numbers settle, and the change from which one has not.
+const ROUNDS: usize = 10;
+const SETTLED: f64 = 1e-3;
+
+/// Sets the number of each lag, and of each delay shorter than a sample, to its coefficient beside the other terms: a model that is
+/// written down has one for both.
+pub fn settle(state: &mut State<'_>) {
+    for _ in 0..ROUNDS {
+        let data = state.data;
+        let White { columns, target, .. } = state.whitened();
+        let found = solve(&columns, &target).coefficients;
+        let places = data.places(&state.terms);
+        let mut is_settled = true;
+        for (term, places) in state.terms.iter_mut().zip(places).skip(state.base) {
+            let is_own = matches!(term.form, Form::Delay) && data.by_delay(term).is_none();
+            let Some((name, now)) = term.fixed.first().cloned().filter(|_| is_own) else {
+                continue;
+            };
+            let by = (found[places.start] / now).clamp(0.5, 2.0);
+            if (by - 1.0).abs() > SETTLED {
+                term.set(&name, by * now);
+                is_settled = false;
+            }
+        }
+        if is_settled {
+            break;
+        }
+    }
 }
 
 /// The fit, and the term of each of its coefficients; `None` if one is unphysical.
