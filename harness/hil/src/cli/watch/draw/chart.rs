@@ -177,18 +177,34 @@ fn draw(
             .style(Style::new().fg(curve.colour));
         datasets.push(if several { dataset.name(curve.name) } else { dataset });
     }
-    let label = |value: f64| Line::from(figures::exact(value, 3));
-    let time = |at_s: f64| Line::from(figures::duration(at_s));
+    let digits = axis_digits(bottom, top);
+    let label = |value: f64| Line::from(figures::exact(value, digits));
+    let until_s = until_s.max(from_s + 1.0);
     Chart::new(datasets)
         .block(block)
         .hidden_legend_constraints((Constraint::Ratio(1, 2), Constraint::Ratio(1, 2)))
         .x_axis(
             Axis::default()
-                .bounds([from_s, until_s.max(from_s + 1.0)])
-                .labels([time(from_s), time(until_s)]),
+                .bounds([from_s, until_s])
+                .labels(times(from_s, until_s).map(Line::from)),
         )
         .y_axis(Axis::default().bounds([bottom, top]).labels([label(bottom), label(top)]))
         .render(area, picture);
+}
+
+/// Digits that tell the ends of an axis apart: two of the distance between them, and three at least.
+fn axis_digits(bottom: f64, top: f64) -> i32 {
+    let decade = |value: f64| value.log10().floor() as i32;
+    (decade(bottom.abs().max(top.abs())) - decade(top - bottom)).clamp(1, 12) + 2
+}
+
+/// The ends of the axis of time. Late in a run both can be the same minute.
+fn times(from_s: f64, until_s: f64) -> [String; 2] {
+    let (from, until) = (figures::duration(from_s), figures::duration(until_s));
+    match from == until {
+        true => [format!("{} earlier", figures::duration(until_s - from_s)), until],
+        false => [from, until],
+    }
 }
 
 fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
@@ -216,7 +232,8 @@ fn with_band(least: f64, most: f64, band: (Option<f64>, Option<f64>)) -> (f64, f
 
 #[cfg(test)]
 mod tests {
-    use super::with_band;
+    use super::{axis_digits, times, with_band};
+    use record::figures;
 
     #[test]
     fn a_band_is_drawn_unless_it_makes_the_values_a_flat_line() {
@@ -226,5 +243,18 @@ mod tests {
         assert!(bottom > -1.0 && top < 1.0);
         let (bottom, top) = with_band(3.0, 3.0, (None, None));
         assert!(bottom < 3.0 && top > 3.0, "one value has a place, too");
+    }
+
+    #[test]
+    fn the_ends_of_an_axis_are_told_apart() {
+        let ends = |bottom, top| {
+            let digits = axis_digits(bottom, top);
+            [bottom, top].map(|end| figures::exact(end, digits))
+        };
+        assert_eq!(ends(-4.368, 1.4912), ["-4.37", "1.49"]);
+        assert_eq!(ends(1000.014, 1000.0312), ["1000.014", "1000.031"]);
+        assert_eq!(ends(59.98, 60.02), ["59.98", "60.02"]);
+        assert_eq!(times(0.0, 42.0), ["0.0 s", "42.0 s"]);
+        assert_eq!(times(7_812.0, 7_822.0), ["10.0 s earlier", "2 h 10 min"]);
     }
 }

@@ -11,6 +11,8 @@ use views::watch::{Gauge, Model, NewsKind};
 
 /// Significant digits of a figure.
 const DIGITS: i32 = 4;
+/// Columns that a name has at least, if there are so many.
+const NAME_WIDTH_MIN: u16 = 8;
 
 /// Draws each judged quantity: its last value, and how many values are out of band.
 pub(super) fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buffer) {
@@ -18,24 +20,39 @@ pub(super) fn measured(model: &Model, look: &Look, area: Rect, picture: &mut Buf
     if model.gauges.is_empty() {
         return Paragraph::new("the plan measures nothing").block(block).render(area, picture);
     }
-    let header =
-        Row::new(["quantity", "last", "band", "n"]).style(Style::new().add_modifier(Modifier::DIM));
-    let widths =
-        [Constraint::Fill(3), Constraint::Fill(3), Constraint::Fill(2), Constraint::Length(6)];
-    Table::new(model.gauges.iter().map(|gauge| row(gauge, look)), widths)
-        .header(header)
+    let mut rows: Vec<[String; 4]> = vec![["quantity", "last", "band", "n"].map(str::to_owned)];
+    rows.extend(model.gauges.iter().map(texts));
+    let width = |column: usize| {
+        let widths = rows.iter().map(|row| row[column].chars().count());
+        widths.max().unwrap_or_default() as u16
+    };
+    // A cut number reads as another one. Where there is no place for all, the bands are left out, and names are cut.
+    let room = block.inner(area).width.saturating_sub(NAME_WIDTH_MIN + 3);
+    let band = Some(width(2)).filter(|band| width(1) + band + width(3) <= room).unwrap_or(0);
+    let widths = [
+        Constraint::Fill(1),
+        Constraint::Length(width(1)),
+        Constraint::Length(band),
+        Constraint::Length(width(3)),
+    ];
+    let mut rows = rows.into_iter();
+    let header = rows.next().unwrap_or_default();
+    let rows = rows.zip(&model.gauges).map(|(texts, gauge)| row(texts, gauge, look));
+    Table::new(rows, widths)
+        .header(Row::new(header).style(Style::new().add_modifier(Modifier::DIM)))
         .block(block)
         .render(area, picture);
 }
 
-fn row<'a>(gauge: &'a Gauge, look: &Look) -> Row<'a> {
+/// The name, the last value, the band, and the number of values.
+fn texts(gauge: &Gauge) -> [String; 4] {
     let quantity = &gauge.quantity;
     let band = gauge.band();
     let band = band.map_or_else(String::new, |band| figures::band(band.lower, band.upper, ""));
-    let (mark, style) = match (gauge.last(), gauge.outside) {
-        (None, _) => ("·", Style::new()),
-        (Some(_), 0) => ("✓", look.palette.good()),
-        (Some(_), _) => ("✗", look.palette.bad()),
+    let mark = match (gauge.last(), gauge.outside) {
+        (None, _) => "·",
+        (Some(_), 0) => "✓",
+        (Some(_), _) => "✗",
     };
     let last = gauge.last().map_or_else(
         || "not yet".to_owned(),
@@ -45,12 +62,17 @@ fn row<'a>(gauge: &'a Gauge, look: &Look) -> Row<'a> {
         0 => gauge.series.count().to_string(),
         outside => format!("{outside}/{}", gauge.series.count()),
     };
-    Row::new([
-        Cell::from(quantity.name.as_str()),
-        Cell::from(format!("{mark} {last}")).style(style),
-        Cell::from(band),
-        Cell::from(count),
-    ])
+    [quantity.name.clone(), format!("{mark} {last}"), band, count]
+}
+
+fn row(texts: [String; 4], gauge: &Gauge, look: &Look) -> Row<'static> {
+    let style = match (gauge.last(), gauge.outside) {
+        (None, _) => Style::new(),
+        (Some(_), 0) => look.palette.good(),
+        (Some(_), _) => look.palette.bad(),
+    };
+    let [name, last, band, count] = texts.map(Cell::from);
+    Row::new([name, last.style(style), band, count])
 }
 
 /// Draws frames (fr) and bytes (B) per second of bench time for each sender, and the load of the lines.
