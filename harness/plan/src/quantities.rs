@@ -70,6 +70,13 @@ pub const OPEN_TAG: &str = "open";
 pub const OPEN_AT_END: f64 = 1.0;
 /// Value of that tag for a gap that was open when a step ended: it counts for the measurements of that step alone.
 pub const OPEN_AT_STEP: f64 = 2.0;
+
+/// Whether what is still `open`, a value of that tag, after `value` is no observation yet of a measurement that allows at
+/// most `most`: it might end in time. What was open when a step ended says nothing of the whole run.
+pub fn is_undecided(open: f64, value: f64, most: Option<f64>, is_of_step: bool) -> bool {
+    (open == OPEN_AT_STEP && !is_of_step) || most.is_none_or(|most| value <= most)
+}
+
 /// Prefix of a signal, `Signal` or `Message.Signal`: its values, in the unit of the layout.
 pub const SIGNAL: &str = "signal";
 /// Prefix of a message of a device: the time between consecutive messages, s.

@@ -12,9 +12,10 @@
 //!
 //! `head -2` shows which run a record is of; programs can read that without this crate.
 
-use super::Device;
 use super::blocks::Check;
+use super::{Device, Observation};
 use plan::library::Pack;
+use plan::quantities::{self, OPEN_TAG};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
@@ -141,6 +142,19 @@ pub struct Quantity {
     /// Measurements that use it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub judged_by: Vec<String>,
+}
+
+impl Quantity {
+    /// Whether none of its bands judges this observation, because it is of something that might still end in time.
+    pub fn is_undecided(&self, observation: &Observation) -> bool {
+        observation.tags.get(OPEN_TAG).is_some_and(|&open| {
+            let undecided = |band: &Band| {
+                let is_of_step = !band.tags.is_empty();
+                quantities::is_undecided(open, observation.value, band.upper, is_of_step)
+            };
+            self.bands.iter().all(undecided)
+        })
+    }
 }
 
 /// A band for single values of a quantity, in its unit.

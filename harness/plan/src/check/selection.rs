@@ -3,7 +3,7 @@
 use super::figure::{Refusal, too_few};
 use super::jackknife::Together;
 use crate::observation::{Observations, Observed};
-use crate::quantities::{OPEN_AT_STEP, OPEN_TAG, during_tag};
+use crate::quantities::{OPEN_TAG, during_tag, is_undecided};
 use crate::quantity::{Filter, QuantityName};
 use std::cmp::Ordering;
 
@@ -80,10 +80,8 @@ impl<'a> Selection<'a> {
         let second = meant.second.map(of).unwrap_or_default();
         let is_of_step = meant.during.is_some() || meant.filter.tags().next().is_some();
         let is_open = |one: &Observed<'_>| {
-            one.tag(OPEN_TAG).is_some_and(|open| {
-                (open == OPEN_AT_STEP && !is_of_step)
-                    || meant.most.is_none_or(|most| one.value() <= most)
-            })
+            one.tag(OPEN_TAG)
+                .is_some_and(|open| is_undecided(open, one.value(), meant.most, is_of_step))
         };
         let open = first.iter().filter(|one| is_open(one)).map(Observed::value).reduce(f64::max);
         if open.is_some() {

@@ -8,6 +8,7 @@ use super::phases::Phases;
 use super::steps::Steps;
 use super::trouble::Troubles;
 use controller::mission::Report;
+use plan::quantities::OPEN_TAG;
 use record::header::Header;
 use record::reader::RecordError;
 use record::{Observation, Record, RecordKind};
@@ -64,7 +65,15 @@ impl Collected {
         self.troubles.add(record);
         self.load.add(header, record);
         match &record.kind {
-            RecordKind::Observation(observation) => self.observe(at_s, observation),
+            RecordKind::Observation(observation) => {
+                let is_undecided = observation.tags.contains_key(OPEN_TAG)
+                    && header.quantities.iter().any(|quantity| {
+                        quantity.name == observation.quantity && quantity.is_undecided(observation)
+                    });
+                if !is_undecided {
+                    self.observe(at_s, observation);
+                }
+            }
             RecordKind::Fault(fault) => self.faults.add(at_s, fault),
             RecordKind::Command(command) => self.under.told(command),
             RecordKind::Truth { pose, .. } => self.truth.add(*pose),

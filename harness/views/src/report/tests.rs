@@ -96,6 +96,24 @@ fn an_empty_run_is_a_page_too() {
     assert_eq!(count(&document, "section"), 2, "observations and the load of the bus");
 }
 
+/// The last period of a recording is shorter than the others: its next message did not come any more.
+#[test]
+fn what_was_open_at_the_end_is_outside_only_beyond_the_upper_limit() {
+    let band = Band { lower: Some(0.09), upper: Some(0.11), ..Band::default() };
+    let (name, title) = ("period.Status".to_owned(), "Time between messages".to_owned());
+    let quantity = Quantity { name, title, bands: vec![band], ..Quantity::default() };
+    let header = Header { quantities: vec![quantity], ..Header::default() };
+    let page = |open_s: f64| {
+        let gap = |at_s: f64, value: f64, tags: &[(&str, f64)]| {
+            record(at_s, Device::Device, observation("period.Status", value, tags))
+        };
+        let records = [gap(0.1, 0.1, &[]), gap(0.13, open_s, &[("open", 1.0)])];
+        render(&summary(), &header, records.map(Ok))
+    };
+    assert!(!page(0.03).contains(" outside"), "{}", page(0.03));
+    assert!(page(0.3).contains("1 outside"), "{}", page(0.3));
+}
+
 #[test]
 fn a_record_cut_short_is_drawn_as_far_as_it_goes() {
     let records = one_of_each().into_iter().take(14).map(Ok);

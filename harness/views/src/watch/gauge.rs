@@ -42,6 +42,9 @@ impl Gauge {
     }
 
     pub(super) fn take(&mut self, at: Timestamp, observation: &Observation) {
+        if self.quantity.is_undecided(observation) {
+            return;
+        }
         let value = observation.value;
         self.series.push(at.as_secs_f64(), value);
         self.range = Some(
