@@ -84,8 +84,8 @@ Of several runs the worst counts.";
 
 /// Tests CAN and serial devices and their controllers, simulated or on a bench.
 ///
-/// Without a command it runs every procedure of the paper in virtual time and prints paper against
-/// measured.
+/// Without a command it runs the plans of this folder in virtual time. In a clone of the repository of hil these are the
+/// procedures of the paper.
 #[derive(Debug, Parser)]
 #[command(name = "hil", version, after_help = EXIT_STATUSES, args_conflicts_with_subcommands = true)]
 struct Cli {

@@ -1,4 +1,4 @@
-//! `hil` alone: every procedure of the paper.
+//! `hil` alone: the plans of the working directory; in a clone of the repository every procedure of the paper.
 
 use super::build_server::SummaryArguments;
 use super::failure::Failure;
@@ -8,10 +8,10 @@ use super::series::{Out, RUNS, Series, prepare_all};
 use super::setup::Setup;
 use clap::Args;
 use harness::hosted::Hosting;
-use plan::library::PAPER_PLANS;
+use plan::library::{Kind, PAPER_PLANS, names_in};
 use record::outcome::Outcome;
 use record::sink::Level;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The procedures again, with another gyro and on another bus.
 const VARIANTS: [&str; 2] = ["verification-dsp3000", "laps-corrected-serial"];
@@ -34,7 +34,17 @@ pub(super) struct PaperArguments {
 
 impl PaperArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
-        let plans: Vec<&str> = PAPER_PLANS.into_iter().chain(VARIANTS).collect();
+        let own = plans_in(Path::new("."));
+        let plans: Vec<&str> = if !own.is_empty() {
+            own.iter().map(String::as_str).collect()
+        } else if Path::new("test-plans").is_dir() {
+            procedures()
+        } else {
+            return Err(Failure::arguments(
+                "this folder has no plans",
+                "`hil new NAME` creates a project, `hil --help` shows all commands, and `hil list plans` the plans that ship",
+            ));
+        };
         let prepared = prepare_all(&plans)?;
         let asked = prepared.iter().map(|one| &*one.plan);
         let (answers, person) =
@@ -57,13 +67,27 @@ impl PaperArguments {
     }
 }
 
+fn procedures() -> Vec<&'static str> {
+    PAPER_PLANS.into_iter().chain(VARIANTS).collect()
+}
+
+/// The plans of a project: its files of TOML that have steps.
+fn plans_in(folder: &Path) -> Vec<String> {
+    let files = names_in(folder, Kind::Plan).into_iter().map(|name| name + ".toml");
+    let has_steps = |file: &String| {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap_or_default();
+        text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("steps"))
+    };
+    files.filter(has_steps).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{PAPER_PLANS, VARIANTS, prepare_all};
+    use super::{prepare_all, procedures};
 
     #[test]
     fn every_procedure_can_be_prepared() {
-        let plans: Vec<&str> = PAPER_PLANS.into_iter().chain(VARIANTS).collect();
+        let plans = procedures();
         assert_eq!(prepare_all(&plans).unwrap().len(), plans.len());
     }
 }

@@ -142,7 +142,11 @@ pub(super) fn judge(
             {
                 roles.push(role);
             }
-            findings.extend(misfit(&subject, plan, needed, needed.port(bench)));
+            // A device that the bench does not name is emulated within the harness, as with a bench of commands alone.
+            let is_inside = matches!(needed, Needed::Role("device", _)) && bench.device.is_none();
+            if !is_inside {
+                findings.extend(misfit(&subject, plan, needed, needed.port(bench)));
+            }
         }
     }
     for lacking in BenchWork::of(bench).lacks(prepared.iter().map(|one| &*one.plan)) {
@@ -158,8 +162,9 @@ pub(super) fn judge(
     }
     let has_robot = [&bench.gyro, &bench.base, &bench.table].iter().any(|role| role.is_some())
         || bench.controller.is_some();
+    let names_none = bench.device.is_none() && bench.lines.is_empty() && bench.commands.is_empty();
     match prepared {
-        [] if has_robot || bench.device.is_none() && bench.lines.is_empty() => ROLES.to_vec(),
+        [] if has_robot || names_none => ROLES.to_vec(),
         [] => bench.device.iter().map(|_| "device").collect(),
         _ => roles,
     }

@@ -58,6 +58,27 @@ fn an_invented_device_is_emulated_tested_and_broken() {
 }
 
 #[test]
+fn without_a_command_the_plans_of_the_folder_run() {
+    let hil = oven(&[]);
+    let ran = within(&hil, &[]).exits(0);
+    assert!(ran.out.contains("passed (6 measurements: 6 passed)") && !ran.out.contains("paper"));
+    assert!(hil.path("oven/runs/noisy-bus-seed1/summary.json").is_file());
+    let nothing = Hil::new().run(&[]).exits(2);
+    assert!(nothing.err.contains("no plans") && nothing.err.contains("hil --help"), "{nothing:?}");
+}
+
+/// A bench of commands alone: the device is emulated within the harness.
+#[test]
+fn a_bench_that_names_no_device_needs_no_port_for_it() {
+    let hil = oven(&[]);
+    fs::write(hil.path("oven/power.toml"), "[command.power-on]\nrun = [\"true\"]\n").unwrap();
+    let ran = within(&hil, &["doctor", "safe-alone.toml", "--bench", "power.toml"]).exits(0);
+    assert!(ran.out.contains("provides all that the plans need"), "{}", ran.out);
+    let alone = within(&hil, &["doctor", "--bench", "power.toml"]).exits(0);
+    assert!(alone.out.contains("can be used") && !alone.out.contains("gyro"), "{}", alone.out);
+}
+
+#[test]
 fn how_much_of_a_fault_it_stands_is_measured() {
     let hil = oven(&[]);
     // A weaker statement, which fewer runs show.
