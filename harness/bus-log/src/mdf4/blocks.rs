@@ -169,6 +169,11 @@ impl Block {
         &self.mark
     }
 
+    /// Whether this compressed block has been a `DT` block: it says so first.
+    pub(super) fn is_of_records(&self) -> bool {
+        self.data[..self.known].starts_with(b"DT")
+    }
+
     /// The link of that number from 0; zero if the block has fewer.
     pub(super) fn link(&self, number: usize) -> u64 {
         self.links.get(number).copied().unwrap_or(0)

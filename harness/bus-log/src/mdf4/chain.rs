@@ -2,8 +2,8 @@
 
 use super::super::BUFFER_BYTES;
 use super::super::error::{Defect, LogError};
-use super::BLOCK_HEAD_BYTES;
 use super::blocks::{Block, Source};
+use super::{BLOCK_HEAD_BYTES, IDENTIFICATION_BYTES};
 use flate2::{Decompress, FlushDecompress, Status};
 use std::io::{Read, Seek};
 
@@ -25,6 +25,8 @@ pub(super) struct Chain {
     /// The last block of an unfinished file extends to its end.
     unfinished: bool,
     content: Content,
+    /// Where the next block may be, if the list of the blocks is lost: they are found as they lie in the file.
+    lost: Option<u64>,
 }
 
 /// What the blocks are read for.
@@ -73,7 +75,20 @@ impl Chain {
 
     pub(super) fn of(content: Content, address: u64, unfinished: bool) -> Self {
         let list = List { next: address, ..List::default() };
-        Self { began: address, list, piece: Piece::None, blocks: 0, unfinished, content }
+        Self {
+            began: address,
+            list,
+            piece: Piece::None,
+            blocks: 0,
+            unfinished,
+            content,
+            lost: None,
+        }
+    }
+
+    /// All data of the file, whose list lay at that address, beyond the place where the file was cut.
+    pub(super) fn without_list(address: u64) -> Self {
+        Self { lost: Some(IDENTIFICATION_BYTES as u64), ..Self::new(address, false) }
     }
 
     pub(super) const fn began(&self) -> u64 {
@@ -93,7 +108,7 @@ impl Chain {
                     let most = out.len().min(usize::try_from(*left).unwrap_or(usize::MAX));
                     let count = source.at(*at, &mut out[..most])?;
                     // An unfinished file is read as far as it goes.
-                    if count < most && !*to_end && !self.unfinished {
+                    if count == 0 && most > 0 && !*to_end && !self.unfinished {
                         return Err(source.cut(self.began));
                     }
                     *at += count as u64;
@@ -120,6 +135,26 @@ impl Chain {
 
     /// Advances to the next block; `false` at the end.
     fn open<R: Read + Seek>(&mut self, source: &mut Source<R>) -> Result<bool, LogError> {
+        while let Some(address) = self.lost {
+            // At the end of what is whole this says that the file is cut.
+            let block = source.any_block(address)?;
+            self.began = address;
+            let end = address.saturating_add(block.length);
+            self.lost = Some(end.checked_next_multiple_of(8).unwrap_or(u64::MAX));
+            match block.mark() {
+                b"##DT" => {
+                    let left = block.length - BLOCK_HEAD_BYTES as u64;
+                    let at = address + BLOCK_HEAD_BYTES as u64;
+                    self.piece = Piece::Stored { at, left, to_end: false };
+                    return Ok(true);
+                }
+                b"##DZ" if block.is_of_records() => {
+                    self.piece = compressed(&block, source)?;
+                    return Ok(true);
+                }
+                _ => {}
+            }
+        }
         let address = if self.list.left > 0 {
             let mut link = [0; 8];
             if source.at(self.list.links_at, &mut link)? < link.len() {
@@ -256,11 +291,11 @@ impl Deflated {
                 let most = self.input.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
                 self.end = source.at(self.at, &mut self.input[..most])?;
                 self.start = 0;
-                if self.end < most {
+                if self.end == 0 {
                     return Err(source.cut(began));
                 }
-                self.at += most as u64;
-                self.left -= most as u64;
+                self.at += self.end as u64;
+                self.left -= self.end as u64;
             }
             let most = usize::try_from(self.length - done).unwrap_or(usize::MAX).min(out.len());
             let before = self.inflate.total_in();

@@ -4,7 +4,8 @@ use super::super::ReadEntries;
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
 use super::blocks::Source;
-use super::groups;
+use super::chain::Chain;
+use super::groups::{self, DataGroup};
 use super::opening::{Opened, open};
 use super::stream::Stream;
 use std::fmt;
@@ -35,8 +36,16 @@ impl<R: Read + Seek> Reader<R> {
             return Err(source.malformed(header.address, defect));
         };
         let groups = groups::all(&mut source, header.link(0))?;
-        let streams: Vec<_> =
-            groups.into_iter().map(|group| Stream::new(group, began, is_unfinished)).collect();
+        // Whose data they are is certain if only one group has any.
+        let is_alone = groups.iter().filter(|group| group.data != 0).count() == 1;
+        let mut stream = |group: DataGroup| {
+            let data = match is_alone && group.data > 0 && source.any_block(group.data).is_err() {
+                true => Chain::without_list(group.data),
+                false => Chain::new(group.data, is_unfinished),
+            };
+            Stream::new(data, group, began, is_unfinished)
+        };
+        let streams: Vec<_> = groups.into_iter().map(&mut stream).collect();
         let heads = streams.iter().map(|_| None).collect();
         let unknown = (0..streams.len()).collect();
         Ok(Self { source, streams, heads, unknown })

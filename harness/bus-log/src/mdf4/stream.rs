@@ -27,7 +27,7 @@ pub(super) struct Stream {
 }
 
 impl Stream {
-    pub(super) fn new(group: DataGroup, began: i64, unfinished: bool) -> Self {
+    pub(super) fn new(data: Chain, group: DataGroup, began: i64, unfinished: bool) -> Self {
         let mut among = HashMap::new();
         for group in &group.groups {
             if matches!(group.records, Records::Variable) {
@@ -44,7 +44,7 @@ impl Stream {
             }
         }
         Self {
-            data: Buffered::new(Chain::new(group.data, unfinished)),
+            data: Buffered::new(data),
             number_bytes: group.number_bytes,
             groups: group.groups,
             signal_data,

@@ -43,6 +43,28 @@ fn a_file_that_is_cut_is_good_up_to_there() {
     }
 }
 
+/// The list of the blocks with the data lies behind them.
+#[test]
+fn of_a_cut_file_the_blocks_before_are_read_without_their_list() {
+    let (first, all) = (entries()[0], 10_000_i64);
+    let entry = |index| Entry {
+        at: Timestamp::from_nanos(first.at.as_nanos() + index * 1_000_003),
+        ..first
+    };
+    let entries: Vec<Entry> = (0..all).map(entry).collect();
+    let whole = written(Format::Mdf4, &entries);
+    for (percent, least) in [(60, 4_096), (95, 2 * 4_096)] {
+        let (found, error) = read(Format::Mdf4, &whole[..whole.len() * percent / 100]);
+        assert!(found.len() >= least && found.len() < all as usize, "{} entries", found.len());
+        assert_eq!(found, entries[..found.len()]);
+        let help = miette::Diagnostic::help(&error.unwrap()).unwrap().to_string();
+        assert!(help.contains(&format!("{} entries before that are good", found.len())), "{help}");
+    }
+    // Without the last byte, everything is there.
+    let (found, error) = read(Format::Mdf4, &whole[..whole.len() - 1]);
+    assert!(found == entries, "{error:?}");
+}
+
 #[test]
 fn help_says_whether_a_file_is_cut_and_how_much_of_it_is_good() {
     let help = |format, bytes: &[u8]| {

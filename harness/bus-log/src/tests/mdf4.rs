@@ -272,6 +272,25 @@ fn a_file_that_was_not_finished_goes_to_its_end() {
 }
 
 #[test]
+fn a_block_that_is_cut_is_read_up_to_there() {
+    let all = records().concat();
+    let whole = sorted(|blocks| blocks.put(b"##DT", &[], &all));
+    let place = whole.windows(4).position(|four| four == b"##DT").unwrap();
+    let group = whole[place..].windows(4).position(|four| four == b"##DG").unwrap();
+    let mut bytes = whole.clone();
+    // The data are last.
+    let block = bytes.drain(place..place + group).collect::<Vec<u8>>();
+    let (data_group, data) = (place as u64, bytes.len() as u64);
+    bytes.extend(block);
+    bytes[64 + 24..][..8].copy_from_slice(&data_group.to_le_bytes());
+    bytes[place + 24 + 16..][..8].copy_from_slice(&data.to_le_bytes());
+    assert_read(&bytes, &entries());
+    let (found, error) = read(Format::Mdf4, &bytes[..data as usize + 24 + 2 * all.len() / 3 + 5]);
+    assert_eq!(found, entries()[..2]);
+    assert!(miette::Diagnostic::help(&error.unwrap()).unwrap().to_string().contains("2 entries"));
+}
+
+#[test]
 fn a_defect_has_its_place() {
     let all = records().concat();
     let message = |bytes: &[u8]| {
