@@ -24,7 +24,7 @@ use wire::time::Span;
 const P2_S: f64 = 0.05;
 const P2_STAR_S: f64 = 5.0;
 const S3_S: f64 = 5.0;
-const RESET_S: f64 = 0.0;
+const RESET_S: f64 = 0.2;
 const SECURITY_DELAY_S: f64 = 10.0;
 /// P2 in a response has 16 bits of 1 ms.
 const P2_S_MAX: f64 = 65.535;
