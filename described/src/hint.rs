@@ -44,6 +44,7 @@ fn plainly(expected: &str) -> &str {
         "u8" => "a whole number from 0 to 255",
         "u16" => "a whole number from 0 to 65535",
         "u32" | "u64" | "usize" => "a whole number, at least 0",
+        "a nonzero u32" => "a whole number, at least 1",
         "i8" | "i16" | "i32" | "i64" => "a whole number",
         "f32" | "f64" => "a number",
         "a sequence" => "a list",
@@ -121,6 +122,10 @@ mod tests {
         let message = "invalid type: string \"20\", expected a number";
         assert_eq!(explain(message), (message.to_owned(), None));
         let of = |message: &str| explain(message).0;
+        assert_eq!(
+            of("invalid value: integer `0`, expected a nonzero u32"),
+            "invalid value: integer `0`, expected a whole number, at least 1"
+        );
         assert_eq!(
             of("invalid type: string \"x\", expected u32"),
             "invalid type: string \"x\", expected a whole number, at least 0"

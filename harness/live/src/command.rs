@@ -14,3 +14,31 @@ pub fn find(program: &Path) -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     std::env::split_paths(&folders).map(|folder| folder.join(program)).find(can_run)
 }
+
+/// Interpreters whose first argument is a script; a version may follow the name.
+const INTERPRETERS: [&str; 5] = ["python", "sh", "bash", "perl", "ruby"];
+
+/// The script that an interpreter is to run, if it certainly is not there: a shell also looks for a plain name on its
+/// PATH.
+pub fn missing_script(words: &[String]) -> Option<&str> {
+    let (program, script) = (words.first()?, words.get(1)?);
+    let name = Path::new(program).file_name()?.to_str()?;
+    let name = name.trim_end_matches(|one: char| one.is_ascii_digit() || one == '.');
+    let is_script = INTERPRETERS.contains(&name) && !script.starts_with('-');
+    let is_path = name == "python" || script.contains('/');
+    (is_script && is_path && !script.contains('{') && !Path::new(script).exists()).then_some(script)
+}
+
+/// What [`missing_script`] finds, as a reason why the program does not start.
+///
+/// # Errors
+/// When the script is not there.
+pub(crate) fn has_script(words: &[String]) -> Result<(), String> {
+    match missing_script(words) {
+        None => Ok(()),
+        Some(script) => {
+            let folder = std::env::current_dir().unwrap_or_default();
+            Err(format!("its script `{script}` is not in {}", folder.display()))
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::Needs;
 use super::finding::Finding;
-use live::command::find;
+use live::command::{find, missing_script};
 use live::world::our_program;
 use serde::Serialize;
 use std::fs::File;
@@ -25,9 +25,6 @@ pub struct ProgramFound {
     /// The script that it runs, if missing.
     pub no_script: Option<String>,
 }
-
-/// Interpreters whose first argument is a script; a version may follow the name.
-const INTERPRETERS: [&str; 6] = ["python", "sh", "bash", "node", "perl", "ruby"];
 
 /// Maximum length of a first line that names an interpreter, in bytes (`BINPRM_BUF_SIZE` of Linux).
 const FIRST_LINE_MAX: u64 = 256;
@@ -103,16 +100,11 @@ pub(super) fn look(words: &[String]) -> ProgramFound {
     let program = Path::new(words.first().map_or("", |program| program));
     let path = find(program);
     let interpreter = path.as_deref().and_then(interpreter);
-    let name = program.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.trim_end_matches(|one: char| one.is_ascii_digit() || one == '.');
-    let script = words.get(1).filter(|script| {
-        INTERPRETERS.contains(&name) && !script.starts_with('-') && !script.contains('{')
-    });
     ProgramFound {
         words: words.to_vec(),
         path,
         no_interpreter: interpreter.filter(|one| find(Path::new(one)).is_none()),
-        no_script: script.filter(|script| !Path::new(script).is_file()).cloned(),
+        no_script: missing_script(words).map(str::to_owned),
     }
 }
 

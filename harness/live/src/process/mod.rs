@@ -13,6 +13,7 @@ mod unread;
 pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX, LineEnd, line_of, next_line, report_of};
 pub use unread::Unread;
 
+use super::command::has_script;
 use super::lines::{self, Places};
 use controller::mission::{Mission, ReportLine};
 use pipes::{Log, MissionSender};
@@ -194,6 +195,8 @@ impl DeviceProcess {
             Ok((child, pipes, messages))
         };
         let error = |source| SpawnError::program(program, source);
+        has_script(words)
+            .map_err(|reason| error(io::Error::new(io::ErrorKind::NotFound, reason)))?;
         let (child, pipes, messages) = start().map_err(error)?;
         let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
         // From here on dropping the value ends the process.

@@ -1,7 +1,7 @@
 //! A user's program in step with the world.
 
 use super::uarts::Uarts;
-use crate::command::fill;
+use crate::command::{fill, has_script};
 use crate::lines::{self, Place, Places};
 use described::Medium;
 use lockstep::{Ended, Lockstep, Output, Program, StartError};
@@ -46,6 +46,7 @@ fn started(
     let ports: BTreeMap<String, String> =
         lines.map(|line| (rig.line_name(line).to_owned(), port(rig, line))).collect();
     let words = fill(words, &ports).map_err(|error| error.to_string())?;
+    has_script(&words).map_err(|reason| format!("failed to start `{}`: {reason}", node.name))?;
     let mut program = in_words(words);
     let (mut places, mut uarts) = (Places::new(), Uarts::default());
     for line in &node.lines {
@@ -108,11 +109,19 @@ pub(super) fn why(name: &str, error: &StartError) -> String {
     format!("failed to start `{name}`: {error}{}", cause.unwrap_or_default())
 }
 
+/// The line that says why a program ended: the exception of its last traceback, after which Python may print warnings of
+/// what it tears down; else its last line.
+fn telling(words: &str) -> Option<&str> {
+    let traced = words.rsplit_once("Traceback (most recent call last):\n").map(|(_, after)| after);
+    let mut after = traced.unwrap_or_default().lines();
+    let exception = after.find(|line| !line.starts_with(' ') && !line.is_empty());
+    exception.or_else(|| words.lines().rfind(|line| !line.trim().is_empty()))
+}
+
 /// How a program ended, with its last line of output.
 pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
     let words = running.last_words();
-    let last = words.lines().rfind(|line| !line.trim().is_empty());
-    let last = last.map(|line| format!("; its last words: {line}")).unwrap_or_default();
+    let last = telling(&words).map(|line| format!("; its last words: {line}")).unwrap_or_default();
     match ended {
         // Whoever tells of it says that it ended.
         Ended::Exited(status) => format!("{status}{last}"),
@@ -210,5 +219,23 @@ impl NodeDevice for InStep {
 impl Drop for InStep {
     fn drop(&mut self) {
         self.running.stop(self.now, STOPPING);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::telling;
+
+    #[test]
+    fn the_line_that_says_why_is_quoted() {
+        let traced = "up\nTraceback (most recent call last):\n  File \"a.py\", line 3, in <module>\n    run()\n\
+                      OSError: [Errno 19] No such device\nSocketcanBus was not properly shut down\n";
+        assert_eq!(telling(traced), Some("OSError: [Errno 19] No such device"));
+        assert_eq!(telling("one\ntwo\n\n"), Some("two"));
+        assert_eq!(
+            telling("Traceback (most recent call last):\n"),
+            Some("Traceback (most recent call last):")
+        );
+        assert_eq!(telling(""), None);
     }
 }
