@@ -3,7 +3,7 @@
 use crate::campaign::{CaseResult, PASSES, Violated};
 use crate::outcome::{Measurement, Outcome};
 use crate::run::Simulated;
-use record::figures::with_unit;
+use record::figures;
 use std::collections::BTreeMap;
 
 /// Result of a run.
@@ -31,7 +31,11 @@ pub(super) fn result(run: &Simulated, measurements: &[Measurement], judged: Outc
 fn said(measurement: &Measurement) -> String {
     let Measurement { name, statistic, unit, .. } = measurement;
     match measurement.value {
-        Some(value) => format!("{name}: {statistic}: {}", with_unit(value.to_string(), unit)),
+        Some(value) => {
+            let limits = [measurement.lower, measurement.upper].into_iter().flatten();
+            let figure = figures::quantity_beside(value, measurement.uncertainty, unit, limits);
+            format!("{name}: {statistic}: {figure}")
+        }
         None => format!("{name}: {statistic}"),
     }
 }

@@ -117,7 +117,7 @@ fn table(judged: &[Compared]) -> Markup {
         }
     };
     let heads = ["what", "verdict", "second verdict", "#first", "#second", "#change"];
-    listed::table(None, &heads, &rows)
+    listed::table(Some("compared"), &heads, &rows)
 }
 
 /// A quantity of both, over the axis that says most about the first.

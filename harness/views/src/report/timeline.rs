@@ -93,6 +93,19 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
                     @if lanes_left_out > 0 { " " (lanes_left_out) " faults at a time too many are not drawn." }
                     " Steps: " (table(steps).without(steps.all.len().saturating_sub(ROWS_MAX)).link("steps"))
                 }
+                // In place of the words in the boxes, for which a narrow screen has no room.
+                @let labelled: Vec<_> = steps.all.iter().filter_map(|step| Some((step.label.as_deref()?, step.begin_s))).collect();
+                @if !labelled.is_empty() {
+                    p.narrow {
+                        "Begin: "
+                        @for (index, (label, begin_s)) in labelled.iter().take(LISTED_MAX).enumerate() {
+                            @if index > 0 { "; " }
+                            (label) (format!(" at {begin_s:.3} s"))
+                        }
+                        @if labelled.len() > LISTED_MAX { "; and " (labelled.len() - LISTED_MAX) " more" }
+                        "."
+                    }
+                }
                 @if acts > 0 {
                     ul.faults {
                         @for step in stimuli::steps(collected).take(LISTED_MAX) {

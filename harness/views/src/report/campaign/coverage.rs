@@ -62,7 +62,8 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
                 p {
                     "The share of cases with this fault in which a property broke: below it, how many of how many, and the 95 % "
                     "interval (Wilson). The colour shows the lower end of the interval: few cases stay pale. A case holds several faults: "
-                    "only the smallest case shows which of them broke it."
+                    "only the smallest case shows which of them broke it. A fault is tied to a step by its label or by its key: a step "
+                    "with a label is in both columns."
                 }
                 p {
                     (counted(kinds.len(), untried)) ". " (data.link("faults-by-phase"))

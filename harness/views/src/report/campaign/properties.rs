@@ -29,7 +29,7 @@ pub(super) fn always(account: &Account, gathered: &Gathered) -> Option<Markup> {
     };
     let heads = ["property", "verdict", "#broken by", "", "#least margin", "#in case"];
     Some(html! {
-        (listed::table(None, &heads, &rows))
+        (listed::table(Some("held"), &heads, &rows))
         p.small { "The interval is that of the share of cases that break the property (95 %, Wilson). A margin is the smallest distance to a violation, as a share of the limit; below zero, the property broke." }
     })
 }
