@@ -33,7 +33,7 @@ fn said(measurement: &Measurement) -> String {
     match measurement.value {
         Some(value) => {
             let limits = [measurement.lower, measurement.upper].into_iter().flatten();
-            let figure = figures::quantity_beside(value, measurement.uncertainty, unit, limits);
+            let figure = figures::quantity_beside(value, 0.0, unit, limits);
             format!("{name}: {statistic}: {figure}")
         }
         None => format!("{name}: {statistic}"),
@@ -66,7 +66,9 @@ mod tests {
     fn a_share_has_no_unit() {
         let mut one = summary().measurements[0].clone();
         (one.value, one.unit) = (Some(0.98984), "1".to_owned());
-        assert!(said(&one).ends_with(": 0.98984"), "{}", said(&one));
+        assert!(said(&one).ends_with(": 0.9898"), "{}", said(&one));
+        one.value = Some(0.984_324_672_535_967_3);
+        assert!(said(&one).ends_with(": 0.9843"), "{}", said(&one));
         (one.value, one.unit) = (Some(61.5), "degC".to_owned());
         assert!(said(&one).ends_with(": 61.5 degC"), "{}", said(&one));
     }
