@@ -61,7 +61,10 @@ pub(super) fn fmu(
         None => beside().ok_or_else(|| {
             Failure::arguments(
                 format!("failed to find {LIBRARY}, the library in each FMU"),
-                format!("name it by --library: a build of hil leaves it in target/release/deps/{LIBRARY}"),
+                format!(
+                    "`cargo build --release -p fmu-device` in a clone of hil makes it: name \
+                     target/release/deps/{LIBRARY} by --library, or copy it to lib/hil beside the folder of hil"
+                ),
             )
         })?,
     };
@@ -107,10 +110,17 @@ fn identity(text: &str, files: &BTreeMap<String, String>) -> String {
     format!("{{{}}}", parts.join("-"))
 }
 
+/// The build folders of the clone out of which this program was installed: `cargo install` leaves the library there.
+const BUILT: [&str; 2] = [
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/release/deps"),
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/debug/deps"),
+];
+
 /// The library where packages and builds have it.
 fn beside() -> Option<PathBuf> {
     let program = std::env::current_exe().ok()?;
     let folder = program.parent()?;
     let folders = [folder.to_owned(), folder.join("deps"), folder.join("../lib/hil")];
-    folders.into_iter().map(|folder| folder.join(LIBRARY)).find(|path| path.is_file())
+    let folders = folders.into_iter().chain(BUILT.map(PathBuf::from));
+    folders.map(|folder| folder.join(LIBRARY)).find(|path| path.is_file())
 }

@@ -62,9 +62,29 @@ fn without_a_command_the_plans_of_the_folder_run() {
     let hil = oven(&[]);
     let ran = within(&hil, &[]).exits(0);
     assert!(ran.out.contains("passed (6 measurements: 6 passed)") && !ran.out.contains("paper"));
-    assert!(hil.path("oven/runs/noisy-bus-seed1/summary.json").is_file());
+    let summary = fs::read_to_string(hil.path("oven/runs/noisy-bus-seed1/summary.json")).unwrap();
+    assert!(!summary.contains("\"paper\""), "{summary}");
     let nothing = Hil::new().run(&[]).exits(2);
     assert!(nothing.err.contains("no plans") && nothing.err.contains("hil --help"), "{nothing:?}");
+}
+
+/// `cargo install` brings the program alone: the library in each FMU stays in the build folder.
+#[test]
+fn an_installed_program_finds_the_library_for_fmus_in_its_clone() {
+    let hil = oven(&[]);
+    let installed = hil.path("bin-hil");
+    fs::copy(env!("CARGO_BIN_EXE_hil"), &installed).unwrap();
+    let export = |library: &[&str]| {
+        let mut command = std::process::Command::new(&installed);
+        command.args(["export", "oven/devices/oven.toml", "--fmu", "oven.fmu"]).args(library);
+        super::hil::Ran::of(command.current_dir(hil.path(".")).output().unwrap())
+    };
+    let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target");
+    if Path::new(env!("CARGO_BIN_EXE_hil")).starts_with(built.canonicalize().unwrap_or_default()) {
+        export(&[]).exits(0);
+        assert!(hil.path("oven.fmu").is_file());
+    }
+    assert!(export(&["--library", "none.so"]).exits(2).err.contains("none.so"));
 }
 
 /// A bench of commands alone: the device is emulated within the harness.
