@@ -61,7 +61,8 @@ pub struct Measurement {
     pub upper: Option<f64>,
     /// The verdict.
     pub verdict: Verdict,
-    /// The value in the paper, with its place there.
+    /// The value in the paper, with its place there; absent on other rigs.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
     pub paper: Option<String>,
     /// Kind of figure: "worst of 80", "share of 300 inside", "slope of 300 points".
     pub statistic: String,

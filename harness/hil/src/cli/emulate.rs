@@ -13,10 +13,10 @@ const PORTS: &str = "\
 Ports:
   pty  pty:LINK                  a new pty; LINK leads to its other side
   /dev/ttyUSB0  serial:usb:0403:6001
-                                 a serial port, at the other end of which the controller is
-  can:vcan0                      a CAN interface (base)
-  slcan-pty  slcan-pty:LINK      an emulated CAN adapter on a pty (base)
-  slcan:/dev/ttyACM0             a CAN adapter that is plugged in here (base)
+                                 a serial port, at the other end of which your program is
+  can:vcan0                      a CAN interface
+  slcan-pty  slcan-pty:LINK      an emulated CAN adapter on a pty
+  slcan:/dev/ttyACM0             a CAN adapter that is plugged in here
 
 The standard input takes requests, a JSON line each, answered on the standard output:
   {\"id\":1,\"set\":{\"bias_deg_per_h\":30}}   {\"get\":\"truth\"}   {\"fault\":\"disconnect\"}   {\"list\":true}
@@ -40,36 +40,6 @@ pub(super) struct EmulateArguments {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// A gyro alone; the request rate_deg_per_s turns it.
-    Gyro {
-        /// Stream format. [default: that of the device file, else navigator]
-        #[arg(long, value_parser = gyro_arguments::format())]
-        stream: Option<GyroFormat>,
-        /// Output mode. [default: that of the device file, else rate]
-        #[arg(long, value_enum)]
-        mode: Option<Mode>,
-        #[command(flatten)]
-        port: PortArguments,
-        #[command(flatten)]
-        common: CommonArguments,
-    },
-    /// A mobile base, on CAN or a serial line.
-    Base {
-        /// CAN interface, the same as --port can:INTERFACE.
-        #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["pty", "port"])]
-        can: Option<String>,
-        #[command(flatten)]
-        port: PortArguments,
-        #[command(flatten)]
-        common: CommonArguments,
-    },
-    /// A rotary table.
-    Table {
-        #[command(flatten)]
-        port: PortArguments,
-        #[command(flatten)]
-        common: CommonArguments,
-    },
     /// A custom device, from its description (`hil new` creates one).
     Device {
         /// The description: a path.
@@ -101,6 +71,36 @@ enum What {
         /// Seed of all random numbers.
         #[arg(long, default_value_t = 1)]
         seed: u64,
+    },
+    /// A gyro of the paper alone; the request rate_deg_per_s turns it.
+    Gyro {
+        /// Stream format. [default: that of the device file, else navigator]
+        #[arg(long, value_parser = gyro_arguments::format())]
+        stream: Option<GyroFormat>,
+        /// Output mode. [default: that of the device file, else rate]
+        #[arg(long, value_enum)]
+        mode: Option<Mode>,
+        #[command(flatten)]
+        port: PortArguments,
+        #[command(flatten)]
+        common: CommonArguments,
+    },
+    /// The mobile base of the paper, on CAN or a serial line.
+    Base {
+        /// CAN interface, the same as --port can:INTERFACE.
+        #[arg(long, value_name = "INTERFACE", conflicts_with_all = ["pty", "port"])]
+        can: Option<String>,
+        #[command(flatten)]
+        port: PortArguments,
+        #[command(flatten)]
+        common: CommonArguments,
+    },
+    /// The rotary table of the paper.
+    Table {
+        #[command(flatten)]
+        port: PortArguments,
+        #[command(flatten)]
+        common: CommonArguments,
     },
     /// A whole bench of the paper: the gyro feels the motion of its carrier.
     #[command(group(clap::ArgGroup::new("ports").required(true).multiple(true)))]

@@ -75,8 +75,7 @@ pub(super) struct RunArguments {
     /// Print one JSON document and nothing else: the summaries as in summary.json; of --seeds the shares.
     #[arg(long, conflicts_with = "watch")]
     pub(super) json: bool,
-    /// Show the run live: the robot, heading error, gyro, lines, steps, remaining time. Without a
-    /// terminal, as plain lines.
+    /// Show the run live: what is measured, lines, events, steps, remaining time. Without a terminal, as plain lines.
     #[arg(long, conflicts_with = "seeds")]
     watch: bool,
 }

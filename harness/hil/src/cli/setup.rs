@@ -28,11 +28,11 @@ pub(super) enum Clock {
 pub enum BusChoice {
     /// Lines in memory, paced by baud or bit time.
     Memory,
-    /// Pseudo-terminals; with the real clock a base on CAN is behind an SLCAN adapter on one.
+    /// Pseudo-terminals; with the real clock a device on CAN is behind an SLCAN adapter on one.
     Pty,
-    /// A base on CAN is on the interface vcan0; serial lines are pseudo-terminals.
+    /// A device on CAN is on the interface vcan0; serial lines are pseudo-terminals.
     Vcan,
-    /// A base on CAN is behind an SLCAN adapter on a pseudo-terminal; serial lines are
+    /// A device on CAN is behind an SLCAN adapter on a pseudo-terminal; serial lines are
     /// pseudo-terminals.
     Slcan,
 }
@@ -96,8 +96,8 @@ pub(super) struct SetupArguments {
     /// What carries bytes and frames. [default: memory with the virtual clock, pty with the real one]
     #[arg(long, value_enum)]
     bus: Option<BusChoice>,
-    /// The device under test: in-process, process, or a command line with {gyro} and {base} for the
-    /// ports. [default: in-process with the virtual clock, process with the real one]
+    /// The controller of the paper's robot: in-process, process, or a command line with {gyro} and {base} for the
+    /// ports; a rig file names its programs itself. [default: in-process with the virtual clock, process with the real one]
     #[arg(long, value_name = "in-process|process|COMMAND")]
     pub(super) controller: Option<Controller>,
     /// Bench file, which assigns ports to roles: a name (see `hil list benches`) or a path. Without

@@ -32,24 +32,34 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
     ]
 }
 
+/// How many columns there are: where the paper says nothing, it has none.
+fn columns(shares: &[SeedShare]) -> usize {
+    let has_paper = shares.iter().any(|share| share.paper.is_some());
+    HEADER.len() - usize::from(!has_paper)
+}
+
 pub fn seeds_table(shares: &[SeedShare], style: Style) -> String {
-    let mut table = style.table(&HEADER);
+    let columns = columns(shares);
+    let mut table = style.table(&HEADER[..columns]);
     for share in shares {
-        table.add_row(cells(share).map(Cell::new));
+        table.add_row(cells(share).into_iter().take(columns).map(Cell::new));
     }
     lines(&table)
 }
 
 pub fn seeds_markdown(shares: &[SeedShare]) -> String {
-    let mut text = markdown_row(HEADER.map(str::to_owned));
-    text += &markdown_row(HEADER.map(|_| "---".to_owned()));
-    shares.iter().for_each(|share| text += &markdown_row(cells(share)));
+    let columns = columns(shares);
+    let mut text = markdown_row(HEADER[..columns].iter().map(|head| (*head).to_owned()));
+    text += &markdown_row(HEADER[..columns].iter().map(|_| "---".to_owned()));
+    for share in shares {
+        text += &markdown_row(cells(share).into_iter().take(columns));
+    }
     text
 }
 
-fn markdown_row(cells: [String; HEADER.len()]) -> String {
+fn markdown_row(cells: impl Iterator<Item = String>) -> String {
     let cells = cells.map(|cell| cell.replace('\\', r"\\").replace('|', r"\|"));
-    format!("| {} |\n", cells.join(" | "))
+    format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
 }
 
 #[cfg(test)]
