@@ -8,6 +8,7 @@ use crate::made::Made;
 use crate::models;
 use crate::outcome::{Outcome, PropertySummary, Summary};
 use crate::program::DEVICE_LOG;
+use crate::record::figures;
 use crate::record::header::Header;
 use crate::record::sink::Level;
 use crate::record::{Progress, VERSION};
@@ -17,6 +18,7 @@ use crate::report;
 use crate::run_folder::JUNIT;
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
+use plan::rig::UnderTest;
 use rig::crossing::{MaybeCrossing, bus_of};
 use rig::operator::Answers;
 use std::path::Path;
@@ -89,10 +91,25 @@ pub fn run_to_folder_watched(
     let mut summary = summarise(prepared, options.seed, &run);
     bus.clone_into(&mut summary.bus);
     summary.wall_s = wall_s() - began_s;
+    let has_program =
+        prepared.rig.under_test().any(|(_, how)| matches!(how, UnderTest::Command(_)));
+    summary.notes.extend(slower(&summary).filter(|_| has_program));
     if folder.file(DEVICE_LOG).is_file() {
         summary.artifacts.push(DEVICE_LOG.to_owned());
     }
     Ok(keep(&folder, &header, summary, run))
+}
+
+/// What a program computes takes no bench time. If that is longer than the bench ran, its deadlines say little.
+fn slower(summary: &Summary) -> Option<String> {
+    (summary.outcome == Outcome::Passed && summary.wall_s > summary.simulated_s).then(|| {
+        format!(
+            "the run took {} for {} of bench time: what a program computes takes no virtual time, so that it keeps a \
+             deadline however long it computes; with --clock real it counts",
+            figures::duration(summary.wall_s),
+            figures::duration(summary.simulated_s),
+        )
+    })
 }
 
 /// Writes the files of a completed run. A file that cannot be written makes the outcome an error.

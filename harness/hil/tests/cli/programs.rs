@@ -120,6 +120,27 @@ fn each_end_of_a_program_is_named_and_none_of_its_processes_is_left() {
 }
 
 #[test]
+fn a_program_whose_script_is_not_there_does_not_start() {
+    let hil = project("pass");
+    fs::remove_file(hil.path("beat.py")).unwrap();
+    for clock in ["virtual", "real"] {
+        let ran = hil.run(&["run", "./beats.toml", "--out", "out", "--clock", clock]).exits(3);
+        let words = format!("{} {}", ran.out, ran.err);
+        let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("script `./beat.py` is not in"), "{clock}: {words}");
+    }
+}
+
+/// Four seconds by the clock on the wall, which virtual time does not see.
+#[test]
+fn a_verdict_says_that_a_program_computed_longer_than_the_bench_ran() {
+    let seconds = "u = lambda: float(open('/proc/uptime').read().split()[0])";
+    let does = format!("{seconds}; t = u() + 4 if count == 1 else 0\n    while u() < t: pass");
+    let ran = project(&does).run(&["run", "./beats.toml", "--out", "out"]).exits(0);
+    assert!(ran.err.contains("takes no virtual time") || ran.out.contains("takes no virtual time"));
+}
+
+#[test]
 fn a_program_that_breaks_the_contract_is_told_with_the_first_difference() {
     let verify = |does: &str| {
         project(does).run(&["run", "./beats.toml", "--verify-determinism", "--out", "out"])
