@@ -46,6 +46,9 @@ pub struct Account {
     pub kinds: Vec<Struck>,
     /// Phases of the plan that a fault could be tied to.
     pub phases: Vec<String>,
+    /// For keys of steps among the phases: the labels of these steps, in their order.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub labels: BTreeMap<String, Vec<String>>,
     /// States that the campaign should reach.
     pub states: Vec<String>,
     /// The result; absent while the campaign runs, and if it was killed.

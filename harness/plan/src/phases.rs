@@ -63,6 +63,20 @@ impl Plan {
         order
     }
 
+    /// For each key of steps the labels of these steps in their order, the key where a step has none. Without keys of which
+    /// a step may be repeated, or that a step in a repeat has too.
+    pub fn labels(&self) -> BTreeMap<String, Vec<String>> {
+        let mut labels: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for step in &self.steps {
+            let key = step.action.name();
+            let label = step.label.as_ref().map_or(key, Name::as_str);
+            labels.entry(key.to_owned()).or_default().push(label.to_owned());
+        }
+        let counts = self.phases();
+        labels.retain(|key, of| counts.get(key.as_str()) == Some(&(of.len() as u64)));
+        labels
+    }
+
     /// Turns and straights with their numbers, in order of first occurrence, if all of them come after a bias test;
     /// otherwise empty.
     pub fn motions_after_bias_test(&self) -> Vec<(Name, u32)> {
@@ -96,11 +110,25 @@ fn count<'a>(steps: &'a [Step], rounds: u64, counts: &mut BTreeMap<&'a str, u64>
 mod tests {
     use crate::{Name, Plan};
 
-    fn motions(steps: &str) -> Vec<(String, u32)> {
+    fn plan(steps: &str) -> Plan {
         let text = format!("name = \"x\"\ntitle = \"x\"\ndevices = \"paper\"\nsteps = [{steps}]");
-        let plan: Plan = toml::from_str(&text).unwrap();
+        toml::from_str(&text).unwrap()
+    }
+
+    fn motions(steps: &str) -> Vec<(String, u32)> {
         let named = |(name, times): (Name, u32)| (name.as_str().to_owned(), times);
-        plan.motions_after_bias_test().into_iter().map(named).collect()
+        plan(steps).motions_after_bias_test().into_iter().map(named).collect()
+    }
+
+    #[test]
+    fn labels_stand_for_the_keys_of_steps_that_run_once() {
+        let (wait, turn) = ("{ wait = { duration_s = 1 }", "{ turn = { angle_deg = 90 } }");
+        let labels = plan(&format!(
+            "{wait}, label = \"up\" }}, {wait} }}, {turn}, {{ repeat = {{ times = 2, steps = [{turn}] }} }}"
+        ))
+        .labels();
+        assert_eq!(labels.get("wait").unwrap(), &["up", "wait"]);
+        assert!(!labels.contains_key("turn"), "{labels:?}");
     }
 
     #[test]

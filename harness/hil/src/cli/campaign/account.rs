@@ -60,6 +60,7 @@ impl CampaignArguments {
             horizon_s: space.horizon().as_secs_f64(),
             kinds: space.kinds().iter().map(struck).collect(),
             phases: phases(plan, space),
+            labels: plan.labels(),
             states: states.keys().cloned().collect(),
             ..Account::new()
         };
@@ -131,7 +132,7 @@ pub(in crate::cli) fn is_campaign(folder: &Path) -> bool {
 /// Draws the page of the campaign in this folder from its account and its journal; returns its path.
 pub(in crate::cli) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
     let account = Account::read(folder)?;
-    let mut gathered = Gathered::default();
+    let mut gathered = Gathered::of(&account);
     each_line(&folder.join(JOURNAL), &mut |line| gathered.add(&line))?;
     let path = folder.join(REPORT);
     std::fs::write(&path, page(&account, &gathered))

@@ -16,7 +16,10 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
     let kinds: BTreeSet<&Struck> =
         account.kinds.iter().chain(seen.clone().map(|key| &key.0)).collect();
     // In the order of the plan.
-    let phases = account.phases.iter().map(|phase| Column::Phase(phase.clone()));
+    let is_by_label =
+        |phase: &&String| account.labels.get(*phase).is_some_and(|labels| !labels.contains(phase));
+    let phases = account.phases.iter().filter(|phase| !is_by_label(phase));
+    let phases = phases.map(|phase| Column::Phase(phase.clone()));
     let mut columns: Vec<Column> = Vec::new();
     for column in [Column::At].into_iter().chain(phases).chain(seen.map(|key| key.1.clone())) {
         if !columns.contains(&column) {
@@ -62,8 +65,7 @@ pub(super) fn table(account: &Account, gathered: &Gathered) -> Markup {
                 p {
                     "The share of cases with this fault in which a property broke: below it, how many of how many, and the 95 % "
                     "interval (Wilson). The colour shows the lower end of the interval: few cases stay pale. A case holds several faults: "
-                    "only the smallest case shows which of them broke it. A fault is tied to a step by its label or by its key: a step "
-                    "with a label is in both columns."
+                    "only the smallest case shows which of them broke it."
                 }
                 p {
                     (counted(kinds.len(), untried)) ". " (data.link("faults-by-phase"))

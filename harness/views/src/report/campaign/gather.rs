@@ -1,7 +1,7 @@
 //! Data of a journal for the page, collected in one pass.
 
 use super::super::thin::Point;
-use campaign::{Line, Struck, Tally};
+use campaign::{Account, Line, Struck, Tally};
 use plan::confidence::{Interval, Z_95, wilson};
 use plan::faults::{Fault, When};
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,12 +17,15 @@ pub(super) enum Column {
 }
 
 impl Column {
-    fn of(fault: &Fault) -> Self {
+    /// A step with a label has one column, whether the fault names its label or its key.
+    fn of(fault: &Fault, labels: &BTreeMap<String, Vec<String>>) -> Self {
         match &fault.when {
             When::Always => Self::Always,
             When::At(_) => Self::At,
-            When::Step { phase, .. } | When::During { phase, .. } => {
-                Self::Phase(phase.as_str().to_owned())
+            When::Step { phase, number, .. } | When::During { phase, number } => {
+                let place = (*number as usize).saturating_sub(1);
+                let label = labels.get(phase.as_str()).and_then(|labels| labels.get(place));
+                Self::Phase(label.map_or(phase.as_str(), String::as_str).to_owned())
             }
         }
     }
@@ -63,9 +66,15 @@ pub struct Gathered {
     pub(super) tried: BTreeMap<(Struck, Column), Tried>,
     /// Number of cases with margins beyond [`MARGINS_MAX`].
     pub(super) margins_not_kept: u64,
+    labels: BTreeMap<String, Vec<String>>,
 }
 
 impl Gathered {
+    /// Nothing yet of this campaign.
+    pub fn of(account: &Account) -> Self {
+        Self { labels: account.labels.clone(), ..Self::default() }
+    }
+
     pub fn add(&mut self, line: &Line) {
         self.tally.count(line.number, &line.result);
         let broke = !line.result.violated.is_empty();
@@ -74,7 +83,7 @@ impl Gathered {
             .schedule
             .faults
             .iter()
-            .map(|fault| (struck(fault), Column::of(fault)))
+            .map(|fault| (struck(fault), Column::of(fault, &self.labels)))
             .collect();
         for key in what {
             self.tried.entry(key).or_default().count(broke);

@@ -68,7 +68,7 @@ fn ended(file: Option<&str>) -> End {
 }
 
 fn drawn(account: &Account, cases: u64) -> (String, Html) {
-    let mut gathered = Gathered::default();
+    let mut gathered = Gathered::of(account);
     (0..cases).for_each(|number| gathered.add(&line(number)));
     let text = page(account, &gathered);
     let document = Html::parse_document(&text);
@@ -79,6 +79,17 @@ fn drawn(account: &Account, cases: u64) -> (String, Html) {
 fn texts(page: &Html, selector: &str) -> Vec<String> {
     let selector = Selector::parse(selector).unwrap();
     page.select(&selector).map(|found| found.text().collect()).collect()
+}
+
+#[test]
+fn a_step_with_a_label_has_one_column() {
+    let labels = [("lap".to_owned(), vec!["first lap".to_owned()])].into();
+    let phases = vec!["lap".into(), "first lap".into()];
+    let account = Account { labels, phases, ..account(None) };
+    let (_, page) = drawn(&account, 10);
+    let heads = texts(&page, ".heat th");
+    assert_eq!(heads.iter().filter(|head| *head == "first lap").count(), 1, "{heads:?}");
+    assert!(!heads.contains(&"lap".to_owned()), "{heads:?}");
 }
 
 #[test]
