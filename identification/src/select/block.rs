@@ -5,7 +5,7 @@ use super::found::{Asked, BlockFit, Step, Waypoint};
 use super::material::Material;
 use super::record::Record;
 use super::roughly::is_reportable;
-use super::state::{State, is_within_physics, moves_all, settle};
+use super::state::{State, is_within_physics, settle};
 use super::wheels::one_wheel;
 use super::{finish, values};
 use crate::fit::{Data, robust_fit};
@@ -137,11 +137,8 @@ fn reported(
     // A term that was certain, or physical, while the residual counted as noise or beside fewer terms may no longer be.
     let mut is_plain = true;
     path.retain(|step| {
-        let stands = |state| {
-            is_within_physics(state)
-                && moves_all(state)
-                && (is_noise || is_reportable(state, asked.share))
-        };
+        let stands =
+            |state| is_within_physics(state) && (is_noise || is_reportable(state, asked.share));
         std::mem::take(&mut is_plain) || stands(&step.state)
     });
     let richest = &path[path.len() - 1].state;

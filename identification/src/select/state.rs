@@ -14,7 +14,7 @@ use crate::candidates::{Candidate, Family};
 use crate::fit::{Data, White, robust_fit};
 use crate::model::{Form, Shape, Timing, delay_all, is_said_by};
 use crate::noise::NoiseModel;
-pub(super) use sound::{is_sound, is_within_physics, moves_all, settle};
+pub(super) use sound::{is_sound, is_within_physics, settle};
 
 /// A term whose removal is less surprising than this is dropped (one in a thousand).
 const KEEP_MIN: f64 = 6.9;

@@ -28,22 +28,6 @@ pub fn is_sound(state: &State<'_>, first: usize) -> bool {
     true
 }
 
-/// Least share of what is measured that a delay moves.
-const PART: f64 = 0.5;
-
-/// Whether every delay of more than a sample moves most of what is measured by its number. A part that comes late is creep, or what
-/// was before, and no model that is written down says how large it is.
-pub fn moves_all(state: &State<'_>) -> bool {
-    let data = state.data;
-    let White { columns, target, .. } = state.whitened();
-    let found = solve(&columns, &target).coefficients;
-    let mut terms = state.terms.iter().zip(data.places(&state.terms)).skip(state.base);
-    terms.all(|(term, places)| {
-        let late = data.by_delay(term).and(term.number("delay"));
-        late.is_none_or(|late| (PART..=1.0 / PART).contains(&(found[places.start] / late)))
-    })
-}
-
 /// Rounds in which numbers settle, and the change from which one has not.
 const ROUNDS: usize = 10;
 const SETTLED: f64 = 1e-3;
