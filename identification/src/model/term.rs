@@ -4,7 +4,9 @@
 //! temperature is in `Cel`, the width of a bump over it in `K`.
 
 use super::see::{Field, fixed_or};
-use super::{Acts, Driver, Form, LATE_SHARE, SEEN, Shape, Term, Wrap, exposure, field, range_of};
+use super::{
+    Acts, Driver, Form, LATE_SHARE, SEEN, Shape, Term, Wrap, exposure, field, range_of, see,
+};
 use crate::dataset::Axis;
 use crate::finding::Parameter;
 use crate::problem::{Block, Channels, DisplayUnit};
@@ -64,6 +66,15 @@ fn coefficient_names(shape: &Shape) -> Vec<String> {
     }
 }
 
+/// Standard error of the place of a step, of which the data only say between which values of its driver it lies.
+fn between_rows(shape: &Shape, channels: &Channels, at: f64) -> Option<f64> {
+    let values = see(channels, shape.drivers.first()?, &shape.fixed)?;
+    let (below, above): (Vec<f64>, Vec<f64>) =
+        values.iter().filter(|value| value.is_finite()).partition(|value| **value < at);
+    let low = below.into_iter().reduce(f64::max)?;
+    Some((above.into_iter().reduce(f64::min)? - low) / 12.0_f64.sqrt())
+}
+
 /// Parameters that are lengths of something.
 const LENGTHS: [&str; 3] = ["time_constant", "half_width", "period"];
 
@@ -95,8 +106,11 @@ impl Term {
                 continue;
             }
             let unit = fixed_unit(shape, channels, name);
-            let error =
-                nonlinear.iter().find(|(key, _)| key == name).map(|(_, error)| error / unit.si);
+            let error = match (shape.form, name.as_str()) {
+                (Form::Step, "at") => between_rows(shape, channels, *value),
+                _ => nonlinear.iter().find(|(key, _)| key == name).map(|(_, error)| *error),
+            };
+            let error = error.map(|error| error / unit.si);
             parameters.push(Parameter {
                 standard_error: error.filter(|error| error.is_finite()),
                 ..Parameter::new(name, value / unit.si, &unit.text)

@@ -170,3 +170,12 @@ fn a_time_constant_below_zero_is_refused_by_its_place() {
     let told = term.to_shape(&channels()).expect_err("no lag ends before it begins");
     assert_eq!(told, "term `t`: its `time_constant` is -3 s: expected zero or more");
 }
+
+/// Rows a minute apart: its error was zero.
+#[test]
+fn a_step_lies_somewhere_between_two_rows() {
+    let step = shape(Driver::new(Wrap::Step, "time"), Form::Step, &[("at", 200.0)]);
+    let term = written(&step);
+    let at = term.parameter("at").expect("a place");
+    assert!(at.standard_error.is_some_and(|error| (error - 60.0 / 12f64.sqrt()).abs() < 1e-9));
+}

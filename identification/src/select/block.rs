@@ -133,6 +133,11 @@ fn reported(
     material: &Material<'_>,
 ) -> BlockFit {
     let mut path = path;
+    for step in &mut path {
+        if settle(&mut step.state) {
+            *step = Step::new(step.state.clone(), judge);
+        }
+    }
     let is_noise = remains(&path[path.len() - 1].state).is_noise();
     // A term that was certain, or physical, while the residual counted as noise or beside fewer terms may no longer be.
     let mut is_plain = true;
@@ -178,7 +183,6 @@ fn reported(
         })
         .collect();
     let mut state = path[chosen].state.clone();
-    settle(&mut state);
     let mut left = left;
     if is_noise {
         left.extend(richest.surely_beyond(&state.terms, -(RISK * asked.share).ln()));

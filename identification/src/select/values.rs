@@ -85,14 +85,21 @@ fn apply(
 ) -> Vec<Found> {
     let whole: Vec<Found> = base.iter().chain(&effects).cloned().collect();
     let shrunk = shrunk(base, effects, state, noise, shares);
-    let white = state.data.whitened(&state.terms, noise);
-    let square = |of: &[Found]| -> f64 {
-        let fitted = combine(&white.columns, &values_of(of));
-        white.target.iter().zip(&fitted).map(|(value, of)| (value - of).powi(2)).sum()
+    let data = state.data;
+    let lost = |columns: &[Vec<f64>], target: &[f64]| {
+        let square = |of: &[Found]| -> f64 {
+            less(target, &combine(columns, &values_of(of))).iter().map(|left| left * left).sum()
+        };
+        let before = square(&whole);
+        data.block.rows.len() as f64 * (square(&shrunk) - before) / before
     };
-    let before = square(&whole);
-    let lost = state.data.block.rows.len() as f64 * (square(&shrunk) - before) / before;
-    if lost > most { whole } else { shrunk }
+    let white = data.whitened(&state.terms, noise);
+    // As noise weighs it, and as the error of a prediction is counted.
+    let all = [
+        lost(&white.columns, &white.target),
+        lost(&data.all_columns(&state.terms), &data.block.residual),
+    ];
+    if all.into_iter().any(|lost| lost > most) { whole } else { shrunk }
 }
 
 fn shrunk(

@@ -31,10 +31,13 @@ pub fn is_sound(state: &State<'_>, first: usize) -> bool {
 /// Rounds in which numbers settle, and the change from which one has not.
 const ROUNDS: usize = 10;
 const SETTLED: f64 = 1e-3;
+/// Share of what is measured from which a delay of more than a sample moves it by its number, and not by its coefficient.
+const MOST: f64 = 0.5;
 
-/// Sets the number of each lag, and of each delay shorter than a sample, to its coefficient beside the other terms: a model that is
-/// written down has one for both.
-pub fn settle(state: &mut State<'_>) {
+/// Sets the number of each lag and delay to its coefficient beside the other terms, if that is not a share of what is late by more
+/// than a sample: a model that is written down has one for both. Returns whether any has changed.
+pub fn settle(state: &mut State<'_>) -> bool {
+    let mut has_changed = false;
     for _ in 0..ROUNDS {
         let data = state.data;
         let White { columns, target, .. } = state.whitened();
@@ -42,20 +45,27 @@ pub fn settle(state: &mut State<'_>) {
         let places = data.places(&state.terms);
         let mut is_settled = true;
         for (term, places) in state.terms.iter_mut().zip(places).skip(state.base) {
-            let is_own = matches!(term.form, Form::Delay) && data.by_delay(term).is_none();
-            let Some((name, now)) = term.fixed.first().cloned().filter(|_| is_own) else {
+            let first = term.fixed.first().cloned();
+            let Some((name, now)) = first.filter(|_| matches!(term.form, Form::Delay)) else {
                 continue;
             };
-            let by = (found[places.start] / now).clamp(0.5, 2.0);
-            if (by - 1.0).abs() > SETTLED {
-                term.set(&name, by * now);
-                is_settled = false;
+            let by = found[places.start] / now;
+            let is_long = data.by_delay(term).is_some();
+            let next = match is_long {
+                true if by >= MOST => 1.0,
+                true => by,
+                false => by.clamp(0.5, 2.0),
+            };
+            if next.is_finite() && next != 0.0 && (next - 1.0).abs() > SETTLED {
+                term.set(&name, next * now);
+                (is_settled, has_changed) = (false, true);
             }
         }
         if is_settled {
             break;
         }
     }
+    has_changed
 }
 
 /// The fit, and the term of each of its coefficients; `None` if one is unphysical.
