@@ -145,7 +145,9 @@ struct Begun {
 
 impl CampaignArguments {
     pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
-        self.outdate();
+        if !self.envelopes.is_asked() {
+            self.outdate();
+        }
         let library = Library::beside(&self.plan);
         let source = library.open(Kind::Plan, &self.plan)?;
         let prepared = Prepared::load(&self.plan, &Made::default())?;

@@ -189,6 +189,9 @@ fn a_run_that_does_not_begin_leaves_no_verdicts_of_an_earlier_one() {
         hil.run(&["run", "turn.toml", "--out", folder]).exits(2);
     }
     fs::write(hil.path("oven/safe-alone.toml"), "steps = []").unwrap();
+    hil.run(&["campaign", "oven/safe-alone.toml", "--envelopes"]).exits(2);
+    let verdicts = hil.path("runs/campaign-safe-alone-seed1/junit.xml");
+    assert!(verdicts.is_file(), "envelopes have a folder of their own");
     hil.run(&campaign).exits(2);
     for folder in ["runs/turn-seed1", "here", "runs/campaign-safe-alone-seed1"] {
         assert!(!hil.path(folder).join("junit.xml").exists(), "{folder}");

@@ -100,6 +100,10 @@ fn a_signal_errs_as_its_model_says() {
                 parameters = [{ name = \"slope\", value = 0.01, unit = \"1\" }]\n";
     fs::write(hil.path("devices/gyro.model.toml"), format!("{MODEL}{leak}")).unwrap();
     let ran = hil.run(&["run", "./turns.toml"]).exits(2);
+    assert!(ran.err.contains("no variable `rate_y`"), "another axis is one: {}", ran.err);
+    let turn = leak.replace("axis", "turn").replace("rate_y", "case");
+    fs::write(hil.path("devices/gyro.model.toml"), format!("{MODEL}{turn}")).unwrap();
+    let ran = hil.run(&["run", "./turns.toml"]).exits(2);
     assert!(ran.err.contains("term `leak` cannot be carried"), "{}", ran.err);
     fs::write(hil.path("devices/gyro.model.toml"), MODEL.replace("schema = 1", "schema = 9"))
         .unwrap();
