@@ -28,8 +28,9 @@ pub fn is_sound(state: &State<'_>, first: usize) -> bool {
     true
 }
 
-/// Rounds in which numbers settle, and the change from which one has not.
+/// Rounds in which numbers settle, the change from which they begin to, and the one from which one has not.
 const ROUNDS: usize = 10;
+const ASTRAY: f64 = 0.1;
 const SETTLED: f64 = 1e-3;
 /// Share of what is measured from which a delay of more than a sample moves it by its number, and not by its coefficient.
 const MOST: f64 = 0.5;
@@ -43,6 +44,7 @@ pub fn settle(state: &mut State<'_>) -> bool {
         let White { columns, target, .. } = state.whitened();
         let found = solve(&columns, &target).coefficients;
         let places = data.places(&state.terms);
+        let most = if has_changed { SETTLED } else { ASTRAY };
         let mut is_settled = true;
         for (term, places) in state.terms.iter_mut().zip(places).skip(state.base) {
             let first = term.fixed.first().cloned();
@@ -56,7 +58,7 @@ pub fn settle(state: &mut State<'_>) -> bool {
                 true => by,
                 false => by.clamp(0.5, 2.0),
             };
-            if next.is_finite() && next != 0.0 && (next - 1.0).abs() > SETTLED {
+            if next.is_finite() && next != 0.0 && (next - 1.0).abs() > most {
                 term.set(&name, next * now);
                 (is_settled, has_changed) = (false, true);
             }
