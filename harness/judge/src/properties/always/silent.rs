@@ -20,7 +20,7 @@ const LAG: Span = Span::from_millis(100);
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Lap {
     /// Believed and true pose where both were taken as correct.
-    start: Option<(Pose, Pose)>,
+    start: Option<(Frame, Frame)>,
     /// The smallest margin that health has not reported yet, its time and the error.
     silent: Option<(f64, Timestamp, Error)>,
     /// Whether anything was judged.
@@ -52,12 +52,12 @@ impl NoSilentWrong {
         }
         let Some((believed, real)) = self.lap.start else {
             if !truth.is_moving() {
-                self.lap.start = Some((state.pose, truth.pose));
+                self.lap.start = Some((Frame::at(state.pose), Frame::at(truth.pose)));
             }
             return;
         };
-        let was = seen_from(believed, state.pose);
-        let is = seen_from(real, truth.pose);
+        let was = believed.sees(state.pose);
+        let is = real.sees(truth.pose);
         let error = Error {
             heading: (was.heading - is.heading).wrapped().abs(),
             position: Length::from_m((was.x - is.x).m().hypot((was.y - is.y).m())),
@@ -131,9 +131,22 @@ impl Judge for NoSilentWrong {
     }
 }
 
-/// `pose` in the frame of `start`.
-fn seen_from(start: Pose, pose: Pose) -> Pose {
-    let (x, y) = (pose.x - start.x, pose.y - start.y);
-    let (cos, sin) = (start.heading.cos(), start.heading.sin());
-    Pose { x: x * cos + y * sin, y: y * cos - x * sin, heading: pose.heading - start.heading }
+/// A pose from which others are seen, with the cosine and the sine of its heading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Frame {
+    start: Pose,
+    cos: f64,
+    sin: f64,
+}
+
+impl Frame {
+    fn at(start: Pose) -> Self {
+        Self { start, cos: start.heading.cos(), sin: start.heading.sin() }
+    }
+
+    fn sees(&self, pose: Pose) -> Pose {
+        let Self { start, cos, sin } = *self;
+        let (x, y) = (pose.x - start.x, pose.y - start.y);
+        Pose { x: x * cos + y * sin, y: y * cos - x * sin, heading: pose.heading - start.heading }
+    }
 }
