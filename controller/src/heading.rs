@@ -285,7 +285,10 @@ impl HeadingIntegrator {
         self.samples += 1;
         self.samples_lost += u64::from(lost);
         let clock_ratio = self.watch.sample(now, lost);
-        let missing = self.losses.sample(now, lost, self.watch.ratio())
+        if let Some(ratio) = clock_ratio {
+            self.losses.compared(ratio);
+        }
+        let missing = self.losses.sample(now, lost)
             && !self.planted.is(Mutant::MissedSequenceGap)
             && !self.planted.blinds_second_looks();
         Reading {

@@ -17,9 +17,9 @@ const CHANGE_AT_FIRST: f64 = 1.5;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LossWatch {
     period: Span,
-    /// Ratio of the clocks, and a period by the host's clock.
-    ratio: Option<f64>,
+    /// A period by the host's clock, and the change from which a sample is lost or came twice, in periods.
     step: Span,
+    change: f64,
     /// When the last sample was due, by the first one.
     due: Option<Timestamp>,
     /// Smallest delay so far, and whether a second window has confirmed it: what waited before the first sample comes early.
@@ -34,8 +34,8 @@ impl LossWatch {
     pub(crate) const fn new(period: Span) -> Self {
         Self {
             period,
-            ratio: None,
             step: period,
+            change: CHANGE_AT_FIRST,
             due: None,
             before: None,
             left: false,
@@ -46,18 +46,17 @@ impl LossWatch {
 
     /// Restarts after a gap of unknown content.
     pub(crate) const fn restart(&mut self) {
-        *self = Self::new(self.period);
+        *self = Self { step: self.step, change: self.change, ..Self::new(self.period) };
     }
 
-    /// Takes a sample that arrived after `lost` known losses, of a gyro whose clock runs at `ratio` of the host's, if that is
-    /// known. Returns true if more are missing, or some came twice.
-    pub(crate) fn sample(&mut self, now: Timestamp, lost: u16, ratio: Option<f64>) -> bool {
-        if self.ratio != ratio {
-            self.ratio = ratio;
-            self.step = ratio.map_or(self.period, |ratio| {
-                Span::from_secs_f64(self.period.as_secs_f64() / ratio)
-            });
-        }
+    /// From now on the gyro's clock is known to run at `ratio` of the host's.
+    pub(crate) fn compared(&mut self, ratio: f64) {
+        self.step = Span::from_secs_f64(self.period.as_secs_f64() / ratio);
+        self.change = CHANGE;
+    }
+
+    /// Takes a sample that arrived after `lost` known losses. Returns true if more are missing, or some came twice.
+    pub(crate) fn sample(&mut self, now: Timestamp, lost: u16) -> bool {
         let Some(due) = &mut self.due else {
             self.due = Some(now);
             return false;
@@ -74,9 +73,8 @@ impl LossWatch {
             self.before = Some((least, false));
             return false;
         };
-        let limit = if ratio.is_some() { CHANGE } else { CHANGE_AT_FIRST };
         let periods = (least - before).as_secs_f64() / self.period.as_secs_f64();
-        if periods.abs() <= limit {
+        if periods.abs() <= self.change {
             (self.before, self.left) = (Some((least, true)), false);
             return false;
         }
@@ -101,12 +99,14 @@ mod tests {
     fn misses(arrivals: impl IntoIterator<Item = (i64, i64)>, clock: f64, is_known: bool) -> bool {
         let mut watch = LossWatch::new(PERIOD);
         let mut now = Timestamp::ZERO;
-        let ratio = is_known.then_some(1.0 / clock);
+        if is_known {
+            watch.compared(1.0 / clock);
+        }
         arrivals.into_iter().fold(false, |missed, (number, late_ms)| {
             let due_s = number as f64 * 0.010 * clock;
             // In order, as on a line.
             now = now.max(Timestamp::from_secs_f64(due_s) + Span::from_millis(late_ms));
-            missed | watch.sample(now, 0, ratio)
+            missed | watch.sample(now, 0)
         })
     }
 

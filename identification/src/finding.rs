@@ -90,6 +90,11 @@ pub struct SetAside {
 const ADDS_NOTHING: f64 = 0.5;
 
 impl Finding {
+    /// How firmware removes the errors from the readings of each axis of a sensor.
+    pub fn compensations(&self) -> impl Iterator<Item = &Compensation> {
+        self.compensation.iter().chain(&self.compensation_also)
+    }
+
     /// The spline or surface beside a constant that contains the constant: these data do not separate the two, which is
     /// all that the constant's probability of 1 means.
     pub fn not_told_apart(&self, constant: &Effect) -> Option<&Effect> {

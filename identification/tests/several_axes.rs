@@ -1,4 +1,4 @@
-//! A sensor with three axes against a reference with three: each is identified, and what leaks from one to another is told.
+//! A sensor with three axes against a reference with three: each is identified, and leakage from one to another has a name.
 
 use crate::set_right::{effect, found};
 use identification::dataset::{Axis, Column, Dataset, Kind, Role, Unit};
@@ -53,7 +53,7 @@ fn what_leaks_from_another_axis_is_told_and_taken_off() {
     assert_eq!(finding.held_out_also.len(), 2);
     let after = predict(&dataset, &identified.model).unwrap().rmse.after;
     assert!(after < 0.022, "{after}");
-    let all: Vec<_> = finding.compensation.iter().chain(&finding.compensation_also).collect();
+    let all: Vec<_> = finding.compensations().collect();
     let x = all.iter().find(|one| one.of == "ax").expect("a compensation of x");
     assert!(x.held_out.after < 0.022 && x.held_out.before > 0.03, "{:?}", x.held_out);
     // Firmware reads the other axis, and not its truth.

@@ -244,8 +244,8 @@ impl Rig {
     }
 
     /// Marks the begin of a lap for the properties; without any, the scenario is one lap.
-    pub fn begin_lap(&mut self) {
-        self.by_hand.begin_lap();
+    pub fn begin_step(&mut self) {
+        self.by_hand.begin_step();
     }
 
     /// Runs to the next event, or to `until` if that is earlier; returns `false` at `until`.

@@ -63,8 +63,8 @@ impl Plan {
         order
     }
 
-    /// For each key of steps the labels of these steps in their order, the key where a step has none. Without keys of which
-    /// a step may be repeated, or that a step in a repeat has too.
+    /// For each key of steps, the labels of these steps in their order; a step without a label is listed by its key. Keys whose
+    /// steps can run more than once are left out.
     pub fn labels(&self) -> BTreeMap<String, Vec<String>> {
         let mut labels: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for step in &self.steps {

@@ -121,10 +121,10 @@ pub enum Always {
     },
     /// Where the pose errs by more than this, health has said so before the step's end.
     NoSilentWrong {
-        /// Heading gained on the lap, deg.
+        /// Of the heading since both poses were set right, deg.
         #[serde(rename = "heading_deg_max", default, with = "number::Angle")]
         heading_max: Option<Angle>,
-        /// Path gained on the lap, m.
+        /// Of the position since then, m.
         #[serde(rename = "position_m_max", default, with = "number::PathLength")]
         position_max: Option<Length>,
     },

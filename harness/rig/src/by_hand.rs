@@ -143,8 +143,8 @@ impl ByHand {
         }
     }
 
-    pub fn begin_lap(&mut self) {
-        self.simulation.show(&Seen::LapBegan);
+    pub fn begin_step(&mut self) {
+        self.simulation.show(&Seen::StepBegan);
     }
 
     pub fn verdicts(self) -> Vec<PropertyVerdict> {

@@ -48,8 +48,8 @@ impl Watch {
                 self.see(now, &Seen::Placed);
                 self.looked = None;
             }
-            Action::Record(_, RecordKind::StepBegan { .. }) => self.see(now, &Seen::LapBegan),
-            Action::Record(_, RecordKind::StepEnded { .. }) => self.see(now, &Seen::LapEnded),
+            Action::Record(_, RecordKind::StepBegan { .. }) => self.see(now, &Seen::StepBegan),
+            Action::Record(_, RecordKind::StepEnded { .. }) => self.see(now, &Seen::StepEnded),
             _ => {}
         }
     }

@@ -65,8 +65,8 @@ impl Replayed {
         let at = record.at;
         self.read(record);
         match (&record.kind, record.device) {
-            (RecordKind::StepBegan { .. }, _) => self.see(at, &Seen::LapBegan),
-            (RecordKind::StepEnded { .. }, _) => self.see(at, &Seen::LapEnded),
+            (RecordKind::StepBegan { .. }, _) => self.see(at, &Seen::StepBegan),
+            (RecordKind::StepEnded { .. }, _) => self.see(at, &Seen::StepEnded),
             (RecordKind::Command(command), _) => {
                 let mission = Mission { id: self.mission, command: (**command).clone() };
                 self.mission = self.mission.wrapping_add(1);

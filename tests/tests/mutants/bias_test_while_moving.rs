@@ -14,7 +14,7 @@ fn takes_rotation_for_bias() {
         rig.begin(Command::Stop);
         rig.command(Rig::bias_test_order(1.0));
         rig.run_for(Span::from_secs(2));
-        rig.begin_lap();
+        rig.begin_step();
         rig.command(Rig::turn_order(45.0, 30.0));
         rig.verdicts()
     });

@@ -46,7 +46,7 @@ pub(super) fn summary(finding: &Finding) -> String {
             );
         }
     }
-    for compensation in finding.compensation.iter().chain(&finding.compensation_also) {
+    for compensation in finding.compensations() {
         let HeldOut { unit, before, after, .. } = &compensation.held_out;
         let (before, after) = (number(*before), number(*after));
         let of = &compensation.of;

@@ -110,7 +110,7 @@ fn a_verdict_that_fails_fails_its_test_and_no_other() {
     assert!(shown.contains("band at most 15 s: fail"), "{shown}");
     let junit = fs::read_to_string(project.path("pytest.xml")).unwrap();
     assert_eq!(count(&junit, "<failure "), 1, "{junit}");
-    // A test of one's own shows the verdicts, and no address of an object.
+    // The user's own assertion shows the verdicts, and not the address of an object.
     let output = self::shown(&project.pytest(&["test_seeds.py"]));
     assert!(output.contains("3 failed") && output.contains("AssertionError: settle"), "{output}");
     assert!(output.contains("2 passed, 1 failed") && !output.contains("Run object at"), "{output}");

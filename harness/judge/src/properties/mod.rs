@@ -20,7 +20,7 @@
 //! hid: it is no error of the controller. See `hidden.rs`.
 //!
 //! Properties on the heading are judged while the gyro closes the loops: a plan that runs on odometry accepts worse. A
-//! lap is a step of the plan, or the whole run if there are no steps.
+//! run without steps counts as one step.
 //!
 //! They are not formulas, because they use the truth and the controller's reports, which are in no message, and their
 //! margins are of time and distance, whereas a formula's are of values.

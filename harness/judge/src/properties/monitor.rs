@@ -137,12 +137,12 @@ impl Monitor {
         built_in.chain(self.stated.iter().filter_map(Statement::broken))
     }
 
-    /// The result of each property, in the order given. The run, and with it the current lap, ends at `end`.
+    /// The result of each property, in the order given. The run, and with it the current step, ends at `end`.
     pub fn verdicts(mut self, end: Timestamp) -> Vec<PropertyVerdict> {
         if let Some(of_robot) = &mut self.of_robot {
             let OfRobot { senses, judges, .. } = &mut **of_robot;
             let all: Vec<usize> = (0..judges.len()).collect();
-            judge(senses, judges, &all, &Fact::LapEnded);
+            judge(senses, judges, &all, &Fact::StepEnded);
         }
         let mut judges = self.of_robot.iter().flat_map(|of_robot| &of_robot.judges);
         let mut stated = self.stated.into_iter();

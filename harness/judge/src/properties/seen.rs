@@ -39,10 +39,10 @@ pub enum Seen<'a> {
     Sent(&'a Output),
     /// The controller sent this report.
     Report(&'a Report),
-    /// A step of the plan, here called a lap, began.
-    LapBegan,
-    /// The lap ended.
-    LapEnded,
+    /// A step of the plan began.
+    StepBegan,
+    /// It ended.
+    StepEnded,
     /// A person moved the robot.
     Placed,
     /// The number of active faults changed to this.

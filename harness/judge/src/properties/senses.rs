@@ -57,8 +57,8 @@ pub(super) enum Fact {
     State(State),
     /// [`Senses::health`] has changed.
     Health,
-    LapBegan,
-    LapEnded,
+    StepBegan,
+    StepEnded,
     Placed,
     /// [`Senses::faults`] has changed.
     Faults,
@@ -75,7 +75,7 @@ pub(super) enum Topic {
     Mission,
     State,
     Health,
-    Lap,
+    Step,
     Faults,
     BusOff,
 }
@@ -95,7 +95,7 @@ impl Fact {
             Self::Told(..) | Self::Answered(..) => Topic::Mission,
             Self::State(_) => Topic::State,
             Self::Health => Topic::Health,
-            Self::LapBegan | Self::LapEnded | Self::Placed => Topic::Lap,
+            Self::StepBegan | Self::StepEnded | Self::Placed => Topic::Step,
             Self::Faults => Topic::Faults,
             Self::BusOff => Topic::BusOff,
         }
@@ -225,8 +225,8 @@ impl Senses {
             }
             Seen::Sent(output) => self.sent(output, facts),
             Seen::Report(report) => self.report(report, facts),
-            Seen::LapBegan => facts.push(Fact::LapBegan),
-            Seen::LapEnded => facts.push(Fact::LapEnded),
+            Seen::StepBegan => facts.push(Fact::StepBegan),
+            Seen::StepEnded => facts.push(Fact::StepEnded),
             Seen::Placed => {
                 self.hidden.placed();
                 facts.push(Fact::Placed);

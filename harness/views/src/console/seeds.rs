@@ -32,7 +32,7 @@ fn cells(one: &SeedShare) -> [String; HEADER.len()] {
     ]
 }
 
-/// How many columns there are: where the paper says nothing, it has none.
+/// Number of columns: the paper's is left out where the paper says nothing.
 fn columns(shares: &[SeedShare]) -> usize {
     let has_paper = shares.iter().any(|share| share.paper.is_some());
     HEADER.len() - usize::from(!has_paper)

@@ -38,6 +38,9 @@ const MOST: f64 = 0.5;
 /// Sets the number of each lag and delay to its coefficient beside the other terms, if that is not a share of what is late by more
 /// than a sample: a model that is written down has one for both. Returns whether any has changed.
 pub fn settle(state: &mut State<'_>) -> bool {
+    if !state.terms[state.base..].iter().any(|term| matches!(term.form, Form::Delay)) {
+        return false;
+    }
     let mut has_changed = false;
     for _ in 0..ROUNDS {
         let data = state.data;

@@ -79,7 +79,7 @@ fn stands(judgement: &mut Judgement, senses: &Senses, truth: Truth) {
 
 impl Judge for DoneIsDone {
     fn hears(&self) -> &'static [Topic] {
-        &[Topic::Mission, Topic::Lap, Topic::State]
+        &[Topic::Mission, Topic::Step, Topic::State]
     }
 
     fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {

@@ -1,8 +1,9 @@
 //! No silent error: if the believed pose leaves its band, health reports it before the end of the step in which it does.
 //!
-//! Both poses are taken as correct where a pose, a calibration or a heading source was set; the judge compares what was added since,
-//! over all steps and bias tests: a test finds the new bias, and not what the old one has left in the heading. Between the command of a setting and its answer the believed pose may already have jumped, so it is
-//! not judged. A warning that was withdrawn before the error occurred does not count.
+//! Both poses are taken as correct where a pose, a calibration or a heading source was set. The judge compares what was added since,
+//! over all steps and bias tests: a test finds the new bias, and not what the old one has left in the heading. Between the command of
+//! a setting and its answer the believed pose may already have jumped, so it is not judged. A warning that was withdrawn before the
+//! error occurred does not count.
 
 use super::Judge;
 use crate::properties::seen::Truth;
@@ -16,30 +17,30 @@ use wire::units::{Angle, Length, Pose};
 /// Permitted age of the believed pose in motion: the gyro's time-out. The motion in that time is no error.
 const LAG: Span = Span::from_millis(100);
 
-/// What is judged together.
+/// The step under way.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Lap {
-    /// Believed and true pose where both were taken as correct.
-    start: Option<(Frame, Frame)>,
+pub(super) struct Step {
     /// The smallest margin that health has not reported yet, its time and the error.
     silent: Option<(f64, Timestamp, Error)>,
     /// Whether anything was judged.
     judged: bool,
 }
 
-/// The error that the lap has added.
+/// What the believed pose has strayed from the true one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Error {
     heading: Angle,
     position: Length,
 }
 
-/// Judged at the end of each lap while the gyro closes the loops.
+/// Judged at the end of each step while the gyro closes the loops.
 #[derive(Debug, Clone, Default)]
 pub(super) struct NoSilentWrong {
     pub(super) heading_max: Angle,
     pub(super) position_max: Length,
-    pub(super) lap: Lap,
+    /// Believed and true pose where both were taken as correct.
+    pub(super) start: Option<(Frame, Frame)>,
+    pub(super) step: Step,
     /// A setting without an answer so far.
     pub(super) setting: Option<MissionId>,
 }
@@ -50,9 +51,9 @@ impl NoSilentWrong {
         if skipped || self.setting.is_some() {
             return;
         }
-        let Some((believed, real)) = self.lap.start else {
+        let Some((believed, real)) = self.start else {
             if !truth.is_moving() {
-                self.lap.start = Some((Frame::at(state.pose), Frame::at(truth.pose)));
+                self.start = Some((Frame::at(state.pose), Frame::at(truth.pose)));
             }
             return;
         };
@@ -70,24 +71,23 @@ impl NoSilentWrong {
             .min(below(position.m(), self.position_max.m()));
         // The error of a pose that is not finite is unknown.
         let margin = if state.pose.is_finite() { margin } else { -1.0 };
-        self.lap.judged = true;
+        self.step.judged = true;
         let said = senses.health.level >= Level::Degraded;
-        if !said && self.lap.silent.is_none_or(|(least, ..)| margin < least) {
-            self.lap.silent = Some((margin, senses.now, error));
+        if !said && self.step.silent.is_none_or(|(least, ..)| margin < least) {
+            self.step.silent = Some((margin, senses.now, error));
         }
     }
 
     /// Both poses are correct from now on.
     fn restart(&mut self, senses: &Senses, judgement: &mut Judgement) {
         self.end_step(senses, judgement);
-        self.lap.start = None;
+        self.start = None;
     }
 
     fn end_step(&mut self, senses: &Senses, judgement: &mut Judgement) {
-        let start = self.lap.start;
-        let lap = std::mem::replace(&mut self.lap, Lap { start, ..Lap::default() });
-        let Some((margin, at, error)) = lap.silent else {
-            if lap.judged {
+        let step = std::mem::take(&mut self.step);
+        let Some((margin, at, error)) = step.silent else {
+            if step.judged {
                 // A reported error is as far from silent as possible.
                 judgement.take(senses.now, 1.0, String::new);
             }
@@ -109,7 +109,7 @@ impl NoSilentWrong {
 
 impl Judge for NoSilentWrong {
     fn hears(&self) -> &'static [Topic] {
-        &[Topic::State, Topic::Health, Topic::Lap, Topic::Mission]
+        &[Topic::State, Topic::Health, Topic::Step, Topic::Mission]
     }
 
     fn judge(&mut self, senses: &Senses, fact: &Fact, judgement: &mut Judgement) {
@@ -120,8 +120,8 @@ impl Judge for NoSilentWrong {
         }
         match (fact, senses.truth) {
             (Fact::State(state), Some(truth)) => self.look(senses, state, &truth),
-            (Fact::Health, _) if senses.health.level >= Level::Degraded => self.lap.silent = None,
-            (Fact::LapBegan | Fact::LapEnded, _) => self.end_step(senses, judgement),
+            (Fact::Health, _) if senses.health.level >= Level::Degraded => self.step.silent = None,
+            (Fact::StepBegan | Fact::StepEnded, _) => self.end_step(senses, judgement),
             (Fact::Placed, _) => self.restart(senses, judgement),
             (Fact::Answered(_, Order::Setting | Order::Source(_), Report::Done { .. }), _) => {
                 self.restart(senses, judgement);
@@ -133,7 +133,7 @@ impl Judge for NoSilentWrong {
 
 /// A pose from which others are seen, with the cosine and the sine of its heading.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Frame {
+pub(super) struct Frame {
     start: Pose,
     cos: f64,
     sin: f64,

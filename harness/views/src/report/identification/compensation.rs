@@ -5,9 +5,8 @@ use maud::{Markup, html};
 use record::figures;
 
 pub(super) fn steps(finding: &Finding) -> Option<Markup> {
-    let all = || finding.compensation.iter().chain(&finding.compensation_also);
-    all().next()?;
-    Some(html! { @for one in all() { (steps_of(one)) } })
+    finding.compensations().next()?;
+    Some(html! { @for one in finding.compensations() { (steps_of(one)) } })
 }
 
 fn steps_of(compensation: &Compensation) -> Markup {
