@@ -10,11 +10,11 @@
 
 use crate::approach::{Approach, Loop, Tuning};
 use crate::config::MotionConfig;
+use crate::follow_watch::FollowWatch;
 use crate::mission::{
     Activity, HeadingSource, MissionId, MissionResult, Straight, StraightResult, Turn, TurnResult,
 };
 use crate::mutant::{Mutant, Planted};
-use crate::path_watch::PathWatch;
 use wire::base::HEADING_STEP;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Length, Pose, Speed};
@@ -75,7 +75,7 @@ pub(crate) struct Drive {
     give_up: Timestamp,
     at_rest_since: Option<Timestamp>,
     held: bool,
-    path: PathWatch,
+    follows: FollowWatch,
     planted: Planted,
 }
 
@@ -149,7 +149,7 @@ impl Drive {
             give_up: now + Span::from_secs_f64(TIME_LIMIT_FACTOR * nominal_s) + TIME_LIMIT_MARGIN,
             at_rest_since: None,
             held: false,
-            path: PathWatch::new(sight.displacement),
+            follows: FollowWatch::new(sight.displacement, sight.odometry_heading),
             planted: Planted::default(),
         }
     }
@@ -182,27 +182,22 @@ impl Drive {
         matches!(self.motion, Motion::Straight { .. })
     }
 
-    /// True if the reported displacement is plausible on the way.
-    pub(crate) fn could_be_on_the_way(&self, now: Timestamp, displacement: Length) -> bool {
-        self.path.could_be_on_the_way(now, displacement)
-    }
-
-    /// True if the reported displacement is plausible at rest.
-    pub(crate) fn could_be_there(&self, displacement: Length) -> bool {
-        self.path.could_be_there(displacement)
+    /// What it was commanded so far.
+    pub(crate) const fn follows(&self) -> &FollowWatch {
+        &self.follows
     }
 
     /// The path of a drive that is broken off at `now`, in which the base brakes by its ramp.
-    pub(crate) fn broken_off(mut self, now: Timestamp, config: &MotionConfig) -> PathWatch {
-        self.path.break_off(now, config.base_acceleration());
-        self.path
+    pub(crate) fn broken_off(mut self, now: Timestamp, config: &MotionConfig) -> FollowWatch {
+        self.follows.break_off(now, config.base_acceleration());
+        self.follows
     }
 
     /// Runs one period of the loops.
     pub(crate) fn tick(&mut self, sight: &Sight, config: &MotionConfig) -> Wish {
         let wish = self.wish(sight, config);
-        if let Wish::Rates { drive, .. } = wish {
-            self.path.tell(sight.now, drive);
+        if let Wish::Rates { drive, steer } = wish {
+            self.follows.tell(sight.now, drive, steer);
         }
         wish
     }
@@ -268,6 +263,12 @@ impl Drive {
     fn remaining(&self, sight: &Sight) -> f64 {
         let signed = match self.motion {
             Motion::Straight { from, distance, .. } => (from + distance - sight.displacement).m(),
+            Motion::Turn { from_gyro, from_odometry }
+                if self.planted.is(Mutant::TurnByOdometry) =>
+            {
+                let turned = sight.odometry_heading - from_odometry;
+                (sight.reference - from_gyro - turned).rad()
+            }
             Motion::Turn { .. } => (sight.reference - sight.heading).rad(),
         };
         signed * self.direction
@@ -275,11 +276,14 @@ impl Drive {
 
     /// Loop (3) of section 4.2.1.
     fn steering(&self, heading_error: Angle, config: &MotionConfig) -> AngularRate {
-        if self.approach.at() == Loop::Arrived {
+        if self.approach.at() == Loop::Arrived || self.planted.is(Mutant::SteeringLoopOpen) {
             return AngularRate::ZERO;
         }
-        AngularRate::from_rad_per_s(config.steering_gain * heading_error.rad())
-            .limited(config.steering_rate_max)
+        let gain = match self.planted.is(Mutant::SteeringReversed) {
+            true => -config.steering_gain,
+            false => config.steering_gain,
+        };
+        AngularRate::from_rad_per_s(gain * heading_error.rad()).limited(config.steering_rate_max)
     }
 
     /// Waits for rest, then checks again: a stop that missed is approached again.

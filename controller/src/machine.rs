@@ -13,6 +13,7 @@ use crate::bias_test::{BiasAverage, RunningMean};
 use crate::config::Config;
 use crate::dead_reckoning::DeadReckoning;
 use crate::drive::Drive;
+use crate::follow_watch::FollowWatch;
 use crate::gyro_input::GyroInput;
 use crate::heading::Reading;
 use crate::heading_watch::{HeadingWatch, Heard};
@@ -20,7 +21,6 @@ use crate::health::{Health, Level};
 use crate::mission::{BiasMethod, Estimator, HeadingSource, MissionId, Report};
 use crate::mutant::Mutant;
 use crate::own_time::OwnTime;
-use crate::path_watch::PathWatch;
 use crate::pose_download::PoseDownload;
 use crate::standstill::{Rest, Standstill};
 use estimating::Estimating;
@@ -126,7 +126,7 @@ pub struct Controller {
     pose_not_written: bool,
     odometry_doubtful: bool,
     /// The path of a drive that was broken off, until the base stands.
-    broken_off: Option<PathWatch>,
+    broken_off: Option<FollowWatch>,
     /// The base fell silent while it moved, and has not been heard to stand since.
     is_unfollowed: bool,
     reports_lost: bool,
@@ -149,20 +149,18 @@ pub struct Controller {
 impl Controller {
     /// A controller that starts at `now`, without any input yet.
     pub fn new(config: Config, now: Timestamp) -> Self {
-        let gyro_command = config
-            .gyro
-            .stream
-            .format
-            .facts()
-            .takes_commands
-            .then(|| dsp3000_command::Command::Output(config.gyro.stream.mode).encode());
+        let mut stream = config.gyro.stream;
+        stream.reversed &= !config.planted().is(Mutant::SignIgnored);
+        let takes_commands = stream.format.facts().takes_commands;
+        let gyro_command =
+            takes_commands.then(|| dsp3000_command::Command::Output(stream.mode).encode());
         let mut gyro = GyroInput::new(config.gyro, config.base.is_some());
         gyro.plant(config.planted());
         let mut time = OwnTime::new(config.planted());
         let now = time.hear(now);
         let mut controller = Self {
             time,
-            decoder: GyroDecoder::new(config.gyro.stream),
+            decoder: GyroDecoder::new(stream),
             gyro,
             base: config.base.map(|base| BaseDriver::new(base, config.planted())),
             config,
@@ -352,7 +350,10 @@ impl Controller {
     }
 
     fn hear_motion(&mut self, now: Timestamp, heard: Option<Motion>) {
-        let Some(motion) = heard else { return };
+        let Some(mut motion) = heard else { return };
+        if self.plants(Mutant::ShortInch) {
+            motion.displacement = motion.displacement * (25.0 / 25.4);
+        }
         if self.base.as_ref().is_some_and(BaseDriver::counts_anew) {
             self.reckoning.count_anew(&motion);
             self.odometry_doubtful = true;

@@ -66,6 +66,20 @@ pub enum Mutant {
     HostClockBelieved,
     /// After a stop the base is said to stand, whatever it reports.
     StopCalledRest,
+    /// The tolerance for the end of a straight line is ten times too wide.
+    LooseStop,
+    /// A straight line does not steer.
+    SteeringLoopOpen,
+    /// A straight line steers away from its heading.
+    SteeringReversed,
+    /// A turn ends by the base's odometry, whatever the heading source.
+    TurnByOdometry,
+    /// The pose is written to the base after straight lines alone.
+    TurnNotWritten,
+    /// An inch of the base's path is taken for 25 mm.
+    ShortInch,
+    /// A gyro with the opposite convention is read like any other.
+    SignIgnored,
 }
 
 #[cfg(feature = "mutants")]
@@ -101,6 +115,13 @@ impl Mutant {
         Self::HealthSilent,
         Self::HostClockBelieved,
         Self::StopCalledRest,
+        Self::LooseStop,
+        Self::SteeringLoopOpen,
+        Self::SteeringReversed,
+        Self::TurnByOdometry,
+        Self::TurnNotWritten,
+        Self::ShortInch,
+        Self::SignIgnored,
     ];
 
     /// Words joined by hyphens.
@@ -135,6 +156,13 @@ impl Mutant {
             Self::HealthSilent => "health-silent",
             Self::HostClockBelieved => "host-clock-believed",
             Self::StopCalledRest => "stop-called-rest",
+            Self::LooseStop => "loose-stop",
+            Self::SteeringLoopOpen => "steering-loop-open",
+            Self::SteeringReversed => "steering-reversed",
+            Self::TurnByOdometry => "turn-by-odometry",
+            Self::TurnNotWritten => "turn-not-written",
+            Self::ShortInch => "short-inch",
+            Self::SignIgnored => "sign-ignored",
         }
     }
 }

@@ -46,15 +46,19 @@ impl Controller {
         }
         let lags = !self.config.planted().is(Mutant::LaggingOdometerBelieved);
         if !self.base.as_ref().is_some_and(BaseDriver::may_move)
-            && let Some(path) = self.broken_off.take()
+            && let Some(drive) = self.broken_off.take()
         {
             // A base that stopped by itself went no further.
             let stopped = motion.command_timed_out || motion.emergency_stop || motion.fault;
             self.odometry_doubtful |=
-                lags && !stopped && path.fell_short(self.reckoning.displacement());
+                lags && !stopped && drive.fell_short(self.reckoning.displacement());
         }
         if let Task::Drive(drive) = &self.task
-            && !drive.could_be_on_the_way(now, self.reckoning.displacement())
+            && !drive.follows().could_be_on_the_way(
+                now,
+                self.reckoning.displacement(),
+                self.reckoning.odometry_heading(),
+            )
             && lags
         {
             // Reported, but no reason to stop: a line that loses commands has the same effect.

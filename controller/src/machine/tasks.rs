@@ -31,7 +31,11 @@ impl Controller {
                     order.speed = base.speed_max;
                 }
                 self.ready_to_move(now, in_range).map(|sight| {
-                    let drive = Drive::straight(id, order, &self.config.motion, &sight);
+                    let mut motion = self.config.motion;
+                    if self.plants(Mutant::LooseStop) {
+                        motion.position_tolerance = motion.position_tolerance * 10.0;
+                    }
+                    let drive = Drive::straight(id, order, &motion, &sight);
                     self.begin_drive(now, drive);
                 })
             }
@@ -315,7 +319,9 @@ impl Controller {
             }
             Wish::Finished(result) => {
                 let (id, ended) = (drive.id, *drive);
-                self.odometry_doubtful |= !drive.could_be_there(sight.displacement);
+                let Sight { displacement, odometry_heading, .. } = sight;
+                self.odometry_doubtful |=
+                    !drive.follows().could_be_there(displacement, odometry_heading);
                 self.headings_disagree |=
                     !self.headings.agree_at_rest(sight.gyro_heading, sight.odometry_heading)
                         && !self.plants(Mutant::HeadingsNotCompared)
@@ -323,7 +329,9 @@ impl Controller {
                 // Must precede the report of completion.
                 self.update_health(now);
                 // Only a heading that the base does not already have is worth writing.
-                if self.source == HeadingSource::Gyro {
+                if self.source == HeadingSource::Gyro
+                    && (ended.is_straight() || !self.plants(Mutant::TurnNotWritten))
+                {
                     self.begin_pose_download(now, id, sight.pose, result, Some(ended));
                 } else {
                     self.finish(now, id, result);

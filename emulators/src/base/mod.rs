@@ -76,7 +76,7 @@ pub struct BaseTruth {
     pub speed: Speed,
     /// The speed at which the wheels turn: the same, unless they slip.
     pub wheels: Speed,
-    /// Rate of the steering relative to the body.
+    /// Rate of the steering relative to the body, on the motor's side of its play.
     pub steer_rate: AngularRate,
 }
 
@@ -280,7 +280,7 @@ impl BaseEmulator {
             steering_angle: Angle::from_rad(truth.steer),
             speed: Speed::from_m_per_s(speed),
             wheels: Speed::from_m_per_s(wheels),
-            steer_rate: AngularRate::from_rad_per_s(steer * model.turn_scale),
+            steer_rate: AngularRate::from_rad_per_s(steer * self.kinematics.turn_scale()),
         }
     }
 

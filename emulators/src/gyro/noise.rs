@@ -4,7 +4,7 @@
 use super::bias_instability::BiasInstability;
 use super::parameters::{GyroParameters, remainder};
 use crate::random::RandomStream;
-use libm::sqrt;
+use libm::{round, sqrt};
 use wire::units::{Angle, AngularRate};
 
 const SECONDS_PER_HOUR: f64 = 3_600.0;
@@ -26,6 +26,9 @@ pub(super) struct RateNoise {
     /// e^(-h/correlation time), and the drive that keeps the variance at one.
     drift_decay: f64,
     drift_drive: f64,
+    /// Outputs from draw to draw, and until the next one.
+    drift_every: u32,
+    drift_due: u32,
     walk: Term,
     walk_sigma: f64,
     instability: BiasInstability,
@@ -60,6 +63,8 @@ impl RateNoise {
             drift_sigma: 0.0,
             drift_decay: 0.0,
             drift_drive: 0.0,
+            drift_every: 1,
+            drift_due: 0,
             walk: term("gyro rate random walk"),
             walk_sigma: 0.0,
             instability: BiasInstability::new(parameters, steps.slow_s, seed, device),
@@ -78,7 +83,13 @@ impl RateNoise {
         self.white_sigma = Angle::from_deg(parameters.angle_random_walk_deg_per_sqrt_h).rad()
             / sqrt(SECONDS_PER_HOUR * steps.output_s);
         self.drift_sigma = Angle::from_deg(parameters.bias_drift_deg_per_s).rad();
-        self.drift_decay = remainder(steps.output_s, parameters.bias_drift_correlation_s);
+        let held = round(parameters.bias_drift_held_s / steps.output_s);
+        self.drift_decay = match held > 0.0 {
+            true => 0.0,
+            false => remainder(steps.output_s, parameters.bias_drift_correlation_s),
+        };
+        // The conversion saturates.
+        self.drift_every = (held as u32).max(1);
         self.drift_drive = sqrt(1.0 - self.drift_decay * self.drift_decay);
         self.walk_sigma = Angle::from_deg(parameters.rate_random_walk_deg_per_s_per_sqrt_s).rad()
             * sqrt(steps.output_s);
@@ -115,10 +126,12 @@ impl RateNoise {
     }
 
     fn next_wander(&mut self) -> f64 {
-        if self.drift_sigma > 0.0 {
+        if self.drift_sigma > 0.0 && self.drift_due == 0 {
             self.drift.state = self.drift_decay * self.drift.state
                 + self.drift_drive * self.drift.stream.standard_normal();
+            self.drift_due = self.drift_every;
         }
+        self.drift_due = self.drift_due.saturating_sub(1);
         if self.walk_sigma > 0.0 {
             self.walk.state += self.walk_sigma * self.walk.stream.standard_normal();
         }
@@ -167,6 +180,27 @@ mod tests {
             * Angle::from_deg(0.005).rad().powi(2);
         // Standard error of a variance from 2000 independent pairs: 3.2 %; 4 of them allowed.
         assert!((square / expected - 1.0).abs() < 0.13, "{}", square / expected);
+    }
+
+    #[test]
+    fn a_drift_that_is_held_is_constant_and_then_drawn_anew() {
+        let parameters = GyroParameters {
+            bias_drift_deg_per_s: 0.005,
+            bias_drift_held_s: 84.0,
+            ..Default::default()
+        };
+        let mut noise = RateNoise::new(&parameters, Steps { output_s: 0.1, ..STEPS }, 11, "gyro");
+        let draws: Vec<f64> = (0..2_000)
+            .map(|_| {
+                let first = noise.next();
+                assert!((1..840).all(|_| noise.next() == first));
+                first / Angle::from_deg(0.005).rad()
+            })
+            .collect();
+        let square = draws.iter().map(|draw| draw * draw).sum::<f64>() / 2_000.0;
+        let product: f64 = draws.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / 1_999.0;
+        // Standard errors: 0.032 and 0.022; 4 of them allowed.
+        assert!((square - 1.0).abs() < 0.13 && product.abs() < 0.09, "{square} {product}");
     }
 
     #[test]

@@ -43,6 +43,9 @@ parameters! {
         bias_drift_deg_per_s: NOT_NEGATIVE = 0.0,
         /// Its correlation time; see [`WORST_CASE_CORRELATION_S`].
         bias_drift_correlation_s: POSITIVE = WORST_CASE_CORRELATION_S,
+        /// Where it is not zero, the drift is drawn anew this often and constant in between, in place of that correlation:
+        /// what a bias test has found says nothing of a later interval.
+        bias_drift_held_s: NOT_NEGATIVE = 0.0,
         /// Rate random walk K (IEEE Std 952), zero at power-up. This class: about 1e-3 and less.
         rate_random_walk_deg_per_s_per_sqrt_s: NOT_NEGATIVE = 0.0,
         /// Turn-on bias, rms from one power-up to the next; drawn once. This class: 1 to 20.

@@ -2,50 +2,123 @@
 //! without.
 
 use controller::Mutant;
-use controller::calibration::{Calibration, Factor};
+use controller::calibration::Calibration;
 use emulators::device_file::Devices;
 use harness::operator::Answers;
 use harness::run::{Prepared, verdicts};
+use plan::library::{Kind, names};
 use plan::made::Made;
-use plan::{Plan, Rig};
-use std::collections::BTreeMap;
+use plan::{Declared, Plan, Proves, Rig};
+use record::outcome::Outcome;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use tests::devices::{NAVIGATOR, ideal_table};
 
-/// Checks that `row` fails with the mutant, and that every row passes without.
-fn caught(mutant: Mutant, row: &str, mut prepared: Prepared) {
-    let mut rows = |planted| {
-        prepared.mutant = planted;
-        let run = verdicts(&prepared, 1, &Answers::default(), &mut |_| true);
-        let failed = run.measurements.into_iter().filter(|row| !row.verdict.is_acceptable());
-        failed.map(|row| row.name).collect::<Vec<_>>()
-    };
-    assert_eq!(rows(None), Vec::<String>::new(), "without {}", mutant.name());
-    let failed = rows(Some(mutant));
-    assert!(failed.iter().any(|name| name == row), "{}: {failed:?}", mutant.name());
-}
+/// Mutants, each with a plan and the rows of it that fail. Nothing else of the run changes its verdict.
+///
+/// That the same rows pass without is in the golden table.
+const FAILS: [(Mutant, &str, &[&str]); 24] = [
+    (Mutant::LooseStop, "straight-accuracy", &["stop_error", "true_stop_error"]),
+    (Mutant::SteeringLoopOpen, "straight-accuracy", &["heading_held", "true_heading_held"]),
+    (Mutant::SpeedIgnored, "straight-accuracy", &["side_duration"]),
+    (Mutant::HeadingNotHeld, "turn-accuracy", &["true_stop_error", "true_stop_error_all_turns"]),
+    (Mutant::RateIgnored, "turn-accuracy", &["whole_turn_duration"]),
+    (Mutant::CcwSign, "laps-observed", &["gyro_return_orientation"]),
+    (Mutant::SpeedIgnored, "laps-observed", &["lap_duration"]),
+    (Mutant::CcwSign, "verification", &["table_error", "table_error_typical"]),
+    (Mutant::SignIgnored, "verification-dsp3000", &["table_error"]),
+    (Mutant::FirstFactorAlone, "correction-factors", &["cw_by_both", "ccw_by_both"]),
+    (Mutant::SwappedDirections, "correction-factors", &["by_both", "cw_by_both", "ccw_by_both"]),
+    (
+        Mutant::CcwSign,
+        "correction-factors",
+        &["by_temperature", "directions_apart", "by_both", "ccw_by_both"],
+    ),
+    (Mutant::TurnByOdometry, "laps-corrected", &["return_orientation"]),
+    (
+        Mutant::TurnNotWritten,
+        "laps-corrected",
+        &["base_return_orientation", "base_heading_on_the_way"],
+    ),
+    (Mutant::MirroredReckoning, "laps-corrected", &["base_position_on_the_way"]),
+    (
+        Mutant::WrongPoseDownloaded,
+        "laps-corrected",
+        &["base_heading_on_the_way", "base_position_on_the_way"],
+    ),
+    (
+        Mutant::WrongPoseDownloaded,
+        "laps-corrected-serial",
+        &["base_heading_on_the_way", "base_position_on_the_way"],
+    ),
+    (
+        Mutant::CcwSign,
+        "laps-corrected",
+        &[
+            "return_orientation",
+            "return_position",
+            "base_return_orientation",
+            "base_return_position",
+            "base_heading_on_the_way",
+            "base_position_on_the_way",
+        ],
+    ),
+    (Mutant::ShortInch, "live-side", &["end_x"]),
+    (Mutant::SteeringReversed, "live-side", &["heading_held", "end_x", "end_y"]),
+    (Mutant::CcwSign, "live-side", &["end_heading"]),
+    (Mutant::SpeedIgnored, "live-side", &["side_duration"]),
+    (Mutant::LooseStop, "live-side", &["straight_stop_error"]),
+    (Mutant::CcwSign, "live-table-run", &["table_error"]),
+];
 
 fn shipped(plan: &str) -> Prepared {
     Prepared::load(plan, &Made::default()).expect("the plan ships")
 }
 
-#[test]
-fn the_base_is_told_where_it_is_not() {
-    let row = "base_position_on_the_way";
-    caught(Mutant::WrongPoseDownloaded, row, shipped("laps-corrected"));
-    caught(Mutant::WrongPoseDownloaded, row, shipped("laps-corrected-serial"));
-    caught(Mutant::MirroredReckoning, row, shipped("laps-corrected"));
+/// The rows that fail, of a run that carries out every step.
+fn failed(prepared: &Prepared) -> Vec<String> {
+    let run = verdicts(prepared, 1, &Answers::default(), &mut |_| true);
+    assert_eq!(run.ending.outcome, Outcome::Passed, "{:?}", run.ending.reason);
+    let failed = run.measurements.into_iter().filter(|row| !row.verdict.is_acceptable());
+    failed.map(|row| row.name).collect()
 }
 
 #[test]
-fn orders_are_as_fast_as_they_say() {
-    caught(Mutant::SpeedIgnored, "side_duration", shipped("straight-accuracy"));
-    caught(Mutant::RateIgnored, "whole_turn_duration", shipped("turn-accuracy"));
+fn each_mutant_fails_its_rows_and_no_other() {
+    for (mutant, plan, rows) in FAILS {
+        let prepared = Prepared { mutant: Some(mutant), ..shipped(plan) };
+        assert_eq!(failed(&prepared), rows, "{plan}: {}", mutant.name());
+    }
 }
 
+/// A row of another plan with the same quantity and filter counts as the same.
 #[test]
-fn the_heading_is_held_at_rest() {
-    caught(Mutant::HeadingNotHeld, "true_stop_error", shipped("turn-accuracy"));
+fn every_row_that_tests_the_controller_has_a_mutant_that_fails_it() {
+    let what = |row: &Declared| format!("{} where {:?}", row.quantity, row.filter);
+    let rows_of = |plan: &str| shipped(plan).plan.measurements.clone();
+    let fails: BTreeSet<String> = FAILS
+        .iter()
+        .flat_map(|(_, plan, names)| {
+            let rows = rows_of(plan);
+            let row =
+                move |name: &&str| rows.iter().find(|row| row.name.as_str() == *name).cloned();
+            names.iter().map(move |name| what(&row(name).expect("the plan has it")))
+        })
+        .collect();
+    for plan in names(Kind::Plan) {
+        for row in rows_of(&plan) {
+            let tests = row.proves == Some(Proves::TestsTheController);
+            assert!(!tests || fails.contains(&what(&row)), "{plan}: nothing fails {}", row.name);
+        }
+    }
+}
+
+/// Checks that `row` fails with the mutant, and that every row passes without.
+fn caught(mutant: Mutant, row: &str, mut prepared: Prepared) {
+    assert_eq!(failed(&prepared), Vec::<String>::new(), "without {}", mutant.name());
+    prepared.mutant = Some(mutant);
+    let failed = failed(&prepared);
+    assert!(failed.iter().any(|name| name == row), "{}: {failed:?}", mutant.name());
 }
 
 /// A plan of steps on a table, whose turns must be correct within 0.25 deg, except those labelled `wrong`.
@@ -88,30 +161,6 @@ fn turns(label: &str) -> String {
     format!("{}, {}", turn(-360), turn(360))
 }
 
-/// A gyro that reads a counter-clockwise turn 1 deg too large and a clockwise turn 1 deg too small, and both half a
-/// percent too large.
-fn by_two_factors() -> Prepared {
-    let mut devices = ideal_table(NAVIGATOR);
-    let asymmetry_ppm = 2.0 / 360.0 * 1e6;
-    devices.gyro.1.scale_asymmetry_ppm = asymmetry_ppm;
-    devices.gyro.1.scale_ppm = 5_000.0;
-    let directions = Factor::Direction { cw_error_deg: -1.0, ccw_error_deg: 1.0 };
-    let factors = [directions, Factor::Constant(1.0 / 1.005)].into_iter().collect();
-    let steps = format!(
-        r#"{{ bias_test = {{ duration_s = 20 }} }}, {{ use_calibration = "own" }}, {}, {{ use_calibration = "none" }},
-        {{ set_parameter = {{ parameter = "gyro.scale_ppm", value = 0 }} }}, {}"#,
-        turns("right"),
-        turns("wrong")
-    );
-    on_a_table(&steps, devices, Calibration { factors, ..Calibration::default() })
-}
-
-#[test]
-fn directional_factors_and_chains_of_factors() {
-    caught(Mutant::SwappedDirections, "right", by_two_factors());
-    caught(Mutant::FirstFactorAlone, "right", by_two_factors());
-}
-
 #[test]
 fn the_bias_method_counts() {
     let mut devices = ideal_table(NAVIGATOR);
@@ -129,11 +178,6 @@ fn the_bias_method_counts() {
 #[test]
 fn a_bias_that_is_not_taken_off_fails_the_table_run() {
     let mut prepared = shipped("live-table-run");
-    let failed = |prepared: &Prepared| {
-        let run = verdicts(prepared, 1, &Answers::default(), &mut |_| true);
-        let failed = run.measurements.into_iter().filter(|row| !row.verdict.is_acceptable());
-        failed.map(|row| row.name).collect::<Vec<_>>()
-    };
     assert_eq!(failed(&prepared), Vec::<String>::new());
     let test = "{ bias_test = { duration_s = 20 } },";
     let text = include_str!("../../../test-plans/live-table-run.toml");
@@ -175,8 +219,5 @@ fn one_percent_between_the_directions_is_not_alike() {
     let mut devices = tests::devices::shipped("paper-table");
     devices.gyro.1.scale_asymmetry_ppm = 10_000.0;
     prepared.rig = Rig::of_robot(devices);
-    let run = verdicts(&prepared, 1, &Answers::default(), &mut |_| true);
-    let failed = run.measurements.iter().filter(|row| !row.verdict.is_acceptable());
-    let failed: Vec<_> = failed.map(|row| row.name.as_str()).collect();
-    assert_eq!(failed, ["intercept_cw", "intercept_ccw"]);
+    assert_eq!(failed(&prepared), ["intercept_cw", "intercept_ccw"]);
 }

@@ -27,7 +27,7 @@ const fn column(name: &'static str, kind: Kind, unit: &'static str, doc: &'stati
 const TIME: Column = column("time_s", Float, "s", "bench time since the run began");
 const DEVICE: Column = column("device", Text, "", "whose it is");
 
-static STATES: [Column; 17] = [
+static STATES: [Column; 20] = [
     TIME,
     column("activity", Text, "", "what the controller is doing"),
     column("moving", Bool, "", "the base is not known to be at rest"),
@@ -50,6 +50,14 @@ static STATES: [Column; 17] = [
     column("samples_lost", Integer, "", "gyro samples known to be lost since start"),
     column("clock_ratio", Float, "", "gyro samples per host second over nominal"),
     column("health", Text, "", "starting, ok, degraded or fault"),
+    column(
+        "heading_uncertainty_deg",
+        Float,
+        "deg",
+        "standard uncertainty by the estimator, if it states one",
+    ),
+    column("x_uncertainty_m", Float, "m", "the same of x_m"),
+    column("y_uncertainty_m", Float, "m", "the same of y_m"),
 ];
 
 static TRUTH: [Column; 6] = [

@@ -178,6 +178,9 @@ fn of_state<'a>(at: Timestamp, state: &State) -> Row<'a> {
         Cell::count(state.samples_lost),
         Cell::maybe(state.clock_ratio),
         Cell::text(name_of(&state.health.level)),
+        Cell::maybe(state.uncertainty.map(|uncertainty| uncertainty.heading.deg())),
+        Cell::maybe(state.uncertainty.map(|uncertainty| uncertainty.x.m())),
+        Cell::maybe(state.uncertainty.map(|uncertainty| uncertainty.y.m())),
     ]
 }
 
