@@ -182,6 +182,11 @@ impl Drive {
         matches!(self.motion, Motion::Straight { .. })
     }
 
+    /// True if the odometry is plausible at rest.
+    pub(crate) fn could_be_there(&self, sight: &Sight) -> bool {
+        self.follows.could_be_there(sight.displacement, sight.odometry_heading)
+    }
+
     /// What it was commanded so far.
     pub(crate) const fn follows(&self) -> &FollowWatch {
         &self.follows

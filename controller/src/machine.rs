@@ -4,6 +4,7 @@
 //! * `supervision`: monitoring during and between missions. `reporting`: the reports.
 
 mod estimating;
+mod misread;
 mod reporting;
 mod supervision;
 mod tasks;

@@ -196,6 +196,7 @@ impl Planted {
                 Mutant::CcwSign
                     | Mutant::WatchdogOffByTen
                     | Mutant::BiasTestWhileMoving
+                    | Mutant::WrapAt360
                     | Mutant::OverflowAfterLongRuns
                     | Mutant::OverRangeIgnored
                     | Mutant::RepeatedSampleCounted

@@ -64,8 +64,11 @@ fn every_file_describes_devices() {
     assert_eq!(
         files,
         [
+            "asymmetric-table.toml",
             "biased-table.toml",
             "dsp3000-table.toml",
+            "paper-anew.toml",
+            "paper-correlated.toml",
             "paper-mounted.toml",
             "paper-noisier.toml",
             "paper-serial.toml",

@@ -18,34 +18,26 @@ use wire::units::{Angle, AngularRate, Pose};
 
 impl Controller {
     /// Takes a mission; a report answers it.
-    pub fn command(&mut self, now: Timestamp, mission: Mission) {
+    pub fn command(&mut self, now: Timestamp, mut mission: Mission) {
         let now = self.awake(now);
         let id = mission.id;
+        self.misread(&mut mission.command);
         let answer = match mission.command {
             Command::BiasTest(order) => self.begin_bias_test(now, id, order),
-            Command::Straight(mut order) => {
+            Command::Straight(order) => {
                 let in_range = order.distance.m().abs() <= DISTANCE_M_MAX
                     && order.speed >= SPEED_MIN
                     && self.config.base.is_some_and(|base| order.speed <= base.speed_max);
-                if let (true, Some(base)) = (self.plants(Mutant::SpeedIgnored), &self.config.base) {
-                    order.speed = base.speed_max;
-                }
                 self.ready_to_move(now, in_range).map(|sight| {
-                    let mut motion = self.config.motion;
-                    if self.plants(Mutant::LooseStop) {
-                        motion.position_tolerance = motion.position_tolerance * 10.0;
-                    }
+                    let motion = self.tuned();
                     let drive = Drive::straight(id, order, &motion, &sight);
                     self.begin_drive(now, drive);
                 })
             }
-            Command::Turn(mut order) => {
+            Command::Turn(order) => {
                 let in_range = order.angle.rad().abs() <= ANGLE_RAD_MAX
                     && order.rate >= RATE_MIN
                     && self.config.base.is_some_and(|base| order.rate <= base.steer_rate_max);
-                if let (true, Some(base)) = (self.plants(Mutant::RateIgnored), &self.config.base) {
-                    order.rate = base.steer_rate_max;
-                }
                 self.ready_to_move(now, in_range).map(|mut sight| {
                     self.reference += order.angle;
                     if self.config.planted().is(Mutant::WrapAt360) {
@@ -319,13 +311,11 @@ impl Controller {
             }
             Wish::Finished(result) => {
                 let (id, ended) = (drive.id, *drive);
-                let Sight { displacement, odometry_heading, .. } = sight;
-                self.odometry_doubtful |=
-                    !drive.follows().could_be_there(displacement, odometry_heading);
-                self.headings_disagree |=
-                    !self.headings.agree_at_rest(sight.gyro_heading, sight.odometry_heading)
-                        && !self.plants(Mutant::HeadingsNotCompared)
-                        && !self.config.planted().blinds_second_looks();
+                let looks = !self.config.planted().blinds_second_looks();
+                self.odometry_doubtful |= looks && !drive.could_be_there(&sight);
+                self.headings_disagree |= looks
+                    && !self.headings.agree_at_rest(sight.gyro_heading, sight.odometry_heading)
+                    && !self.plants(Mutant::HeadingsNotCompared);
                 // Must precede the report of completion.
                 self.update_health(now);
                 // Only a heading that the base does not already have is worth writing.

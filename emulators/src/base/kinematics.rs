@@ -54,8 +54,6 @@ pub(super) struct Kinematics {
     model: TrackModel,
     /// The model of the current phase.
     phase_model: TrackModel,
-    /// Its turn scale once play is taken up.
-    turn_scale: f64,
     phase_start: Timestamp,
     phase_end: Timestamp,
     commanded: [Ramp; 2],
@@ -73,7 +71,6 @@ impl Kinematics {
             following: Following::EXACT,
             model,
             phase_model: model,
-            turn_scale: model.turn_scale,
             phase_start: Timestamp::ZERO,
             phase_end: Timestamp::MAX,
             commanded: [Ramp::default(); 2],
@@ -90,17 +87,13 @@ impl Kinematics {
         &self.phase_model
     }
 
-    /// True turn of the steering per turn of its encoder, but for play.
-    pub(super) const fn turn_scale(&self) -> f64 {
-        self.turn_scale
-    }
-
     /// Acceleration of the drive in this phase, signed.
     pub(super) const fn acceleration(&self) -> f64 {
         self.drive.acceleration()
     }
 
-    fn commanded_at(&self, now: Timestamp) -> [f64; 2] {
+    /// What drive and steering are to follow at `now`.
+    pub(super) fn commanded_at(&self, now: Timestamp) -> [f64; 2] {
         let t = (now - self.phase_start).as_secs_f64();
         self.commanded.map(|commanded| commanded.rate(t))
     }
@@ -252,7 +245,6 @@ impl Kinematics {
         let [drive, steer] = &self.commanded;
         self.phase_end = drive.settles_at(now).min(steer.settles_at(now));
         self.phase_model = self.model.in_phase(drive, steer);
-        self.turn_scale = self.phase_model.turn_scale;
         (self.drive, self.steer) = (*drive, *steer);
         if self.following == Following::EXACT {
             return;

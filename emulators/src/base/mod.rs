@@ -76,8 +76,10 @@ pub struct BaseTruth {
     pub speed: Speed,
     /// The speed at which the wheels turn: the same, unless they slip.
     pub wheels: Speed,
-    /// Rate of the steering relative to the body, on the motor's side of its play.
+    /// Rate of the steering relative to the body.
     pub steer_rate: AngularRate,
+    /// What drive and steering follow, with noise, stiction and play, or exactly.
+    pub followed: (Speed, AngularRate),
 }
 
 /// An emulated base.
@@ -271,6 +273,7 @@ impl BaseEmulator {
     pub fn truth_at(&self, now: Timestamp) -> BaseTruth {
         let truth = self.kinematics.truth_at(now);
         let (drive, steer) = self.kinematics.rates_at(now);
+        let [to_drive, to_steer] = self.kinematics.commanded_at(now);
         let model = self.kinematics.model_now();
         let (speed, grip) = (drive * model.path_scale, self.grip());
         let wheels = if grip > 0.0 { speed / grip } else { drive };
@@ -280,7 +283,8 @@ impl BaseEmulator {
             steering_angle: Angle::from_rad(truth.steer),
             speed: Speed::from_m_per_s(speed),
             wheels: Speed::from_m_per_s(wheels),
-            steer_rate: AngularRate::from_rad_per_s(steer * self.kinematics.turn_scale()),
+            steer_rate: AngularRate::from_rad_per_s(steer * model.turn_scale),
+            followed: (Speed::from_m_per_s(to_drive), AngularRate::from_rad_per_s(to_steer)),
         }
     }
 

@@ -59,9 +59,10 @@ impl Watch {
         if self.looked != Some(now) {
             self.looked = Some(now);
             if let Carrier::Base(base) = &bench.carrier {
-                let BaseTruth { pose, speed, wheels, steer_rate, .. } = base.truth_at(now);
+                let BaseTruth { pose, speed, wheels, steer_rate, followed, .. } =
+                    base.truth_at(now);
                 let leapt = bench.gyro.leapt();
-                let truth = Truth { pose, speed, wheels, leapt, steer_rate };
+                let truth = Truth { pose, speed, wheels, leapt, steer_rate, followed };
                 self.monitor.see(now, &Seen::Truth(truth));
             }
         }

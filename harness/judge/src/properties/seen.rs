@@ -20,6 +20,8 @@ pub struct Truth {
     pub leapt: Angle,
     /// Rate of the steering.
     pub steer_rate: AngularRate,
+    /// What drive and steering follow: the orders, on the base's ramps.
+    pub followed: (Speed, AngularRate),
 }
 
 /// One event. At the same instant the truth comes before everything judged by it.

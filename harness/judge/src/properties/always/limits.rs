@@ -1,4 +1,6 @@
-//! Commanded and true speeds and accelerations stay within their limits.
+//! Commanded and true speeds, and the accelerations that the base is ordered to, stay within their limits.
+//!
+//! What noise, play or stiction of its drives add to these accelerations is no order of the controller.
 
 use super::Judge;
 use crate::properties::seen::Truth;
@@ -9,8 +11,7 @@ use wire::base::Request;
 use wire::time::{Span, Timestamp};
 use wire::units::{AngularRate, Speed};
 
-/// Changes of speed are averaged over this time: the base's path error varies by fractions of a percent from ramp to
-/// ramp, which over a shorter time would look like a jerk.
+/// Changes of speed are averaged over this time.
 const WINDOW: Span = Span::from_millis(50);
 
 /// Judged at each velocity command and at every truth. Only speeding up is limited, since emergency braking
@@ -18,7 +19,7 @@ const WINDOW: Span = Span::from_millis(50);
 #[derive(Debug, Clone)]
 pub(super) struct WithinLimits {
     pub(super) limits: Limits,
-    pub(super) before: Option<(Timestamp, Truth)>,
+    pub(super) before: Option<(Timestamp, (Speed, AngularRate))>,
 }
 
 impl WithinLimits {
@@ -40,22 +41,23 @@ impl WithinLimits {
     }
 
     fn changes(&mut self, now: Timestamp, truth: Truth, judgement: &mut Judgement) {
+        let (speed, rate) = truth.followed;
         let Some((at, before)) = self.before else {
-            self.before = Some((now, truth));
+            self.before = Some((now, truth.followed));
             return;
         };
         let passed = now - at;
         if passed < WINDOW {
             return;
         }
-        self.before = Some((now, truth));
-        let a = (truth.speed.abs() - before.speed.abs()) / passed;
+        self.before = Some((now, truth.followed));
+        let a = (speed.abs() - before.0.abs()) / passed;
         let a_max = self.limits.acceleration_max;
         judgement.take(now, below(a.m_per_s2(), a_max.m_per_s2()), || {
             let (a, a_max) = (a.m_per_s2(), a_max.m_per_s2());
             format!("speeds up by {a:.3} m/s^2, expected at most {a_max:.3} m/s^2")
         });
-        let b = (truth.steer_rate.abs() - before.steer_rate.abs()) / passed;
+        let b = (rate.abs() - before.1.abs()) / passed;
         let b_max = self.limits.steer_acceleration_max;
         judgement.take(now, below(b.rad_per_s2(), b_max.rad_per_s2()), || {
             let (b, b_max) = (b.deg_per_s2(), b_max.deg_per_s2());

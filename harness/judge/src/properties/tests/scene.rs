@@ -70,7 +70,13 @@ impl Scene {
     pub(super) fn truth(&mut self, heading_deg: f64, speed: f64) -> &mut Self {
         let pose = Pose { heading: Angle::from_deg(heading_deg), ..Pose::default() };
         let speed = Speed::from_m_per_s(speed);
-        self.see(&Seen::Truth(Truth { pose, speed, wheels: speed, ..Truth::default() }))
+        self.see(&Seen::Truth(Truth {
+            pose,
+            speed,
+            wheels: speed,
+            followed: (speed, AngularRate::ZERO),
+            ..Truth::default()
+        }))
     }
 
     pub(super) fn state(&mut self, heading_deg: f64, samples: u64) -> &mut Self {
