@@ -167,6 +167,7 @@ pub struct Band {
     /// Upper end, inclusive; `None` if there is no limit.
     pub upper: Option<f64>,
     /// The value in the paper, with its place there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paper: Option<String>,
     /// The band applies to observations with these tags; empty: to all.
     #[serde(default)]
