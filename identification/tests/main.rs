@@ -9,6 +9,7 @@ mod driven;
 mod ends_of_laps;
 mod few_causes;
 mod first_light;
+mod heat;
 mod jumps;
 mod known_noise;
 mod late;

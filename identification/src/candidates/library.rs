@@ -121,6 +121,8 @@ impl<'a> Builder<'a> {
             let rate = Shape::new(&name, on, Driver::new(Wrap::RateOf, field), Form::Linear);
             self.push(if is_temperature { Family::Library } else { Family::Memory }, rate);
         }
+        // What is fed to a sensor warms it, by its power or by the square of a current, and the heat goes as it came: slowly.
+        let warms = self.channels.of_sensor && channel.role == Role::Auxiliary && on == Acts::Bias;
         let time_constants = self.time_constants();
         let mut add = |wrap, form, numbers: &[(&str, f64)]| {
             self.add(&over(on, channel, wrap, form), on, (wrap, field), form, numbers);
@@ -128,10 +130,18 @@ impl<'a> Builder<'a> {
         if is_temperature {
             add(Wrap::Plain, Form::Cubic, &[origin]);
         }
-        if channel.unit.dimension() == Dimension::Temperature {
-            for constant in time_constants {
+        let dimension = channel.unit.dimension();
+        if dimension == Dimension::Temperature || warms {
+            for &constant in &time_constants {
                 add(Wrap::LagOf, Form::Linear, &[origin, ("time_constant", constant)]);
             }
+        }
+        if warms && matches!(dimension, Dimension::Current | Dimension::Voltage) {
+            for &constant in &time_constants {
+                add(Wrap::LagOf, Form::Quadratic, &[("time_constant", constant)]);
+            }
+        }
+        if dimension == Dimension::Temperature {
             for share in PLAYS {
                 let half_width = ("half_width", share * channel.span());
                 let through = [half_width, ("through", 1.0), origin];

@@ -91,7 +91,8 @@ fn seen(
             slope(program, &level, fields.smoothing)
         }
         Wrap::LagOf => {
-            let level = program.step("level", plain);
+            // Of a heat the square lags, and is the whole of the form.
+            let level = program.step("level", plain.power(if shape.is_heat() { 2 } else { 1 }));
             lagged(program, &level, fixed(shape, "time_constant")?)
         }
         Wrap::BranchOf => {
@@ -158,6 +159,7 @@ fn form(
     Ok(match shape.form {
         Form::Constant => one()?,
         Form::Linear => one()? * (x - origin),
+        Form::Quadratic if shape.is_heat() => one()? * x,
         Form::Quadratic => one()? * (x - origin).power(2),
         Form::Cubic => one()? * (x - origin).power(3),
         Form::Exponential => {

@@ -26,8 +26,17 @@ impl Shape {
             && other.drivers.iter().any(same)
     }
 
+    /// Whether it is the square of a field through a lag, and not the square of what has come through a lag.
+    pub fn is_heat(&self) -> bool {
+        let is_late = |driver: &Driver| driver.wrap == Wrap::LagOf;
+        self.form == Form::Quadratic && self.drivers.first().is_some_and(is_late)
+    }
+
     /// Power of its driver, if it is one.
     fn power(&self) -> Option<usize> {
+        if self.is_heat() {
+            return None;
+        }
         [Form::Linear, Form::Quadratic, Form::Cubic]
             .iter()
             .position(|form| *form == self.form)

@@ -75,15 +75,7 @@ pub fn see<'a>(channels: &'a Channels, driver: &Driver, numbers: &Fixed) -> Opti
             Field::Channel(channel) => Cow::Borrowed(&channel.smooth.slope),
             other => Cow::Owned(channels.smooth(&plain(&other)).slope),
         },
-        Wrap::LagOf => {
-            let level = level(&found, plain);
-            let constant = fixed(numbers, "time_constant")?;
-            Cow::Owned(
-                channels.by_segment(&level, |times, values| {
-                    signal::first_order(times, values, constant)
-                }),
-            )
-        }
+        Wrap::LagOf => Cow::Owned(lagged(channels, &level(&found, plain), numbers)?),
         Wrap::BranchOf => {
             let level = level(&found, plain);
             let half = fixed(numbers, "half_width")?;
@@ -100,6 +92,19 @@ fn level<'a>(found: &Field<'a>, plain: impl Fn(&Field<'a>) -> Cow<'a, [f64]>) ->
         Field::Channel(channel) => Cow::Borrowed(&channel.smooth.level),
         other => plain(other),
     }
+}
+
+fn lagged(channels: &Channels, level: &[f64], numbers: &Fixed) -> Option<Vec<f64>> {
+    let constant = fixed(numbers, "time_constant")?;
+    let lag = |times: &[f64], values: &[f64]| signal::first_order(times, values, constant);
+    Some(channels.by_segment(level, lag))
+}
+
+/// The square of a field through a lag: the heat that a current leaves.
+pub fn heat(channels: &Channels, driver: &Driver, numbers: &Fixed) -> Option<Vec<f64>> {
+    let Field::Channel(channel) = field(channels, driver)? else { return None };
+    let squares: Vec<f64> = channel.smooth.level.iter().map(|level| level * level).collect();
+    lagged(channels, &squares, numbers)
 }
 
 /// Sign of the rotation; zero where its noise may have made it.

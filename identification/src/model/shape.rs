@@ -1,6 +1,6 @@
 //! A term without its linear coefficients: its shape over the rows.
 
-use super::see::{Field, Fixed, field, fixed, fixed_or, is_noise, see};
+use super::see::{Field, Fixed, field, fixed, fixed_or, heat, is_noise, see};
 use super::spline::{REACH, cardinal, hats};
 use super::{Acts, Driver, Form, Wrap, beside};
 use crate::dataset::Role;
@@ -141,6 +141,7 @@ impl Shape {
                 | Form::Tanh
                 | Form::Product
         ) && self.acts != Acts::Axis
+            && !self.is_heat()
     }
 
     /// Adds the range in which `channels` show its drivers: a fitted curve is held beyond it.
@@ -184,6 +185,9 @@ impl Shape {
     fn at_share(&self, channels: &Channels, share: f64) -> Option<Vec<Vec<f64>>> {
         if self.form == Form::Constant {
             return Some(vec![vec![1.0; channels.time.len()]]);
+        }
+        if self.is_heat() {
+            return Some(vec![heat(channels, &self.drivers[0], &self.fixed)?]);
         }
         let seen = |which: usize| {
             let driver = self.drivers.get(which)?;
