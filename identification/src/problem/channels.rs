@@ -5,6 +5,7 @@ use super::segments::segments;
 use crate::dataset::{Dataset, Dimension, Kind, Role, Unit};
 use crate::robust;
 use crate::signal::{self, Smooth};
+use std::cell::OnceCell;
 use std::ops::Range;
 
 /// A field that may be a cause.
@@ -82,6 +83,8 @@ pub struct Channels {
     pub of_sensor: bool,
     /// Names of fields that are constant.
     pub constant: Vec<String>,
+    /// Typical time from row to row, once it was asked for.
+    pub(crate) interval: OnceCell<f64>,
 }
 
 /// Roles that count as causes.
@@ -115,6 +118,7 @@ impl Channels {
             sampled: matches!(dataset.kind, Kind::Series | Kind::Sensor),
             of_sensor: dataset.kind == Kind::Sensor,
             constant: Vec::new(),
+            interval: OnceCell::new(),
         };
         for column in &dataset.columns {
             if CAUSES.contains(&column.role) {
@@ -192,13 +196,14 @@ impl Channels {
 
     /// Typical time from row to row.
     pub fn interval(&self) -> f64 {
-        let mut steps: Vec<f64> = self
-            .segments
-            .iter()
-            .flat_map(|range| self.time[range.clone()].windows(2).map(|pair| pair[1] - pair[0]))
-            .collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+        *self.interval.get_or_init(|| {
+            let steps = |range: &Range<usize>| {
+                self.time[range.clone()].windows(2).map(|pair| pair[1] - pair[0])
+            };
+            let mut steps: Vec<f64> = self.segments.iter().flat_map(steps).collect();
+            steps.sort_by(f64::total_cmp);
+            steps.get(steps.len() / 2).copied().unwrap_or(1.0)
+        })
     }
 
     /// Longest stretch of time.

@@ -4,6 +4,7 @@ use crate::model::Shape;
 use crate::noise::Layout;
 use crate::problem::{Block, Channel, Channels, Exposure};
 use crate::signal::Smooth;
+use std::cell::OnceCell;
 use std::ops::Range;
 
 /// Number of stretches of the record on which a shape is tried both ways, and their total rows.
@@ -131,6 +132,7 @@ impl Equations {
             rotation_noise: channels.rotation_noise,
             of_sensor: channels.of_sensor,
             constant: channels.constant.clone(),
+            interval: OnceCell::new(),
         };
         let exposures = block
             .exposures

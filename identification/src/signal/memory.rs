@@ -9,6 +9,7 @@ pub fn first_order(times: &[f64], values: &[f64], time_constant_s: f64) -> Vec<f
     };
     let mut state = first;
     lagged.push(state);
+    let bent = super::curvatures(times, values);
     for i in 1..values.len() {
         let dt = times[i] - times[i - 1];
         let ratio = dt / time_constant_s;
@@ -18,7 +19,7 @@ pub fn first_order(times: &[f64], values: &[f64], time_constant_s: f64) -> Vec<f
         let old = 1.0 - decay - new;
         state = decay * state + old * values[i - 1] + new * values[i];
         if i > 1 && i + 1 < values.len() {
-            let bend = super::bends(times, values, i).mean();
+            let bend = super::bends(&bent, i).mean();
             state -= time_constant_s.powi(2) * bend / 2.0 * bulge(ratio, decay);
         }
         lagged.push(state);

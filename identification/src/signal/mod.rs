@@ -30,6 +30,7 @@ pub fn interpolate_along(
     at: impl Iterator<Item = f64>,
 ) -> impl Iterator<Item = f64> {
     let mut above = 0;
+    let bent = curvatures(times, values);
     at.map(move |at| {
         while above < times.len() && times[above] <= at {
             above += 1;
@@ -42,7 +43,7 @@ pub fn interpolate_along(
             return straight;
         }
         let (since, until) = (at - times[above - 1], times[above] - at);
-        let Bends { before, after, fourth } = bends(times, values, above);
+        let Bends { before, after, fourth } = bends(&bent, above);
         let (step, both) = (since + until, since * until);
         let first = (before * (since + 2.0 * until) + after * (2.0 * since + until)) / 6.0;
         straight - first / step * both + fourth / 24.0 * both * (1.0 + both / (step * step))
@@ -67,12 +68,11 @@ impl Bends {
     }
 }
 
-/// How `values` are bent in the interval that ends at `above`, which is not one at an end.
-pub(crate) fn bends(times: &[f64], values: &[f64], above: usize) -> Bends {
-    let bend = |middle: usize| curvature(times, values, middle);
-    let (before, after) = (bend(above - 1), bend(above));
-    if above > 2 && above + 2 < times.len() {
-        let four = [bend(above - 2), before, after, bend(above + 1)];
+/// How values with these `curvatures` are bent in the interval that ends at `above`, which is not one at an end.
+pub(crate) fn bends(curvatures: &[f64], above: usize) -> Bends {
+    let (before, after) = (curvatures[above - 1], curvatures[above]);
+    if above > 2 && above + 2 < curvatures.len() {
+        let four = [curvatures[above - 2], before, after, curvatures[above + 1]];
         let steps = [four[1] - four[0], four[2] - four[1], four[3] - four[2]];
         if are_even(&steps) || are_even(&four) {
             // What differences of neighbours show is the mean over them, and more than the value in the middle.
@@ -100,10 +100,17 @@ fn are_even(values: &[f64]) -> bool {
 /// everywhere.
 const EVENLY: f64 = 6.0;
 
-/// Second derivative at `middle`, by the values beside it.
-fn curvature(times: &[f64], values: &[f64], middle: usize) -> f64 {
+/// Second derivative at each value, by those beside it; zero at the ends.
+pub(crate) fn curvatures(times: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut found = vec![0.0; values.len()];
     let slope = |i: usize| (values[i] - values[i - 1]) / (times[i] - times[i - 1]);
-    2.0 * (slope(middle + 1) - slope(middle)) / (times[middle + 1] - times[middle - 1])
+    let mut before = if values.len() > 1 { slope(1) } else { 0.0 };
+    for middle in 1..values.len().max(1) - 1 {
+        let after = slope(middle + 1);
+        found[middle] = 2.0 * (after - before) / (times[middle + 1] - times[middle - 1]);
+        before = after;
+    }
+    found
 }
 
 /// Interpolation with `above` times at or before `at`.
