@@ -350,7 +350,8 @@ impl<'a> Sample<'a> {
                 for exponent in [-1.0, 1.0] {
                     while let Some(now) = best.1.number(name) {
                         let mut tried = best.1.clone();
-                        tried.set(name, now * f64::powf(factor, exponent));
+                        let number = now * f64::powf(factor, exponent);
+                        tried.set(name, self.data.told(shape, name, number));
                         let share = self.share(&tried);
                         if !(share > best.0 * (1.0 + 1e-6)) {
                             break;

@@ -65,7 +65,7 @@ fn bounds(shape: &Shape, data: Data<'_>, name: &str, now: f64, sweep: usize) -> 
         }
         _ => {
             let factor = 1.0 + 1.5 * narrow;
-            (now / factor, now * factor)
+            (data.told(shape, name, now / factor), data.told(shape, name, now * factor))
         }
     }
 }
