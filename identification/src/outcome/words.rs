@@ -6,6 +6,18 @@ use crate::dataset::Kind;
 use crate::finding::{Finding, HeldOut, Parameter, SetAside, Verdict, in_unit};
 
 impl Finding {
+    /// The verdict in a few words.
+    pub fn verdict_in_words(&self) -> &'static str {
+        let is_mended = self.effects.iter().any(|effect| effect.term != "quantisation");
+        match self.verdict {
+            Verdict::Explained => "explained",
+            // A wrong sign is no more than a scale, and no error falls with it.
+            Verdict::NothingMissing if is_mended => "nothing else is missing",
+            Verdict::NothingMissing => "nothing is missing",
+            Verdict::StructureLeft => "structure is left",
+        }
+    }
+
     /// The finding in a few sentences: the causes, their gain on held-out runs, and what else would help.
     pub fn in_words(&self) -> Vec<String> {
         let mut said: Vec<String> = self.set_aside.iter().map(SetAside::in_words).collect();

@@ -1,19 +1,13 @@
 //! Findings as a few lines of text.
 
-use identification::finding::{
-    Effect, Finding, HeldOut, Parameter, Prediction, Verdict, in_unit, p_value,
-};
+use identification::finding::{Effect, Finding, HeldOut, Parameter, Prediction, in_unit, p_value};
 use identification::model::is_frame;
 use std::fmt::Write;
 
 /// Formats verdict, errors before and after, each effect, what remains, and the next step.
 pub(super) fn summary(finding: &Finding) -> String {
     let Finding { dataset, kind, rows, runs, .. } = finding;
-    let verdict = match finding.verdict {
-        Verdict::Explained => "explained",
-        Verdict::NothingMissing => "nothing is missing",
-        Verdict::StructureLeft => "structure is left",
-    };
+    let verdict = finding.verdict_in_words();
     let mut out = format!(
         "{dataset}: {verdict} ({} of {rows} rows, {runs} {})\n",
         kind.name(),

@@ -6,14 +6,10 @@ use record::figures;
 
 /// The top of the page.
 pub(super) fn heading(finding: &Finding) -> Markup {
-    let (class, word) = match finding.verdict {
-        Verdict::Explained => ("passed", "explained"),
-        Verdict::NothingMissing => ("passed", "nothing is missing"),
-        Verdict::StructureLeft => ("open", "structure is left"),
-    };
+    let class = if finding.verdict == Verdict::StructureLeft { "open" } else { "passed" };
     html! {
         header.(class) {
-            p.outcome { (word) }
+            p.outcome { (finding.verdict_in_words()) }
             h1 { (finding.dataset) }
             @for sentence in finding.in_words() { p.lead { (sentence) } }
             @if let Some(verdict) = verdict(finding) { p.lead { (verdict) } }

@@ -221,3 +221,14 @@ fn sample_report() {
     let path = std::env::var_os("HIL_SAMPLE_REPORT").expect("HIL_SAMPLE_REPORT names a file");
     std::fs::write(path, page(&finding(), &model(), &diagnostics(300))).unwrap();
 }
+
+/// No error falls with a sign that was stated wrongly, and the page says both.
+#[test]
+fn beside_an_effect_nothing_else_is_missing() {
+    let found = Finding { verdict: Verdict::NothingMissing, ..finding() };
+    let word = |finding: &Finding| {
+        texts(&assert_stands_alone(&page(finding, &model(), &diagnostics(300))), "p.outcome")
+    };
+    assert_eq!(word(&found), ["nothing else is missing"]);
+    assert_eq!(word(&Finding { effects: Vec::new(), ..found }), ["nothing is missing"]);
+}
