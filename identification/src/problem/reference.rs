@@ -30,6 +30,8 @@ pub(super) fn known_around(dataset: &Dataset, column: &Column, channels: &Channe
 
 /// Share of the rows, those where it bends least, that tell the noise of a reference.
 const STEADY: f64 = 0.8;
+/// Times the spread of a reference about the line between its neighbours from which it makes a step.
+const STEP: f64 = 8.0;
 
 /// Standard deviation of the white noise of the reference `column`, which is `truth`, or was before it was evened out.
 pub(super) fn noise_of(
@@ -57,6 +59,10 @@ fn noise(channels: &Channels, truth: &[f64], values: &[f64]) -> f64 {
             }
         }
     }
+    // Beside a step the scale error of the readings would tell, which goes with it, and not the noise.
+    let off: Vec<f64> = found.iter().map(|pair| pair.0).collect();
+    let step = STEP * robust::spread(&off);
+    found.retain(|pair| pair.0.abs() <= step);
     found.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
     found.truncate((STEADY * found.len() as f64) as usize);
     let limit =
@@ -159,12 +165,17 @@ mod tests {
         let columns = vec![Column::new("t", Role::Time, Unit::Second, times)];
         let dataset = Dataset::new("any", Kind::Sensor, columns, vec![0; 6000]);
         let channels = Channels::new(&dataset);
-        for (of_reference, of_readings) in [(0.1, 0.3), (0.3, 0.1), (0.0, 0.3)] {
-            let mut noisy = |size: f64| -> Vec<f64> {
-                true_values.iter().map(|value| value + size * normal()).collect()
-            };
-            let found = noise(&channels, &noisy(of_reference), &noisy(of_readings));
-            assert!((found - of_reference).abs() < 0.06, "{found} of {of_reference}");
+        // A staircase, of which two rows in five lie beside a step.
+        let stairs: Vec<f64> = (0..6000).map(|row| f64::from(row / 5 % 11) * 10.0).collect();
+        for (course, scale) in [(&true_values, 1.0), (&stairs, 1.01)] {
+            for (of_reference, of_readings) in [(0.1, 0.3), (0.3, 0.1), (0.0, 0.3)] {
+                let mut noisy = |scale: f64, size: f64| -> Vec<f64> {
+                    course.iter().map(|value| scale * value + size * normal()).collect()
+                };
+                let (truth, readings) = (noisy(1.0, of_reference), noisy(scale, of_readings));
+                let found = noise(&channels, &truth, &readings);
+                assert!((found - of_reference).abs() < 0.06, "{found} of {of_reference}");
+            }
         }
     }
 }
