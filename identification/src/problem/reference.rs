@@ -166,7 +166,7 @@ mod tests {
         let dataset = Dataset::new("any", Kind::Sensor, columns, vec![0; 6000]);
         let channels = Channels::new(&dataset);
         // A staircase, of which two rows in five lie beside a step.
-        let stairs: Vec<f64> = (0..6000).map(|row| f64::from(row / 5 % 11) * 10.0).collect();
+        let stairs: Vec<f64> = (0..6000).map(|row| f64::from(row / 5 % 11) * 30.0).collect();
         for (course, scale) in [(&true_values, 1.0), (&stairs, 1.01)] {
             for (of_reference, of_readings) in [(0.1, 0.3), (0.3, 0.1), (0.0, 0.3)] {
                 let mut noisy = |scale: f64, size: f64| -> Vec<f64> {
