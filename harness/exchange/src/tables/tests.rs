@@ -6,18 +6,20 @@ use super::parquet::{COLUMNS_KEY, ParquetTable};
 use super::survey::Survey;
 use super::{Ears, Format, Row, RowSink, Rows, Table, export, survey, tagged};
 use crate::ExportError;
+use controller::mission::{Report, State, Uncertainty};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use proptest::prelude::*;
 use record::header::Header;
 use record::outcome::samples::summary;
 use record::run_folder::RunFolder;
-use record::samples::{any_record, observation, one_of_each, record};
+use record::samples::{self, any_record, observation, one_of_each, record};
 use record::sink::{Level, RecordSink};
-use record::{Device, Record};
+use record::{Device, Record, RecordKind};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use wire::time::Timestamp;
+use wire::units::{Angle, Length};
 
 /// Keeps rows.
 #[derive(Default)]
@@ -133,6 +135,26 @@ fn each_kind_of_record_has_its_rows() {
         })
     });
     insta::assert_snapshot!(shown.collect::<Vec<_>>().join("\n"));
+}
+
+#[test]
+fn what_an_estimator_says_of_itself_is_in_the_table() {
+    let uncertainty = Uncertainty {
+        heading: Angle::from_deg(0.25),
+        x: Length::from_m(0.002),
+        y: Length::from_m(0.003),
+    };
+    let state = State { uncertainty: Some(uncertainty), ..samples::state(0.0, 0.0) };
+    let kind = RecordKind::Report(Report::State(state));
+    let (survey, kept) =
+        rows_of(&[Record { at: Timestamp::ZERO, device: Device::Controller, kind }]);
+    let row = &kept.0[&Table::States][0];
+    let columns = Table::States.columns(&survey);
+    let told = row.iter().zip(&columns).filter(|(_, column)| column.name.contains("uncertainty"));
+    let told: Vec<_> = told.map(|(cell, column)| (&*column.name, cell.clone())).collect();
+    let expected =
+        [("heading_uncertainty_deg", 0.25), ("x_uncertainty_m", 0.002), ("y_uncertainty_m", 0.003)];
+    assert_eq!(told, expected.map(|(name, value)| (name, Cell::Float(value))));
 }
 
 #[test]
