@@ -158,6 +158,22 @@ fn an_odometer_that_stands_for_a_moment_on_the_way_shows() {
     }
 }
 
+/// Found by a campaign: both said that the base stood, and so they agreed.
+#[test]
+fn a_turn_that_neither_gyro_nor_odometry_shows_is_not_what_was_ordered() {
+    for devices in healthy() {
+        let mut rig = Rig::new(&devices, 1);
+        rig.run_for(Span::from_secs(2));
+        rig.gyro().begin_fault(0, GyroFault::Stuck, chance());
+        rig.bias_test(20.0);
+        rig.set_pose();
+        let now = rig.now();
+        rig.base().begin_fault(now, 1, BaseFault::StuckOdometry, chance());
+        rig.under_way(Rig::turn_order(90.0, 30.0), Span::from_secs(1));
+        assert!(rig.health().causes.odometry_doubtful, "{:?}", devices.gyro.0);
+    }
+}
+
 #[test]
 fn a_bias_that_leaps_after_its_test_shows_at_the_next_standstill() {
     for seed in 1..=20 {
