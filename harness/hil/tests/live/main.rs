@@ -110,7 +110,7 @@ fn a_side_and_a_corner_with_the_controller_in_the_process() {
             run(&["run", "live-side", "--clock", "real", "--controller", "in-process"], &out);
         assert_eq!(output.status.code(), Some(0), "{}", shown(&output));
         let summary = summary(&out);
-        assert_eq!(summary["measurements"].as_array().unwrap().len(), 8);
+        assert_eq!(summary["measurements"].as_array().unwrap().len(), 7);
         assert!(summary["timing"]["bus_to_command"]["count"].as_u64().unwrap() > 10);
         assert_eq!(summary["timing"]["misses_judged"], 0);
         // Both ends of both lines.
