@@ -3,6 +3,7 @@
 
 use crate::hil::{Hil, TURN};
 use crate::pty::AtTerminal;
+use skips::in_time;
 use std::fs;
 
 /// Half a year of bench time: no run ends before it is stopped.
@@ -112,6 +113,10 @@ fn an_error_and_an_end_give_the_terminal_back() {
 
 #[test]
 fn a_question_is_asked_in_the_picture() {
+    in_time(question_in_the_picture);
+}
+
+fn question_in_the_picture() {
     let hil = Hil::new();
     let plan = r#"
         name = "gap"
