@@ -45,13 +45,13 @@ impl Controller {
             self.odometry_doubtful = true;
         }
         let lags = !self.config.planted().is(Mutant::LaggingOdometerBelieved);
-        if !self.base.as_ref().is_some_and(BaseDriver::may_move)
-            && let Some(drive) = self.broken_off.take()
-        {
+        if let Some(drive) = &self.broken_off {
+            let moves = self.base.as_ref().is_some_and(BaseDriver::may_move);
             // A base that stopped by itself went no further.
             let stopped = motion.command_timed_out || motion.emergency_stop || motion.fault;
-            self.odometry_doubtful |=
-                lags && !stopped && drive.fell_short(self.reckoning.displacement());
+            let path = self.reckoning.displacement();
+            self.odometry_doubtful |= lags && !stopped && drive.fell_short(now, moves, path);
+            self.broken_off = self.broken_off.filter(|_| moves);
         }
         if let Task::Drive(drive) = &self.task
             && !drive.follows().could_be_on_the_way(
