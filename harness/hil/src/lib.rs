@@ -10,9 +10,9 @@
     reason = "a crate of this workspace; what others use is documented where `harness` exports it"
 )]
 
+pub mod choices;
 pub mod cli;
 pub mod doctor;
-pub mod gyro_arguments;
 pub mod import;
 pub mod project;
 pub mod replay;

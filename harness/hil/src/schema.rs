@@ -8,6 +8,7 @@
 #[cfg(test)]
 mod tests;
 
+use clap::ValueEnum;
 use emulators::device_file::{BaseModel, DeviceFile, GyroModel, TableModel};
 use identification::model::Model;
 use plan::Plan;
@@ -19,7 +20,7 @@ use schemars::{Schema, SchemaGenerator};
 use serde_json::Value;
 
 /// A kind of file that people write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FileKind {
     /// A plan.
     Plan,
@@ -42,51 +43,27 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    pub const ALL: [Self; 9] = [
-        Self::Plan,
-        Self::Bench,
-        Self::Rig,
-        Self::Devices,
-        Self::Device,
-        Self::Model,
-        Self::GyroModel,
-        Self::BaseModel,
-        Self::TableModel,
-    ];
-
-    /// The file of its schema, and what makes that.
-    fn form(self) -> (&'static str, fn(SchemaGenerator) -> Schema) {
-        match self {
-            Self::Plan => ("plan.schema.json", SchemaGenerator::into_root_schema_for::<Plan>),
-            Self::Bench => {
-                ("bench.schema.json", SchemaGenerator::into_root_schema_for::<BenchFile>)
-            }
-            Self::Rig => ("rig.schema.json", SchemaGenerator::into_root_schema_for::<RigFile>),
-            Self::Devices => {
-                ("devices.schema.json", SchemaGenerator::into_root_schema_for::<DeviceFile>)
-            }
-            Self::Device => ("device.schema.json", described::schema),
-            Self::Model => ("model.schema.json", SchemaGenerator::into_root_schema_for::<Model>),
-            Self::GyroModel => {
-                ("gyro-model.schema.json", SchemaGenerator::into_root_schema_for::<GyroModel>)
-            }
-            Self::BaseModel => {
-                ("base-model.schema.json", SchemaGenerator::into_root_schema_for::<BaseModel>)
-            }
-            Self::TableModel => {
-                ("table-model.schema.json", SchemaGenerator::into_root_schema_for::<TableModel>)
-            }
-        }
-    }
-
-    pub fn schema_file(self) -> &'static str {
-        self.form().0
+    /// The file of its schema.
+    pub fn schema_file(self) -> String {
+        let word = self.to_possible_value();
+        format!("{}.schema.json", word.as_ref().map_or("", |word| word.get_name()))
     }
 
     pub fn schema(self) -> Schema {
         let settings =
             SchemaSettings::draft2020_12().with_transform(NoNull).with_transform(PlainWords);
-        self.form().1(SchemaGenerator::new(settings))
+        let generator = SchemaGenerator::new(settings);
+        match self {
+            Self::Plan => generator.into_root_schema_for::<Plan>(),
+            Self::Bench => generator.into_root_schema_for::<BenchFile>(),
+            Self::Rig => generator.into_root_schema_for::<RigFile>(),
+            Self::Devices => generator.into_root_schema_for::<DeviceFile>(),
+            Self::Device => described::schema(generator),
+            Self::Model => generator.into_root_schema_for::<Model>(),
+            Self::GyroModel => generator.into_root_schema_for::<GyroModel>(),
+            Self::BaseModel => generator.into_root_schema_for::<BaseModel>(),
+            Self::TableModel => generator.into_root_schema_for::<TableModel>(),
+        }
     }
 
     pub fn text(self) -> String {

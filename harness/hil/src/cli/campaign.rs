@@ -52,11 +52,8 @@ enum By {
 }
 
 impl By {
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Margins => "margins",
-            Self::Chance => "chance",
-        }
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
 

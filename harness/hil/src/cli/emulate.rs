@@ -3,11 +3,11 @@
 mod setup;
 
 use super::failure::Failure;
-use crate::gyro_arguments::{self, Mode};
+use crate::choices;
 use clap::{Args, Subcommand};
 use record::outcome::Outcome;
 use std::path::PathBuf;
-use wire::gyro::GyroFormat;
+use wire::gyro::{GyroFormat, OutputMode};
 
 const PORTS: &str = "\
 Ports:
@@ -75,11 +75,11 @@ enum What {
     /// A gyro of the paper alone; the request rate_deg_per_s turns it.
     Gyro {
         /// Stream format. [default: that of the device file, else navigator]
-        #[arg(long, value_parser = gyro_arguments::format())]
+        #[arg(long, value_parser = choices::gyro_format())]
         stream: Option<GyroFormat>,
         /// Output mode. [default: that of the device file, else rate]
-        #[arg(long, value_enum)]
-        mode: Option<Mode>,
+        #[arg(long, value_parser = choices::output_mode())]
+        mode: Option<OutputMode>,
         #[command(flatten)]
         port: PortArguments,
         #[command(flatten)]

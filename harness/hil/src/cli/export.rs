@@ -2,19 +2,22 @@
 
 use super::completions;
 use super::export_device::{self, Fmi};
-use super::export_whole::{TableFormat, Whole};
+use super::export_whole::{Whole, table_format};
 use super::failure::Failure;
 use super::measured::{plain_name, tell};
 use super::own::ours_or_empty;
 use super::progress::Screen;
 use super::say;
+use crate::choices::one_of;
 use bus_log::LogWriter;
 use bus_log::convert::convert;
 use bus_log::recorded::Recorded;
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::TypedValueParser;
 use dataset::export::export;
 use dataset::export::sensor::{Signals, of_run};
 use dataset::{DESCRIPTOR, WriteOptions, write};
+use exchange::tables::Format;
 use harness::run::load_recorded;
 use identification::dataset::{Dataset, Kind};
 use plan::QuantityName;
@@ -23,30 +26,26 @@ use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::{Path, PathBuf};
 
 /// What one row is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Rows {
-    /// One turn of the rotary table.
-    Turns,
-    /// One mean of the gyro's rate, between two states of the controller.
-    Series,
-    /// One lap of a closed path.
-    Laps,
-    /// One state of the base on the path of a lap, with the measured pose at its ends.
-    Odometry,
-    /// One value of a sensor of your own, a signal of a node, beside its reference.
-    Sensor,
-}
-
-impl From<Rows> for Kind {
-    fn from(rows: Rows) -> Self {
-        match rows {
-            Rows::Turns => Self::Turns,
-            Rows::Series => Self::Series,
-            Rows::Laps => Self::Laps,
-            Rows::Odometry => Self::Odometry,
-            Rows::Sensor => Self::Sensor,
-        }
-    }
+fn rows() -> impl TypedValueParser<Value = Kind> {
+    one_of([
+        ("turns", "One turn of the rotary table", Kind::Turns),
+        (
+            "series",
+            "One mean of the gyro's rate, between two states of the controller",
+            Kind::Series,
+        ),
+        ("laps", "One lap of a closed path", Kind::Laps),
+        (
+            "odometry",
+            "One state of the base on the path of a lap, with the measured pose at its ends",
+            Kind::Odometry,
+        ),
+        (
+            "sensor",
+            "One value of a sensor of your own, a signal of a node, beside its reference",
+            Kind::Sensor,
+        ),
+    ])
 }
 
 /// Writes a recorded run for other tools: as a data package (datapackage.json and a CSV table), or with --tables, --mcap,
@@ -66,8 +65,8 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// What one row is. [default: turns where there are any, then laps, then series]
-    #[arg(long, value_enum)]
-    kind: Option<Rows>,
+    #[arg(long, value_parser = rows())]
+    kind: Option<Kind>,
     /// With --kind sensor: what the sensor says, as NODE.SIGNAL. The run must have been recorded with --record full.
     #[arg(long, value_name = "SIGNAL", value_parser = quantity, requires_all = ["reference", "kind"])]
     measured: Option<QuantityName>,
@@ -88,8 +87,8 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
     tables: Option<PathBuf>,
     /// File format of the tables.
-    #[arg(long, value_enum, default_value_t, requires = "tables")]
-    format: TableFormat,
+    #[arg(long, value_parser = table_format(), default_value = "parquet", requires = "tables")]
+    format: Format,
     /// An MCAP file to write instead, for Foxglove: FILE.mcap.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables"])]
     mcap: Option<PathBuf>,
@@ -177,8 +176,8 @@ impl ExportArguments {
             ));
         }
         let dataset = match self.kind {
-            Some(Rows::Sensor) => self.sensor(&folder)?,
-            kind => export(&folder, kind.map(Kind::from))?,
+            Some(Kind::Sensor) => self.sensor(&folder)?,
+            kind => export(&folder, kind)?,
         };
         tell(&dataset, screen);
         let name = || format!("{}-{}", plain_name(&dataset.name), dataset.kind.name());

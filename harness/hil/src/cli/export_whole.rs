@@ -3,7 +3,8 @@
 use super::failure::Failure;
 use super::progress::Screen;
 use super::say;
-use clap::ValueEnum;
+use crate::choices::one_of;
+use clap::builder::TypedValueParser;
 use exchange::Exported;
 use exchange::tables::survey::Survey;
 use exchange::tables::{Ears, Format, survey};
@@ -14,27 +15,16 @@ use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::Path;
 
 /// What tables are written as.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum TableFormat {
-    /// Apache Parquet: small, with typed columns.
-    #[default]
-    Parquet,
-    /// CSV: for tools that read nothing else.
-    Csv,
-}
-
-impl From<TableFormat> for Format {
-    fn from(format: TableFormat) -> Self {
-        match format {
-            TableFormat::Parquet => Self::Parquet,
-            TableFormat::Csv => Self::Csv,
-        }
-    }
+pub(super) fn table_format() -> impl TypedValueParser<Value = Format> {
+    one_of([
+        ("parquet", "Apache Parquet: small, with typed columns", Format::Parquet),
+        ("csv", "CSV: for tools that read nothing else", Format::Csv),
+    ])
 }
 
 /// Where a run is written, and as what.
 pub(super) enum Whole<'a> {
-    Tables(&'a Path, TableFormat),
+    Tables(&'a Path, Format),
     Mcap(&'a Path),
     Mf4(&'a Path),
 }
@@ -58,7 +48,6 @@ impl Whole<'_> {
         };
         let exported = match *self {
             Self::Tables(out, format) => {
-                let format = Format::from(format);
                 let exported = exchange::tables::export(folder, survey, out, format, ears)?;
                 for (table, rows) in &exported.written {
                     let file = out.join(format!("{table}.{}", format.name()));

@@ -21,13 +21,6 @@ pub(super) struct LogArguments {
     command: Command,
 }
 
-impl LogArguments {
-    /// Whether a program reads the standard output.
-    pub(super) const fn json(&self) -> bool {
-        matches!(&self.command, Command::Replay(arguments) if arguments.json)
-    }
-}
-
 #[derive(Debug, Subcommand)]
 enum Command {
     Convert(ConvertArguments),

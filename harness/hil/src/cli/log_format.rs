@@ -1,14 +1,13 @@
 //! The format of a bus log: as given, or from its file name.
 
 use super::failure::Failure;
+use crate::choices::one_of;
 use bus_log::Format;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use std::path::Path;
 
 pub(super) fn format_parser() -> impl TypedValueParser<Value = Format> {
-    PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| {
-        Format::ALL.into_iter().find(|format| format.name() == name).ok_or("no such format")
-    })
+    one_of(Format::ALL.map(|format| (format.name(), "", format)))
 }
 
 /// Returns the given format, or that of the file name. `argument` names the option to change in the error.

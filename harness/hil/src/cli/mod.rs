@@ -127,23 +127,6 @@ enum Command {
 }
 
 impl Cli {
-    /// Whether a program reads the standard output.
-    const fn json(&self) -> bool {
-        match &self.command {
-            None => self.paper.json,
-            Some(Command::Run(arguments)) => arguments.json,
-            Some(Command::Campaign(arguments)) => arguments.json,
-            Some(Command::Check(arguments)) => arguments.json,
-            Some(Command::List(arguments)) => arguments.json,
-            Some(Command::Doctor(arguments)) => arguments.json,
-            Some(Command::Identify(arguments)) => arguments.json,
-            Some(Command::Predict(arguments)) => arguments.json,
-            Some(Command::Log(arguments)) => arguments.json(),
-            Some(Command::Rerun(arguments)) => arguments.json,
-            Some(_) => false,
-        }
-    }
-
     fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         match &self.command {
             None => self.paper.execute(screen),
@@ -187,7 +170,7 @@ pub fn main() -> ExitCode {
     let status = match cli.execute(&screen) {
         Ok(outcome) => outcome.exit_status(),
         Err(failure) => {
-            if cli.json() {
+            if asks_for_json() {
                 // A program that reads no document reads the status; a person reads the message.
                 let _ = say_json(&failure.document());
             }
@@ -199,11 +182,15 @@ pub fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
+/// Whether a program reads the standard output, as far as the arguments can be read.
+fn asks_for_json() -> bool {
+    std::env::args_os().any(|argument| argument == "--json")
+}
+
 /// The arguments are invalid or ask for help: reports to the user, and as JSON if the caller asked for it.
 fn misread(error: &clap::Error) -> ExitCode {
     let status = u8::try_from(error.exit_code()).unwrap_or(EXIT_BAD_INPUT);
-    let is_json = error.use_stderr() && std::env::args_os().any(|argument| argument == "--json");
-    if is_json {
+    if error.use_stderr() && asks_for_json() {
         let text = error.render().to_string();
         let (what, help) = text.split_once("\n\n").unwrap_or((&text, ""));
         let what = what.trim().trim_start_matches("error: ");

@@ -9,7 +9,9 @@ use super::progress::Screen;
 use super::seeds;
 use super::series::{Out, RUNS, Series, prepare_all};
 use super::setup::{Setup, SetupArguments};
-use clap::{Args, ValueEnum};
+use crate::choices::one_of;
+use clap::Args;
+use clap::builder::TypedValueParser;
 use live::crossing::Kernel;
 use plan::Plan;
 use record::outcome::Outcome;
@@ -17,23 +19,15 @@ use record::run_folder::RunFolder;
 use record::sink::Level;
 use std::path::{Path, PathBuf};
 
-/// What to record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-enum Record {
-    /// Events of the plan, the controller and the measurements: enough to judge and to draw.
-    #[default]
-    Events,
-    /// Also every byte and every frame.
-    Full,
-}
-
-impl From<Record> for Level {
-    fn from(record: Record) -> Self {
-        match record {
-            Record::Events => Self::Events,
-            Record::Full => Self::Full,
-        }
-    }
+fn level() -> impl TypedValueParser<Value = Level> {
+    one_of([
+        (
+            "events",
+            "Events of the plan, the controller and the measurements: enough to judge and to draw",
+            Level::Events,
+        ),
+        ("full", "Also every byte and every frame", Level::Full),
+    ])
 }
 
 /// Runs plans in order; later plans use the calibrations that earlier ones make.
@@ -61,8 +55,8 @@ pub(super) struct RunArguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// What to record.
-    #[arg(long, value_enum, default_value_t)]
-    record: Record,
+    #[arg(long, value_parser = level(), default_value = "events")]
+    record: Level,
     /// In virtual time: run each plan twice, every byte recorded, and compare. The first difference is an error.
     #[arg(long, conflicts_with_all = ["seeds", "record"])]
     verify_determinism: bool,
@@ -144,7 +138,7 @@ impl RunArguments {
             ));
         }
         let _lease = self.setup.lease(&setup, &|| false, screen)?;
-        let level = if self.verify_determinism { Level::Full } else { self.record.into() };
+        let level = if self.verify_determinism { Level::Full } else { self.record };
         let summary = self.summary.clone();
         let seed = self.seed;
         let (watched, json) = (self.watch, self.json);

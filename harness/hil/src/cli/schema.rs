@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::say;
 use crate::schema::FileKind;
-use clap::Args;
+use clap::{Args, ValueEnum as _};
 use record::outcome::Outcome;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ impl SchemaArguments {
     pub(super) fn execute(&self) -> Result<Outcome, Failure> {
         match (&self.out, self.kind) {
             (Some(folder), Some(kind)) => write(folder, &[kind])?,
-            (Some(folder), None) => write(folder, &FileKind::ALL)?,
+            (Some(folder), None) => write(folder, FileKind::value_variants())?,
             (None, kind) => {
                 say(&kind.map(FileKind::text).unwrap_or_default())?;
             }

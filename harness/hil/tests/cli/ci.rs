@@ -4,9 +4,9 @@ use super::hil::{Hil, Ran, TURN};
 use std::fs;
 use std::path::Path;
 
-/// What installs and runs: `action.yml` for GitHub, and for GitLab its job.
+/// What installs and runs on GitHub, and the job of GitLab.
 const ACTION: &str = "action.yml";
-const FILES: [&str; 2] = [ACTION, "ci/gitlab.yml"];
+const GITLAB: &str = "ci/gitlab.yml";
 
 fn text(file: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file);
@@ -78,23 +78,37 @@ fn execute(hil: &Hil, script: &str) -> Ran {
     Ran::of(shell.output().unwrap())
 }
 
+/// What runs after the installation, with the inputs of the action in their places.
+fn commands(file: &str) -> Vec<String> {
+    let scripts = scripts(file);
+    let (install, others): (Vec<_>, Vec<_>) =
+        scripts.iter().partition(|script| script.contains("pip install"));
+    assert!(install.len() == 1 && others.len() == 3, "{file}: {scripts:?}");
+    let command = |script: &String| {
+        let mut script = script.replace("(exit $status)", "exit $status");
+        for (name, value) in environment() {
+            script = script.replace(&format!("\"${name}\""), &value);
+            script = script.replace(&format!("${name}"), &value);
+        }
+        script.lines().map(str::trim).collect::<Vec<_>>().join("\n")
+    };
+    others.into_iter().map(command).collect()
+}
+
 #[test]
 fn the_workflows_that_ship_do_what_they_say() {
-    for file in FILES {
-        let (hil, scripts) = (repository(), scripts(file));
-        let (install, others): (Vec<_>, Vec<_>) =
-            scripts.iter().partition(|script| script.contains("pip install"));
-        assert!(install.len() == 1 && others.len() == 3, "{file}: {scripts:?}");
-        for script in others {
-            // The campaigns find that the bus can be too noisy for the plan; the job is green.
-            execute(&hil, script).exits(0);
-        }
-        let found = fs::read_to_string(hil.path("campaigns/settles/junit.xml")).unwrap();
-        assert!(found.contains("<failure"), "{file}: {found}");
-        let junit = fs::read_dir(hil.path("runs")).unwrap();
-        let junit = junit.filter(|run| run.as_ref().unwrap().path().join("junit.xml").is_file());
-        assert_eq!(junit.count(), 3, "{file}: build servers read runs/*/junit.xml");
+    let commands = commands(ACTION);
+    assert_eq!(commands, self::commands(GITLAB), "the same job");
+    let hil = repository();
+    for script in commands {
+        // The campaigns find that the bus can be too noisy for the plan; the job is green.
+        execute(&hil, &script).exits(0);
     }
+    let found = fs::read_to_string(hil.path("campaigns/settles/junit.xml")).unwrap();
+    assert!(found.contains("<failure"), "{found}");
+    let junit = fs::read_dir(hil.path("runs")).unwrap();
+    let junit = junit.filter(|run| run.as_ref().unwrap().path().join("junit.xml").is_file());
+    assert_eq!(junit.count(), 3, "build servers read runs/*/junit.xml");
 }
 
 /// With `hil` on the PATH nothing is installed.
@@ -114,27 +128,23 @@ fn the_action_is_one_that_github_takes() {
 /// The first plan fails without any fault, and the second has its campaign nevertheless; the job fails.
 #[test]
 fn a_plan_that_breaks_does_not_keep_the_others_from_their_campaigns() {
-    for file in FILES {
-        let hil = repository();
-        let plan = fs::read_to_string(hil.path("plans/settles.toml")).unwrap();
-        for other in ["settles", "noisy-bus", "safe-alone"] {
-            fs::remove_file(hil.path(format!("plans/{other}.toml"))).unwrap();
-        }
-        let short = plan.replace("duration_s = 300", "duration_s = 30").replace("2900", "290");
-        for (name, short) in [("broken", short.replace("[58, 61]", "[61, 62]")), ("good", short)] {
-            let named = short.replace("name = \"settles\"", &format!("name = \"{name}\""));
-            fs::write(hil.path(format!("plans/{name}.toml")), named).unwrap();
-        }
-        let scripts = scripts(file);
-        let campaigns = scripts.iter().find(|script| script.contains("campaign")).unwrap();
-        let few = campaigns.replace("--cases 50", "--cases 2").replace("\"$CASES\"", "2");
-        assert_ne!(&few, campaigns, "{file}");
-        let ran = execute(&hil, &few);
-        assert_eq!(ran.status, Some(2), "{file}: {ran:?}");
-        assert!(ran.err.contains("broken fails without any fault"), "{file}: {ran:?}");
-        let junit = hil.path("campaigns/good/junit.xml");
-        assert!(junit.is_file(), "{file}: {ran:?}");
+    let hil = repository();
+    let plan = fs::read_to_string(hil.path("plans/settles.toml")).unwrap();
+    for other in ["settles", "noisy-bus", "safe-alone"] {
+        fs::remove_file(hil.path(format!("plans/{other}.toml"))).unwrap();
     }
+    let short = plan.replace("duration_s = 300", "duration_s = 30").replace("2900", "290");
+    for (name, short) in [("broken", short.replace("[58, 61]", "[61, 62]")), ("good", short)] {
+        let named = short.replace("name = \"settles\"", &format!("name = \"{name}\""));
+        fs::write(hil.path(format!("plans/{name}.toml")), named).unwrap();
+    }
+    let campaigns = commands(ACTION).pop().unwrap();
+    let few = campaigns.replace("--cases 50", "--cases 2");
+    assert_ne!(few, campaigns);
+    let ran = execute(&hil, &few);
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert!(ran.err.contains("broken fails without any fault"), "{ran:?}");
+    assert!(hil.path("campaigns/good/junit.xml").is_file(), "{ran:?}");
 }
 
 /// Runs `hil` as on GitHub.

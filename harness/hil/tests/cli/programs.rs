@@ -277,7 +277,7 @@ fn a_campaign_of_a_program_that_says_nothing_shows_nothing() {
     assert!(ran.err.contains("never judges the property counts, without any fault"), "{}", ran.err);
     let envelope = [
         &["campaign", "./beats.toml", "--envelope", "scheduler_stall"][..],
-        &["--at-least", "0.1", "--runs", "35", "--quiet"],
+        &["--at-least", "0.1", "--share", "0.5", "--runs", "6", "--quiet"],
     ];
     let ran = hil.run(&envelope.concat()).exits(1);
     assert!(ran.out.contains("too few runs pass without any fault: 0 of "), "{}", ran.out);

@@ -34,23 +34,9 @@ mod wrong;
 use skips::in_time;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
 
-/// Returns `hil`, with the controller's program beside it: a test of the whole workspace has built it already.
 fn hil() -> Command {
-    static CONTROLLER: OnceLock<()> = OnceLock::new();
-    let hil = Path::new(env!("CARGO_BIN_EXE_hil"));
-    CONTROLLER.get_or_init(|| {
-        if !hil.with_file_name("k2a-controller").is_file() {
-            let mut build = Command::new(env!("CARGO"));
-            build.args(["build", "--package", "controller", "--bins"]);
-            if !cfg!(debug_assertions) {
-                build.arg("--release");
-            }
-            assert!(build.status().unwrap().success(), "failed to build the controller");
-        }
-    });
-    Command::new(hil)
+    Command::new(env!("CARGO_BIN_EXE_hil"))
 }
 
 fn run(arguments: &[&str], out: &Path) -> Output {

@@ -1,11 +1,11 @@
 //! The command line.
 
 use crate::listen::ListenPlace;
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use controller::config::{
     BaseConfig, Config, GyroConfig, IntegrationClock, MotionConfig, Transport,
 };
-use hil::gyro_arguments::{self, Mode};
+use hil::choices::{self, one_of};
 use ports::PortSpec;
 use ports::spec::{SerialDevice, SerialOptions, SerialSpec};
 use std::ops::RangeInclusive;
@@ -43,17 +43,20 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PORT[:BAUD]")]
     gyro: SerialPort,
     /// Format of the gyro's stream
-    #[arg(long, value_parser = gyro_arguments::format(), default_value = "navigator")]
+    #[arg(long, value_parser = choices::gyro_format(), default_value = "navigator")]
     stream: GyroFormat,
     /// What the gyro puts out; other than `rate` with the DSP-3000 only
-    #[arg(long, value_enum, default_value = "rate")]
-    mode: Mode,
+    #[arg(long, value_parser = choices::output_mode(), default_value = "rate")]
+    mode: OutputMode,
     /// The gyro counts clockwise as positive, or is mounted upside down
     #[arg(long)]
     reversed: bool,
     /// What turns rates into angles: the nominal sample period, or the time between arrivals
-    #[arg(long, value_enum, default_value = "samples")]
-    integrate_by: IntegrateBy,
+    #[arg(long, value_parser = one_of([
+        ("samples", "Every sample lasts the nominal period", IntegrationClock::Samples),
+        ("host-time", "A sample lasts from the arrival before to its own", IntegrationClock::HostTime),
+    ]), default_value = "samples")]
+    integrate_by: IntegrationClock,
     /// The base: `serial:PORT[:BAUD]` (19200 baud), `can:INTERFACE`, `slcan:PORT[:BAUD]` (a CAN adapter; bus
     /// at 500 kbit/s), or `none` on a rotary table
     #[arg(long, value_name = "BASE", default_value = "none")]
@@ -63,14 +66,6 @@ pub(crate) struct Arguments {
     /// Nobody is asked who he is: on TCP, listen on 127.0.0.1 or where you trust everybody
     #[arg(long, value_name = "PLACE")]
     listen: Option<ListenPlace>,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum IntegrateBy {
-    /// Every sample lasts the nominal period
-    Samples,
-    /// A sample lasts from the arrival before to its own
-    HostTime,
 }
 
 /// A serial port as given on the command line.
@@ -183,7 +178,7 @@ pub(crate) struct Setup {
 impl Arguments {
     /// Returns the setup; an error is one sentence.
     pub(crate) fn setup(self) -> Result<Setup, String> {
-        let (format, mode) = (self.stream, OutputMode::from(self.mode));
+        let (format, mode) = (self.stream, self.mode);
         if !format.carries(mode) {
             return Err("--mode: this stream carries rates only; use --mode rate".to_owned());
         }
@@ -196,11 +191,7 @@ impl Arguments {
             Base::Slcan(port) => (Some(PortPlace::slcan(port)), Some(Transport::Can)),
         };
         let stream = GyroStream { format, mode, reversed: self.reversed };
-        let clock = match self.integrate_by {
-            IntegrateBy::Samples => IntegrationClock::Samples,
-            IntegrateBy::HostTime => IntegrationClock::HostTime,
-        };
-        let gyro = GyroConfig { clock, ..GyroConfig::new(stream) };
+        let gyro = GyroConfig { clock: self.integrate_by, ..GyroConfig::new(stream) };
         let config = Config::new(gyro, transport.map(BaseConfig::new), MotionConfig::default());
         let gyro = PortPlace::serial(self.gyro, format.serial());
         Ok(Setup { config, gyro, base, listen: self.listen })

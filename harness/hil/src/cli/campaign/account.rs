@@ -52,7 +52,7 @@ impl CampaignArguments {
             plan: plan.name.as_str().to_owned(),
             title: plan.title.clone(),
             seed: self.seed,
-            search: self.by.name().to_owned(),
+            search: self.by.name(),
             asked: self.cases,
             faults_max: space.faults_max(),
             carried_out_by: place.carried_out_by,

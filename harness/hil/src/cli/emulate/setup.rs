@@ -2,7 +2,6 @@
 
 use super::{CommonArguments, EmulateArguments, PortArguments, What};
 use crate::cli::failure::Failure;
-use crate::gyro_arguments::Mode;
 use described::Medium;
 use emulators::base::{BaseParameters, Transport};
 use emulators::device_file::Devices;
@@ -221,14 +220,14 @@ fn missing(role: &str) -> Failure {
 fn gyro(
     described: Option<(GyroStream, GyroParameters)>,
     format: Option<GyroFormat>,
-    mode: Option<Mode>,
+    mode: Option<OutputMode>,
 ) -> Result<(GyroStream, GyroParameters), Failure> {
     let ideal =
         GyroStream { format: GyroFormat::Navigator, mode: OutputMode::Rate, reversed: false };
     let (mut set_up, parameters) = described.unwrap_or((ideal, GyroParameters::default()));
     set_up.format = format.unwrap_or(set_up.format);
     match mode {
-        Some(mode) => set_up.mode = mode.into(),
+        Some(mode) => set_up.mode = mode,
         None if !set_up.format.carries(set_up.mode) => set_up.mode = OutputMode::Rate,
         None => {}
     }
