@@ -37,4 +37,5 @@ if not biases.empty:
 print("judged:")
 for judged in table(folder, "measurements").itertuples():
     band = f"{judged.lower} to {judged.upper} {judged.unit}"
-    print(f"  {judged.name}: {judged.value:.4g}, band {band}, {judged.verdict}; paper: {judged.paper}")
+    paper = f"; paper: {judged.paper}" if isinstance(judged.paper, str) else ""
+    print(f"  {judged.name}: {judged.value:.4g}, band {band}, {judged.verdict}{paper}")

@@ -5,7 +5,7 @@ use crate::made::Made;
 use crate::outcome::{Outcome, PortSummary, Summary, Timing};
 use crate::plan::DEVICE;
 use crate::plan::Rig;
-use crate::plan::rig::{RigNode, UnderTest};
+use crate::plan::rig::{RigLine, RigNode, UnderTest};
 use crate::port::PortSpec;
 use crate::properties::Property;
 use crate::record::sink::RecordSink;
@@ -13,7 +13,7 @@ use crate::record::{Device, Progress, Record, RecordKind};
 use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
-use described::Medium;
+use described::{Layout, Medium};
 use live::world::{
     ATTACH_MAX_DEFAULT, BenchWork, DeviceUnderTest, LATE_MAX_DEFAULT, LineSite, LiveEnd, LiveError,
     LiveWorld, Placement, PlacementError, Player, Program, Scheduling, Setting, Site, Unfit,
@@ -94,7 +94,7 @@ impl LiveSetting<'_> {
                 (Site::Robot(placement, self.lines(rig)?), device_under_test)
             }
             (None, Some(device)) => {
-                let player = self.device(device.layout().medium())?;
+                let player = self.device(device.layout())?;
                 let name = match &player {
                     Player::Real(spec) => format!("{} at {spec}", device.name),
                     Player::Emulated(_) => format!("{}, emulated", device.name),
@@ -126,29 +126,38 @@ impl LiveSetting<'_> {
                 Some(section) => line_port(&line.name, &section.port)?,
                 None => usual_port(line.medium, &self.can),
             };
-            let (wanted, fits) = match line.medium {
-                Medium::Can => ("CAN frames", spec.carries_frames()),
-                Medium::Serial(_) => ("serial bytes", !spec.carries_frames()),
-            };
-            if !fits {
-                return Err(PlacementError::DeviceMedium { port: spec.to_string(), wanted });
-            }
+            carried(&spec, line)?;
             sites.push(LineSite { line: place, spec });
         }
         Ok(sites)
     }
 
-    /// Place of a device of this medium.
-    fn device(&self, medium: Medium) -> Result<Player, PlacementError> {
-        let player = player(DEVICE, &self.bench.role(DEVICE), &usual_port(medium, &self.can))?;
-        let (wanted, fits) = match medium {
-            Medium::Can => ("CAN frames", player.spec().carries_frames()),
-            Medium::Serial(_) => ("serial bytes", !player.spec().carries_frames()),
-        };
-        if fits {
-            return Ok(player);
+    /// Place of a device with this layout.
+    fn device(&self, layout: &Layout) -> Result<Player, PlacementError> {
+        let line = RigLine::of_device(layout);
+        let usual = usual_port(line.medium, &self.can);
+        let player = player(DEVICE, &self.bench.role(DEVICE), &usual)?;
+        carried(player.spec(), &line)?;
+        Ok(player)
+    }
+}
+
+/// Checks that a port carries what is on a line. Whether an interface of the kernel is set up for CAN FD shows only when
+/// it is opened.
+fn carried(spec: &PortSpec, line: &RigLine) -> Result<(), PlacementError> {
+    let (wanted, fits) = match line.medium {
+        Medium::Can => ("CAN frames", spec.carries_frames()),
+        Medium::Serial(_) => ("serial bytes", !spec.carries_frames()),
+    };
+    if !fits {
+        return Err(PlacementError::DeviceMedium { port: spec.to_string(), wanted });
+    }
+    let is_fd = line.medium == Medium::Can && line.data_bit_rate.is_some();
+    match spec {
+        PortSpec::Slcan { .. } | PortSpec::SlcanPty { .. } if is_fd => {
+            Err(PlacementError::NoFd { port: spec.to_string() })
         }
-        Err(PlacementError::DeviceMedium { port: player.spec().to_string(), wanted })
+        _ => Ok(()),
     }
 }
 

@@ -100,8 +100,7 @@ pub enum PortError {
     /// The kernel has no CAN.
     #[error("failed to open the CAN interface {interface}: this kernel has no CAN sockets")]
     #[diagnostic(help(
-        "`sudo modprobe can_raw vcan`; without rights for that, a CAN bus also crosses a pty \
-         (slcan-pty), and tests/vcan-guest/run starts a kernel that has CAN"
+        "`sudo modprobe can_raw vcan`; without rights for that, a CAN bus also crosses a pty (slcan-pty)"
     ))]
     NoCan {
         /// The interface.

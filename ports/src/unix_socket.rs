@@ -9,9 +9,13 @@ use tokio::net::UnixListener;
 /// A socket at `path`, which replaces an abandoned one. Must be called within a tokio runtime with IO enabled.
 ///
 /// # Errors
-/// If a program listens there, the path belongs to a file of another kind, or the system refuses.
+/// If a program listens there, the path belongs to a file of another kind (`AlreadyExists`), or the system refuses.
 pub fn listen(path: &Path) -> io::Result<UnixListener> {
     match UnixListener::bind(path) {
+        Err(cause) if cause.kind() == io::ErrorKind::AddrInUse && !is_socket(path) => {
+            let what = format!("a file that is no socket is at `{}`", path.display());
+            Err(io::Error::new(io::ErrorKind::AlreadyExists, what))
+        }
         Err(cause) if cause.kind() == io::ErrorKind::AddrInUse && is_socket(path) => {
             match UnixStream::connect(path) {
                 Err(left) if left.kind() == io::ErrorKind::ConnectionRefused => {
@@ -60,7 +64,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("notes.txt");
         std::fs::write(&path, "mine").unwrap();
-        assert!(listen(&path).is_err());
+        let refused = listen(&path).unwrap_err();
+        assert_eq!(refused.kind(), std::io::ErrorKind::AlreadyExists);
+        assert!(refused.to_string().starts_with("a file that is no socket is at `"), "{refused}");
         remove(&path);
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
     }

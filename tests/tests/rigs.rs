@@ -131,7 +131,11 @@ fn what_is_wrong_with_a_rig_is_refused() {
         ),
         (
             node("name = \"extra\"\nat = \"can0\""),
-            "not exactly one of emulated, under test, tester and replayed",
+            "needs exactly one of `emulate`, `under_test`, `tester = true` and `replay`",
+        ),
+        (
+            node("name = \"extra\"\nat = \"can0\"\ntester = false"),
+            "`extra` needs exactly one of `emulate`",
         ),
         (PACK.replace("250_000", "12"), "expected 10,000 to 1,000,000 bits per second"),
         (

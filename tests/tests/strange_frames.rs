@@ -74,7 +74,7 @@ fn frames_that_are_no_messages_of_their_sender_are_noted() {
         notes(&[standard(256), standard(0x7ff), extended]),
         [
             "manager sent 4 frames with the identifier 0x100 of cells",
-            "manager sent frames that are no message of the rig: 0x00000200 (4), 0x7ff (4)",
+            "manager sent frames that are no message of can0: 0x00000200 (4), 0x7ff (4)",
         ]
     );
 }

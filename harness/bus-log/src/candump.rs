@@ -26,6 +26,9 @@ use wire::time::Timestamp;
 /// `CAN_ERR_FLAG` of linux/can.h.
 const ERROR_FLAG: u32 = 1 << 29;
 
+const ON_SCREEN: &str =
+    "this is what `candump` shows on the screen: record with `candump -L`, which writes a log";
+
 /// The entries of a candump log.
 #[derive(Debug)]
 pub(crate) struct Reader<R: Read> {
@@ -47,8 +50,13 @@ impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
         while self.lines.advance()? {
             let text = self.lines.text();
             if !text.is_empty() {
-                let entry =
-                    parse(text, self.channel).map_err(|defect| self.lines.malformed(defect))?;
+                let entry = parse(text, self.channel).map_err(|defect| {
+                    let defect = match is_on_screen(text) {
+                        true => defect.advised(ON_SCREEN),
+                        false => defect,
+                    };
+                    self.lines.malformed(defect)
+                })?;
                 self.channel = entry.channel;
                 return Ok(Some(entry));
             }
@@ -89,6 +97,15 @@ fn parse(line: &[u8], last: Channel) -> Result<Entry, Defect> {
         [] => Ok(Entry { at: Timestamp::from_nanos(at), channel, direction, payload }),
         more => Err(Defect::new("the end of the line", more)),
     }
+}
+
+/// Whether a line is one of `candump` without `-L`: a log has no length in brackets, as in `vcan0  123   [2]  11 22`.
+fn is_on_screen(line: &[u8]) -> bool {
+    let is_length = |word: &[u8]| match word {
+        [b'[', digits @ .., b']'] => digits.iter().all(u8::is_ascii_digit),
+        _ => false,
+    };
+    line.split(u8::is_ascii_whitespace).any(is_length)
 }
 
 fn payload(frame: &[u8]) -> Result<Payload, Defect> {

@@ -56,6 +56,8 @@ pub struct Defect {
     found: String,
     /// The file ends too early.
     is_cut: bool,
+    /// What to do about this mistake, where that is known.
+    advice: Option<&'static str>,
 }
 
 impl Defect {
@@ -68,12 +70,18 @@ impl Defect {
         if found.len() < text.len() {
             found.push_str("...");
         }
-        Self { expected, found: found.escape_debug().to_string(), is_cut: false }
+        let found = found.escape_debug().to_string();
+        Self { expected, found, is_cut: false, advice: None }
     }
 
     /// At the end of a file that ends too early.
     pub(super) fn cut(self) -> Self {
         Self { is_cut: true, ..self }
+    }
+
+    /// With what to do about it.
+    pub(super) fn advised(self, advice: &'static str) -> Self {
+        Self { advice: Some(advice), ..self }
     }
 
     pub const fn expected(&self) -> &'static str {
@@ -91,6 +99,9 @@ impl fmt::Display for Defect {
 }
 
 fn help(defect: &Defect, good: u64) -> String {
+    if let Some(advice) = defect.advice {
+        return advice.to_owned();
+    }
     let formats = Format::any_name();
     match (good, defect.is_cut) {
         (0, false) => format!("--from {formats} says what the file is"),

@@ -9,12 +9,19 @@ use std::path::{Path, PathBuf};
 /// for comments.
 pub const LINE_BYTES_MAX: usize = 4096;
 
+/// Closes an ASC log, whose tools may write no line break behind it: nothing is missing.
+const CLOSING: &[u8] = b"End TriggerBlock";
+
+const UTF8_MARK: &[u8] = &[0xef, 0xbb, 0xbf];
+const UTF16_MARKS: [&[u8]; 2] = [&[0xff, 0xfe], &[0xfe, 0xff]];
+const UTF16: &str = "save it as UTF-8 first: `iconv -f UTF-16 -t UTF-8 LOG > NEW`";
+
 #[derive(Debug)]
 pub(super) struct Lines<R: Read> {
     input: BufReader<R>,
     line: Vec<u8>,
     number: u64,
-    /// Whether the last line is one of an event, without an end of line.
+    /// Whether the last line has no line break, and does not close the log.
     is_open: bool,
     path: PathBuf,
     format: Format,
@@ -34,16 +41,32 @@ impl<R: Read> Lines<R> {
         bounded
             .read_until(b'\n', &mut self.line)
             .map_err(|source| LogError::unreadable(&self.path, source))?;
+        if self.number == 1 {
+            self.begins()?;
+        }
         if self.line.len() > LINE_BYTES_MAX {
             return Err(self.malformed(Defect::new("a line of at most 4096 bytes", &self.line)));
         }
         if self.line.is_empty() {
             return Ok(false);
         }
-        let begins = |first: &u8| first.is_ascii_digit() || *first == b'(';
-        let is_event = self.text().first().is_some_and(begins);
-        self.is_open = is_event && !self.line.ends_with(b"\n");
+        // The cut may be anywhere, also in the white space before an event or in a comment.
+        let is_whole = self.line.ends_with(b"\n") || self.text().eq_ignore_ascii_case(CLOSING);
+        self.is_open = !is_whole;
         Ok(true)
+    }
+
+    /// Removes the mark of UTF-8 from the first line. In UTF-16 no line would be understood, and those of some formats would
+    /// be passed over.
+    fn begins(&mut self) -> Result<(), LogError> {
+        if UTF16_MARKS.iter().any(|mark| self.line.starts_with(mark)) {
+            let defect = Defect::new("text in UTF-8", b"UTF-16").advised(UTF16);
+            return Err(self.malformed(defect));
+        }
+        if self.line.starts_with(UTF8_MARK) {
+            self.line.drain(..UTF8_MARK.len());
+        }
+        Ok(())
     }
 
     pub(super) const fn number(&self) -> u64 {
@@ -52,7 +75,8 @@ impl<R: Read> Lines<R> {
 
     /// Says so if the last line is cut, as far as can be seen: half of a frame may look like a whole one.
     pub(super) fn note(&self) -> Option<String> {
-        let what = "its last line has no end: if the file is cut short, that line is wrong";
+        let what =
+            "the last line has no line break; if the file was truncated, that line may be wrong";
         self.is_open.then(|| what.to_owned())
     }
 

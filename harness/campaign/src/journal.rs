@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead as _, BufReader, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use wire::time::Span;
 
 /// First line of a journal.
@@ -27,6 +28,20 @@ impl Head {
         let of = |head: &Self| (head.schema, head.horizon.is_some());
         of(self) == of(other) && self.version == other.version && self.campaign == other.campaign
     }
+}
+
+/// Version and build of this program: two builds of one version may judge a case differently.
+fn build() -> &'static str {
+    static BUILD: OnceLock<String> = OnceLock::new();
+    BUILD.get_or_init(|| {
+        // The file that runs, also where another build has taken its place.
+        let running = std::fs::read("/proc/self/exe");
+        let program = running.or_else(|_| std::fs::read(std::env::current_exe()?));
+        match program {
+            Ok(bytes) => format!("{} (build {:08x})", record::VERSION, crc32fast::hash(&bytes)),
+            Err(_) => record::VERSION.to_owned(),
+        }
+    })
 }
 
 /// One finished case.
@@ -120,7 +135,7 @@ impl Journal {
         let failed = |source| JournalError::Io { path: path.to_owned(), source };
         let head = Head {
             schema: SCHEMA,
-            version: record::VERSION.to_owned(),
+            version: build().to_owned(),
             campaign: campaign.to_owned(),
             horizon,
         };
@@ -222,7 +237,7 @@ fn write(file: &mut File, line: &impl Serialize) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Journal, JournalError, Line, each_line};
+    use super::{Journal, JournalError, Line, build, each_line};
     use crate::toy::{Toy, space};
     use crate::{Executor as _, Random, Search as _};
     use std::io::Write as _;
@@ -237,6 +252,19 @@ mod tests {
                 Line { number, case, result, announced: false }
             })
             .collect()
+    }
+
+    #[test]
+    fn a_journal_of_another_build_is_not_continued() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal.jsonl");
+        drop(Journal::open(&path, "toy").unwrap());
+        let text = std::fs::read_to_string(&path).unwrap();
+        let other = text.replace(build(), &format!("{} (build 00000000)", record::VERSION));
+        assert_ne!(text, other);
+        std::fs::write(&path, other).unwrap();
+        let error = Journal::open(&path, "toy").unwrap_err().to_string();
+        assert!(error.contains("(build 00000000)") && error.contains(build()), "{error}");
     }
 
     #[test]

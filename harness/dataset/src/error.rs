@@ -51,7 +51,7 @@ pub enum Defect {
     #[error("{0} is missing")]
     NoProperty(&'static str),
     /// A word that the contract does not define.
-    #[error("{what} `{found}` is not known")]
+    #[error("{what} `{}` is not known", shortened(found))]
     Unknown {
         /// What the word should be.
         what: &'static str,
@@ -61,7 +61,7 @@ pub enum Defect {
         known: Vec<&'static str>,
     },
     /// A unit that does not fit the role.
-    #[error("{found} is no unit of {}, expected one of {}", role.name(), allowed(*role))]
+    #[error("{} is no unit of {}, expected one of {}", shortened(found), role.name(), allowed(*role))]
     WrongUnit {
         /// The unit, as the package states it.
         found: String,
@@ -69,7 +69,7 @@ pub enum Defect {
         role: Role,
     },
     /// The type of a field that must contain numbers.
-    #[error("type {found} cannot be {}, expected number or integer", role.name())]
+    #[error("type {} cannot be {}, expected number or integer", shortened(found), role.name())]
     WrongType {
         /// The type.
         found: String,
@@ -147,10 +147,10 @@ pub enum Defect {
         expected: usize,
     },
     /// Text in place of a number.
-    #[error("found {0:?}, expected a number")]
+    #[error("found {:?}, expected a number", shortened(.0))]
     NotANumber(String),
     /// NaN or infinite.
-    #[error("found {0:?}, expected a finite number")]
+    #[error("found {:?}, expected a finite number", shortened(.0))]
     NotFinite(String),
     /// A direction that is neither 1 nor -1.
     #[error("found {0}, expected +1 (counter-clockwise) or -1 (clockwise)")]
@@ -204,6 +204,17 @@ pub enum Defect {
     /// The compressed file is damaged.
     #[error("the gzip file is damaged: {0}")]
     Damaged(#[source] io::Error),
+}
+
+/// A text of the file, which may be a whole line of it.
+fn shortened(text: &str) -> String {
+    const SHOWN_CHARS_MAX: usize = 60;
+    let mut characters = text.chars();
+    let mut shown: String = characters.by_ref().take(SHOWN_CHARS_MAX).collect();
+    if characters.next().is_some() {
+        shown.push_str("...");
+    }
+    shown
 }
 
 /// The first channels of a file.
@@ -328,7 +339,7 @@ impl fmt::Display for DatasetError {
             Some(Row { number, line }) => write!(f, ", row {number} (line {line})")?,
         }
         if let Some(field) = &self.0.field {
-            write!(f, ", field {}", field.escape_debug())?;
+            write!(f, ", field {}", shortened(field).escape_debug())?;
         }
         write!(f, ": {}", self.0.defect)
     }
@@ -349,5 +360,21 @@ impl Diagnostic for DatasetError {
         let (_, place) = self.0.shown.as_ref()?;
         let label = LabeledSpan::new_with_span(Some("here".to_owned()), place.clone());
         Some(Box::new(std::iter::once(label)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DatasetError, Defect};
+    use std::path::Path;
+
+    /// Found by a user: a header of one field of 100,000 characters was printed whole.
+    #[test]
+    fn a_long_text_makes_a_short_message() {
+        let text = "x".repeat(100_000);
+        let field = DatasetError::new(Path::new("data.csv"), Defect::NotInSchema).in_field(&text);
+        assert!(field.to_string().len() < 200, "{field}");
+        let cell = Defect::NotANumber(text);
+        assert!(cell.to_string().len() < 200, "{cell}");
     }
 }

@@ -80,9 +80,10 @@ impl From<LogError> for DatasetError {
                 Self::new(&path, Defect::Malformed(format!("{place}: {defect}")))
             }
             LogError::Unreadable { path, source } => Self::new(&path, Defect::Unreadable(source)),
-            LogError::Unwritable { ref path, .. }
-            | LogError::Before1970 { ref path, .. }
-            | LogError::Empty { ref path, .. } => {
+            LogError::Empty { path, .. } => {
+                Self::new(&path, Defect::Malformed("the file is empty".to_owned()))
+            }
+            LogError::Unwritable { ref path, .. } | LogError::Before1970 { ref path, .. } => {
                 Self::new(path, Defect::Malformed(error.to_string()))
             }
         }

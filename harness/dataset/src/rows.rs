@@ -10,6 +10,13 @@ use identification::dataset::{Column, Dataset, Dimension, Kind, Role, Unit};
 pub(super) fn assemble(package: Package, rows: Rows) -> Result<Dataset, DatasetError> {
     let mut notices = package.notices.clone();
     notices.extend(ignored(&package.fields));
+    for table in &rows.unended {
+        let file = package.tables.get(*table).and_then(|table| table.path.file_name());
+        let name = file.map_or("a table".into(), |name| name.to_string_lossy());
+        notices.push(format!(
+            "the last line of {name} has no line break: if the file was cut short, that row may be wrong"
+        ));
+    }
     let mut order = together(&rows, &mut notices);
     let time = package.fields.iter().position(|field| field.role == Role::Time);
     if let Some(time) = time.filter(|_| package.kind.is_sampled()) {

@@ -73,6 +73,8 @@ pub(super) struct Rows {
     pub runs: Vec<Option<usize>>,
     pub run_labels: Labels,
     pub origins: Vec<Origin>,
+    /// Indices of the tables whose last line has no line break.
+    pub unended: Vec<usize>,
 }
 
 impl Rows {
@@ -83,6 +85,7 @@ impl Rows {
             runs: Vec::new(),
             run_labels: Labels::default(),
             origins: Vec::new(),
+            unended: Vec::new(),
         }
     }
 
@@ -108,8 +111,9 @@ impl Rows {
     ) -> Result<(), DatasetError> {
         let fail = |defect| DatasetError::new(&table.path, defect);
         let in_row = Rc::new(Cell::new(0));
+        let last = Rc::new(Cell::new(0));
         let input = open(table).map_err(|error| fail(of_io(error)))?;
-        let input = Rowwise { input, in_row: Rc::clone(&in_row) };
+        let input = Rowwise { input, in_row: Rc::clone(&in_row), last: Rc::clone(&last) };
         // Ragged rows are detected here, where the error can be worded better.
         let mut reader = ReaderBuilder::new()
             .delimiter(table.delimiter)
@@ -168,6 +172,9 @@ impl Rows {
                 cell.and_then(|cell| self.take(at, field, cell))
                     .map_err(|defect| fail(defect).at_row(row).in_field(&field.name))?;
             }
+        }
+        if !matches!(last.get(), b'\n' | b'\r') {
+            self.unended.push(index);
         }
         Ok(())
     }
@@ -325,6 +332,8 @@ struct Rowwise<R> {
     input: R,
     /// Bytes read since the row began; the reader of rows resets it.
     in_row: Rc<Cell<u64>>,
+    /// The last byte so far.
+    last: Rc<Cell<u8>>,
 }
 
 impl<R: Read> Read for Rowwise<R> {
@@ -334,6 +343,9 @@ impl<R: Read> Read for Rowwise<R> {
         }
         let read = self.input.read(buffer)?;
         self.in_row.set(self.in_row.get() + read as u64);
+        if let Some(last) = buffer.get(..read).and_then(<[u8]>::last) {
+            self.last.set(*last);
+        }
         Ok(read)
     }
 }

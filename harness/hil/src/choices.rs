@@ -1,6 +1,7 @@
 //! Words of the command line for values of other crates: the formats of a gyro, what it outputs, what is recorded.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use std::num::NonZeroUsize;
 use wire::gyro::{GyroFormat, OutputMode};
 
 /// Takes one of these words. Of each: the word, its help, and the value.
@@ -14,6 +15,15 @@ pub fn one_of<T: Clone + Send + Sync + 'static>(
         let chosen = choices.iter().find(|(one, ..)| *one == word);
         chosen.map(|(.., value)| value.clone()).ok_or("no such word")
     })
+}
+
+/// A number of things at a time.
+///
+/// # Errors
+/// When it is no whole number, or zero.
+pub fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let number: usize = text.parse().map_err(|_| "expected a whole number".to_owned())?;
+    NonZeroUsize::new(number).ok_or_else(|| "expected at least 1".to_owned())
 }
 
 /// The format of a gyro's stream.

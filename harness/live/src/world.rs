@@ -46,7 +46,6 @@ pub use device_under_test::DeviceUnderTest;
 pub use device_under_test::controller_words;
 pub use device_under_test::our_program;
 pub use error::{LiveError, StartError};
-pub use journal::NOTES_MAX;
 pub use lateness::LATE_MAX_DEFAULT;
 pub use placement::{Placement, PlacementError, Player, line_port, player, usual_port};
 pub use ports::{BASE, GYRO, PortPlan, PortPlans, TABLE, base_traffic};
@@ -78,16 +77,14 @@ use rig::director::Director;
 use rig::engine::{Action, Ending, Engine};
 use rig::faults::Faults;
 use rig::simulate::look_up;
+use rig::talk::START_LIMIT;
 use role_port::PortEvent;
 use std::path::Path;
-use talk::Talk;
 use wire::time::{Span, Timestamp};
 
 /// Default time limit for the first report of an attached device under test. Assumption: the user has the program at
 /// hand, and starts it in another terminal.
 pub const ATTACH_MAX_DEFAULT: Span = Span::from_secs(60);
-/// Time limit for the first report of a device started here. Assumption: the slowest interpreter starts in 2 s.
-const START_LIMIT: Span = Span::from_secs(10);
 /// Time for the last messages to leave. Assumption: a message of 64 bytes takes 67 ms at 9,600 baud.
 const LAST_WORDS: Span = Span::from_millis(100);
 /// Time between two checks outside the world.
@@ -108,7 +105,6 @@ pub struct LiveWorld {
     /// Frames on the bus of the base that are not in the base's command set.
     foreign: FloodWatch,
     /// Counts the reports of the device under test.
-    talk: Talk,
     /// Faults of the plan; `None` if it schedules no faults.
     faults: Option<Box<Faults>>,
     /// Monitor of properties; `None` if none are to be judged.
@@ -144,7 +140,6 @@ impl LiveWorld {
             lateness,
             clashes: 0,
             foreign: FloodWatch::default(),
-            talk: Talk::default(),
             faults,
             eyes: None,
         }
@@ -248,7 +243,7 @@ impl LiveWorld {
                 let limit = self.start_limit();
                 // Other reports do not count: the first step waits for a state.
                 if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
-                    let why = device.why_silent(limit, &self.talk.instead_of_a_state());
+                    let why = device.why_silent(limit, &self.director.talk.instead_of_a_state());
                     self.director.engine.broke(now, &why);
                 }
             }

@@ -14,8 +14,6 @@ const READ_BYTES: usize = 4_096;
 const KEPT_BYTES: u64 = 16 * 1_024 * 1_024;
 /// The file may be this much longer for a while.
 const EXCESS_BYTES: u64 = 1_024 * 1_024;
-/// After this number of stops of the program its length is looked at.
-const LOOK: u32 = 64;
 const CUT: &[u8] = b"\n[not all of it was kept]\n";
 
 /// Receives pieces of output as they come.
@@ -48,7 +46,6 @@ pub(crate) struct Kept {
     reader: File,
     writer: File,
     sink: Option<Box<Hearer>>,
-    stops: u32,
     /// The end of what was cut off.
     cut: Vec<u8>,
 }
@@ -72,23 +69,20 @@ impl Kept {
         let writer = OpenOptions::new().append(true).open(&path)?;
         let reader = File::open(&path)?;
         let streams = (writer.try_clone()?.into(), writer.try_clone()?.into());
-        let kept = Self { reader, writer, sink, stops: 0, cut: Vec::new() };
+        let kept = Self { reader, writer, sink, cut: Vec::new() };
         Ok((kept, streams.0, streams.1))
     }
 
-    /// Passes on what was written; called at each stop of the program.
+    /// Passes on what was written, and keeps the file short; called at each stop of the program and at its end.
     pub(crate) fn hand_on(&mut self) {
-        self.stops = self.stops.wrapping_add(1);
         if let Some(sink) = &mut self.sink {
             let mut buffer = [0; READ_BYTES];
             while let Ok(count @ 1..) = self.reader.read(&mut buffer) {
                 sink(buffer.get(..count).unwrap_or_default());
             }
         }
-        if self.stops.is_multiple_of(LOOK) {
-            // Without the disk's answer the output stays as long as it is.
-            let _ = self.shorten(KEPT_BYTES, EXCESS_BYTES);
-        }
+        // Without the disk's answer the output stays as long as it is.
+        let _ = self.shorten(KEPT_BYTES, EXCESS_BYTES);
     }
 
     /// Cuts the file to `kept` bytes and a remark once it is longer by `excess`; a passed-on beginning need not stay.
@@ -137,7 +131,7 @@ impl Kept {
 
 #[cfg(test)]
 mod tests {
-    use super::{Kept, Output};
+    use super::{EXCESS_BYTES, KEPT_BYTES, Kept, Output};
     use std::fs;
     use std::io::Write as _;
     use std::sync::{Arc, Mutex};
@@ -158,6 +152,19 @@ mod tests {
         let last = kept.last_words();
         assert!(last.ends_with("line 098\nline 099\n"), "{last}");
         assert!(!last.contains("was kept"), "{last}");
+    }
+
+    /// Found by a user: a program that printed without end and never waited left 400 MB.
+    #[test]
+    fn what_was_written_without_a_stop_is_cut_at_the_next() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let (mut kept, ..) = Kept::open(Output::File(path.clone()), folder.path()).unwrap();
+        let bytes = vec![b'x'; usize::try_from(KEPT_BYTES + EXCESS_BYTES + 1).unwrap()];
+        kept.writer.write_all(&bytes).unwrap();
+        kept.hand_on();
+        let kept = fs::metadata(path).unwrap().len();
+        assert!(kept < KEPT_BYTES + EXCESS_BYTES, "{kept} bytes");
     }
 
     #[test]

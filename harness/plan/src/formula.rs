@@ -147,9 +147,10 @@ impl Signals for Sent<'_> {
                 Protecting::Fits => ("checksum", "checksum"),
             };
             let help = format!(
-                "say it in the device file or at the line: `message.NAME = {{ {key} = {{ signal = ... }} }}`"
+                "declare it in the device file or at the line: `message.NAME = {{ {key} = {{ signal = ... }} }}`"
             );
-            NotFound { message: format!("`{name}` is no {what} that is known"), help: Some(help) }
+            let message = format!("`{name}` is not declared as a {what}");
+            NotFound { message, help: Some(help) }
         })?;
         Ok(Signal { index, ..Signal::default() })
     }

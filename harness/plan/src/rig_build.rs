@@ -192,7 +192,7 @@ impl Builder<'_> {
         let of_robot = self.rig.robot_lines();
         // Emulated devices first: they determine the settings of a serial line and its messages.
         let order = |node: &NodeTable| {
-            usize::from(node.emulate.is_none()) + usize::from(node.tester.is_some())
+            usize::from(node.emulate.is_none()) + usize::from(node.tester == Some(true))
         };
         let mut numbers: Vec<usize> = (0..file.nodes.len()).collect();
         numbers.sort_by_key(|number| order(&file.nodes[*number]));
@@ -259,16 +259,15 @@ impl Builder<'_> {
         let said = [
             node.emulate.is_some(),
             node.under_test.is_some(),
-            node.tester.is_some(),
+            node.tester == Some(true),
             node.replay.is_some(),
         ];
         if said.iter().filter(|said| **said).count() != 1 {
             let message = format!(
-                "`{}` is not exactly one of emulated, under test, tester and replayed",
+                "`{}` needs exactly one of `emulate`, `under_test`, `tester = true` and `replay`",
                 node.name
             );
-            let help =
-                "write one of `emulate`, `under_test`, `tester = true` and `replay`".to_owned();
+            let help = "it says what plays this node".to_owned();
             return Err(self.mistake(("node", number, "name"), message, Some(help)).into());
         }
         if node.under_test.as_ref().is_some_and(|how| *how == UnderTest::Command(Vec::new())) {

@@ -10,6 +10,14 @@ use wire::time::Timestamp;
 
 const CHECK_IS_WRONG: &str = "the block that begins here does not match its check";
 
+/// Where a record that is cut short ends.
+fn end_of(offset: u64, trailing: u64) -> String {
+    match trailing {
+        0 => format!("it ends at byte {offset} without its end mark"),
+        _ => format!("{trailing} bytes of an incomplete record at byte {offset}"),
+    }
+}
+
 /// Why a record file cannot be read, or not any further.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum RecordError {
@@ -54,7 +62,7 @@ pub enum RecordError {
     #[error("the header cannot be understood")]
     Header(#[source] serde_json::Error),
     /// The writer did not finish. All records before are valid.
-    #[error("the record is cut short: {trailing} bytes of an incomplete record at byte {offset}")]
+    #[error("the record is cut short: {}", end_of(*offset, *trailing))]
     #[diagnostic(help(
         "the run was killed or the disk was full; all whole records were read, the last {BLOCK_BYTES} bytes at most without a check"
     ))]

@@ -186,6 +186,8 @@ fn a_dropped_sink_has_written_everything_but_the_end_mark() {
     let (records, error) = read(&file);
     assert_eq!(records, one_of_each());
     assert!(matches!(error, Some(RecordError::CutShort { trailing: 0, .. })));
+    let told = error.unwrap().to_string();
+    assert!(told.ends_with(" without its end mark") && !told.contains("0 bytes"), "{told}");
 }
 
 proptest! {

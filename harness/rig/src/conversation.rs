@@ -5,10 +5,12 @@ use super::simulate::Simulation;
 use super::touched::Touched;
 use crate::engine::Action;
 use crate::hosted::{HostedController as _, News};
+use crate::talk::{START_LIMIT, Talk};
 use controller::mission::{Mission, Report};
 use judge::properties::Seen;
 use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
+use wire::time::Timestamp;
 
 impl Simulation {
     pub(super) fn ask_controller(&mut self, place: usize, sink: &mut dyn RecordSink) {
@@ -41,9 +43,15 @@ impl Simulation {
     fn hear_news(&mut self, sink: &mut dyn RecordSink, place: usize, news: News) {
         let Self { now, rig, director, touched, .. } = self;
         match news {
+            News::Note(_) if director.talk.floods(*now) => {
+                director.engine.failed(*now, &Talk::why());
+                touched.0 |= Touched::PLAN;
+            }
             News::Note(note) => {
-                let kind = RecordKind::Note(note);
-                sink.record(Record { at: *now, device: Device::Controller, kind });
+                if director.talk.misspoke() {
+                    let kind = RecordKind::Note(note);
+                    sink.record(Record { at: *now, device: Device::Controller, kind });
+                }
                 // There may be more news.
                 touched.node(place);
             }
@@ -69,6 +77,11 @@ impl Simulation {
     /// Separate and not inlined: reports are rare and large, and their stack space must not burden every event.
     #[inline(never)]
     fn hear_report(&mut self, sink: &mut dyn RecordSink, report: &Report) {
+        if self.director.talk.floods(self.now) {
+            self.director.engine.failed(self.now, &Talk::why());
+            self.touched.0 |= Touched::PLAN;
+            return;
+        }
         self.show(&Seen::Report(report));
         self.director.record_report(self.now, &mut self.rig, sink, report);
         self.director.engine.report(self.now, report);
@@ -98,6 +111,19 @@ impl Simulation {
             }
         }
         self.plan_due = self.director.engine.next_wakeup();
+        if !self.director.engine.is_heard() && !self.director.engine.is_ending() {
+            self.plan_due = self.plan_due.min(Timestamp::ZERO + START_LIMIT);
+        }
+    }
+
+    /// The first step waits for a state; other reports do not count.
+    #[cold]
+    pub(super) fn wait_for_state(&mut self) {
+        if self.now >= Timestamp::ZERO + START_LIMIT {
+            let said = self.director.talk.instead_of_a_state();
+            let limit = START_LIMIT.as_secs_f64();
+            self.broke(&format!("the device under test {said} within {limit} s"));
+        }
     }
 
     pub(super) fn command(&mut self, mission: Mission) {

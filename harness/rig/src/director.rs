@@ -6,6 +6,7 @@ use super::slips::{Slips, slip};
 use crate::engine::{Action, Engine};
 use crate::operator::by_hand::{self, Survey};
 use crate::operator::{Asked, Operator, RealRoles};
+use crate::talk::Talk;
 use controller::mission::{Activity, Mission, Report};
 use identification::finding::Compensation;
 use plan::models;
@@ -29,6 +30,7 @@ pub struct Director {
     /// Roles that real devices play: a person carries out the orders to them.
     pub real: RealRoles,
     pub commands: Vec<CommandSummary>,
+    pub talk: Talk,
     pub(super) slips: Slips,
     /// The measurement that a person is making.
     survey: Option<Survey>,
@@ -43,6 +45,7 @@ impl Director {
             operator,
             real: RealRoles::default(),
             commands: Vec::new(),
+            talk: Talk::default(),
             slips: Slips::default(),
             survey: None,
             table_answers: AnswerDecoder::default(),
@@ -57,6 +60,7 @@ impl Director {
             operator: self.operator.copied()?,
             real: self.real,
             commands: self.commands.clone(),
+            talk: self.talk.clone(),
             slips: self.slips.clone(),
             survey: self.survey.clone(),
             table_answers: self.table_answers.clone(),

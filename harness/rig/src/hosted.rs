@@ -158,7 +158,8 @@ type StartDevice = dyn Fn() -> Box<dyn NodeDevice> + Send + Sync;
 
 /// A device that plays a node under test.
 pub trait NodeDevice: Device + Send {
-    /// How the device ended by itself. Returned once.
+    /// What the device did when it ended by itself, to stand behind its name: `exited during the run (status 0)`.
+    /// Returned once.
     fn ended(&mut self) -> Option<String>;
 
     /// Why nothing that it does on its lines would happen on real ones. Returned once.

@@ -50,6 +50,7 @@ mod rig;
 pub mod robot;
 pub mod simulate;
 mod slips;
+pub mod talk;
 pub mod tester;
 mod touched;
 pub mod watch;

@@ -93,7 +93,9 @@ impl Rig {
                 })
                 .collect();
             if !rest.is_empty() {
-                told.push(format!("{who} sent frames that are no message of the rig: {rest}"));
+                // It may be one of another line.
+                let line = &self.line_names[ear.line];
+                told.push(format!("{who} sent frames that are no message of {line}: {rest}"));
             }
             told
         })

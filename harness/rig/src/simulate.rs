@@ -158,6 +158,10 @@ impl Simulation {
             let kind = RecordKind::Note(note.clone());
             sink.record(Record { at: *now, device: Device::Plan, kind });
         }
+        if let Some(unnoted) = director.talk.unnoted() {
+            let kind = RecordKind::Note(unnoted);
+            sink.record(Record { at: *now, device: Device::Controller, kind });
+        }
         let faults = match faults {
             Some(faults) => faults.finish(*now, rig, director, None, sink),
             None => Vec::new(),
@@ -311,6 +315,9 @@ impl Simulation {
         if self.plan_due <= now || (was_reached && director.engine.next_wakeup() <= now) {
             director.engine.wake(now);
             self.touched.0 |= Touched::PLAN;
+            if !self.director.engine.is_heard() {
+                self.wait_for_state();
+            }
         }
     }
 

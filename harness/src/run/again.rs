@@ -119,7 +119,11 @@ fn without_verdicts(mut summary: Summary) -> Summary {
     let breach = breach(&summary.properties);
     for why in [Some(NOTHING_JUDGED), breach.as_deref()].into_iter().flatten() {
         let left = summary.reason.as_deref().and_then(|reason| reason.strip_suffix(why));
-        match left.map(|left| left.strip_suffix("; ").unwrap_or(left)) {
+        // Runs of earlier versions have a semicolon between their reasons.
+        let left = left.map(|left| {
+            left.strip_suffix(". ").or_else(|| left.strip_suffix("; ")).unwrap_or(left)
+        });
+        match left {
             Some("") => summary.reason = None,
             Some(left) => summary.reason = Some(left.to_owned()),
             None => {}

@@ -208,7 +208,7 @@ fn broke(summary: &mut Summary, error: &RunFolderError) {
 pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
     summary.outcome = summary.outcome.max(outcome);
     summary.reason = match summary.reason.take() {
-        Some(reason) => Some(format!("{reason}; {why}")),
+        Some(reason) => Some(format!("{reason}. {why}")),
         None => Some(why),
     };
 }

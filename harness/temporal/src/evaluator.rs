@@ -159,6 +159,11 @@ impl Evaluator {
         self.network.distance(truth)
     }
 
+    /// That unit, by its index among those of the formula.
+    pub(crate) fn unit(&self, truth: Truth) -> Option<usize> {
+        self.network.unit(truth)
+    }
+
     pub(crate) fn reads(&self, values: &[(usize, f64)]) -> bool {
         values.iter().any(|(index, _)| self.slot(*index).is_some())
     }

@@ -10,6 +10,8 @@ pub struct Formula {
     pub(crate) text: String,
     pub(crate) condition: Condition,
     pub(crate) signals: Vec<Used>,
+    /// The units of its comparisons.
+    pub(crate) units: Vec<String>,
     /// Of `a -> b`.
     pub(crate) premise: Option<Premise>,
 }
@@ -77,10 +79,14 @@ pub(crate) enum Comparator {
     NotEqual,
 }
 
-/// The largest possible distance of the compared numbers, in the unit of the comparison. Robustness is a share of it. 1
-/// if unknown.
+/// How far the compared numbers can be apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Width(pub(crate) f64);
+pub(crate) struct Width {
+    /// Their largest possible distance, in the unit of the comparison. Robustness is a share of it. 1 if unknown.
+    pub(crate) range: f64,
+    /// That unit, by its index among those of the formula; `None` if there is none.
+    pub(crate) unit: Option<usize>,
+}
 
 /// Nanoseconds from now, ahead or back; without an end it reaches to the start of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -139,7 +145,7 @@ impl Comparator {
             Self::Equal => left == right,
             Self::NotEqual => left != right,
         };
-        Truth::new(holds, distance(left, right) / width.0)
+        Truth::new(holds, distance(left, right) / width.range)
     }
 }
 

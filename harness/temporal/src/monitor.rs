@@ -184,10 +184,13 @@ impl Monitor {
         if let Some(history) = self.evaluator.history.take() {
             let known = stretch.from + self.evaluator.horizon();
             let names = self.formula.signals.iter().map(|used| used.name.clone());
+            let unit = self.evaluator.unit(stretch.truth);
+            let unit = unit.and_then(|unit| self.formula.units.get(unit)).cloned();
             self.verdict.first_violation = Some(Violation {
                 at: stretch.from,
                 known: self.evaluator.end().map_or(known, |end| end.min(known)),
                 distance: self.evaluator.distance(stretch.truth).unwrap_or(robustness),
+                unit: unit.unwrap_or_default(),
                 values: names.zip(history.at(stretch.from.as_nanos())).collect(),
             });
         }

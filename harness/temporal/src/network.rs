@@ -95,13 +95,22 @@ impl Network {
 
     /// The distance of the deciding comparison from changing, in its unit.
     pub(crate) fn distance(&self, truth: Truth) -> Option<f64> {
-        let width = match self.nodes.get(truth.comparison()) {
-            Some(Node::Compare(.., width) | Node::Near(.., width) | Node::Changes(.., width)) => {
-                width.0
+        let range = self.width(truth).map_or(1.0, |width| width.range);
+        truth.robustness().map(|share| share * range)
+    }
+
+    /// That unit, by its index among those of the formula.
+    pub(crate) fn unit(&self, truth: Truth) -> Option<usize> {
+        self.width(truth)?.unit
+    }
+
+    fn width(&self, truth: Truth) -> Option<Width> {
+        match self.nodes.get(truth.comparison())? {
+            Node::Compare(.., width) | Node::Near(.., width) | Node::Changes(.., width) => {
+                Some(*width)
             }
-            _ => 1.0,
-        };
-        truth.robustness().map(|share| share * width)
+            _ => None,
+        }
     }
 
     fn window(&mut self, reach: Reach, of: &Condition, is_least: bool, clips: bool) -> Node {
@@ -124,7 +133,7 @@ impl Network {
                     let (apart, tolerance) = (distance(a, b), tolerance.value(slots));
                     let from_edge = rounded(apart, tolerance, a.abs().max(b.abs()));
                     let is_within = apart < tolerance || from_edge == 0.0;
-                    let share = from_edge / width.0;
+                    let share = from_edge / width.range;
                     let truth = Truth::new(is_within == *is_near, share);
                     out.push(from, truth.by(index));
                     out.know(to);
@@ -174,7 +183,8 @@ impl Change {
         }
         let apart = distance(value, self.last);
         let is_first = self.last.is_nan() && !value.is_nan();
-        let truth = if is_first { Truth::TRUE } else { Truth::new(apart > 0.0, apart / width.0) };
+        let truth =
+            if is_first { Truth::TRUE } else { Truth::new(apart > 0.0, apart / width.range) };
         out.push(from, truth.by(comparison));
         if !value.is_nan() {
             self.last = value;

@@ -5,6 +5,8 @@ mod comparison;
 mod markdown;
 mod seeds;
 
+#[cfg(feature = "report")]
+pub(crate) use campaign::ended;
 #[cfg(test)]
 pub(crate) use campaign::tests::example;
 pub use campaign::{

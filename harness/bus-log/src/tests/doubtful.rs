@@ -61,9 +61,14 @@ fn a_last_line_without_an_end_is_told() {
         let end = String::from_utf8_lossy(&whole).rfind("03").unwrap() + 2;
         assert_eq!(notes(format, &whole[..end]).len(), 1, "{format:?}");
     }
-    // A whole file whose last line is no event.
+    // A whole file, whose closing line has no line break.
     let whole = written(Format::Asc, &[entry]);
     assert!(notes(Format::Asc, whole.trim_ascii_end()).is_empty());
+    // Found by a user: cut in the white space before an event.
+    for format in [Format::Candump, Format::Asc, Format::Trc] {
+        let cut = [&written(format, &[entry; 2])[..], b"   "].concat();
+        assert_eq!(notes(format, &cut).len(), 1, "{format:?}");
+    }
     let shorter = b"(1.000000) can0 123#112233\n(1.000000) can0 123#1122";
     assert_eq!(read(Format::Candump, shorter).0.len(), 2);
     assert_eq!(notes(Format::Candump, shorter).len(), 1);

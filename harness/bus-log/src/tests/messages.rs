@@ -124,6 +124,8 @@ fn what_is_not_understood_has_its_message() {
         (Format::Candump, "(1.0) can0 123#00 T and more"),
         (Format::Candump, "\u{1b}[31mred, and a line that goes on for longer than is shown"),
         (Format::Candump, &long),
+        (Format::Candump, "  vcan0  123   [2]  11 22\n"),
+        (Format::Candump, " (1436509052.249713)  vcan0  123   [2]  11 22\n"),
         (Format::Asc, "base oct"),
         (Format::Asc, "base hex timestamps somehow"),
         (Format::Asc, "12 1 100 Rx d 1 00"),
@@ -157,6 +159,28 @@ fn what_is_not_understood_has_its_message() {
     .map(|(format, text)| message(format, text))
     .collect();
     insta::assert_snapshot!(text);
+}
+
+/// Found by a user: the lines of an ASC log in UTF-16 were all passed over.
+#[test]
+fn a_log_in_utf_16_is_refused_and_the_mark_of_utf_8_is_not_read() {
+    let asc = "base hex  timestamps absolute\n   0.500000 1  123  Rx   d 1 05\n";
+    let utf_16 = |bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        "\u{feff}".encode_utf16().chain(asc.encode_utf16()).flat_map(bytes).collect()
+    };
+    for (format, bytes) in [
+        (Format::Asc, utf_16(u16::to_le_bytes)),
+        (Format::Asc, utf_16(u16::to_be_bytes)),
+        (Format::Candump, utf_16(u16::to_le_bytes)),
+        (Format::Trc, utf_16(u16::to_le_bytes)),
+    ] {
+        let error = read(format, &bytes).1.unwrap();
+        assert!(error.to_string().ends_with("expected text in UTF-8, found `UTF-16`"), "{error}");
+        assert!(error.help().unwrap().to_string().contains("iconv -f UTF-16"));
+    }
+    let marked = "\u{feff}(1.5) can0 123#00\n";
+    let (entries, error) = read(Format::Candump, marked.as_bytes());
+    assert!(error.is_none() && entries.len() == 1, "{error:?}");
 }
 
 #[test]

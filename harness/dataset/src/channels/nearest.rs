@@ -2,6 +2,7 @@
 
 use super::super::error::Defect;
 use super::Cell;
+use record::figures;
 
 /// Assigns values to rows, without interpolation: a row without a value near it gets none.
 #[derive(Debug)]
@@ -77,8 +78,9 @@ impl Nearest {
         let (count, most) =
             used.fold((0_u64, 0_f64), |(count, most), distance| (count + 1, most.max(*distance)));
         let told = format!(
-            "{count} of {} values are at the rows nearest in time, at most {most} s from them",
-            column.given
+            "{count} of {} values are at the rows nearest in time, at most {} s from them",
+            column.given,
+            figures::value(most, 0.0)
         );
         (column.values.clone(), told)
     }
@@ -102,5 +104,14 @@ mod tests {
         assert_eq!(found, [None, Some(2.0), None, Some(4.0), None]);
         assert_eq!(told, "2 of 5 values are at the rows nearest in time, at most 0.5 s from them");
         assert!(Nearest::new(&[0.0, 0.0], 2).is_err());
+    }
+
+    /// Found by a user: times that are no whole binary fractions were told with sixteen digits.
+    #[test]
+    fn a_distance_is_told_with_the_digits_that_mean_something() {
+        let mut nearest = Nearest::new(&[0.0, 50.0, 100.0], 2).unwrap();
+        nearest.take(&[Cell::Number(50.0 + 0.02), Cell::Number(1.0)]);
+        assert!((50.0_f64 + 0.02 - 50.0).to_string().len() > 10);
+        assert!(nearest.column(0).1.ends_with("at most 0.02 s from them"), "{nearest:?}");
     }
 }

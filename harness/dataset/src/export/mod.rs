@@ -43,8 +43,8 @@ pub enum ExportError {
     /// It contains nothing of this kind.
     #[error("{run} holds no {what}")]
     #[diagnostic(help(
-        "a data package is made of turns of a table, of laps, or of a gyro's rate; of a device of your own, with --kind sensor, \
-         of a signal and its reference"
+        "a data package holds table turns, laps or gyro rates; for your own device, use `--kind sensor --measured \
+         NODE.SIGNAL --reference NODE.SIGNAL`"
     ))]
     Nothing {
         /// The run folder.

@@ -27,7 +27,11 @@ pub(super) fn unpacked(chunk: &Chunk, packed: Vec<u8>) -> Result<(Vec<u8>, Optio
     let mut content = Vec::new();
     let read = (&mut reader).take(chunk.size + 1).read_to_end(&mut content);
     let damage = match read {
-        Err(error) => Some(format!("the chunk cannot be decompressed: {error}")),
+        // What the libraries say of it is for those who know their formats.
+        Err(_) => {
+            let compression = &chunk.compression;
+            Some(format!("the chunk cannot be decompressed: its {compression} data are damaged"))
+        }
         Ok(_) if content.len() as u64 != chunk.size => {
             Some(format!("the chunk has not the {} bytes that it says", chunk.size))
         }
@@ -40,4 +44,24 @@ pub(super) fn unpacked(chunk: &Chunk, packed: Vec<u8>) -> Result<(Vec<u8>, Optio
     };
     drop(reader);
     Ok((content, damage))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Chunk, unpacked};
+    use std::io::Write as _;
+
+    /// Found by a user: `DecompressionError(OffsetOutOfBounds)`.
+    #[test]
+    fn damaged_data_are_told_by_their_compression() {
+        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
+        encoder.write_all(&[0; 1_000]).unwrap();
+        let mut packed = encoder.finish().unwrap();
+        // Behind the head and the length of the block: a copy from before the beginning.
+        packed[11..14].copy_from_slice(&[0x0f, 0xff, 0xff]);
+        let chunk = Chunk { compression: "lz4".to_owned(), size: 1_000, crc: None };
+        let (_, damage) = unpacked(&chunk, packed).ok().unwrap();
+        let told = "the chunk cannot be decompressed: its lz4 data are damaged";
+        assert_eq!(damage.as_deref(), Some(told));
+    }
 }

@@ -64,6 +64,12 @@ fn channels_are_columns() {
 }
 
 #[test]
+fn an_empty_file_is_called_so() {
+    let error = package(SERIES, b"").read().unwrap_err().to_string();
+    assert!(error.ends_with("data.mf4: the file is empty"), "{error}");
+}
+
+#[test]
 fn runs_and_causes_may_be_texts_or_numbers() {
     let fields =
         [SERIES, &[("run", "run", "1", ""), ("how", "auxiliary", "1", r#", "type": "string""#)]];

@@ -33,6 +33,14 @@ fn marks_line_ends_quotes_and_blanks_do_not_matter() {
     assert_eq!(with(&[], csv).columns, with(&[], SERIES_CSV).columns);
 }
 
+/// Found by a user: the last reference of a file that was cut short was read as 67 instead of 670.
+#[test]
+fn a_last_line_without_its_end_may_be_cut_short() {
+    let set = with(&[], SERIES_CSV.trim_end());
+    let why = "has no line break: if the file was cut short, that row may be wrong";
+    says(&set, &format!("the last line of data.csv {why}"));
+}
+
 #[test]
 fn columns_are_found_by_name() {
     let set = with(&[], "ref,t,w\n0,0,0.1\n0,1,0.2\n0,2,0.3\n");

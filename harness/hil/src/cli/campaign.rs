@@ -20,6 +20,7 @@ use super::progress::Screen;
 use super::repetition::RepetitionArguments;
 use super::say;
 use super::setup::{Setup, SetupArguments};
+use crate::choices::threads;
 use account::{Kept, Place};
 use campaign::{
     self, Campaign, CaseResult, Executor, Guided, Journal, PASSES, Random, Regression, Search,
@@ -89,7 +90,7 @@ pub(super) struct CampaignArguments {
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=16))]
     faults_max: u8,
     /// Cases at a time. [default: one per processor]
-    #[arg(long, value_name = "N")]
+    #[arg(long, visible_alias = "jobs", value_name = "N", value_parser = threads)]
     threads: Option<NonZeroUsize>,
     #[cfg(feature = "nats")]
     #[command(flatten)]

@@ -2,6 +2,7 @@
 
 use super::determinism::{Compared, Parted, difference};
 use super::failure::Failure;
+use super::own::may_replace;
 use super::say;
 use clap::Args;
 use record::outcome::Outcome;
@@ -35,6 +36,7 @@ impl DiffArguments {
         let (table, differing) = comparison(&one.summary()?, &other.summary()?, Style::of_stdout());
         let Compared { parted: difference, in_part } = difference(&one, &other)?;
         if let Some(page) = &self.html {
+            may_replace(page, "html")?;
             let text =
                 self.page((&one, &other), difference.as_ref().map(|parted| &parted.sides))?;
             std::fs::write(page, text).map_err(|source| Failure::file(page, source))?;

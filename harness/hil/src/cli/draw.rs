@@ -2,6 +2,7 @@
 
 use super::completions;
 use super::failure::Failure;
+use super::own::may_replace;
 use super::say;
 use clap::Args;
 use harness::run::Prepared;
@@ -21,7 +22,7 @@ pub(super) struct DrawArguments {
     /// Show which nodes this bench file puts at ports.
     #[arg(long, value_name = "FILE")]
     bench: Option<String>,
-    /// Write it to this file instead.
+    /// Write the SVG to this file instead of the standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -32,7 +33,10 @@ impl DrawArguments {
         let bench = self.bench.as_deref().map(BenchFile::load).transpose()?;
         let svg = drawing::svg(&prepared.plan.title, &prepared.rig, bench.as_ref()) + "\n";
         match &self.out {
-            Some(path) => fs::write(path, svg).map_err(|source| Failure::file(path, source))?,
+            Some(path) => {
+                may_replace(path, "svg")?;
+                fs::write(path, svg).map_err(|source| Failure::file(path, source))?;
+            }
             None => say(&svg)?,
         }
         Ok(Outcome::Passed)

@@ -123,24 +123,27 @@ impl EnvelopeArguments {
             all.push(Measured { plan, envelope, at_least: asked.at_least });
         }
         let plan = means.prepared.plan.name.as_str();
-        let figures = console::envelopes_json(&all);
-        let page = page(plan, &all);
+        means.summary.append(&console::envelopes_markdown(plan, &all))?;
+        let outcome = match all.iter().all(Measured::holds) {
+            true => Outcome::Passed,
+            false => Outcome::Failed,
+        };
+        if json {
+            say(&(console::envelopes_json(&all) + "\n"))?;
+        }
+        // The journal is of this plan and seed, and so are the figures beside it.
+        let all = joined(figures(folder).unwrap_or_default(), all);
         let verdicts = junit::envelopes(plan, &all).map_err(io::Error::other);
         let verdicts = verdicts.map_err(|source| Failure::file(&folder.join(JUNIT), source))?;
-        means.summary.append(&console::envelopes_markdown(plan, &all))?;
+        let (figures, page) = (console::envelopes_json(&all), page(plan, &all));
         for (name, text) in [(FIGURES, &figures), (REPORT, &page), (JUNIT, &verdicts)] {
             let path = folder.join(name);
             std::fs::write(&path, text).map_err(|source| Failure::file(&path, source))?;
         }
-        if json {
-            say(&(figures + "\n"))?;
-        } else {
+        if !json {
             means.screen.chat(&format!("{}", folder.join(REPORT).display()));
         }
-        Ok(match all.iter().all(Measured::holds) {
-            true => Outcome::Passed,
-            false => Outcome::Failed,
-        })
+        Ok(outcome)
     }
 
     fn one(&self, name: &str, prepared: &Prepared) -> Result<Asked, Failure> {
@@ -195,6 +198,21 @@ impl EnvelopeArguments {
             )
         })
     }
+}
+
+/// The envelopes of a folder, and those that were measured since: each fault once, with what was required of it.
+fn joined(mut before: Vec<Measured>, since: Vec<Measured>) -> Vec<Measured> {
+    for one in since {
+        let of_it = |other: &&mut Measured| {
+            (&other.envelope.kind, &other.envelope.target)
+                == (&one.envelope.kind, &one.envelope.target)
+        };
+        match before.iter_mut().find(of_it) {
+            Some(known) => *known = Measured { at_least: one.at_least.or(known.at_least), ..one },
+            None => before.push(one),
+        }
+    }
+    before
 }
 
 fn declared(prepared: &Prepared) -> Result<Vec<Asked>, Failure> {
@@ -255,12 +273,15 @@ pub(super) fn are_in(folder: &Path) -> bool {
     folder.join(FIGURES).is_file()
 }
 
+fn figures(folder: &Path) -> io::Result<Vec<Measured>> {
+    let json = std::fs::read(folder.join(FIGURES))?;
+    Ok(serde_json::from_slice(&json)?)
+}
+
 /// Draws the page of the folder's envelopes from their figures; returns its path.
 pub(super) fn draw(folder: &Path) -> Result<PathBuf, Failure> {
-    let figures = folder.join(FIGURES);
-    let all: Vec<Measured> = std::fs::read(&figures)
-        .and_then(|json| Ok(serde_json::from_slice(&json)?))
-        .map_err(|source| RunFolderError::Read { path: figures, source })?;
+    let all = figures(folder)
+        .map_err(|source| RunFolderError::Read { path: folder.join(FIGURES), source })?;
     let plan = all.first().map_or("", |measured| &measured.plan);
     let path = folder.join(REPORT);
     std::fs::write(&path, page(plan, &all)).map_err(|source| Failure::file(&path, source))?;

@@ -21,6 +21,7 @@ use exchange::tables::Format;
 use harness::run::load_recorded;
 use identification::dataset::{Dataset, Kind};
 use plan::QuantityName;
+use record::figures;
 use record::outcome::Outcome;
 use record::run_folder::{RECORD, RunFolder, RunFolderError};
 use std::path::{Path, PathBuf};
@@ -191,10 +192,10 @@ impl ExportArguments {
         };
         write(&dataset, &out, &options).map_err(|error| Failure::file(&out, error))?;
         say(&format!(
-            "{}: {} rows, {} runs\n",
+            "{}: {}, {}\n",
             out.display(),
-            dataset.rows(),
-            dataset.run_labels.len()
+            figures::counted(dataset.rows() as u64, "row", "rows"),
+            figures::counted(dataset.run_labels.len() as u64, "run", "runs")
         ))?;
         Ok(Outcome::Passed)
     }

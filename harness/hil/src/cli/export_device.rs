@@ -1,6 +1,7 @@
 //! `hil export DEVICE --fmu`: a described device as a functional mock-up unit.
 
 use super::failure::Failure;
+use super::own::may_replace;
 use super::say;
 use clap::ValueEnum;
 use described::{Description, Files, Fmu, Steps};
@@ -55,6 +56,7 @@ pub(super) fn fmu(
     version: Fmi,
     library: Option<&Path>,
 ) -> Result<Outcome, Failure> {
+    may_replace(out, "fmu")?;
     let name = device.to_string_lossy();
     let library = match library {
         Some(library) => library.to_owned(),

@@ -75,14 +75,16 @@ impl ImportArguments {
         if prepared.rig.robot.is_none() {
             let named = |line: &str| self.named(Some(line)).or(self.named(None));
             let named = |line: &str| named(line).map(Channel::as_str);
-            let summary = import_rig_to_folder(&prepared, reader.by_ref(), &named, &folder)?;
+            let summary = import_rig_to_folder(&prepared, reader.by_ref(), &named, &folder)
+                .map_err(|error| error.of(&self.log))?;
             tell_notes(&self.log, &reader, screen);
             let outcome = summary.outcome;
             say(&console::measurements_table(&[summary], Style::of_stdout()))?;
             return Ok(outcome);
         }
         let channel = self.named(None).copied();
-        let imported = import_to_folder(&prepared.plan, reader.by_ref(), channel, &folder)?;
+        let imported = import_to_folder(&prepared.plan, reader.by_ref(), channel, &folder)
+            .map_err(|error| error.of(&self.log))?;
         tell_notes(&self.log, &reader, screen);
         let (summary, channel) = (imported.summary, imported.channel);
         let frames = figures::counted(summary.events, "frame", "frames");

@@ -1,7 +1,7 @@
 //! `hil list`: files that ship, files of the project in the working directory, and the names that a plan can use.
 
 use super::failure::Failure;
-use super::listed::listed;
+use super::listed::{listed, of_no_own_plan};
 use super::{say, say_json};
 use clap::{Args, ValueEnum};
 use comfy_table::{ContentArrangement, Row, Table, presets};
@@ -128,7 +128,11 @@ fn rows(table: &Table) -> Value {
 
 fn lines(whole: Table, style: Style) -> String {
     let line = |text: &str| text.split('\n').map(in_cell).collect::<Vec<_>>().join("\n");
-    let shown = |row: &Row| Row::from(row.cell_iter().map(|cell| line(&cell.content())));
+    let left_out = of_no_own_plan(&whole);
+    let shown = |row: &Row| {
+        let cells = row.cell_iter().enumerate().filter(|(column, _)| Some(*column) != left_out);
+        Row::from(cells.map(|(_, cell)| line(&cell.content())))
+    };
     let mut table = Table::new();
     table.set_header(whole.header().map(shown).unwrap_or_default());
     table.add_rows(whole.row_iter().map(shown));

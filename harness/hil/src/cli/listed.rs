@@ -1,5 +1,6 @@
 //! Files of a project and files that ship, for `hil list`.
 
+use comfy_table::{Row, Table};
 use plan::library::{Kind, Library, Source, names, names_in};
 use std::path::Path;
 
@@ -21,6 +22,17 @@ pub(super) fn listed(project: &Path, kind: Kind) -> impl Iterator<Item = Listed>
         let source = library.open(kind, &name).ok()?;
         Some(Listed { kind, name, from, library, source })
     })
+}
+
+/// The column on the paper, in a project none of whose own plans has anything there.
+pub(super) fn of_no_own_plan(table: &Table) -> Option<usize> {
+    let place = |name: &str| table.header()?.cell_iter().position(|head| head.content() == name);
+    let (paper, from) = (place("paper")?, place("from")?);
+    let holds = |row: &Row, column: usize, text: &str| {
+        row.cell_iter().nth(column).is_some_and(|cell| cell.content() == text)
+    };
+    let mut own = table.row_iter().filter(|row| holds(row, from, "project")).peekable();
+    (own.peek().is_some() && own.all(|row| holds(row, paper, ""))).then_some(paper)
 }
 
 impl Listed {

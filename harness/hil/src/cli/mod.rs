@@ -189,6 +189,10 @@ fn asks_for_json() -> bool {
 
 /// The arguments are invalid or ask for help: reports to the user, and as JSON if the caller asked for it.
 fn misread(error: &clap::Error) -> ExitCode {
+    #[cfg(not(feature = "nats"))]
+    if asks_for_nats(error) {
+        return without_nats();
+    }
     let status = u8::try_from(error.exit_code()).unwrap_or(EXIT_BAD_INPUT);
     if error.use_stderr() && asks_for_json() {
         let text = error.render().to_string();
@@ -199,6 +203,31 @@ fn misread(error: &clap::Error) -> ExitCode {
     // If the message cannot be printed, only the status is left.
     let _ = error.print();
     ExitCode::from(status)
+}
+
+/// Whether it is about what only a build for campaigns over a server has. `clap` would propose another word.
+#[cfg(not(feature = "nats"))]
+fn asks_for_nats(error: &clap::Error) -> bool {
+    use clap::error::{ContextKind, ContextValue};
+    let is = |kind, word: &str| match error.get(kind) {
+        Some(ContextValue::String(found)) => found == word,
+        _ => false,
+    };
+    is(ContextKind::InvalidSubcommand, "worker") || is(ContextKind::InvalidArg, "--nats")
+}
+
+#[cfg(not(feature = "nats"))]
+fn without_nats() -> ExitCode {
+    let failure = Failure::arguments(
+        "this build of hil cannot run campaigns over a NATS server: it lacks the feature `nats`",
+        "build it with `cargo build --release -p hil --features nats`",
+    );
+    if asks_for_json() {
+        let _ = say_json(&failure.document());
+    }
+    let screen = Screen::new(false);
+    screen.note(&failure.rendered(screen.fancy()));
+    ExitCode::from(failure.exit_status())
 }
 
 /// Writes a document to the standard output, indented, with a final line feed.

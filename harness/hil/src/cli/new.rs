@@ -88,7 +88,7 @@ impl NewArguments {
         Name::new(&last).ok_or_else(|| {
             Failure::arguments(
                 format!("\"{}\" cannot be the name of a device", last.escape_debug()),
-                "the folder gives the device its name: a letter, then a-z, 0-9, - and _",
+                "the folder gives the device its name: begin with a lower-case letter; then a-z, 0-9, - and _",
             )
         })
     }

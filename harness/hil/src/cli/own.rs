@@ -32,6 +32,17 @@ pub(super) fn ours_or_empty(folder: &Path, ours: bool) -> Result<(), Failure> {
     ))
 }
 
+/// Refuses to replace a file whose name does not end in `end`: it is no earlier output of the same kind.
+pub(super) fn may_replace(path: &Path, end: &str) -> Result<(), Failure> {
+    if !path.is_file() || path.extension().is_some_and(|found| found == end) {
+        return Ok(());
+    }
+    Err(Failure::arguments(
+        format!("refused to replace {}: it is no .{end} file", path.display()),
+        format!("give the file to write another name, which ends in .{end}"),
+    ))
+}
+
 /// Whether the file of this name holds a JSON object with this field.
 pub(super) fn has_field(folder: &Path, name: &str, field: &str) -> bool {
     let text = std::fs::read(folder.join(name)).ok();
@@ -41,7 +52,7 @@ pub(super) fn has_field(folder: &Path, name: &str, field: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{has_field, only_ours, ours_or_empty};
+    use super::{has_field, may_replace, only_ours, ours_or_empty};
 
     #[test]
     fn a_file_of_somebody_else_stays_and_is_named() {
@@ -52,6 +63,19 @@ mod tests {
         assert!(error.to_string().contains("report.html: another program"), "{error}");
         assert!(only_ours(folder.path(), true, ["report.html"]).is_ok());
         assert!(only_ours(folder.path(), false, ["junit.xml"]).is_ok());
+    }
+
+    /// Found by a user: `hil draw plan.toml --out plan.toml` replaced the plan.
+    #[test]
+    fn a_file_of_another_kind_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let [plan, page, new] =
+            ["plan.toml", "page.html", "new"].map(|name| folder.path().join(name));
+        std::fs::write(&plan, "steps = []").unwrap();
+        std::fs::write(&page, "<p>").unwrap();
+        let error = may_replace(&plan, "html").unwrap_err().to_string();
+        assert!(error.contains("plan.toml: it is no .html file"), "{error}");
+        assert!(may_replace(&page, "html").is_ok() && may_replace(&new, "html").is_ok());
     }
 
     #[test]

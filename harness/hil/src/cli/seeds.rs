@@ -3,6 +3,7 @@
 use super::build_server::SummaryArguments;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
+use super::own::may_replace;
 use super::progress::Screen;
 use super::{say, say_json};
 use campaign::seeds::{Judged, SeedVerdicts, for_each_seed, not_passed, shares};
@@ -60,6 +61,7 @@ pub(super) fn execute(
     screen: &Screen,
 ) -> Result<Outcome, Failure> {
     let Told { markdown, summary, json } = told;
+    markdown.map_or(Ok(()), |path| may_replace(path, "md"))?;
     let interrupt = Interrupt::install(screen)?;
     let asked = json!({ "first": seeds.start, "count": seeds.end - seeds.start });
     tracing::info!("{} plans, {} seeds", plans.len(), seeds.end - seeds.start);

@@ -82,6 +82,9 @@ impl FromStr for Controller {
             "" => Err("expected in-process, process or a command".to_owned()),
             "in-process" => Ok(Self::InProcess),
             "process" => Ok(Self::Process),
+            command if command.contains(['\'', '"']) => {
+                Err("quotes mean nothing without a shell: put the command into a script".to_owned())
+            }
             command => Ok(Self::Command(command.to_owned())),
         }
     }
@@ -391,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn no_command_is_no_controller() {
-        assert!(" ".parse::<Controller>().is_err());
+    fn no_command_is_no_controller_and_quotes_are_refused() {
+        assert!([" ", "sh -c 'exit 1'"].iter().all(|text| text.parse::<Controller>().is_err()));
     }
 }

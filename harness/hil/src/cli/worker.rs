@@ -7,6 +7,7 @@ use super::interrupt::Interrupt;
 use super::lease;
 use super::nats::{CredentialArguments, stop, teller};
 use super::progress::Screen;
+use crate::choices::threads;
 use bench::BenchHand;
 use campaign::Executor;
 use campaign_nats::{Holder, Maker, Package, Place, Stopping, WorkerSettings, work};
@@ -45,7 +46,7 @@ pub(super) struct WorkerArguments {
     #[command(flatten)]
     credentials: CredentialArguments,
     /// Cases at a time. [default: one per processor; on a bench one]
-    #[arg(long, value_name = "N")]
+    #[arg(long, visible_alias = "jobs", value_name = "N", value_parser = threads)]
     threads: Option<NonZeroUsize>,
     /// Bench file, a name (see `hil list benches`) or a path: takes only cases for the bench of
     /// that name, and holds its lease.

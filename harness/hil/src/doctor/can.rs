@@ -106,9 +106,8 @@ fn needing<'a>(needs: &'a Needs, interface: &'a str) -> impl Iterator<Item = &'a
     needs.ports_on(&[Medium::Can]).filter(move |need| need.port.address() == interface)
 }
 
-/// Alternatives on a kernel without CAN.
-const WITHOUT_CAN: &str = "# or do without: hil doctor --bench slcan\n\
-                           # or in a kernel of its own: tests/vcan-guest/run -- hil ...";
+/// What needs no CAN in the kernel.
+const WITHOUT_CAN: &str = "# or do without: hil doctor --bench slcan";
 
 fn kernel_mend(facts: &Facts) -> String {
     match facts.can.module("can_raw") {

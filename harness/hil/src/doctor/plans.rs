@@ -44,8 +44,19 @@ pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prep
 
 pub(super) fn unusable(subject: &str, error: &dyn Diagnostic) -> Finding {
     let help = error.help().map(|help| comment(&help.to_string()));
-    let mend = help.unwrap_or_else(|| "# mend the file; what ships:\nhil list".to_owned());
-    Finding::gap(subject, error.to_string(), mend, Some(subject.to_owned()))
+    let mend = help.unwrap_or_else(|| "# mend the file".to_owned());
+    let what = match place(error) {
+        Some(place) => format!("{place}: {error}"),
+        None => error.to_string(),
+    };
+    Finding::gap(subject, what, mend, Some(subject.to_owned()))
+}
+
+/// The file and the line of an error that shows them.
+fn place(error: &dyn Diagnostic) -> Option<String> {
+    let label = error.labels()?.next()?;
+    let text = error.source_code()?.read_span(label.inner(), 0, 0).ok()?;
+    Some(format!("{}:{}", text.name()?, text.line() + 1))
 }
 
 fn comment(text: &str) -> String {
@@ -243,5 +254,24 @@ fn answers(subject: &str, bench: &BenchFile, prepared: &[Prepared], findings: &m
         });
     if let Err(error) = collected {
         findings.push(unusable(subject, &error));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::prepare;
+
+    /// Found by a user: the mistake was told without its place.
+    #[test]
+    fn a_mistake_in_a_plan_is_told_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("wrong.toml");
+        let plan = "name = \"wrong\"\ntitle = \"\"\nsteps = [{ wiat = { duration_s = 1 } }]\n";
+        std::fs::write(&path, plan).unwrap();
+        let mut findings = Vec::new();
+        assert!(prepare(&[path.to_str().unwrap().to_owned()], &mut findings).is_empty());
+        let [found] = &findings[..] else { panic!("{findings:?}") };
+        assert!(found.what.contains("wrong.toml:3: "), "{found:?}");
+        assert!(!found.mend.as_deref().unwrap_or_default().contains("hil list"), "{found:?}");
     }
 }

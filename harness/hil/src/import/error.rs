@@ -1,7 +1,8 @@
 //! Errors of an import.
 
-use bus_log::LogError;
+use bus_log::{Format, LogError};
 use record::run_folder::RunFolderError;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum ImportError {
@@ -29,12 +30,38 @@ pub enum ImportError {
         /// Channels of the log with the line's medium.
         known: String,
     },
-    #[error("failed to find a frame in the log")]
+    /// The log does not have the channel that the command line names.
+    #[error("the log has no channel `{channel}`")]
+    #[diagnostic(help("--channel takes one of: {known}"))]
+    NoChannel { channel: String, known: String },
+    #[error("there is no frame in the log")]
+    #[diagnostic(help(
+        "is it empty, or of another format? --from {} says which it is",
+        Format::any_name()
+    ))]
     NoFrames,
+    /// What is wrong with this log.
+    #[error("failed to import {}", log.display())]
+    #[diagnostic(forward(source))]
+    Of { log: PathBuf, source: Box<ImportError> },
     /// The log contains no frame of a base.
     #[error("failed to find a base in the log: no frame has an identifier of the K2A command set")]
     #[diagnostic(help(
         "--channel says which bus the base is on; its identifiers are in wire/dbc/k2a.dbc"
     ))]
     NoBase,
+}
+
+impl ImportError {
+    /// Names the log, unless the error does so itself.
+    pub fn of(self, log: &Path) -> Self {
+        match self {
+            Self::TooLong { .. }
+            | Self::NoLine { .. }
+            | Self::NoChannel { .. }
+            | Self::NoFrames
+            | Self::NoBase => Self::Of { log: log.to_owned(), source: Box::new(self) },
+            Self::Log(_) | Self::Folder(_) | Self::NothingMoves { .. } | Self::Of { .. } => self,
+        }
+    }
 }

@@ -118,9 +118,9 @@ fn outlasted(log: &[Logged], end_s: f64) -> Option<String> {
 /// A sentence about what the log holds after the end of the plan.
 fn unjudged_rest(log: &[Logged], end_s: f64) -> Option<String> {
     let rest = log.iter().rev().take_while(|one| one.at.as_secs_f64() > end_s).count() as u64;
-    let rest_s = lasted(log).as_secs_f64() - end_s;
     let frames = figures::counted(rest, "frame", "frames");
-    (rest > 0).then(|| format!("the plan ends {rest_s:.3} s before the log: {frames} not judged"))
+    let were = if rest == 1 { "was" } else { "were" };
+    (rest > 0).then(|| format!("{frames} after the end of the plan {were} not judged"))
 }
 
 /// A sentence about the steps by which the plan would act on devices; `None` if it only watches.
@@ -155,9 +155,13 @@ pub fn import_rig_to_folder(
     let watch = Stopwatch::start();
     let (log, notes) = kept(entries, ENTRIES_MAX)?;
     let rig = prepared.rig.clone().replayed_by(&log, named);
-    let rig = rig.map_err(|(line, known)| match known.is_empty() {
-        true => ImportError::NoFrames,
-        false => ImportError::NoLine { line, known: known.join(", ") },
+    let rig = rig.map_err(|(line, known)| {
+        let known = known.join(", ");
+        match named(&line).map(str::to_owned) {
+            _ if known.is_empty() => ImportError::NoFrames,
+            Some(channel) => ImportError::NoChannel { channel, known },
+            None => ImportError::NoLine { line, known },
+        }
     })?;
     let mut plan = Plan::clone(&prepared.plan);
     plan.faults.faults.clear();
@@ -184,6 +188,18 @@ pub fn import_rig_to_folder(
     Ok(summary)
 }
 
+/// Why a log with frames on these channels holds no base on the one that is stated, or on any.
+fn without_base(heard: &BTreeSet<Channel>, stated: Option<Channel>) -> ImportError {
+    match stated {
+        _ if heard.is_empty() => ImportError::NoFrames,
+        Some(stated) if !heard.contains(&stated) => {
+            let known: Vec<&str> = heard.iter().map(Channel::as_str).collect();
+            ImportError::NoChannel { channel: stated.to_string(), known: known.join(", ") }
+        }
+        _ => ImportError::NoBase,
+    }
+}
+
 /// Creates a run folder from a log and judges it by `plan`. The default `channel` is that of the first frame of a base.
 ///
 /// # Errors
@@ -201,10 +217,14 @@ pub fn import_to_folder(
     let mut scribe = Scribe::new(plan, channel);
     // A log without a base makes no folder.
     let mut entries = entries.into_iter();
+    let mut heard = BTreeSet::new();
     let first = loop {
-        let entry = entries.next().ok_or(ImportError::NoBase)??;
+        let entry = entries.next().ok_or_else(|| without_base(&heard, channel))??;
         if scribe.hears_base(&entry) {
             break entry;
+        }
+        if matches!(entry.payload, Payload::Frame(_)) {
+            heard.insert(entry.channel);
         }
         scribe.take(&entry, &mut NullSink);
     };

@@ -4,6 +4,7 @@ use super::{ImportError, Imported, import_to_folder, kept};
 use bus_log::{Channel, Direction, Entry, Payload};
 use plan::Plan;
 use record::outcome::{Outcome, Verdict};
+use std::path::Path;
 use std::sync::Arc;
 use wire::base::{Motion, Reply, Request, can_link};
 use wire::can::CanFrame;
@@ -196,12 +197,33 @@ fn what_a_log_cannot_say_stays_unset() {
 
 #[test]
 fn what_is_no_log_of_a_base_is_refused() {
-    assert!(matches!(import(PLAN, &[]), Err(ImportError::NoBase)));
+    assert!(matches!(import(PLAN, &[]), Err(ImportError::NoFrames)));
+    let other = |entry: &Entry| {
+        let id = wire::can::StandardId::new(0x7f0).unwrap();
+        Entry { payload: Payload::Frame(CanFrame::new(id, &[0]).unwrap()), ..*entry }
+    };
+    let others: Vec<Entry> = Bus::new().entries.iter().map(other).collect();
+    assert!(matches!(import(PLAN, &others), Err(ImportError::NoBase)));
     let still = PLAN.replace("{ straight = { distance_m = 1 } }", "{ wait = { duration_s = 1 } }");
     let still = still.replace("{ turn = { angle_deg = 90 } },", "");
     let still = still.replace("{ straight = { distance_m = -1 } },", "");
     let error = import(&still, &Bus::new().entries).unwrap_err();
     assert!(matches!(error, ImportError::NothingMoves { .. }), "{error}");
+}
+
+/// Found by a user: a channel that the log does not have was not named, and neither was the log.
+#[test]
+fn a_channel_that_the_log_does_not_have_is_named_with_the_log() {
+    let plan = Arc::new(Plan::parse("plan.toml", PLAN).unwrap());
+    let dir = tempfile::tempdir().unwrap();
+    let entries = Bus::new().entries.into_iter().map(Ok);
+    let error = import_to_folder(&plan, entries, Channel::new("vcan8"), &dir.path().join("run"));
+    let error = error.unwrap_err().of(Path::new("drive.log"));
+    assert_eq!(error.to_string(), "failed to import drive.log");
+    let source = std::error::Error::source(&error).unwrap().to_string();
+    assert_eq!(source, "the log has no channel `vcan8`");
+    let help = miette::Diagnostic::help(&error).unwrap().to_string();
+    assert_eq!(help, "--channel takes one of: can0");
 }
 
 #[test]

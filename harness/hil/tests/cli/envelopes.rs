@@ -27,6 +27,12 @@ fn a_plan_asserts_how_much_it_stands() {
     let tolerated = figures[0]["tolerated"].as_f64().unwrap();
     let page = fs::read_to_string(hil.path("narrow/report.html")).unwrap();
     assert!(page.contains("<svg class=\"plot\"") && page.contains("drop of gyro"));
+    let other = ["campaign", "./turn.toml", "--envelope", "duplicate", "--runs", "35"];
+    hil.run(&[&other[..], &["--out", "narrow", "--quiet"]].concat()).exits(0);
+    let page = fs::read_to_string(hil.path("narrow/report.html")).unwrap();
+    assert!(page.contains("duplicate"), "what is measured later stands beside the others");
+    let verdicts = fs::read_to_string(hil.path("narrow/junit.xml")).unwrap();
+    assert!(verdicts.contains("drop") && verdicts.contains("duplicate"), "{verdicts}");
     fs::remove_file(hil.path("narrow/report.html")).unwrap();
     hil.run(&["report", "narrow"]).exits(0);
     assert_eq!(fs::read_to_string(hil.path("narrow/report.html")).unwrap(), page);

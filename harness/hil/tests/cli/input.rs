@@ -48,6 +48,7 @@ fn arguments_that_do_not_go_together_are_bad_input() {
         ),
         (&["--bench", "mine.toml"], "a bench file needs the real clock"),
         (&["--clock", "real", "--seeds", "3"], "--seeds needs the virtual clock"),
+        (&["--controller", "sh -c 'exit 1'"], "put the command into a script"),
         (&["--answer", "mass=1"], "no plan asks for mass"),
         (&["--answer", "mass"], "expected NAME=VALUE"),
         (&["--seeds", "0"], "0 is not in 1..="),
@@ -67,6 +68,18 @@ fn exit_statuses_are_documented() {
         for status in ["0  passed", "1  failed", "2  bad input", "3  the bench", "4  timeout"] {
             assert!(help.contains(status), "{help}");
         }
+    }
+}
+
+#[cfg(not(feature = "nats"))]
+#[test]
+fn a_build_without_campaigns_over_a_server_says_how_to_make_one_with_them() {
+    let hil = Hil::new();
+    for arguments in
+        [&["worker", "--nats", "nats://h"][..], &["campaign", "x", "--nats", "nats://h"]]
+    {
+        let ran = hil.run(arguments).exits(2);
+        assert!(ran.err.contains("--features nats"), "{}", ran.err);
     }
 }
 

@@ -26,5 +26,7 @@ mod programs;
 mod pty;
 mod recorded;
 mod report;
+#[cfg(target_os = "linux")]
+mod silent_controller;
 mod small_bus;
 mod watch;

@@ -116,6 +116,11 @@ fn each_line_of_a_rig_has_its_channel_of_a_log() {
     let asked = import(&["two.asc"]).exits(2).err;
     assert!(asked.contains("which channel of the log is the line `body`?"), "{asked}");
     assert!(asked.contains("--channel body=CHANNEL"), "{asked}");
+    let away = import(&["two.asc", "--channel", "body=vcan8"]).exits(2).err;
+    assert!(
+        away.contains("the log has no channel `vcan8`") && away.contains("can0, can1"),
+        "{away}"
+    );
     import(&["two.asc", "--channel", "body=can0", "--channel", "vehicle=can1"]).exits(0);
     let counts = |figures: &[(String, Option<f64>, u64)]| -> Vec<u64> {
         figures.iter().map(|(.., observations)| *observations).collect()
@@ -154,7 +159,7 @@ fn a_log_plays_the_part_of_a_node() {
     rig("{ log = \"cut.log\" }");
     within(&hil, &["run", "warm.toml", "--out", "cut"]).exits(0);
     let told = fs::read_to_string(hil.path("oven/cut/summary.json")).unwrap();
-    assert_eq!(told.matches("cut.log: its last line has no end").count(), 1, "{told}");
+    assert_eq!(told.matches("cut.log: the last line has no line break").count(), 1, "{told}");
     rig("{ log = \"oven.log\", channel = \"can7\" }");
     let wrong = within(&hil, &["run", "warm.toml"]).exits(2);
     assert!(wrong.err.contains("which channel of") && wrong.err.contains("can0"), "{}", wrong.err);
@@ -286,14 +291,16 @@ fn what_is_left_out_of_a_log_or_not_judged_is_told() {
         "1 error frame of the log left out",
         "the log begins at 100.",
         "frames of can0 left out that no node of the rig sends: 0x100 (21), 0x7ff (1)",
-        "before the log: ",
+        " after the end of the plan ",
     ] {
         assert!(ran.out.contains(told), "{told}: {}", ran.out);
     }
     assert!(!ran.out.contains("nothing was done to a device"), "{}", ran.out);
     fs::write(hil.path("oven/empty.log"), "").unwrap();
     let empty = within(&hil, &["import", "empty.log", "--plan", "short.toml"]).exits(2);
-    assert!(empty.err.contains("failed to find a frame in the log"), "{}", empty.err);
+    for told in ["failed to import empty.log", "there is no frame in the log", "--from candump, "] {
+        assert!(empty.err.contains(told), "{told}: {}", empty.err);
+    }
 }
 
 #[test]

@@ -93,11 +93,11 @@ fn each_end_of_a_program_is_named_and_none_of_its_processes_is_left() {
     for (does, status, named) in [
         ("pass", 0, "passed"),
         ("sys.exit('no more beats')", 1, "no more beats"),
-        ("os.abort()", 1, "ended: signal: 6"),
+        ("os.abort()", 1, "which is under test, was ended during the run by signal 6"),
         (
             "while True: pass",
             1,
-            "the program did not wait within 10s of real time: it computes without end",
+            "which is under test, hung: it ran for 10 s of real time without waiting",
         ),
         ("while True: os.fork()", 1, "the program started more than 8 processes"),
         ("if os.fork() == 0: time.sleep(1e6)", 1, "the program started more than 8 processes"),
@@ -291,13 +291,13 @@ fn a_program_that_a_fault_ends_breaks_a_property_whatever_is_declared() {
     with_properties(&hil, COUNTS);
     let ran = hil.run(CAMPAIGN).exits(1);
     assert!(ran.out.contains("keeps_running: case "), "{}", ran.out);
-    assert!(ran.out.contains("`beat` is under test and ended: "), "{}", ran.out);
+    assert!(ran.out.contains("`beat`, which is under test, exited during"), "{}", ran.out);
     let smallest = fs::read_dir(hil.path("found")).unwrap().map(|entry| entry.unwrap().path());
     let smallest = smallest.filter(|path| path.to_string_lossy().contains("keeps-running"));
     let smallest: Vec<_> = smallest.collect();
     assert_eq!(smallest.len(), 1, "{smallest:?}");
     let again = hil.run(&["run", smallest[0].to_str().unwrap(), "--out", "again"]).exits(1);
-    assert!(again.out.contains("`beat` is under test and ended: "), "{}", again.out);
+    assert!(again.out.contains("`beat`, which is under test, exited during"), "{}", again.out);
 }
 
 #[test]

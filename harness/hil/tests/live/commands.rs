@@ -195,7 +195,7 @@ fn a_command_that_fails_breaks_the_bench() {
         let output = run(folder, &bench, &out);
         assert_eq!(output.status.code(), Some(3), "{}", shown(&output));
         let reason = summary(&out)["reason"].to_string();
-        for said in ["`flash` of the bench ended with exit status: 7", "no target found"] {
+        for said in ["the bench command `flash` failed (status 7)", "no target found"] {
             assert!(reason.contains(said), "{reason}");
         }
         assert_eq!(summary(&out)["commands"][0]["ended"], "exit status: 7");
@@ -214,7 +214,7 @@ fn a_command_that_never_ends_is_ended_with_all_that_it_has_started() {
         assert_eq!(output.status.code(), Some(3), "{}", shown(&output));
         let reason = summary(&out)["reason"].to_string();
         assert!(
-            reason.contains("`flash` of the bench took longer than its limit of 0.5 s"),
+            reason.contains("the bench command `flash` took longer than its limit of 0.5 s"),
             "{reason}"
         );
         assert_eq!(
@@ -304,8 +304,7 @@ fn a_bench_is_set_up_before_its_ports_are_opened_and_torn_down_after() {
             + &shell("off", "touch torn-down", 10.0);
         let output = run(folder, &fails, &out);
         assert_eq!(output.status.code(), Some(3), "{}", shown(&output));
-        let said =
-            "failed to set the bench up: `on` of the bench ended with exit status: 1: no hub";
+        let said = "failed to set the bench up: the bench command `on` failed (status 1): no hub";
         assert!(told(&output).contains(said), "{}", shown(&output));
         assert!(folder.join("torn-down").exists());
 
@@ -332,6 +331,6 @@ fn a_bench_is_set_up_before_its_ports_are_opened_and_torn_down_after() {
         let output = run(folder, &fails, &out);
         assert_eq!(output.status.code(), Some(3), "{}", shown(&output));
         let reason = summary(&out)["reason"].to_string();
-        assert!(reason.contains("`off` of the bench ended with exit status: 1"), "{reason}");
+        assert!(reason.contains("the bench command `off` failed (status 1)"), "{reason}");
     });
 }

@@ -115,7 +115,8 @@ fn late(device: &str) -> (Output, Value, String) {
 /// Checks that the record contains the reason, followed by the input that came too late for the controller. The reason
 /// may have a second clause: a controller that hears late from the base may not see in time that it stands.
 fn kept_to_the_end(record: &str, reason: &str, device: &str) {
-    let (broke_off, then) = reason.split_once("; ").unwrap_or((reason, ""));
+    let clauses = reason.split_once("; ").or_else(|| reason.split_once(". "));
+    let (broke_off, then) = clauses.unwrap_or((reason, ""));
     let Some((_, after)) = record.split_once(broke_off) else {
         panic!("the record does not give the reason, {reason}:\n{record}")
     };

@@ -48,4 +48,11 @@ fn a_bench_that_does_not_fit_is_bad_input() {
     assert!(bytes.contains("needs a port for CAN frames"), "{bytes}");
     let real = refused("[device]\nport = \"slcan:/dev/ttyS3\"\n");
     assert!(real.contains("the device is real"), "{real}");
+    // Found by a user: that an adapter carries no CAN FD showed only when it was opened, in the folder of a run.
+    let dbc = folder.path().join("oven/devices/oven.dbc");
+    let text = std::fs::read_to_string(&dbc).unwrap();
+    std::fs::write(&dbc, text.replace("Status: 3 Oven", "Status: 12 Oven")).unwrap();
+    let classic = refused("");
+    assert!(classic.contains("CAN FD") && classic.contains("can:INTERFACE"), "{classic}");
+    assert!(!out.exists(), "nothing is run");
 }

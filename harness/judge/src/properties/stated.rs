@@ -210,7 +210,8 @@ fn told(violation: &temporal::Violation) -> Violation {
     let known = if after > 0.0 { format!(", certain {after:.3} s later") } else { String::new() };
     // In the unit of the comparison. A yes or no has no distance, nor has a signal beyond every range.
     let by = Some(violation.distance.abs()).filter(|by| *by > 0.0 && by.is_finite());
-    let by = by.map_or(String::new(), |by| format!(" by {}", figures::value(by, 0.0)));
+    let by = by.map(|by| figures::quantity_alone(by, 0.0, &violation.unit));
+    let by = by.map_or(String::new(), |by| format!(" by {by}"));
     let what = format!("{}: false{by}{known}", values.join(", "));
     Violation { at: violation.at, what }
 }
@@ -224,9 +225,10 @@ mod tests {
         let what = |distance: f64, later_ms: i64| {
             let values = vec![("cells.Voltage".to_owned(), 4.3), ("relay".to_owned(), f64::NAN)];
             let known = Timestamp::ZERO + Span::from_millis(later_ms);
-            told(&temporal::Violation { at: Timestamp::ZERO, known, distance, values }).what
+            let (at, unit) = (Timestamp::ZERO, "V".to_owned());
+            told(&temporal::Violation { at, known, distance, unit, values }).what
         };
-        assert_eq!(what(-0.05, 0), "cells.Voltage = 4.3, relay unknown: false by 0.05");
+        assert_eq!(what(-0.05, 0), "cells.Voltage = 4.3, relay unknown: false by 0.05 V");
         let none = "cells.Voltage = 4.3, relay unknown: false, certain 0.010 s later";
         assert_eq!(what(0.0, 10), none);
         assert_eq!(what(-f64::INFINITY, 10), none);

@@ -28,6 +28,10 @@ pub enum ControlError {
          left over: `rm {}`", path.display()
     ))]
     Listen { path: PathBuf, source: io::Error },
+    /// A file of the user has that name.
+    #[error(transparent)]
+    #[diagnostic(help("give the socket another name"))]
+    NoSocket(io::Error),
     /// The standard input cannot be watched.
     #[error("failed to read the standard input")]
     Stdin(#[source] io::Error),
@@ -58,7 +62,10 @@ impl Control {
         let (sender, requests) = mpsc::channel(REQUESTS_MAX);
         let mut control = Self { requests, socket: None };
         if let Some(path) = socket {
-            let error = |source| ControlError::Listen { path: path.to_owned(), source };
+            let error = |source: io::Error| match source.kind() {
+                io::ErrorKind::AlreadyExists => ControlError::NoSocket(source),
+                _ => ControlError::Listen { path: path.to_owned(), source },
+            };
             let listener = unix_socket::listen(path).map_err(error)?;
             control.socket = Some(path.to_owned());
             tokio::spawn(accept(listener, sender.clone()));

@@ -65,6 +65,24 @@ impl Exit {
     pub fn is_success(self) -> bool {
         matches!(self, Self::Status(status) if status.success())
     }
+
+    /// In brackets, or behind `by`: `status 3`, `signal 9 (SIGKILL)`.
+    pub fn brief(self) -> String {
+        let text = self.to_string();
+        text.replacen("exit status: ", "status ", 1).replacen("signal: ", "signal ", 1)
+    }
+
+    /// What it did, behind its name.
+    pub fn in_words(self) -> String {
+        match self {
+            Self::Status(status) if status.code().is_none() => {
+                format!("was ended during the run by {}", self.brief())
+            }
+            Self::Status(_) | Self::Unknown => {
+                format!("exited during the run ({})", self.brief())
+            }
+        }
+    }
 }
 
 impl fmt::Display for Exit {
@@ -111,7 +129,7 @@ pub enum SpawnError {
 impl SpawnError {
     fn program(program: &str, source: io::Error) -> Self {
         let advice = match source.kind() {
-            io::ErrorKind::NotFound => "is it built, spelt right, and in PATH or given as a path?",
+            io::ErrorKind::NotFound => "check the spelling and the PATH",
             io::ErrorKind::PermissionDenied => "is it a program, and executable by you (`ls -l`)?",
             _ => "does the command line work in a terminal?",
         };

@@ -216,7 +216,7 @@ mod tests {
             event => panic!("{event:?}"),
         };
         let (3, Unread { cause, is_grave: false }) = bad(&events[1]) else { panic!("{events:?}") };
-        assert!(cause.ends_with("\\x1b[0mhello"), "{cause}");
+        assert!(cause.ends_with("\\u{1b}[0mhello"), "{cause}");
         let (4, Unread { cause, is_grave: false }) = bad(&events[2]) else { panic!("{events:?}") };
         assert!(cause.contains("longer"), "{cause}");
         assert_eq!(events[3], events[0]);

@@ -83,6 +83,7 @@ fn an_exit_is_told_after_everything_that_was_written() {
         };
         let ProcessEvent::Exited(exit) = last else { panic!("{last:?}") };
         assert_eq!(exit.to_string(), "exit status: 3");
+        assert_eq!(exit.in_words(), "exited during the run (status 3)");
         assert_eq!(process.next_event().await, *last);
         assert_eq!(process.last_words(), "no port");
         assert_eq!(process.end(|_| ()).await.by, EndedBy::Itself);
@@ -96,6 +97,8 @@ fn a_killed_process_is_told_by_its_signal() {
         let mut process = bench.start("kill -SEGV $$");
         let ProcessEvent::Exited(exit) = process.next_event().await else { panic!("no exit") };
         assert!(exit.to_string().contains("SIGSEGV"), "{exit}");
+        let words = exit.in_words();
+        assert!(words.starts_with("was ended during the run by signal 11 (SIGSEGV)"), "{words}");
         assert!(!exit.is_success());
     });
 }

@@ -1,5 +1,7 @@
 //! Lines of a device under test that are no reports: what is wrong with them, and whether the run depends on them.
 
+use record::text::OneLine;
+
 /// Words of an answer to a mission.
 const ANSWERS: [&str; 3] = ["\"done\"", "\"refused\"", "\"aborted\""];
 /// How programs write numbers that are none; JSON has no word for them.
@@ -23,8 +25,13 @@ impl Unread {
         let no_number = is_report.then(|| no_number(&text)).flatten();
         let is_answer = is_report && ANSWERS.iter().any(|word| text.contains(word));
         let quoted = shortened(line);
+        // The parser names a key or a word whole, however long it is.
+        let cause = without_middle(cause);
         let cause = match &no_number {
-            Some((key, word)) => format!("`{key}` is {word}, which is no number: {quoted}"),
+            Some((key, word)) => {
+                let key = without_middle(key);
+                format!("`{key}` is {word}, which is no number: {quoted}")
+            }
             None => format!("{cause}: {quoted}"),
         };
         Self { cause, is_grave: is_answer || no_number.is_some() }
@@ -46,7 +53,20 @@ fn no_number(text: &str) -> Option<(&str, &'static str)> {
 fn shortened(line: &[u8]) -> String {
     const QUOTED_BYTES: usize = 80;
     let start = line.get(..QUOTED_BYTES).unwrap_or(line).trim_ascii();
-    start.escape_ascii().to_string()
+    OneLine(&String::from_utf8_lossy(start)).to_string()
+}
+
+/// A text of the parser, of which the beginning says what is wrong, and the end where.
+fn without_middle(text: &str) -> String {
+    const BEGIN_CHARS: usize = 120;
+    const END_CHARS: usize = 60;
+    let count = text.chars().count();
+    if count <= BEGIN_CHARS + END_CHARS {
+        return text.to_owned();
+    }
+    let begin: String = text.chars().take(BEGIN_CHARS).collect();
+    let end: String = text.chars().skip(count - END_CHARS).collect();
+    format!("{begin}...{end}")
 }
 
 #[cfg(test)]
@@ -72,6 +92,28 @@ mod tests {
             is_grave && cause.starts_with("`displacement_m` is -inf, which is no number"),
             "{cause}"
         );
+    }
+
+    /// Found by a user: quotes were escaped.
+    #[test]
+    fn a_line_is_quoted_as_it_was_written() {
+        let (_, cause) = unread(r#"{"at_ns":5,"what":"\"}"#);
+        assert!(cause.ends_with(r#": {"at_ns":5,"what":"\"}"#), "{cause}");
+        let (_, cause) = unread("\u{1b}[31mred \u{fffd}");
+        assert!(cause.ends_with("\\u{1b}[31mred \u{fffd}"), "{cause}");
+    }
+
+    /// Found by a user: the parser names a word that it does not know, of 60 kB.
+    #[test]
+    fn a_long_line_makes_a_short_message() {
+        let word = "x".repeat(60_000);
+        for line in [
+            format!(r#"{{"at_ns":5,"report":"{word}"}}"#),
+            format!(r#"{{"at_ns":5,"report":{{"state":{{"{word}":NaN}}}}}}"#),
+        ] {
+            let (_, cause) = unread(&line);
+            assert!(cause.len() < 400, "{cause}");
+        }
     }
 
     /// `serde_json` writes null in place of `NaN`.

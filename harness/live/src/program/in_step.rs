@@ -3,8 +3,9 @@
 use super::uarts::Uarts;
 use crate::command::{fill, has_script};
 use crate::lines::{self, Place, Places};
+use crate::process::Exit;
 use described::Medium;
-use lockstep::{Ended, Lockstep, Output, Program, StartError};
+use lockstep::{BinaryError, Ended, Lockstep, Output, Program, StartError};
 use plan::Rig;
 use plan::rig::{NodePart, RigLine, RigNode, UnderTest, VirtualTime};
 use rig::hosted::NodeDevice;
@@ -105,6 +106,11 @@ pub(super) fn in_words(words: Vec<String>) -> Program {
 
 /// A message why the program of `name` does not start.
 pub(super) fn why(name: &str, error: &StartError) -> String {
+    if let StartError::Binary(BinaryError::Missing(program)) = error {
+        return format!(
+            "failed to start `{name}`: cannot find {program:?}: check the spelling and the PATH"
+        );
+    }
     let cause = std::error::Error::source(error).map(|cause| format!(": {cause}"));
     format!("failed to start `{name}`: {error}{}", cause.unwrap_or_default())
 }
@@ -120,12 +126,28 @@ fn telling(words: &str) -> Option<&str> {
 
 /// How a program ended, with its last line of output.
 pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
-    let words = running.last_words();
-    let last = telling(&words).map(|line| format!("; its last words: {line}")).unwrap_or_default();
     match ended {
         // Whoever tells of it says that it ended.
-        Ended::Exited(status) => format!("{status}{last}"),
-        ended => format!("{ended}{last}"),
+        Ended::Exited(status) => format!("{status}{}", last_words(running)),
+        ended => format!("{ended}{}", last_words(running)),
+    }
+}
+
+fn last_words(running: &Lockstep) -> String {
+    let words = running.last_words();
+    telling(&words).map(|line| format!("; its last words: {line}")).unwrap_or_default()
+}
+
+/// What a program did to end, behind its name.
+fn in_words_of(ended: &Ended) -> String {
+    match ended {
+        Ended::Exited(status) => Exit::Status(*status).in_words(),
+        Ended::NeverWaited { limit } => format!(
+            "hung: it ran for {} s of real time without waiting; it computes without end, or waits where virtual time \
+             does not reach (docs/virtual-time.md)",
+            limit.as_secs_f64()
+        ),
+        other => format!("was stopped: {other}"),
     }
 }
 
@@ -203,7 +225,7 @@ impl NodeDevice for InStep {
     fn ended(&mut self) -> Option<String> {
         let ended = self.running.ended().filter(|_| !self.is_told)?;
         self.is_told = true;
-        Some(with_last_words(ended, &self.running))
+        Some(format!("{}{}", in_words_of(ended), last_words(&self.running)))
     }
 
     fn wrong(&mut self) -> Option<String> {
@@ -224,7 +246,16 @@ impl Drop for InStep {
 
 #[cfg(test)]
 mod tests {
-    use super::telling;
+    use super::{Ended, in_words_of, telling};
+    use std::time::Duration;
+
+    #[test]
+    fn what_a_program_did_stands_behind_its_name() {
+        let hung = in_words_of(&Ended::NeverWaited { limit: Duration::from_secs(30) });
+        assert!(hung.starts_with("hung: it ran for 30 s of real time without waiting"), "{hung}");
+        let others = in_words_of(&Ended::TooManyProcesses { limit: 8 });
+        assert_eq!(others, "was stopped: the program started more than 8 processes");
+    }
 
     #[test]
     fn the_line_that_says_why_is_quoted() {

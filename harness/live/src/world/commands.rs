@@ -116,7 +116,7 @@ impl Commands {
         let process = DeviceProcess::spawn_into(&command.run, &self.places, (file, room));
         let process = process.map_err(|error| match error {
             SpawnError::Program { program, source, .. } => {
-                format!("failed to start {program:?} for `{name}` of the bench: {source}")
+                format!("failed to start {program:?} for the bench command `{name}`: {source}")
             }
             log @ SpawnError::Log { .. } => log.to_string(),
         })?;
@@ -285,12 +285,14 @@ impl Running {
         let (how, why) = match overdue {
             Overdue::At(_) if exit.is_success() => (exit.to_string(), None),
             Overdue::At(_) => {
-                (exit.to_string(), Some(format!("`{name}` of the bench ended with {exit}{last}")))
+                let status = exit.brief();
+                let why = format!("the bench command `{name}` failed ({status}){last}");
+                (exit.to_string(), Some(why))
             }
             Overdue::Told(_) | Overdue::Killed => (
                 format!("ended after its limit, {exit}"),
                 Some(format!(
-                    "`{name}` of the bench took longer than its limit of {limit} s{last}"
+                    "the bench command `{name}` took longer than its limit of {limit} s{last}"
                 )),
             ),
         };

@@ -5,12 +5,11 @@ use record::outcome::{Outcome, PortSide, PortSummary};
 use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
 use rig::engine::Ending;
+use rig::talk::NOTES_MAX;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
 
-/// Most notes about ports in a record: a failing bus causes a thousand per second. Further ones are counted.
-pub const NOTES_MAX: u64 = 500;
 /// A run that ends badly within this time after the absence of a port ends so because of it. Assumption: a controller
 /// gives up within a few seconds of silence, and stopping its longest step takes two.
 const AFTERMATH: Span = Span::from_secs(10);

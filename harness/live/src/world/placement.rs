@@ -57,6 +57,15 @@ pub enum PlacementError {
         "give [device] another port: `can:INTERFACE`, or a serial line such as /dev/ttyUSB0"
     ))]
     DeviceMedium { port: String, wanted: &'static str },
+    /// CAN FD on an adapter, which carries classic frames.
+    #[error(
+        "failed to put the device on {port}: its line is CAN FD, and SLCAN carries classic frames"
+    )]
+    #[diagnostic(help(
+        "CAN FD needs an interface of the kernel, set up with `fd on`, or a vcan: give the device or the line \
+         the port `can:INTERFACE` in the bench file, or add --bus vcan"
+    ))]
+    NoFd { port: String },
     /// Other nodes beside a real base, or beside a table at a port.
     #[error(
         "failed to place the rig: the {role} at {port} has its line for itself, and other nodes are in the rig"

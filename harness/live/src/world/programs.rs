@@ -63,7 +63,7 @@ impl Programs {
                     loop {
                         if let ProcessEvent::Exited(exit) = process.next_event().await {
                             *ended = true;
-                            let how = format!("{exit}{}", quoted(process));
+                            let how = format!("{}{}", exit.in_words(), quoted(process));
                             return Heard::NodeEnded(node.clone(), how);
                         }
                     }

@@ -190,12 +190,12 @@ fn message(fault: &Fault, lines: &Lines, at: &Place) -> Checked {
             target(message, help)
         }
         Reach::Message(Share::Counter) if !said.counter => what(
-            format!("`{}` has no counter that is known", said.message),
-            "say it in the device file or at the line: `message.NAME = { counter = { signal = ... } }`",
+            format!("no counter is declared for `{}`", said.message),
+            "declare it in the device file or at the line: `message.NAME = { counter = { signal = ... } }`",
         ),
         Reach::Message(Share::Checksum) if !said.checksum => what(
-            format!("`{}` has no checksum that is known", said.message),
-            "say it in the device file or at the line: `message.NAME = { checksum = { signal = ... } }`",
+            format!("no checksum is declared for `{}`", said.message),
+            "declare it in the device file or at the line: `message.NAME = { checksum = { signal = ... } }`",
         ),
         Reach::Message(_) => Ok(()),
         _ if said.line == LineKind::Serial => what(

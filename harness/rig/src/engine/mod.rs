@@ -151,10 +151,10 @@ impl Engine {
         self
     }
 
-    /// Ends the run as failed: a node under test is gone, and nothing else broke.
+    /// Ends the run as failed: a node under test is gone, and nothing else broke. `how` says what it did.
     pub fn lost_node(&mut self, now: Timestamp, node: &str, how: &str) {
         let is_first = self.ending.is_none();
-        self.end(now, Outcome::Failed, Some(format!("`{node}` is under test and ended: {how}")));
+        self.end(now, Outcome::Failed, Some(format!("`{node}`, which is under test, {how}")));
         if let Some(ending) = &mut self.ending {
             ending.lost_node |= is_first;
         }

@@ -67,7 +67,7 @@ impl Parser<'_> {
     }
 
     fn compared(
-        &self,
+        &mut self,
         left: Quantity,
         right: Quantity,
         comparator: Comparator,
@@ -79,19 +79,26 @@ impl Parser<'_> {
             return Err(mistake.help("put a signal on one side"));
         }
         self.told_apart(&left.number, &right.number, at)?;
-        let range = self.range(&left.number, &right.number);
-        Ok(Condition::Compare(comparator, left.number, right.number, range))
+        let width = self.width(&left, &right.number);
+        Ok(Condition::Compare(comparator, left.number, right.number, width))
     }
 
-    /// The largest possible distance of the two.
-    pub(super) fn range(&self, left: &Number, right: &Number) -> formula::Width {
+    /// How far the two, which are in one unit, can be apart.
+    pub(super) fn width(&mut self, left: &Quantity, right: &Number) -> formula::Width {
         let of = |slot: usize| self.found.get(slot).and_then(|(_, signal)| signal.range);
-        let apart = left.range(&of).zip(right.range(&of)).map(|(left, right)| {
+        let apart = left.number.range(&of).zip(right.range(&of)).map(|(left, right)| {
             let (least, greatest) = Binary::Subtract.range(left, right);
             greatest - least
         });
         let is_share = |range: &f64| *range > 0.0 && range.is_finite();
-        formula::Width(apart.filter(is_share).unwrap_or(1.0))
+        let unit = left.measure.text().map(|text| {
+            let known = self.units.iter().position(|unit| unit == text);
+            known.unwrap_or_else(|| {
+                self.units.push(text.to_owned());
+                self.units.len() - 1
+            })
+        });
+        formula::Width { range: apart.filter(is_share).unwrap_or(1.0), unit }
     }
 
     /// Refuses to compare a signal with a number, or with a signal, where doubles do not hold each of its steps.
@@ -151,8 +158,8 @@ impl Parser<'_> {
             return Err(mistake.help("put a signal on one side"));
         }
         self.told_apart(&left.number, &right.number, operator_at.clone())?;
-        let range = self.range(&left.number, &right.number);
-        Ok(Condition::Near(is_near, left.number, right.number, tolerance.number, range))
+        let width = self.width(&left, &right.number);
+        Ok(Condition::Near(is_near, left.number, right.number, tolerance.number, width))
     }
 }
 

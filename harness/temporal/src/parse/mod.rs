@@ -29,6 +29,8 @@ struct Parser<'a> {
     signals: &'a dyn Signals,
     /// The signals found so far, in slot order.
     found: Vec<(Used, Signal)>,
+    /// Those of the comparisons so far.
+    units: Vec<String>,
     next: Token<'a>,
     at: Range<usize>,
     /// End of the previous token.
@@ -69,6 +71,7 @@ impl Formula {
             text,
             signals,
             found: Vec::new(),
+            units: Vec::new(),
             next,
             at,
             end: 0,
@@ -87,7 +90,8 @@ impl Formula {
             );
         }
         let signals = parser.found.into_iter().map(|(used, _)| used).collect();
-        Ok(Self { text: text.to_owned(), condition, signals, premise: parser.premise })
+        let (text, units, premise) = (text.to_owned(), parser.units, parser.premise);
+        Ok(Self { text, condition, signals, units, premise })
     }
 }
 

@@ -35,7 +35,7 @@ impl Measure {
         }
     }
 
-    fn text(&self) -> Option<&str> {
+    pub(super) fn text(&self) -> Option<&str> {
         match self {
             Self::Known(_, text) | Self::Opaque(text) => Some(text),
             Self::Bare | Self::None => None,
@@ -192,8 +192,8 @@ impl Parser<'_> {
         }
         let of = self.quantity(part, name)?;
         if name == "changes" {
-            let range = self.range(&of.number, &Number::Constant(0.0));
-            return Ok(Part::condition(Condition::Changes(of.number, range), at));
+            let width = self.width(&of, &Number::Constant(0.0));
+            return Ok(Part::condition(Condition::Changes(of.number, width), at));
         }
         let number = if name == "abs" { Number::Abs(Box::new(of.number)) } else { of.number };
         Ok(Part::quantity(Quantity { number, measure: of.measure, at: at.clone() }, at))

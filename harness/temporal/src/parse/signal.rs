@@ -61,7 +61,7 @@ impl Parser<'_> {
                 Comparator::Greater,
                 Number::Slot(slot),
                 Number::Constant(WRONG_OR_RIGHT),
-                Width(1.0),
+                Width { range: 1.0, unit: None },
             );
             return Ok(Part::condition(right, at.start..self.end));
         }

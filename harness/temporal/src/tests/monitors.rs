@@ -50,6 +50,17 @@ fn a_violation_is_told_with_its_moment_and_its_values() {
 }
 
 #[test]
+fn the_distance_of_a_violation_has_the_unit_of_the_comparison_that_decides() {
+    let unit = |text: &str| {
+        let verdict = verdict(text, &[(0, COUNT, 2.0), (0, SPEED, 50.0)], 10);
+        verdict.first_violation.unwrap().unit
+    };
+    assert_eq!(unit("Speed < 3 m/s"), "km/h");
+    assert_eq!(unit("Count < 1"), "");
+    assert_eq!(unit("Count < 3 and 2 * Speed < 30"), "km/h");
+}
+
+#[test]
 fn an_answer_at_the_very_end_of_the_window_is_in_time() {
     let text = "rises(Speed > 3) -> within 10 ns: Count == 1";
     let run = |answer| {

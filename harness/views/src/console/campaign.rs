@@ -7,6 +7,7 @@ use comfy_table::Cell;
 use judge::properties::Unjudged;
 use plan::faults::Fault;
 use record::figures;
+use record::outcome::Outcome;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -121,7 +122,7 @@ pub fn campaign_table(
         let _ = write!(text, "\n{} not judged: {}\n", one.name, one.why);
     }
     let outcomes: Vec<String> =
-        tally.outcomes.iter().map(|(outcome, times)| format!("{times} {outcome}")).collect();
+        tally.outcomes.iter().map(|(name, times)| format!("{times} {}", ended(name))).collect();
     let _ = writeln!(
         text,
         "\n{}{} cases ({}{}), {} propert{} broken",
@@ -185,8 +186,8 @@ pub fn level_line(level: &Level, fault: &Fault, tells: bool) -> String {
         false => String::new(),
     };
     format!(
-        "{fault}: {} {unit}: {} of {} runs pass ({:.1} to {:.1} %){silent}",
-        figure(level.severity),
+        "{fault}: {}: {} of {} runs pass ({:.1} to {:.1} %){silent}",
+        figures::with_unit(figure(level.severity), unit),
         level.passed,
         level.runs,
         100.0 * level.interval.0,
@@ -195,10 +196,14 @@ pub fn level_line(level: &Level, fault: &Fault, tells: bool) -> String {
 }
 
 pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> String {
-    let severity = format!("{} of {}, {}", found.kind, found.target, found.unit);
+    let kind = format!("{} of {}", found.kind, found.target);
+    let heading = match found.unit.as_str() {
+        "" | "1" => kind,
+        unit => format!("{kind}, {unit}"),
+    };
     // Without a receiver of missions, no run announces a failure.
     let tells = found.tells();
-    let columns = [severity.as_str(), "runs that pass", "95 % interval", "", "say so", "silent"];
+    let columns = [heading.as_str(), "runs that pass", "95 % interval", "", "say so", "silent"];
     let columns = &columns[..if tells { 6 } else { 4 }];
     let mut table = style.table(columns);
     for level in &found.levels {
@@ -214,11 +219,12 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
         table.add_row(cells.into_iter().take(columns.len()).map(Cell::new));
     }
     let percent = 100.0 * found.share;
+    let severity = |value| figures::with_unit(figure(value), &found.unit);
     let verdict = match found.tolerated {
         Some(most) if found.is_all => {
-            format!("tolerated at every severity, up to {} {}", figure(most), found.unit)
+            format!("tolerated at every severity, up to {}", severity(most))
         }
-        Some(most) => format!("tolerated up to {} {}", figure(most), found.unit),
+        Some(most) => format!("tolerated up to {}", severity(most)),
         None => match found.fails_by_itself() {
             Some(level) => {
                 format!("too few runs pass without any fault: {} of {}", level.passed, level.runs)
@@ -228,16 +234,21 @@ pub fn envelope_table(found: &Envelope, at_least: Option<f64>, style: Style) -> 
     };
     let claim = at_least.map_or(String::new(), |least| {
         let word = if found.tolerates(least) { "holds" } else { "does not hold" };
-        format!("; at least {} {} is required: {word}", figure(least), found.unit)
+        format!("; at least {} is required: {word}", severity(least))
     });
     let silent = found.most_silent().map_or(String::new(), |level| {
         let (silent, runs) = (level.silent, level.runs);
-        let at = format!("{} {}", figure(level.severity), found.unit);
+        let at = severity(level.severity);
         format!("silently wrong: {silent} of {runs} runs at {at}, and no larger share elsewhere\n")
     });
     let tolerated =
         format!("{verdict}: at least {percent} % of runs pass, at 95 % confidence{claim}");
     format!("{}\n{tolerated}\n{silent}", lines(&table))
+}
+
+/// How runs ended, behind their number: `2 timed out`.
+pub(crate) fn ended(outcome: &str) -> &str {
+    if outcome == Outcome::Timeout.name() { "timed out" } else { outcome }
 }
 
 /// Formats a number of runs; empty for zero.
@@ -256,7 +267,7 @@ fn figure(severity: f64) -> String {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::{Again, campaign_table, envelope_table, figure};
+    use super::{Again, campaign_table, ended, envelope_table, figure};
     use crate::console::Style;
     use campaign::{
         Campaign, Case, CaseResult, Envelope, Found, Level, Repeated, Shrunk, Tally, Violated,
@@ -353,5 +364,18 @@ pub(crate) mod tests {
             is_all: false,
         };
         insta::assert_snapshot!(envelope_table(&found, Some(2.0), Style::PLAIN));
+        // Found by a user: `tolerated up to 3.16 1`.
+        let plain = Envelope { unit: "1".to_owned(), ..found };
+        let table = envelope_table(&plain, Some(2.0), Style::PLAIN);
+        assert!(table.contains("tolerated up to 3.16: ") && table.contains("drop of gyro  runs"));
+        assert!(table.contains("at least 2 is required"), "{table}");
+    }
+
+    #[test]
+    fn outcomes_are_words_behind_their_number() {
+        assert_eq!(
+            ["passed", "timeout", "worker_lost"].map(ended),
+            ["passed", "timed out", "worker_lost"]
+        );
     }
 }

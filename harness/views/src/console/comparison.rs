@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn a_run_that_failed_without_a_verdict_that_says_so_differs() {
         let one = Summary { outcome: Outcome::Passed, reason: None, ..summary() };
-        let reason = Some("`manager` is under test and ended".to_owned());
+        let reason = Some("`manager`, which is under test, exited during the run".to_owned());
         let other = Summary { outcome: Outcome::Failed, reason, ..summary() };
         let (table, differing) = comparison(&one, &other, Style::PLAIN);
         assert_eq!(differing, 1, "{table}");

@@ -46,7 +46,7 @@ fn what_no_device_of_the_bench_gives_is_skipped_with_its_reason() {
 /// For example a program under test that ended when all was measured.
 #[test]
 fn a_run_that_failed_for_a_reason_of_its_own_is_a_failure() {
-    let reason = Some("`manager` is under test and ended".to_owned());
+    let reason = Some("`manager`, which is under test, exited during the run".to_owned());
     let failed =
         Summary { outcome: Outcome::Failed, reason, measurements: Vec::new(), ..summary() };
     let report = Report::deserialize_from_str(&document(&failed, None).unwrap()).unwrap();
@@ -54,7 +54,7 @@ fn a_run_that_failed_for_a_reason_of_its_own_is_a_failure() {
     else {
         panic!("a success")
     };
-    assert!(message.as_ref().unwrap().as_str().contains("`manager` is under test"));
+    assert!(message.as_ref().unwrap().as_str().contains("`manager`, which is under test"));
     assert_eq!((report.test_suites[0].failures, report.test_suites[0].errors), (1, 0));
 }
 

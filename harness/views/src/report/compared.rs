@@ -79,8 +79,8 @@ pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
             @match first_difference {
                 Some([first, second]) => {
                     p.lead { "First difference of the records:" }
-                    p.lead { code { i.mark.ccw { "●" } (first) } }
-                    p.lead { code { i.mark.cw { "▲" } (second) } }
+                    p.lead { code { i.mark.ccw { "●" } " " (first) } }
+                    p.lead { code { i.mark.cw { "▲" } " " (second) } }
                 }
                 None => p.lead { "The records are the same." }
             }
@@ -93,7 +93,7 @@ pub fn render<R: IntoIterator<Item = Result<Record, RecordError>>>(
             }
         }
         (section("Side by side", (!judged.is_empty()).then(|| table(&judged))))
-        (section("One over the other", Some(html! {
+        (section("Overlaid figures", Some(html! {
             @if figures.is_empty() { p.missing { "No quantity was observed in both." } }
             div.plots { @for figure in figures { (figure) } }
             @if left_out > 0 {
@@ -206,7 +206,7 @@ mod tests {
             Some(&["1.0 x".to_owned(), "1.0 <y>".to_owned()]),
         );
         assert!(page.contains("1 verdict differs") && page.contains("&lt;before&gt;"));
-        assert!(page.contains("</i>1.0 x</code>") && page.contains("</i>1.0 &lt;y&gt;</code>"));
+        assert!(page.contains("</i> 1.0 x</code>") && page.contains("</i> 1.0 &lt;y&gt;</code>"));
         assert_eq!(page.matches("<figure>").count(), 1, "only one quantity is in both");
         assert!(page.contains("first, 20") && page.contains("second, 20"));
         let drawn = |colour: &str, mark: &str| {

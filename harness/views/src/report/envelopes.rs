@@ -16,7 +16,7 @@ pub fn page(plan: &str, all: &[Measured]) -> String {
     let body = html! {
         header.(whole(all)) {
             h1 { (plan) ": how much of each fault is tolerated" }
-            @for one in all { p.answer { (answer(one)) } }
+            @for one in all { p.answer { (with_code(&answer(one))) } }
             p {
                 "A run passes if every measurement is in its band and no property breaks. "
                 @if tells(all) {
@@ -35,26 +35,25 @@ pub fn page(plan: &str, all: &[Measured]) -> String {
 }
 
 fn table(all: &[Measured]) -> Markup {
-    let heads = [
-        "fault",
-        "target",
-        "verdict",
-        "tolerated up to",
-        "required",
-        "by a share of",
-        "silently wrong",
-    ];
+    // Without a requirement there is no verdict.
+    let asks = all.iter().any(|one| one.at_least.is_some());
+    let mut heads = vec!["fault", "target"];
+    heads.extend(asks.then_some("verdict"));
+    heads.push("tolerated up to");
+    heads.extend(asks.then_some("required"));
+    heads.push("by a share of");
+    heads.extend(tells(all).then_some("silently wrong"));
     let rows = html! {
         @for one in all {
             @let envelope = &one.envelope;
             tr.(class(one)) {
                 td { (envelope.kind) }
                 td { (envelope.target) }
-                td { (verdict(one)) }
+                @if asks { td { (verdict(one)) } }
                 td {
                     @match envelope.tolerated {
                         Some(most) => {
-                            (severity(most)) " " (envelope.unit)
+                            (severity(most, &envelope.unit))
                             @if envelope.is_all { " (the largest that was tried)" }
                         },
                         None => @match envelope.fails_by_itself() {
@@ -66,15 +65,15 @@ fn table(all: &[Measured]) -> Markup {
                         },
                     }
                 }
-                td {
-                    @if let Some(least) = one.at_least { (severity(least)) " " (envelope.unit) }
+                @if asks {
+                    td { @if let Some(least) = one.at_least { (severity(least, &envelope.unit)) } }
                 }
                 td { (figures::exact(100.0 * envelope.share, 3)) " % of runs" }
                 @if tells(all) { td { (silent(one)) } }
             }
         }
     };
-    listed::table(None, &heads[..if tells(all) { 7 } else { 6 }], &rows)
+    listed::table(None, &heads, &rows)
 }
 
 fn tells(all: &[Measured]) -> bool {
@@ -106,13 +105,13 @@ fn answer(one: &Measured) -> String {
     let share = figures::exact(100.0 * share, 3);
     let passes = match (one.envelope.tolerated, one.envelope.fails_by_itself()) {
         (Some(most), _) => {
-            let most = severity(most);
-            format!("At least {share} % of runs pass with {kind} of {target} up to {most} {unit}.")
+            let most = severity(most, unit);
+            format!("At least {share} % of runs pass with `{kind}` on `{target}` at up to {most}.")
         }
-        (None, Some(_)) => format!("Too few runs pass without any {kind} of {target}."),
+        (None, Some(_)) => format!("Too few runs pass without any `{kind}` on `{target}`."),
         (None, None) => {
             format!(
-                "With every {kind} of {target} that was tried, fewer than {share} % of runs pass."
+                "With every `{kind}` on `{target}` that was tried, fewer than {share} % of runs pass."
             )
         }
     };
@@ -130,8 +129,8 @@ fn silent(one: &Measured) -> String {
     one.envelope.most_silent().map_or_else(
         || "none".to_owned(),
         |level| {
-            let at = severity(level.severity);
-            format!("{} of {} at {at} {}", level.silent, level.runs, one.envelope.unit)
+            let at = severity(level.severity, &one.envelope.unit);
+            format!("{} of {} at {at}", level.silent, level.runs)
         },
     )
 }
@@ -147,9 +146,8 @@ fn figure(one: &Measured) -> Markup {
     let levels: Vec<&Level> = envelope.levels.iter().filter(|level| level.severity > 0.0).collect();
     let exponents = levels.iter().map(|level| level.severity.log10());
     let asked = one.at_least.filter(|least| *least > 0.0).map(f64::log10);
-    let unit = if envelope.unit == "1" { "" } else { &envelope.unit };
     let frame = Frame::wide(
-        Axis::decades(format!("severity in {unit}"), exponents.chain(asked)),
+        Axis::decades(figures::axis_label("severity", &envelope.unit), exponents.chain(asked)),
         Axis::around("runs in %", [0.0, 100.0]),
     );
     let name = format!("shares of runs over the severity of {}", envelope.kind);
@@ -206,8 +204,17 @@ fn figure(one: &Measured) -> Markup {
     }
 }
 
-fn severity(value: f64) -> String {
-    figures::exact(value, 3)
+fn severity(value: f64, unit: &str) -> String {
+    figures::with_unit(figures::exact(value, 3), unit)
+}
+
+/// A sentence in which words of a plan stand between backticks.
+fn with_code(sentence: &str) -> Markup {
+    html! {
+        @for (index, part) in sentence.split('`').enumerate() {
+            @if index % 2 == 1 { code { (part) } } @else { (part) }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -249,9 +256,14 @@ mod tests {
         assert_eq!(page.select(&Selector::parse("a.data").unwrap()).count(), 3);
         assert_eq!(texts(&page, "td:nth-child(4)"), ["0.1 %", "0.1 %", "0.1 %"]);
         assert_eq!(texts(&page, "td:nth-child(7)"), ["20 of 40 at 10 %"; 3]);
-        let answer = "At least 90 % of runs pass with drop of <gyro> up to 0.1 %. Silently wrong: 20 of 40 at 10 %.";
+        let answer = "At least 90 % of runs pass with drop on <gyro> at up to 0.1 %. Silently wrong: 20 of 40 at 10 %.";
         assert_eq!(texts(&page, "p.answer")[2], answer);
         assert_eq!(page.select(&Selector::parse("tr.fail").unwrap()).count(), 1);
+        assert!(text.contains("<th>required</th>"), "{text}");
+        // Found by a user: without a requirement, two columns were empty.
+        let asked_nothing = Html::parse_document(&super::page("laps", &[measured(None)]));
+        assert_eq!(texts(&asked_nothing, "td:nth-child(3)"), ["0.1 %"]);
+        assert_eq!(texts(&asked_nothing, "th").len(), 5);
         let mut mute = measured(None);
         mute.envelope.levels.iter_mut().for_each(|level| (level.announced, level.silent) = (0, 0));
         let mute = super::page("oven", &[mute]);

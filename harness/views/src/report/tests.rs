@@ -70,7 +70,7 @@ fn sixteen_hours_fit_one_page() {
         "Fig. 3 and what is left beside its line, Fig. 8, two quantities of no figure of the paper, and the path"
     );
     assert_eq!(count(&document, "g.step"), 120);
-    assert!(page.contains("160 steps; 40 too short to be told apart are not drawn"));
+    assert!(page.contains("160 steps; 40 of them are too short to be drawn"));
     assert!(page.contains("57600 observations; "), "a thinned log says so");
     assert!(page.contains("error of one turn in deg") && page.contains("temperature in degC"));
 }

@@ -87,7 +87,9 @@ pub(super) fn figure(collected: &Collected, marks: &[Mark]) -> Option<Markup> {
                 }
                 p {
                     (steps.all.len()) " step" @if steps.all.len() != 1 { "s" }
-                    @if left_out > 0 { "; " (left_out) " too short to be told apart are not drawn" }
+                    @if left_out > 0 {
+                        "; " (left_out) " of them " (if left_out == 1 { "is" } else { "are" }) " too short to be drawn"
+                    }
                     "; point at one to see what it does."
                     @if steps.overflowed > 0 { " " (steps.overflowed) " later ones were not kept." }
                     @if lanes_left_out > 0 { " " (lanes_left_out) " faults at a time too many are not drawn." }
@@ -244,7 +246,7 @@ mod tests {
         assert!(steps.shown(end_s).len() <= 501);
         let collected = Collected { steps, end_s, ..Collected::default() };
         let text = figure(&collected, &[]).unwrap().into_string();
-        assert!(text.contains("too short to be told apart"));
+        assert!(text.contains(" of them are too short to be drawn"));
     }
 
     proptest! {

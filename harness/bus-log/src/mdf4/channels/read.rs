@@ -1,12 +1,13 @@
 //! Reads a file of measured channels.
 
+use super::super::super::Format;
 use super::super::super::error::{Defect, LogError};
 use super::super::blocks::Source;
 use super::super::opening::{Opened, open};
 use super::contents::{self, Group};
 use super::records::{PARTS_MAX, Records};
 use super::values::{Cell, Values};
-use std::io::{Read, Seek};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 /// A file with measured channels. Only the descriptions of its groups and channels are in memory.
@@ -37,7 +38,11 @@ impl<R: Read + Seek> Reader<R> {
     ///
     /// # Errors
     /// When it is not such a file, or when the descriptions of its groups are damaged.
-    pub fn new(path: &Path, input: R) -> Result<Self, LogError> {
+    pub fn new(path: &Path, mut input: R) -> Result<Self, LogError> {
+        if input.seek(SeekFrom::End(0)).is_ok_and(|length| length == 0) {
+            return Err(LogError::Empty { path: path.to_owned(), format: Format::Mdf4 });
+        }
+        let _ = input.rewind();
         let mut source = Source::new(path, input)?;
         let Opened { is_unfinished, header } = open(&mut source)?;
         let groups = contents::all(&mut source, header.link(0))?;

@@ -3,7 +3,7 @@
 use described::hint;
 use wire::time::Timestamp;
 
-pub(super) const MOMENT: &str = "a moment is in seconds from the begin of the run, which is 0";
+pub(super) const MOMENT: &str = "give the time in seconds from the start of the run";
 
 const WORDS: [&str; 8] = ["step", "next", "to", "find", "show", "end", "quit", "help"];
 

@@ -68,6 +68,10 @@ impl<'a, R: BufRead, W: Write, I: Iterator<Item = Record>> Session<'a, R, W, I> 
     /// Reports the end of the run at `at`.
     pub(super) fn close(mut self, at: Timestamp) -> io::Result<()> {
         if !self.has_left.get() {
+            if let Until::Line(text) = &self.until {
+                let missed = format!("no record with `{text}` up to the end");
+                self.print(&missed);
+            }
             match self.then.take() {
                 _ if self.differs => {}
                 Some(then) => {
@@ -268,6 +272,14 @@ mod tests {
         already past 1.000000 s
         2.000000000 plan note b
         3.000000000 plan note c
+        as recorded to the end
+        the run ended at 9.000000 s
+        ");
+        // Found by a user: what is looked for and never comes was not told.
+        let missed = said(&records, &records, "find note b\nfind zzz\nshow\n");
+        insta::assert_snapshot!(missed, @r"
+        2.000000000 plan note b
+        no record with `zzz` up to the end
         as recorded to the end
         the run ended at 9.000000 s
         ");

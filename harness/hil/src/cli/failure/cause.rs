@@ -93,11 +93,8 @@ exit_statuses! {
     KernelError { Self::NoFrames { .. } => BAD, _ => ERROR }
     // Frames on a serial port, or bytes on a CAN port: nothing is broken.
     ReplayError { Self::Port(PortError::WrongKind { .. }) => BAD, _ => ERROR }
-    LiveError {
-        Self::Stopped => Outcome::Aborted.exit_status(),
-        Self::Port(PortError::WrongKind { .. }) => BAD,
-        _ => ERROR,
-    }
+    // As in the summary of the run, which is in its folder by then.
+    LiveError { Self::Stopped => Outcome::Aborted.exit_status(), _ => ERROR }
     RunFolderError {
         Self::Foreign { .. } | Self::NoFolder { .. } | Self::Busy { .. } | Self::NoRun { .. } => BAD,
         Self::Read { .. } | Self::Summary { .. } | Self::Record { .. } => BAD,

@@ -2,6 +2,7 @@
 
 use super::super::heading::{fact, grouped};
 use super::Gathered;
+use crate::console::ended;
 use campaign::Account;
 use maud::{Markup, html};
 use record::figures;
@@ -30,7 +31,7 @@ pub(super) fn heading(account: &Account, gathered: &Gathered) -> Markup {
     let outcomes: Vec<String> = tally
         .outcomes
         .iter()
-        .map(|(outcome, times)| format!("{} {outcome}", grouped(*times)))
+        .map(|(outcome, times)| format!("{} {}", grouped(*times), ended(outcome)))
         .collect();
     html! {
         header.(class) {
