@@ -3,167 +3,84 @@
 //! Each is at a place where a person would make it. Without the feature `mutants` none can be planted: [`Planted`] is
 //! empty and answers no at compile time, so that the code is the same as without this module.
 
-/// One mistake.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "mutants", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "mutants", serde(rename_all = "kebab-case"))]
-pub enum Mutant {
-    /// A silent gyro shows in health but aborts no motion.
-    StaleHeading,
-    /// The calibration's correction has the wrong sign counter-clockwise.
-    CcwSign,
-    /// The base may be silent ten times as long in motion.
-    WatchdogOffByTen,
-    /// A bias test checks neither the base nor the readings for rest.
-    BiasTestWhileMoving,
-    /// The target heading of a turn is wrapped at 360 deg, the heading itself is not.
-    WrapAt360,
-    /// A gap in the gyro's sequence numbers goes unnoticed.
-    MissedSequenceGap,
-    /// A straight line ends on arrival, and its pose is written, before the base has come to rest.
-    PoseWrittenInMotion,
-    /// The heading is kept as a 32-bit count of 0.00001 deg, which overflows after 59 turns.
-    OverflowAfterLongRuns,
-    /// A rate beyond the gyro's range is integrated as if it were right.
-    OverRangeIgnored,
-    /// A repeated sample is integrated twice.
-    RepeatedSampleCounted,
-    /// Readings that are stuck in spite of noise are integrated.
-    StuckReadingsBelieved,
-    /// A reading that the base cannot have reached is integrated.
-    JumpBelieved,
-    /// Gyro and steering odometry are never compared.
-    HeadingsNotCompared,
-    /// Any temperature is believed, even an impossible or frozen one.
-    TemperatureBelieved,
-    /// The odometer may lag behind the commands without limit during motion.
-    LaggingOdometerBelieved,
-    /// Rotation while the base reports that it stands is taken for bias.
-    BumpIgnored,
-    /// The bias is not checked at standstills.
-    MovedBiasIgnored,
-    /// A bias test clears earlier faults of the heading.
-    BiasTestForgives,
-    /// The pose written to the base is always the origin.
-    WrongPoseDownloaded,
-    /// Dead reckoning swaps left and right.
-    MirroredReckoning,
-    /// The bias is always that of the last test, whatever the selected method.
-    BiasMethodIgnored,
-    /// The factors of the two directions are swapped.
-    SwappedDirections,
-    /// Only the first of the factors of Eq. 4 is used.
-    FirstFactorAlone,
-    /// A straight line is driven at the base's top speed, whatever the command.
-    SpeedIgnored,
-    /// A turn runs at the base's top rate, whatever the command.
-    RateIgnored,
-    /// The heading drifts with the gyro at rest.
-    HeadingNotHeld,
-    /// Nothing shows in health.
-    HealthSilent,
-    /// A host clock that is set back is believed.
-    HostClockBelieved,
-    /// After a stop the base is said to stand, whatever it reports.
-    StopCalledRest,
-    /// The tolerance for the end of a straight line is ten times too wide.
-    LooseStop,
-    /// A straight line does not steer.
-    SteeringLoopOpen,
-    /// A straight line steers away from its heading.
-    SteeringReversed,
-    /// A turn ends by the base's odometry, whatever the heading source.
-    TurnByOdometry,
-    /// The pose is written to the base after straight lines alone.
-    TurnNotWritten,
-    /// An inch of the base's path is taken for 25 mm.
-    ShortInch,
-    /// A gyro with the opposite convention is read like any other.
-    SignIgnored,
-}
-
-#[cfg(feature = "mutants")]
-impl Mutant {
-    /// All mutants.
-    pub const ALL: &[Self] = &[
-        Self::StaleHeading,
-        Self::CcwSign,
-        Self::WatchdogOffByTen,
-        Self::BiasTestWhileMoving,
-        Self::WrapAt360,
-        Self::MissedSequenceGap,
-        Self::PoseWrittenInMotion,
-        Self::OverflowAfterLongRuns,
-        Self::OverRangeIgnored,
-        Self::RepeatedSampleCounted,
-        Self::StuckReadingsBelieved,
-        Self::JumpBelieved,
-        Self::HeadingsNotCompared,
-        Self::TemperatureBelieved,
-        Self::LaggingOdometerBelieved,
-        Self::BumpIgnored,
-        Self::MovedBiasIgnored,
-        Self::BiasTestForgives,
-        Self::WrongPoseDownloaded,
-        Self::MirroredReckoning,
-        Self::BiasMethodIgnored,
-        Self::SwappedDirections,
-        Self::FirstFactorAlone,
-        Self::SpeedIgnored,
-        Self::RateIgnored,
-        Self::HeadingNotHeld,
-        Self::HealthSilent,
-        Self::HostClockBelieved,
-        Self::StopCalledRest,
-        Self::LooseStop,
-        Self::SteeringLoopOpen,
-        Self::SteeringReversed,
-        Self::TurnByOdometry,
-        Self::TurnNotWritten,
-        Self::ShortInch,
-        Self::SignIgnored,
-    ];
-
-    /// Words joined by hyphens.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::StaleHeading => "stale-heading",
-            Self::CcwSign => "ccw-sign",
-            Self::WatchdogOffByTen => "watchdog-off-by-ten",
-            Self::BiasTestWhileMoving => "bias-test-while-moving",
-            Self::WrapAt360 => "wrap-at-360",
-            Self::MissedSequenceGap => "missed-sequence-gap",
-            Self::PoseWrittenInMotion => "pose-written-in-motion",
-            Self::OverflowAfterLongRuns => "overflow-after-long-runs",
-            Self::OverRangeIgnored => "over-range-ignored",
-            Self::RepeatedSampleCounted => "repeated-sample-counted",
-            Self::StuckReadingsBelieved => "stuck-readings-believed",
-            Self::JumpBelieved => "jump-believed",
-            Self::HeadingsNotCompared => "headings-not-compared",
-            Self::TemperatureBelieved => "temperature-believed",
-            Self::LaggingOdometerBelieved => "lagging-odometer-believed",
-            Self::BumpIgnored => "bump-ignored",
-            Self::MovedBiasIgnored => "moved-bias-ignored",
-            Self::BiasTestForgives => "bias-test-forgives",
-            Self::WrongPoseDownloaded => "wrong-pose-downloaded",
-            Self::MirroredReckoning => "mirrored-reckoning",
-            Self::BiasMethodIgnored => "bias-method-ignored",
-            Self::SwappedDirections => "swapped-directions",
-            Self::FirstFactorAlone => "first-factor-alone",
-            Self::SpeedIgnored => "speed-ignored",
-            Self::RateIgnored => "rate-ignored",
-            Self::HeadingNotHeld => "heading-not-held",
-            Self::HealthSilent => "health-silent",
-            Self::HostClockBelieved => "host-clock-believed",
-            Self::StopCalledRest => "stop-called-rest",
-            Self::LooseStop => "loose-stop",
-            Self::SteeringLoopOpen => "steering-loop-open",
-            Self::SteeringReversed => "steering-reversed",
-            Self::TurnByOdometry => "turn-by-odometry",
-            Self::TurnNotWritten => "turn-not-written",
-            Self::ShortInch => "short-inch",
-            Self::SignIgnored => "sign-ignored",
-        }
+wire::words! {
+    /// One mistake.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    #[cfg_attr(feature = "mutants", derive(serde::Serialize, serde::Deserialize))]
+    #[cfg_attr(feature = "mutants", serde(rename_all = "kebab-case"))]
+    pub enum Mutant {
+        /// A silent gyro shows in health but aborts no motion.
+        StaleHeading = "stale-heading",
+        /// The calibration's correction has the wrong sign counter-clockwise.
+        CcwSign = "ccw-sign",
+        /// The base may be silent ten times as long in motion.
+        WatchdogOffByTen = "watchdog-off-by-ten",
+        /// A bias test checks neither the base nor the readings for rest.
+        BiasTestWhileMoving = "bias-test-while-moving",
+        /// The target heading of a turn is wrapped at 360 deg, the heading itself is not.
+        WrapAt360 = "wrap-at-360",
+        /// A gap in the gyro's sequence numbers goes unnoticed.
+        MissedSequenceGap = "missed-sequence-gap",
+        /// A straight line ends on arrival, and its pose is written, before the base has come to rest.
+        PoseWrittenInMotion = "pose-written-in-motion",
+        /// The heading is kept as a 32-bit count of 0.00001 deg, which overflows after 59 turns.
+        OverflowAfterLongRuns = "overflow-after-long-runs",
+        /// A rate beyond the gyro's range is integrated as if it were right.
+        OverRangeIgnored = "over-range-ignored",
+        /// A repeated sample is integrated twice.
+        RepeatedSampleCounted = "repeated-sample-counted",
+        /// Readings that are stuck in spite of noise are integrated.
+        StuckReadingsBelieved = "stuck-readings-believed",
+        /// A reading that the base cannot have reached is integrated.
+        JumpBelieved = "jump-believed",
+        /// Gyro and steering odometry are never compared.
+        HeadingsNotCompared = "headings-not-compared",
+        /// Any temperature is believed, even an impossible or frozen one.
+        TemperatureBelieved = "temperature-believed",
+        /// The odometer may lag behind the commands without limit during motion.
+        LaggingOdometerBelieved = "lagging-odometer-believed",
+        /// Rotation while the base reports that it stands is taken for bias.
+        BumpIgnored = "bump-ignored",
+        /// The bias is not checked at standstills.
+        MovedBiasIgnored = "moved-bias-ignored",
+        /// A bias test clears earlier faults of the heading.
+        BiasTestForgives = "bias-test-forgives",
+        /// The pose written to the base is always the origin.
+        WrongPoseDownloaded = "wrong-pose-downloaded",
+        /// Dead reckoning swaps left and right.
+        MirroredReckoning = "mirrored-reckoning",
+        /// The bias is always that of the last test, whatever the selected method.
+        BiasMethodIgnored = "bias-method-ignored",
+        /// The factors of the two directions are swapped.
+        SwappedDirections = "swapped-directions",
+        /// Only the first of the factors of Eq. 4 is used.
+        FirstFactorAlone = "first-factor-alone",
+        /// A straight line is driven at the base's top speed, whatever the command.
+        SpeedIgnored = "speed-ignored",
+        /// A turn runs at the base's top rate, whatever the command.
+        RateIgnored = "rate-ignored",
+        /// The heading drifts with the gyro at rest.
+        HeadingNotHeld = "heading-not-held",
+        /// Nothing shows in health.
+        HealthSilent = "health-silent",
+        /// A host clock that is set back is believed.
+        HostClockBelieved = "host-clock-believed",
+        /// After a stop the base is said to stand, whatever it reports.
+        StopCalledRest = "stop-called-rest",
+        /// The tolerance for the end of a straight line is ten times too wide.
+        LooseStop = "loose-stop",
+        /// A straight line does not steer.
+        SteeringLoopOpen = "steering-loop-open",
+        /// A straight line steers away from its heading.
+        SteeringReversed = "steering-reversed",
+        /// A turn ends by the base's odometry, whatever the heading source.
+        TurnByOdometry = "turn-by-odometry",
+        /// The pose is written to the base after straight lines alone.
+        TurnNotWritten = "turn-not-written",
+        /// An inch of the base's path is taken for 25 mm.
+        ShortInch = "short-inch",
+        /// A gyro with the opposite convention is read like any other.
+        SignIgnored = "sign-ignored",
     }
 }
 
