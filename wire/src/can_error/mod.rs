@@ -1,19 +1,18 @@
 //! Error reports of a CAN controller: SocketCAN's error frames.
 //!
 //! An error frame has the flag [`ERROR_FLAG`] in its identifier, a bit for each class that it reports, and eight bytes
-//! of detail (`linux/can/error.h`). [`CanErrorEvent`] is one decoded frame, and [`BusHealth`] summarises a series of
-//! them.
+//! of detail (`linux/can/error.h`). [`CanErrorEvent`] is one decoded frame.
 
 mod detail;
 mod display;
-mod health;
 mod kind;
+mod state;
 
 pub use detail::{
     ControllerProblems, ProtocolErrors, ProtocolLocation, ProtocolViolation, Transceiver,
 };
-pub use health::{BusHealth, BusState};
 pub use kind::ErrorKind;
+pub use state::BusState;
 
 use serde::{Deserialize, Serialize};
 

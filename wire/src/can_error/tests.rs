@@ -1,6 +1,6 @@
-//! Descriptions of error frames, and the summary of a series of them.
+//! Descriptions of error frames.
 
-use super::{BusHealth, BusState, CanErrorEvent, ERROR_FLAG, ErrorCounters, ErrorKind};
+use super::{CanErrorEvent, ERROR_FLAG, ErrorCounters};
 use insta::assert_snapshot;
 use proptest::prelude::*;
 use std::fmt::Write as _;
@@ -71,47 +71,6 @@ fn error_frames_in_words() {
 }
 
 #[test]
-fn health_keeps_the_state_the_worst_and_the_counts() {
-    let mut health = BusHealth::default();
-    assert_snapshot!(health, @"error-active");
-    let mut seen = String::new();
-    for (id, data) in [
-        (0x0A8, [0, 0, 0, 0x19, 0, 0, 0, 0]),
-        (0x0A8, [0, 0, 0, 0x19, 0, 0, 0, 0]),
-        (0x204, [0, 0x08, 0, 0, 0, 0, 96, 0]),
-        (0x204, [0, 0x20, 0, 0, 0, 0, 128, 0]),
-        // An error without a state leaves the state unchanged.
-        (0x004, [0, 0x01, 0, 0, 0, 0, 0, 0]),
-        (0x040, [0; 8]),
-        (0x100, [0; 8]),
-    ] {
-        health.observe(&CanErrorEvent::decode(ERROR_FLAG | id, &data));
-        writeln!(seen, "{health}").unwrap();
-    }
-    assert_snapshot!(seen, @r"
-    error-active, 1 x no acknowledgement, 1 x protocol violation, 1 x bus error
-    error-active, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
-    error-warning, counters tx 96 rx 0, 1 x error-warning, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
-    error-passive, counters tx 128 rx 0, 1 x error-passive, 1 x error-warning, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
-    error-passive, counters tx 128 rx 0, 1 x error-passive, 1 x error-warning, 1 x receive buffer overflow, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
-    bus-off, counters tx 128 rx 0, 1 x bus-off, 1 x error-passive, 1 x error-warning, 1 x receive buffer overflow, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
-    error-active (was bus-off), counters tx 128 rx 0, 1 x bus-off, 1 x restarted, 1 x error-passive, 1 x error-warning, 1 x receive buffer overflow, 2 x no acknowledgement, 2 x protocol violation, 2 x bus error
-    ");
-    assert_eq!(health.state(), BusState::Active);
-    assert_eq!(health.worst(), BusState::BusOff);
-    assert_eq!(health.counters(), Some(ErrorCounters { tx: 128, rx: 0 }));
-    assert_eq!(health.events(), 7);
-    assert_eq!(health.count(ErrorKind::BusError), 2);
-}
-
-#[test]
-fn the_order_of_kinds_is_that_of_their_counts() {
-    for (place, kind) in ErrorKind::ALL.into_iter().enumerate() {
-        assert_eq!(kind as usize, place);
-    }
-}
-
-#[test]
 fn missing_data_are_zero() {
     let event = CanErrorEvent::decode(0x3FF, &[3]);
     assert_eq!(event, CanErrorEvent::decode(0x3FF, &[3, 0, 0, 0, 0, 0, 0, 0]));
@@ -137,22 +96,5 @@ proptest! {
             prop_assert!(encoded == byte || encoded == 0);
         }
         prop_assert!(!event.to_string().is_empty());
-    }
-
-    #[test]
-    fn health_counts_every_kind_of_every_event(
-        frames in prop::collection::vec(any::<(u32, [u8; 8])>(), 0..20),
-    ) {
-        let mut health = BusHealth::default();
-        let mut kinds = 0;
-        for (id, data) in &frames {
-            let event = CanErrorEvent::decode(*id, data);
-            kinds += event.kinds().count() as u64;
-            health.observe(&event);
-            prop_assert!(health.worst() >= health.state());
-        }
-        prop_assert_eq!(health.events(), frames.len() as u64);
-        let counted: u64 = ErrorKind::ALL.into_iter().map(|kind| health.count(kind)).sum();
-        prop_assert_eq!(counted, kinds);
     }
 }
