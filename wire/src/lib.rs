@@ -22,6 +22,7 @@ pub mod base;
 pub mod can;
 pub mod can_error;
 pub mod device;
+mod either;
 pub mod gyro;
 pub mod j1939;
 pub mod packet;

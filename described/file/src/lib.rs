@@ -33,10 +33,8 @@ pub use uds::{
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::str::FromStr;
 use toml::Spanned;
 use wire::serial::Parity;
@@ -251,24 +249,7 @@ impl JsonSchema for Formula {
     }
 }
 
-impl<'de> Deserialize<'de> for Formula {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl Visitor<'_> for Either {
-            type Value = Formula;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number or an expression in quotes")
-            }
-            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Formula, E> {
-                Ok(Formula::Number(value))
-            }
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Formula, E> {
-                Ok(Formula::Number(value as f64))
-            }
-            fn visit_str<E: de::Error>(self, value: &str) -> Result<Formula, E> {
-                Ok(Formula::Expression(value.to_owned()))
-            }
-        }
-        deserializer.deserialize_any(Either)
-    }
+wire::either! { Formula, "a number or an expression in quotes",
+    number(value) => Ok(Formula::Number(value)),
+    text(text) => Ok(Formula::Expression(text.to_owned())),
 }

@@ -5,10 +5,7 @@ use crate::protection::{ChecksumTable, CounterTable, E2eTable, ProtectionTable};
 use crate::signal_value::SignalValue;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{self, Deserializer, MapAccess, SeqAccess, Visitor};
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// Who sends a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -82,23 +79,9 @@ impl Messages {
     }
 }
 
-impl<'de> Deserialize<'de> for Messages {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = Messages;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a map")
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Messages, A::Error> {
-                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(Messages::Rules)
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Messages, A::Error> {
-                Deserialize::deserialize(SeqAccessDeserializer::new(seq)).map(Messages::Tables)
-            }
-        }
-        deserializer.deserialize_any(Either)
-    }
+wire::either! { Messages, "a map",
+    map(map) => Deserialize::deserialize(map).map(Messages::Rules),
+    list(list) => Deserialize::deserialize(list).map(Messages::Tables),
 }
 
 /// Declares the two forms of a message, which have these keys in common.
@@ -228,23 +211,9 @@ pub enum ChecksumKind {
     Field(ChecksumTable),
 }
 
-impl<'de> Deserialize<'de> for ChecksumKind {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Either;
-        impl<'de> Visitor<'de> for Either {
-            type Value = ChecksumKind;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("the name of a checksum or a table with its `signal` and its `crc`")
-            }
-            fn visit_str<E: de::Error>(self, name: &str) -> Result<ChecksumKind, E> {
-                Ok(ChecksumKind::Trailer(name.to_owned()))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ChecksumKind, A::Error> {
-                ChecksumTable::deserialize(MapAccessDeserializer::new(map)).map(ChecksumKind::Field)
-            }
-        }
-        deserializer.deserialize_any(Either)
-    }
+wire::either! { ChecksumKind, "the name of a checksum or a table with its `signal` and its `crc`",
+    text(name) => Ok(ChecksumKind::Trailer(name.to_owned())),
+    map(map) => ChecksumTable::deserialize(map).map(ChecksumKind::Field),
 }
 
 /// What happens to a request while another one is being answered.

@@ -1,7 +1,6 @@
 //! A value of a signal as people write it: a number, or the name that the DBC gives to it (`VAL_`).
 
 use schemars::JsonSchema;
-use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 use std::fmt;
 
 /// A number in the signal's unit, or the name of a value.
@@ -29,35 +28,7 @@ impl fmt::Display for SignalValue {
     }
 }
 
-impl<'de> Deserialize<'de> for SignalValue {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Written;
-        impl Visitor<'_> for Written {
-            type Value = SignalValue;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a finite number or the name of a value")
-            }
-
-            fn visit_f64<E: Error>(self, value: f64) -> Result<SignalValue, E> {
-                match value.is_finite() {
-                    true => Ok(SignalValue::Number(value)),
-                    false => Err(E::invalid_value(Unexpected::Float(value), &self)),
-                }
-            }
-
-            fn visit_i64<E: Error>(self, value: i64) -> Result<SignalValue, E> {
-                Ok(SignalValue::Number(value as f64))
-            }
-
-            fn visit_u64<E: Error>(self, value: u64) -> Result<SignalValue, E> {
-                Ok(SignalValue::Number(value as f64))
-            }
-
-            fn visit_str<E: Error>(self, value: &str) -> Result<SignalValue, E> {
-                Ok(SignalValue::Named(value.to_owned()))
-            }
-        }
-        deserializer.deserialize_any(Written)
-    }
+wire::either! { SignalValue, "a finite number or the name of a value",
+    finite(value) => Ok(SignalValue::Number(value)),
+    text(name) => Ok(SignalValue::Named(name.to_owned())),
 }

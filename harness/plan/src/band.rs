@@ -2,9 +2,7 @@
 
 use crate::number;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{self, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, de};
 use std::borrow::Cow;
 use std::fmt;
 
@@ -97,27 +95,17 @@ struct Ends {
 #[derive(Deserialize)]
 struct End(#[serde(with = "number::Finite")] f64);
 
-struct BandVisitor;
+const FORMS: &str = "a band: `[lower, upper]`, `{ at_most = x }` or `{ at_least = x }`";
 
-impl<'de> Visitor<'de> for BandVisitor {
-    type Value = Band;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a band: `[lower, upper]`, `{ at_most = x }` or `{ at_least = x }`")
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Band, A::Error> {
-        let ends = Vec::<End>::deserialize(SeqAccessDeserializer::new(seq))?;
-        let [End(lower), End(upper)] = ends[..] else {
-            return Err(de::Error::invalid_length(ends.len(), &self));
-        };
-        checked(Band { lower: Some(lower), upper: Some(upper) })
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Band, A::Error> {
-        let ends = Ends::deserialize(MapAccessDeserializer::new(map))?;
+wire::either! { Band, FORMS,
+    list(list) => match Vec::<End>::deserialize(list)?[..] {
+        [End(lower), End(upper)] => checked(Band { lower: Some(lower), upper: Some(upper) }),
+        ref ends => Err(de::Error::invalid_length(ends.len(), &FORMS)),
+    },
+    map(map) => {
+        let ends = Ends::deserialize(map)?;
         checked(Band { lower: ends.at_least, upper: ends.at_most })
-    }
+    },
 }
 
 fn checked<E: de::Error>(band: Band) -> Result<Band, E> {
@@ -149,12 +137,6 @@ impl JsonSchema for Band {
                 }
             ]
         })
-    }
-}
-
-impl<'de> Deserialize<'de> for Band {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(BandVisitor)
     }
 }
 

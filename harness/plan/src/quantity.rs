@@ -8,9 +8,7 @@ use super::quantities::{
     self, CHOSEN, NAMES, OPERATOR_PREFIX, Quantity, REACTION_PREFIX, SDO_PREFIX, UDS_PREFIX,
 };
 use super::speakers::OfMessage;
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{self, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, de};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -131,40 +129,10 @@ impl Filter {
     }
 }
 
-struct TagMatchVisitor;
-
-impl<'de> Visitor<'de> for TagMatchVisitor {
-    type Value = TagMatch;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a number or a band")
-    }
-
-    fn visit_f64<E: de::Error>(self, value: f64) -> Result<TagMatch, E> {
-        if value.is_finite() {
-            Ok(TagMatch::Equal(value))
-        } else {
-            Err(E::invalid_value(de::Unexpected::Float(value), &self))
-        }
-    }
-
-    fn visit_i64<E: de::Error>(self, value: i64) -> Result<TagMatch, E> {
-        Ok(TagMatch::Equal(value as f64))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<TagMatch, A::Error> {
-        Band::deserialize(SeqAccessDeserializer::new(seq)).map(TagMatch::Within)
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TagMatch, A::Error> {
-        Band::deserialize(MapAccessDeserializer::new(map)).map(TagMatch::Within)
-    }
-}
-
-impl<'de> Deserialize<'de> for TagMatch {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(TagMatchVisitor)
-    }
+wire::either! { TagMatch, "a number or a band",
+    finite(value) => Ok(TagMatch::Equal(value)),
+    list(list) => Band::deserialize(list).map(TagMatch::Within),
+    map(map) => Band::deserialize(map).map(TagMatch::Within),
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! The connection to a controller that is already running.
 
 use super::port_text::PortText;
-use serde::de::{self, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::de::Error;
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -56,30 +55,11 @@ impl fmt::Display for AttachPlace {
     }
 }
 
-struct PlaceVisitor;
-
-impl Visitor<'_> for PlaceVisitor {
-    type Value = AttachPlace;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(FORMS)
-    }
-
-    fn visit_bool<E: de::Error>(self, _: bool) -> Result<AttachPlace, E> {
-        Err(E::custom(format_args!(
-            "nobody knows where the controller takes its missions, expected {FORMS}"
-        )))
-    }
-
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<AttachPlace, E> {
-        text.parse().map_err(E::custom)
-    }
-}
-
-impl<'de> Deserialize<'de> for AttachPlace {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(PlaceVisitor)
-    }
+wire::either! { AttachPlace, FORMS,
+    flag(_) => Err(Error::custom(format_args!(
+        "nobody knows where the controller takes its missions, expected {FORMS}"
+    ))),
+    text(text) => text.parse().map_err(Error::custom),
 }
 
 #[cfg(test)]

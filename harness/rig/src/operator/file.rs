@@ -10,11 +10,8 @@
 //! ```
 
 use plan::library::{LibraryError, Source};
-use serde::de::value::SeqAccessDeserializer;
-use serde::de::{self, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::path::Path;
 use toml::Spanned;
 
@@ -49,28 +46,9 @@ pub(super) enum Written {
     InTurn(Vec<Spanned<String>>),
 }
 
-struct WrittenVisitor;
-
-impl<'de> Visitor<'de> for WrittenVisitor {
-    type Value = Written;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a text with a unit such as \"1.5 deg\", or a list of such texts")
-    }
-
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<Written, E> {
-        Ok(Written::Always(text.to_owned()))
-    }
-
-    fn visit_seq<A: SeqAccess<'de>>(self, texts: A) -> Result<Written, A::Error> {
-        Vec::deserialize(SeqAccessDeserializer::new(texts)).map(Written::InTurn)
-    }
-}
-
-impl<'de> Deserialize<'de> for Written {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(WrittenVisitor)
-    }
+wire::either! { Written, "a text with a unit such as \"1.5 deg\", or a list of such texts",
+    text(text) => Ok(Written::Always(text.to_owned())),
+    list(texts) => Vec::deserialize(texts).map(Written::InTurn),
 }
 
 impl AnswerFile {
