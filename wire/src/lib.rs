@@ -25,6 +25,7 @@ pub mod device;
 mod either;
 pub mod gyro;
 pub mod j1939;
+mod operator;
 pub mod packet;
 pub mod serial;
 pub mod slcan;

@@ -2,7 +2,7 @@
 //!
 //! Time is always an argument. Its origin is the start of the run: nothing in this crate reads a clock.
 
-use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use crate::operator::operator;
 use serde::{Deserialize, Serialize};
 
 /// An instant, in nanoseconds since the run began.
@@ -130,91 +130,18 @@ const fn end_of_range(is_upper: bool) -> i64 {
     if is_upper { i64::MAX } else { i64::MIN }
 }
 
-impl Add<Span> for Timestamp {
-    type Output = Self;
-    #[inline]
-    fn add(self, span: Span) -> Self {
-        Self(sum(self.0, span.0))
-    }
-}
-
-impl AddAssign<Span> for Timestamp {
-    #[inline]
-    fn add_assign(&mut self, span: Span) {
-        *self = *self + span;
-    }
-}
-
-impl Sub<Span> for Timestamp {
-    type Output = Self;
-    #[inline]
-    fn sub(self, span: Span) -> Self {
-        Self(difference(self.0, span.0))
-    }
-}
-
-impl Sub for Timestamp {
-    type Output = Span;
-    #[inline]
-    fn sub(self, earlier: Self) -> Span {
-        self.since(earlier)
-    }
-}
-
-impl Add for Span {
-    type Output = Self;
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        Self(sum(self.0, other.0))
-    }
-}
-
-impl AddAssign for Span {
-    #[inline]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl Sub for Span {
-    type Output = Self;
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        Self(difference(self.0, other.0))
-    }
-}
-
-impl SubAssign for Span {
-    #[inline]
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
-    }
-}
-
-impl Neg for Span {
-    type Output = Self;
-    #[inline]
-    fn neg(self) -> Self {
-        Self(self.0.saturating_neg())
-    }
-}
-
-impl Mul<i64> for Span {
-    type Output = Self;
-    #[inline]
-    fn mul(self, count: i64) -> Self {
-        Self(self.0.saturating_mul(count))
-    }
-}
-
-impl Div<i64> for Span {
-    type Output = Self;
-    /// A division by zero gives zero.
-    #[inline]
-    fn div(self, count: i64) -> Self {
-        Self(self.0.checked_div(count).unwrap_or(0))
-    }
-}
+operator!(Add::add, Timestamp, Span => Timestamp, |a, b| Timestamp(sum(a.0, b.0)));
+operator!(AddAssign::add_assign, Timestamp, Span, |a, b| a + b);
+operator!(Sub::sub, Timestamp, Span => Timestamp, |a, b| Timestamp(difference(a.0, b.0)));
+operator!(Sub::sub, Timestamp, Timestamp => Span, |a, b| a.since(b));
+operator!(Add::add, Span, Span => Span, |a, b| Span(sum(a.0, b.0)));
+operator!(AddAssign::add_assign, Span, Span, |a, b| a + b);
+operator!(Sub::sub, Span, Span => Span, |a, b| Span(difference(a.0, b.0)));
+operator!(SubAssign::sub_assign, Span, Span, |a, b| a - b);
+operator!(Neg::neg, Span => Span, |a| Span(a.0.saturating_neg()));
+operator!(Mul::mul, Span, i64 => Span, |a, count| Span(a.0.saturating_mul(count)));
+// A division by zero gives zero.
+operator!(Div::div, Span, i64 => Span, |a, count| Span(a.0.checked_div(count).unwrap_or(0)));
 
 #[cfg(test)]
 mod tests {

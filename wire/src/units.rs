@@ -4,9 +4,9 @@
 //! readers with the unit in their name. A quantity is serialised as its SI number, so a field's name carries the unit
 //! (`heading_rad`, `speed_m_per_s`).
 
+use crate::operator::operator;
 use crate::time::Span;
 use core::f64::consts::{PI, TAU};
-use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use serde::{Deserialize, Serialize};
 
 macro_rules! quantity {
@@ -68,78 +68,22 @@ macro_rules! quantity {
             }
         }
 
-        impl Add for $name {
-            type Output = Self;
-            fn add(self, other: Self) -> Self {
-                Self(self.0 + other.0)
-            }
-        }
-
-        impl AddAssign for $name {
-            fn add_assign(&mut self, other: Self) {
-                self.0 += other.0;
-            }
-        }
-
-        impl Sub for $name {
-            type Output = Self;
-            fn sub(self, other: Self) -> Self {
-                Self(self.0 - other.0)
-            }
-        }
-
-        impl SubAssign for $name {
-            fn sub_assign(&mut self, other: Self) {
-                self.0 -= other.0;
-            }
-        }
-
-        impl Neg for $name {
-            type Output = Self;
-            fn neg(self) -> Self {
-                Self(-self.0)
-            }
-        }
-
-        impl Mul<f64> for $name {
-            type Output = Self;
-            fn mul(self, factor: f64) -> Self {
-                Self(self.0 * factor)
-            }
-        }
-
-        impl Div<f64> for $name {
-            type Output = Self;
-            fn div(self, divisor: f64) -> Self {
-                Self(self.0 / divisor)
-            }
-        }
-
-        impl Div for $name {
-            type Output = f64;
-            fn div(self, other: Self) -> f64 {
-                self.0 / other.0
-            }
-        }
+        operator!(Add::add, $name, $name => $name, |a, b| $name(a.0 + b.0));
+        operator!(AddAssign::add_assign, $name, $name, |a, b| a + b);
+        operator!(Sub::sub, $name, $name => $name, |a, b| $name(a.0 - b.0));
+        operator!(SubAssign::sub_assign, $name, $name, |a, b| a - b);
+        operator!(Neg::neg, $name => $name, |a| $name(-a.0));
+        operator!(Mul::mul, $name, f64 => $name, |a, factor| $name(a.0 * factor));
+        operator!(Div::div, $name, f64 => $name, |a, divisor| $name(a.0 / divisor));
+        operator!(Div::div, $name, $name => f64, |a, b| a.0 / b.0);
     };
 }
 
 /// `$distance` = `$rate` x time.
 macro_rules! rate_of {
     ($rate:ident, $distance:ident) => {
-        impl Mul<Span> for $rate {
-            type Output = $distance;
-            fn mul(self, span: Span) -> $distance {
-                $distance(self.0 * span.as_secs_f64())
-            }
-        }
-
-        impl Div<Span> for $distance {
-            type Output = $rate;
-            fn div(self, span: Span) -> $rate {
-                $rate(self.0 / span.as_secs_f64())
-            }
-        }
+        operator!(Mul::mul, $rate, Span => $distance, |a, span| $distance(a.0 * span.as_secs_f64()));
+        operator!(Div::div, $distance, Span => $rate, |a, span| $rate(a.0 / span.as_secs_f64()));
     };
 }
 
