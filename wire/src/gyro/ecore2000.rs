@@ -9,8 +9,8 @@
 //!
 //! There is no validity bit and no status: a sample without a rate is sent as zero.
 
-use super::kvh_frame::{self, Deframer, Payload};
-use super::{Counters, FormatFacts, GyroOutput, GyroSample, GyroStatus, OutputMode, quantised};
+use super::kvh_frame::{self, Payload};
+use super::{FormatFacts, GyroOutput, GyroSample, GyroStatus, quantised};
 use crate::serial::SerialSettings;
 use crate::time::Span;
 use crate::units::AngularRate;
@@ -67,34 +67,7 @@ fn decode(payload: Payload) -> GyroSample {
     }
 }
 
-/// Bytes to samples.
-#[derive(Debug, Clone)]
-pub struct Decoder {
-    deframer: Deframer,
-}
-
-impl Decoder {
-    /// A decoder without input. The stream carries rates only; the mode is ignored.
-    pub const fn new(_: OutputMode) -> Self {
-        Self { deframer: Deframer::new() }
-    }
-
-    /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
-    #[inline]
-    pub fn feed(&mut self, bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
-        self.deframer.feed(bytes, &mut |payload| deliver(decode(payload)));
-    }
-
-    /// The counters so far.
-    pub const fn counters(&self) -> Counters {
-        self.deframer.tally().counters()
-    }
-
-    /// Bytes of an incomplete frame.
-    pub const fn bytes_pending(&self) -> usize {
-        self.deframer.bytes_pending()
-    }
-}
+kvh_frame::decoder!();
 
 #[cfg(test)]
 mod tests {

@@ -158,6 +158,42 @@ const fn byte_sum(word: u64) -> u8 {
     (pairs.wrapping_mul(0x0001_0001_0001_0001) >> 48) as u8
 }
 
+/// Declares the public `Decoder` of a format in these frames, whose `decode` turns a payload into a sample.
+macro_rules! decoder {
+    () => {
+        /// Bytes to samples.
+        #[derive(Debug, Clone)]
+        pub struct Decoder {
+            deframer: kvh_frame::Deframer,
+        }
+
+        impl Decoder {
+            /// A decoder without input. The stream carries rates only; the mode is ignored.
+            pub const fn new(_: super::OutputMode) -> Self {
+                Self { deframer: kvh_frame::Deframer::new() }
+            }
+
+            /// Takes bytes in pieces of any length and passes each completed sample to `deliver`.
+            #[inline]
+            pub fn feed(&mut self, bytes: &[u8], deliver: &mut impl FnMut(GyroSample)) {
+                self.deframer.feed(bytes, &mut |payload| deliver(decode(payload)));
+            }
+
+            /// The counters so far.
+            pub const fn counters(&self) -> super::Counters {
+                self.deframer.tally().counters()
+            }
+
+            /// Bytes of an incomplete frame.
+            pub const fn bytes_pending(&self) -> usize {
+                self.deframer.bytes_pending()
+            }
+        }
+    };
+}
+
+pub(super) use decoder;
+
 #[cfg(test)]
 mod tests {
     use super::{Deframer, FRAME_BYTES, Payload, byte_sum, encode, gather, spread};
