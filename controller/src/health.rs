@@ -68,25 +68,6 @@ impl Causes {
     pub const fn any_fault(&self) -> bool {
         self.gyro_silent || self.gyro_fault || self.base_silent || self.base_not_ready
     }
-
-    /// True if a cause makes the result doubtful.
-    pub const fn any_degraded(&self) -> bool {
-        self.gyro_over_range
-            || self.gyro_invalid
-            || self.samples_lost
-            || self.odometry_doubtful
-            || self.headings_disagree
-            || self.moved_at_rest
-            || self.bias_moved
-            || self.temperature_doubtful
-            || self.clock_mismatch
-            || self.no_bias
-            || self.bias_test_failed
-            || self.pose_not_written
-            || self.bridging
-            || self.estimator_failed
-            || self.overflow
-    }
 }
 
 /// Level and causes.
@@ -100,12 +81,12 @@ pub struct Health {
 
 impl Health {
     /// The level that follows from `causes`; `starting` until all inputs have delivered data.
-    pub const fn new(starting: bool, causes: Causes) -> Self {
+    pub fn new(starting: bool, causes: Causes) -> Self {
         let level = if starting {
             Level::Starting
         } else if causes.any_fault() {
             Level::Fault
-        } else if causes.any_degraded() {
+        } else if causes != Causes::default() {
             Level::Degraded
         } else {
             Level::Ok
