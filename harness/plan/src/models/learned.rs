@@ -4,7 +4,7 @@ use super::numbers::Numbers;
 use super::{Refused, translate};
 use controller::correction as seen;
 use emulators::device_file::Learned;
-use emulators::gyro::terms::{Acts, Driver, Form, Point, Term};
+use emulators::gyro::terms::Term;
 use identification::model::{self, Model, Wrap};
 use std::f64::consts::TAU;
 use wire::units::AngularRate;
@@ -37,7 +37,7 @@ fn add(model: &Model, term: &model::Term, learned: &mut Learned) -> Result<(), S
                 _ => seen::Acts::Scale,
             };
             for term in translate(model, term, acts)? {
-                learned.terms.push(truth(term)?);
+                learned.terms.push(truth(&term)?);
             }
             return Ok(());
         }
@@ -73,65 +73,22 @@ fn ends_differ(numbers: &Numbers<'_>) -> Result<bool, String> {
     Ok((upper + lower).abs() > ENDS_MAX * (upper - lower).abs())
 }
 
-/// Converts a controller's correction term into a term of true values.
-fn truth(term: seen::Term) -> Result<Term, String> {
-    Ok(Term {
-        acts: match term.acts {
-            seen::Acts::Bias => Acts::Bias,
-            seen::Acts::Scale => Acts::Scale,
-        },
-        driver: driver(term.driver)?,
-        within: term.within,
-        within_2: term.within_2,
-        form: match term.form {
-            seen::Form::Constant { value } => Form::Constant { value },
-            seen::Form::Linear { slope, origin } => Form::Linear { slope, origin },
-            seen::Form::Quadratic { coefficient, origin } => {
-                Form::Quadratic { coefficient, origin }
-            }
-            seen::Form::Cubic { coefficient, origin } => Form::Cubic { coefficient, origin },
-            seen::Form::Exponential { amplitude, time_constant } => {
-                Form::Exponential { amplitude, time_constant }
-            }
-            seen::Form::Harmonic { order, cos, sin } => Form::Harmonic { order, cos, sin },
-            seen::Form::Periodic { cos, sin, period } => Form::Periodic { cos, sin, period },
-            seen::Form::Step { size, at } => Form::Step { size, at },
-            seen::Form::Hinge { slope, at } => Form::Hinge { slope, at },
-            seen::Form::Bump { height, centre, width } => Form::Bump { height, centre, width },
-            seen::Form::Tanh { height, centre, width } => Form::Tanh { height, centre, width },
-            seen::Form::Table { points } => Form::Table {
-                points: points.iter().map(|&seen::Point { x, value }| Point { x, value }).collect(),
-            },
-            seen::Form::Product { coefficient, origin, second, origin_2 } => {
-                Form::Product { coefficient, origin, second: driver(second)?, origin_2 }
-            }
-        },
-    })
+/// Converts a controller's correction term into a term of true values, which a device file writes in the same way.
+fn truth(term: &seen::Term) -> Result<Term, String> {
+    is_known(term.driver)?;
+    if let seen::Form::Product { second, .. } = term.form {
+        is_known(second)?;
+    }
+    let written = serde_json::to_value(term).and_then(serde_json::from_value);
+    written.map_err(|error| error.to_string())
 }
 
-fn driver(driver: seen::Driver) -> Result<Driver, String> {
-    Ok(match driver {
-        seen::Driver::None => Driver::None,
-        seen::Driver::Temperature => Driver::Temperature,
-        seen::Driver::TemperatureRate => Driver::TemperatureRate,
-        seen::Driver::TemperatureLag { time_constant_s } => {
-            Driver::TemperatureLag { time_constant_s }
-        }
-        seen::Driver::TemperatureBranch { half_width_kelvin } => {
-            Driver::TemperatureBranch { half_width_kelvin }
-        }
-        seen::Driver::Rate => Driver::Rate,
-        seen::Driver::AbsRate => Driver::AbsRate,
-        seen::Driver::Direction => Driver::Direction,
-        seen::Driver::Heading => Driver::Heading,
-        seen::Driver::Time => Driver::Time,
-        seen::Driver::TestedBias => {
-            return Err(
-                "an emulated gyro does not know what bias a controller subtracts".to_owned()
-            );
-        }
-        seen::Driver::Uptime => {
-            return Err("an emulated gyro does not know how long a controller has run".to_owned());
-        }
-    })
+/// Whether an emulated gyro has such an input.
+fn is_known(driver: seen::Driver) -> Result<(), String> {
+    let unknown = match driver {
+        seen::Driver::TestedBias => "what bias a controller subtracts",
+        seen::Driver::Uptime => "how long a controller has run",
+        _ => return Ok(()),
+    };
+    Err(format!("an emulated gyro does not know {unknown}"))
 }
