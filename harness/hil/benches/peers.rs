@@ -17,6 +17,7 @@ use bus_log::{Channel, Entry, Format, LogWriter, Payload};
 use described::Layout;
 use ports::{ByteEvent, BytePort, FrameEvent, FramePort, PortSpec};
 use processor::{median, processor_s};
+use rig::line::EndId;
 use rig::link::CanBus;
 use std::hint::black_box;
 use std::path::Path;
@@ -67,15 +68,15 @@ fn figures(folder: &Path) {
 fn memory_bus() -> f64 {
     let frame = |id| CanFrame::new(StandardId::new(id).unwrap(), &[0x55; 8]).unwrap();
     let frames = [frame(0x101), frame(0x181)];
-    let mut bus = CanBus::new();
+    let mut bus = CanBus::default();
     let mut now = Timestamp::ZERO;
     let began = processor_s();
     for number in 0..BUS_FRAMES {
         let node = (number % 2) as usize;
-        bus.send(now, node, black_box(frames[node]));
+        bus.send(now, EndId::of(node), black_box(frames[node]));
         now = bus.next_arrival();
         let (from, frame) = black_box(bus.arrived(now)).unwrap();
-        assert_eq!((from, frame.id()), (node, frames[node].id()));
+        assert_eq!((from, frame.id()), (EndId::of(node), frames[node].id()));
     }
     BUS_FRAMES as f64 / (processor_s() - began)
 }

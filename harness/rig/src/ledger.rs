@@ -46,12 +46,12 @@ impl Ledger {
     }
 
     /// Records the new error state of a bus node, attributed to the fault at `index`.
-    pub fn confinement<Node>(
+    pub fn confinement(
         &self,
         now: Timestamp,
         sink: &mut dyn RecordSink,
         index: usize,
-        (node, change): (&str, &StateChange<Node>),
+        (node, change): (&str, &StateChange),
     ) {
         let event = FaultEvent::Confinement {
             node: node.to_owned(),

@@ -43,7 +43,7 @@ pub struct End {
 enum Wire {
     /// From the first end to the second, and back.
     Serial([SerialLine; 2]),
-    Can(CanBus<EndId>),
+    Can(CanBus),
     /// Not paced here: a port of the system paces it, so what is sent arrives at once.
     Direct(VecDeque<(EndId, Transmit)>),
 }
@@ -54,7 +54,7 @@ const DIRECT_MAX: usize = 1_024;
 #[derive(Debug, Clone)]
 pub struct Line {
     wire: Wire,
-    tampering: Tampering<EndId>,
+    tampering: Tampering,
     ends: Vec<End>,
     /// Whether its traffic is recorded and decoded.
     is_recorded: bool,
@@ -229,7 +229,7 @@ impl Line {
     }
 
     /// Takes the next change of an end's error state, with the fault that it is attributed to.
-    pub fn state_change(&mut self) -> Option<(usize, StateChange<EndId>)> {
+    pub fn state_change(&mut self) -> Option<(usize, StateChange)> {
         match &mut self.wire {
             Wire::Serial(_) | Wire::Direct(_) => None,
             Wire::Can(bus) => bus.state_change().map(|change| (self.struck_last, change)),
@@ -252,7 +252,7 @@ impl Line {
                 let ends: Vec<EndId> = (0..self.ends.len()).map(EndId::of).collect();
                 let mut strike = |name: &str, from| {
                     let fault = (number, kind, chance(name));
-                    bus.begin_fault(now, fault, (from, only), &ends, EndId::STRANGER);
+                    bus.begin_fault(now, fault, (from, only), &ends);
                 };
                 let of_bus = kind.makes_frames();
                 if of_bus {

@@ -9,6 +9,7 @@ mod waiting;
 pub use confinement::{ErrorCounters, ErrorState};
 pub use nodes::StateChange;
 
+use crate::line::EndId;
 use faulty::Faulty;
 use waiting::Waiting;
 use wire::can::{BitRates, CanFrame};
@@ -18,34 +19,21 @@ use wire::time::Timestamp;
 const FRAMES_MAX: usize = 1_024;
 
 /// A bus that every node receives; `from` names the sender.
-#[derive(Debug, Clone)]
-pub struct CanBus<Node> {
+#[derive(Debug, Clone, Default)]
+pub struct CanBus {
     rates: BitRates,
-    waiting: Waiting<Node>,
-    on_bus: Option<(Timestamp, Node, CanFrame)>,
+    waiting: Waiting,
+    on_bus: Option<(Timestamp, EndId, CanFrame)>,
     expected: usize,
     no_room: u64,
     dropped: u64,
-    faulty: Option<Box<Faulty<Node>>>,
+    faulty: Option<Box<Faulty>>,
 }
 
-impl<Node: Copy + PartialEq> CanBus<Node> {
-    /// An idle bus of the [usual rate](BitRates::USUAL).
-    pub const fn new() -> Self {
-        Self::at(BitRates::USUAL)
-    }
-
+impl CanBus {
     /// An idle bus of these rates.
-    pub const fn at(rates: BitRates) -> Self {
-        Self {
-            rates,
-            waiting: Waiting::new(),
-            on_bus: None,
-            expected: 0,
-            no_room: 0,
-            dropped: 0,
-            faulty: None,
-        }
+    pub fn at(rates: BitRates) -> Self {
+        Self { rates, ..Self::default() }
     }
 
     /// So many frames more may wait at once.
@@ -55,7 +43,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 
     /// Sends a frame. It goes at once if the bus is idle, else it takes part in the next arbitration. A classic bus
     /// drops CAN FD frames.
-    pub fn send(&mut self, now: Timestamp, from: Node, frame: CanFrame) {
+    pub fn send(&mut self, now: Timestamp, from: EndId, frame: CanFrame) {
         let is_foreign = frame.fd_flags().is_some() && self.rates.data.is_none();
         if is_foreign || !self.may_send(now, from) {
             self.dropped += 1;
@@ -85,7 +73,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     }
 
     /// Takes a frame that is complete by `now`, with its sender.
-    pub fn arrived(&mut self, now: Timestamp) -> Option<(Node, CanFrame)> {
+    pub fn arrived(&mut self, now: Timestamp) -> Option<(EndId, CanFrame)> {
         if self.faulty.is_some() {
             return self.arrived_faulty(now);
         }
@@ -113,20 +101,14 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         }
     }
 
-    fn begin(&mut self, now: Timestamp, from: Node, frame: CanFrame) {
+    fn begin(&mut self, now: Timestamp, from: EndId, frame: CanFrame) {
         self.on_bus = Some((now + frame.duration(self.rates), from, frame));
-    }
-}
-
-impl<Node: Copy + PartialEq> Default for CanBus<Node> {
-    fn default() -> Self {
-        Self::new()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{BitRates, CanBus, CanFrame, FRAMES_MAX, Timestamp};
+    use super::{BitRates, CanBus, CanFrame, EndId, FRAMES_MAX, Timestamp};
     use wire::can::{ExtendedId, FdFlags, StandardId};
 
     fn frame(id: u16) -> CanFrame {
@@ -135,28 +117,28 @@ mod tests {
 
     #[test]
     fn the_lowest_identifier_goes_first_once_the_bus_is_free() {
-        let mut bus = CanBus::new();
-        for id in [0x300, 0x200, 0x100, 0x200] {
-            bus.send(Timestamp::ZERO, id, frame(id));
+        let mut bus = CanBus::default();
+        for (place, id) in [(3, 0x300), (2, 0x200), (1, 0x100), (2, 0x200)] {
+            bus.send(Timestamp::ZERO, EndId(place), frame(id));
         }
         bus.send(
             Timestamp::ZERO,
-            0x999,
+            EndId(9),
             CanFrame::new(ExtendedId::new(0x100 << 18).unwrap(), &[]).unwrap(),
         );
         let mut order = Vec::new();
         while let Some((from, _)) = bus.arrived(bus.next_arrival()) {
             order.push(from);
         }
-        assert_eq!(order, [0x300, 0x100, 0x999, 0x200, 0x200]);
+        assert_eq!(order, [3, 1, 9, 2, 2].map(EndId));
     }
 
     #[test]
     fn a_frame_takes_its_bits_and_those_that_are_stuffed() {
         let takes = |id: u16, byte: u8| {
-            let mut bus = CanBus::new();
+            let mut bus = CanBus::default();
             let id = StandardId::new(id).unwrap();
-            bus.send(Timestamp::ZERO, (), CanFrame::new(id, &[byte; 8]).unwrap());
+            bus.send(Timestamp::ZERO, EndId(0), CanFrame::new(id, &[byte; 8]).unwrap());
             bus.next_arrival().as_nanos() / 2_000
         };
         // The start bit, 63 zeros of data and other bits stuff 17 bits into a frame of 111.
@@ -168,30 +150,30 @@ mod tests {
         let flags = FdFlags { bit_rate_switch: true, error_state: false };
         let frame = CanFrame::fd(StandardId::new(0x555).unwrap(), flags, &[0x55; 64]).unwrap();
         let mut bus = CanBus::at(BitRates { nominal: 500_000, data: Some(2_000_000) });
-        bus.send(Timestamp::ZERO, (), frame);
+        bus.send(Timestamp::ZERO, EndId(0), frame);
         assert_eq!(bus.next_arrival().as_nanos(), 29 * 2_000 + 550 * 500);
-        assert_eq!(bus.arrived(bus.next_arrival()), Some(((), frame)));
-        let mut classic = CanBus::new();
-        classic.send(Timestamp::ZERO, (), frame);
+        assert_eq!(bus.arrived(bus.next_arrival()), Some((EndId(0), frame)));
+        let mut classic = CanBus::default();
+        classic.send(Timestamp::ZERO, EndId(0), frame);
         assert_eq!((classic.next_arrival(), classic.dropped()), (Timestamp::MAX, 1));
     }
 
     #[test]
     fn a_full_queue_is_counted() {
-        let mut bus = CanBus::new();
+        let mut bus = CanBus::default();
         for _ in 0..FRAMES_MAX + 5 {
-            bus.send(Timestamp::ZERO, (), frame(1));
+            bus.send(Timestamp::ZERO, EndId(0), frame(1));
         }
         assert_eq!((bus.dropped(), bus.no_room()), (4, 4));
     }
 
     #[test]
     fn all_that_is_expected_has_room() {
-        let mut bus = CanBus::new();
+        let mut bus = CanBus::default();
         bus.expect(FRAMES_MAX);
         bus.expect(5);
         for _ in 0..FRAMES_MAX + 8 {
-            bus.send(Timestamp::ZERO, (), frame(1));
+            bus.send(Timestamp::ZERO, EndId(0), frame(1));
         }
         assert_eq!(bus.no_room(), 2);
     }

@@ -1,6 +1,7 @@
 //! Strikes one message of a node on its way to the line: as a whole, or its counter, its checksum or one of its
 //! signals. Everything else passes unchanged.
 
+use crate::line::EndId;
 use described::{Layout, Message, Sender};
 use emulators::fault::Switches;
 use plan::faults::{Chance, FaultKind};
@@ -15,14 +16,14 @@ pub struct Struck {
     pub signal: Option<usize>,
 }
 
-#[derive(Debug, Clone)]
-pub struct Tampering<Node> {
-    layers: Switches<Layer<Node>, Chance>,
+#[derive(Debug, Clone, Default)]
+pub struct Tampering {
+    layers: Switches<Layer, Chance>,
 }
 
 #[derive(Debug, Clone)]
-struct Layer<Node> {
-    from: Node,
+struct Layer {
+    from: EndId,
     struck: Struck,
     effect: Effect,
 }
@@ -39,18 +40,12 @@ enum Effect {
     Value(f64),
 }
 
-impl<Node> Default for Tampering<Node> {
-    fn default() -> Self {
-        Self { layers: Switches::default() }
-    }
-}
-
-impl<Node: PartialEq> Tampering<Node> {
+impl Tampering {
     /// Begins the fault of this number on a message of `from`; a kind that no message has does nothing.
     pub fn begin(
         &mut self,
         (number, kind, chance): (usize, &FaultKind, Chance),
-        from: Node,
+        from: EndId,
         struck: Struck,
     ) {
         if let Some(effect) = Effect::of(kind, &struck) {
@@ -69,12 +64,12 @@ impl<Node: PartialEq> Tampering<Node> {
 
     /// Returns what `from` sends, changed if a fault strikes it.
     #[inline]
-    pub fn pass(&mut self, from: Node, what: Transmit) -> Transmit {
+    pub fn pass(&mut self, from: EndId, what: Transmit) -> Transmit {
         if self.layers.is_empty() { what } else { self.changed(from, what) }
     }
 
     #[cold]
-    fn changed(&mut self, from: Node, mut what: Transmit) -> Transmit {
+    fn changed(&mut self, from: EndId, mut what: Transmit) -> Transmit {
         for layer in self.layers.iter_mut().filter(|layer| layer.fault.from == from) {
             let Layer { struck, effect, .. } = &mut layer.fault;
             let Struck { layout, sender, message, signal } = struck;

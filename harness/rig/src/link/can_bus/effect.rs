@@ -1,5 +1,6 @@
 //! Effect of one fault on the frames of a bus.
 
+use crate::line::EndId;
 use crate::link::gilbert_elliott::GilbertElliott;
 use plan::faults::Chance;
 use plan::faults::FaultKind;
@@ -19,14 +20,14 @@ const OTHERS_BELOW: f64 = 0.75;
 const MEAN_BITS: f64 = 47.0 + 8.0 * 4.0 + 1.4;
 
 #[derive(Debug, Clone)]
-pub(super) enum Effect<Node> {
+pub(super) enum Effect {
     Drop(f64),
     Burst(GilbertElliott),
     Duplicate(f64),
     Disconnect,
     Delay(Span),
     /// Probability, and the waiting frame.
-    Reorder(f64, Option<(Node, CanFrame)>),
+    Reorder(f64, Option<(EndId, CanFrame)>),
     Corrupt(f64),
     /// Period, and time of the next frame.
     Babble(Span, Timestamp),
@@ -47,7 +48,7 @@ pub(super) enum Passed {
     Before(CanFrame),
 }
 
-impl<Node: Copy + PartialEq> Effect<Node> {
+impl Effect {
     pub(super) fn of(now: Timestamp, kind: &FaultKind, rates: BitRates) -> Option<Self> {
         let share = |percent: f64| percent / 100.0;
         Some(match *kind {
@@ -128,7 +129,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
     /// Applies the effect to a complete frame of `from`.
     pub(super) fn pass(
         &mut self,
-        from: Node,
+        from: EndId,
         frame: &mut CanFrame,
         chance: &mut Chance,
         acted: &mut u64,
@@ -168,7 +169,7 @@ impl<Node: Copy + PartialEq> Effect<Node> {
     }
 
     /// Releases the waiting frame when the fault ends.
-    pub(super) fn release(&mut self) -> Option<(Node, CanFrame)> {
+    pub(super) fn release(&mut self) -> Option<(EndId, CanFrame)> {
         match self {
             Self::Reorder(_, waiting) => waiting.take(),
             _ => None,

@@ -4,6 +4,7 @@ use super::CanBus;
 use super::confinement::{ErrorCounters, ErrorState};
 use super::effect::{Effect, Passed};
 use super::nodes::{Nodes, StateChange};
+use crate::line::EndId;
 use emulators::fault::{Switch, Switches};
 use plan::faults::Chance;
 use plan::faults::FaultKind;
@@ -21,49 +22,45 @@ const ERROR_FRAME_BITS: i64 = 6 + 8 + 3;
 const SUSPEND_BITS: i64 = 8;
 
 #[derive(Debug, Clone)]
-pub(super) struct Faulty<Node> {
-    /// Sender of frames that no device of the bench sent.
-    stranger: Node,
-    /// How many of its frames wait.
+pub(super) struct Faulty {
+    /// How many frames of a [stranger](EndId::STRANGER) wait.
     strangers_waiting: usize,
-    layers: Switches<Layer<Node>, Chance>,
-    nodes: Nodes<Node>,
+    layers: Switches<Layer, Chance>,
+    nodes: Nodes,
     /// The frame on the bus will be destroyed.
     destroyed: bool,
-    last_sender: Option<Node>,
+    last_sender: Option<EndId>,
     /// End of the last frame.
     free_since: Timestamp,
-    held: Vec<(Timestamp, Node, CanFrame)>,
+    held: Vec<(Timestamp, EndId, CanFrame)>,
 }
 
 #[derive(Debug, Clone)]
-struct Layer<Node> {
+struct Layer {
     /// Sender of the struck frames; `None` for all.
-    from: Option<Node>,
+    from: Option<EndId>,
     /// Identifier of the struck frames; `None` for all.
     only: Option<Id>,
-    effect: Effect<Node>,
+    effect: Effect,
 }
 
-impl<Node: Copy + PartialEq> CanBus<Node> {
+impl CanBus {
     /// Begins the fault `number`: it strikes frames of `from`, only those with the given identifier if there is one.
-    /// `nodes` are the nodes that count errors; frames that a fault makes are from `stranger`. Returns `false`, with
+    /// `nodes` are the nodes that count errors; frames that a fault makes are from [`EndId::STRANGER`]. Returns `false`, with
     /// nothing done, for a kind that no bus has.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
         fault: (usize, &FaultKind, Chance),
-        (from, only): (Option<Node>, Option<Id>),
-        nodes: &[Node],
-        stranger: Node,
+        (from, only): (Option<EndId>, Option<Id>),
+        nodes: &[EndId],
     ) -> bool {
         let (number, kind, chance) = fault;
         let Some(effect) = Effect::of(now, kind, self.rates) else { return false };
         let (idle_since, bit) = (self.on_bus.is_none().then_some(now), self.rates.bit());
         let faulty = self.faulty.get_or_insert_with(|| {
             Box::new(Faulty {
-                stranger,
-                strangers_waiting: self.waiting.count(stranger),
+                strangers_waiting: self.waiting.count(EndId::STRANGER),
                 layers: Switches::default(),
                 nodes: Nodes::new(nodes, idle_since, bit),
                 destroyed: false,
@@ -89,12 +86,12 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     }
 
     /// Takes the next change of a node's error state.
-    pub fn state_change(&mut self) -> Option<StateChange<Node>> {
+    pub fn state_change(&mut self) -> Option<StateChange> {
         self.faulty.as_mut()?.nodes.change()
     }
 
     /// Error counters of a node; zero if the bus never had a fault.
-    pub fn error_counters(&self, node: Node) -> ErrorCounters {
+    pub fn error_counters(&self, node: EndId) -> ErrorCounters {
         self.faulty.as_ref().map_or_else(Default::default, |faulty| faulty.nodes.counters(node))
     }
 
@@ -108,7 +105,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
 
     /// Takes a frame that is complete by `now`, on a bus with faults.
     #[cold]
-    pub(super) fn arrived_faulty(&mut self, now: Timestamp) -> Option<(Node, CanFrame)> {
+    pub(super) fn arrived_faulty(&mut self, now: Timestamp) -> Option<(EndId, CanFrame)> {
         loop {
             let through_at = self.on_bus.as_ref().map_or(Timestamp::MAX, |(at, ..)| *at);
             let next = through_at.min(self.next_faulty());
@@ -127,14 +124,13 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
             if let Some(layer) =
                 faulty.layers.iter_mut().find(|layer| layer.fault.effect.next_made() == next)
             {
-                let stranger = faulty.stranger;
                 let frame = layer.fault.effect.make(&mut layer.chance);
                 // The babbler has one mailbox, and all others together have few.
                 let waits = faulty.strangers_waiting >= STRANGERS_WAITING_MAX
-                    || self.waiting.has(stranger, frame.id());
+                    || self.waiting.has(EndId::STRANGER, frame.id());
                 if !waits {
                     layer.acted += 1;
-                    self.send(next, stranger, frame);
+                    self.send(next, EndId::STRANGER, frame);
                 }
                 continue;
             }
@@ -145,7 +141,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         }
     }
 
-    fn settle(&mut self, at: Timestamp, from: Node, frame: CanFrame) -> Option<(Node, CanFrame)> {
+    fn settle(&mut self, at: Timestamp, from: EndId, frame: CanFrame) -> Option<(EndId, CanFrame)> {
         let faulty = self.faulty.as_mut()?;
         (faulty.last_sender, faulty.free_since) = (Some(from), at);
         let destroyed = std::mem::take(&mut faulty.destroyed);
@@ -162,7 +158,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         }
         self.arbitrate(at);
         let faulty = self.faulty.as_mut()?;
-        if from == faulty.stranger {
+        if from == EndId::STRANGER {
             return Some((from, frame));
         }
         // Other nodes on the bus acknowledge it (assumption), so it counts as sent.
@@ -193,16 +189,16 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     }
 }
 
-impl<Node: PartialEq> Layer<Node> {
-    fn strikes(&self, from: Node, frame: &CanFrame) -> bool {
+impl Layer {
+    fn strikes(&self, from: EndId, frame: &CanFrame) -> bool {
         self.from.as_ref().is_none_or(|of| *of == from)
             && self.only.is_none_or(|only| only == frame.id())
     }
 }
 
-impl<Node: Copy + PartialEq> CanBus<Node> {
+impl CanBus {
     /// Whether a node may send, on a bus with faults.
-    pub(super) fn may_send(&mut self, now: Timestamp, from: Node) -> bool {
+    pub(super) fn may_send(&mut self, now: Timestamp, from: EndId) -> bool {
         let Some(faulty) = &mut self.faulty else { return true };
         faulty.nodes.idle_until(now);
         faulty.nodes.state(from) != ErrorState::Off
@@ -214,7 +210,7 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         let (rates, bit) = (self.rates, self.rates.bit());
         let Some(faulty) = &mut self.faulty else { return };
         faulty.nodes.idle_until(now);
-        let suspended = |node: Node| {
+        let suspended = |node: EndId| {
             faulty.last_sender == Some(node)
                 && faulty.nodes.state(node) == ErrorState::Passive
                 && now - faulty.free_since < bit * SUSPEND_BITS
@@ -229,11 +225,11 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
         faulty.nodes.busy();
         let (from, frame) = self.waiting.at(place);
         if let Some(rival) = faulty.rival(from, &frame) {
-            self.on_bus = Some((now + wait + rival.duration(rates), faulty.stranger, rival));
+            self.on_bus = Some((now + wait + rival.duration(rates), EndId::STRANGER, rival));
             return;
         }
         self.waiting.take(place);
-        faulty.strangers_waiting -= usize::from(from == faulty.stranger);
+        faulty.strangers_waiting -= usize::from(from == EndId::STRANGER);
         let bits = faulty.bits_until_error(from, &frame);
         faulty.destroyed = bits.is_some();
         let time = match bits {
@@ -244,24 +240,24 @@ impl<Node: Copy + PartialEq> CanBus<Node> {
     }
 }
 
-impl<Node: Copy + PartialEq> Faulty<Node> {
+impl Faulty {
     /// A frame of this node waits from now on.
-    pub(super) fn sent(&mut self, from: Node) {
-        self.strangers_waiting += usize::from(from == self.stranger);
+    pub(super) fn sent(&mut self, from: EndId) {
+        self.strangers_waiting += usize::from(from == EndId::STRANGER);
     }
 
     /// The layers that strike this frame of a node.
     fn layers_of(
         &mut self,
-        node: Node,
+        node: EndId,
         frame: &CanFrame,
-    ) -> impl Iterator<Item = &mut Switch<Layer<Node>, Chance>> {
-        let none = node == self.stranger;
+    ) -> impl Iterator<Item = &mut Switch<Layer, Chance>> {
+        let none = node == EndId::STRANGER;
         self.layers.iter_mut().filter(move |layer| !none && layer.fault.strikes(node, frame))
     }
 
     /// A frame of another node that wins against this one of `from`.
-    fn rival(&mut self, from: Node, frame: &CanFrame) -> Option<CanFrame> {
+    fn rival(&mut self, from: EndId, frame: &CanFrame) -> Option<CanFrame> {
         self.layers_of(from, frame).find_map(|Switch { fault, chance, acted, .. }| {
             let rival = fault.effect.rival(chance);
             *acted += u64::from(rival.is_some());
@@ -270,7 +266,7 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
     }
 
     /// Number of bits after which the frame is destroyed; `None` if it is not.
-    fn bits_until_error(&mut self, from: Node, frame: &CanFrame) -> Option<u32> {
+    fn bits_until_error(&mut self, from: EndId, frame: &CanFrame) -> Option<u32> {
         self.layers_of(from, frame).find_map(|Switch { fault, chance, acted, .. }| {
             let bits = fault.effect.bits_until_error(frame, chance);
             *acted += u64::from(bits.is_some());
@@ -279,11 +275,11 @@ impl<Node: Copy + PartialEq> Faulty<Node> {
     }
 }
 
-fn hold<Node>(
-    held: &mut Vec<(Timestamp, Node, CanFrame)>,
+fn hold(
+    held: &mut Vec<(Timestamp, EndId, CanFrame)>,
     dropped: &mut u64,
     at: Timestamp,
-    from: Node,
+    from: EndId,
     frame: CanFrame,
 ) {
     if held.len() < HELD_MAX {

@@ -1,51 +1,52 @@
 //! The nodes of a bus that count errors, and how they go bus-off and recover.
 
 use super::confinement::{ErrorCounters, ErrorState, RECESSIVE_BITS};
+use crate::line::EndId;
 use std::collections::VecDeque;
 use wire::time::{Span, Timestamp};
 
 /// Most changes of state that wait to be taken; beyond that the oldest is dropped.
 pub const CHANGES_MAX: usize = 64;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StateChange<Node> {
-    pub node: Node,
+pub struct StateChange {
+    pub node: EndId,
     pub state: ErrorState,
     pub counters: ErrorCounters,
 }
 
 /// The nodes, and how long the bus has been idle.
 #[derive(Debug, Clone)]
-pub(super) struct Nodes<Node> {
-    nodes: Vec<(Node, ErrorCounters)>,
-    changes: VecDeque<StateChange<Node>>,
+pub(super) struct Nodes {
+    nodes: Vec<(EndId, ErrorCounters)>,
+    changes: VecDeque<StateChange>,
     /// Start of the idle time, minus the part already credited to bus-off nodes.
     idle_since: Option<Timestamp>,
     bit: Span,
 }
 
-impl<Node: Copy + PartialEq> Nodes<Node> {
-    pub(super) fn new(nodes: &[Node], idle_since: Option<Timestamp>, bit: Span) -> Self {
+impl Nodes {
+    pub(super) fn new(nodes: &[EndId], idle_since: Option<Timestamp>, bit: Span) -> Self {
         let nodes = nodes.iter().map(|node| (*node, ErrorCounters::default())).collect();
         Self { nodes, changes: VecDeque::new(), idle_since, bit }
     }
 
-    pub(super) fn change(&mut self) -> Option<StateChange<Node>> {
+    pub(super) fn change(&mut self) -> Option<StateChange> {
         self.changes.pop_front()
     }
 
     /// Error counters of a node; zero if it does not count errors.
-    pub(super) fn counters(&self, node: Node) -> ErrorCounters {
+    pub(super) fn counters(&self, node: EndId) -> ErrorCounters {
         let found = self.nodes.iter().find(|(of, _)| *of == node);
         found.map_or_else(Default::default, |(_, counters)| *counters)
     }
 
-    pub(super) fn state(&self, node: Node) -> ErrorState {
+    pub(super) fn state(&self, node: EndId) -> ErrorState {
         self.counters(node).state()
     }
 
     /// Whether all possible receivers of a frame of `from` are bus-off. A node that is alone on its bus is received by
     /// the record, as without faults.
-    pub(super) fn nobody_hears(&self, from: Node) -> bool {
+    pub(super) fn nobody_hears(&self, from: EndId) -> bool {
         let mut others = self.nodes.iter().filter(|(node, _)| *node != from).peekable();
         others.peek().is_some() && others.all(|(_, counters)| counters.state() == ErrorState::Off)
     }
@@ -59,7 +60,7 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
     }
 
     /// Counts the end of a frame of `from` at each node. The end itself is one recessive sequence.
-    pub(super) fn count(&mut self, from: Node, destroyed: bool) {
+    pub(super) fn count(&mut self, from: EndId, destroyed: bool) {
         let Self { nodes, changes, .. } = self;
         for (node, counters) in nodes {
             let before = counters.state();
@@ -94,9 +95,9 @@ impl<Node: Copy + PartialEq> Nodes<Node> {
     }
 }
 
-fn note<Node>(
-    changes: &mut VecDeque<StateChange<Node>>,
-    node: Node,
+fn note(
+    changes: &mut VecDeque<StateChange>,
+    node: EndId,
     before: ErrorState,
     counters: ErrorCounters,
 ) {
@@ -112,15 +113,18 @@ fn note<Node>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Nodes, Span};
+    use super::{EndId, Nodes, Span};
+
+    const A: EndId = EndId(0);
+    const B: EndId = EndId(1);
 
     #[test]
     fn a_node_alone_is_heard_and_one_among_those_that_are_off_is_not() {
         let bit = Span::from_micros(2);
-        assert!(!Nodes::new(&['a'], None, bit).nobody_hears('a'));
-        let mut two = Nodes::new(&['a', 'b'], None, bit);
-        assert!(!two.nobody_hears('a'));
-        (0..32).for_each(|_| two.count('b', true));
-        assert!(two.nobody_hears('a') && !two.nobody_hears('b'));
+        assert!(!Nodes::new(&[A], None, bit).nobody_hears(A));
+        let mut two = Nodes::new(&[A, B], None, bit);
+        assert!(!two.nobody_hears(A));
+        (0..32).for_each(|_| two.count(B, true));
+        assert!(two.nobody_hears(A) && !two.nobody_hears(B));
     }
 }

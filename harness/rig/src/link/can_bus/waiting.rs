@@ -1,31 +1,28 @@
 //! Frames that wait for the bus, in the order of arbitration.
 
+use crate::line::EndId;
 use std::collections::VecDeque;
 use wire::can::{CanFrame, Id};
 
 /// By priority; of equals the first that was sent is first, so that a node's own frames keep their order. A babbling
 /// node lets a thousand frames wait: nothing here looks at all of them to send one.
-#[derive(Debug, Clone)]
-pub(super) struct Waiting<Node>(VecDeque<(Node, CanFrame)>);
+#[derive(Debug, Clone, Default)]
+pub(super) struct Waiting(VecDeque<(EndId, CanFrame)>);
 
-impl<Node: Copy + PartialEq> Waiting<Node> {
-    pub(super) const fn new() -> Self {
-        Self(VecDeque::new())
-    }
-
+impl Waiting {
     pub(super) fn len(&self) -> usize {
         self.0.len()
     }
 
     /// Behind those of its priority.
-    pub(super) fn push(&mut self, from: Node, frame: CanFrame) {
+    pub(super) fn push(&mut self, from: EndId, frame: CanFrame) {
         let own = priority(&frame);
         let place = self.0.partition_point(|(_, other)| priority(other) <= own);
         self.0.insert(place, (from, frame));
     }
 
     /// A frame that was destroyed, before those of its priority.
-    pub(super) fn push_again(&mut self, from: Node, frame: CanFrame) {
+    pub(super) fn push_again(&mut self, from: EndId, frame: CanFrame) {
         let place = self.begin(priority(&frame));
         self.0.insert(place, (from, frame));
     }
@@ -35,31 +32,31 @@ impl<Node: Copy + PartialEq> Waiting<Node> {
     }
 
     /// The place of the first frame of a node that may send.
-    pub(super) fn first(&self, may: impl Fn(Node) -> bool) -> Option<usize> {
+    pub(super) fn first(&self, may: impl Fn(EndId) -> bool) -> Option<usize> {
         self.0.iter().position(|(node, _)| may(*node))
     }
 
-    pub(super) fn at(&self, place: usize) -> (Node, CanFrame) {
+    pub(super) fn at(&self, place: usize) -> (EndId, CanFrame) {
         self.0[place]
     }
 
-    pub(super) fn take(&mut self, place: usize) -> Option<(Node, CanFrame)> {
+    pub(super) fn take(&mut self, place: usize) -> Option<(EndId, CanFrame)> {
         self.0.remove(place)
     }
 
     /// Whether a frame of this node has this identifier.
-    pub(super) fn has(&self, of: Node, id: Id) -> bool {
+    pub(super) fn has(&self, of: EndId, id: Id) -> bool {
         let alike = self.0.range(self.begin(rank(id))..);
         let mut alike = alike.take_while(|(_, frame)| frame.id() == id);
         alike.any(|(node, _)| *node == of)
     }
 
-    pub(super) fn count(&self, of: Node) -> usize {
+    pub(super) fn count(&self, of: EndId) -> usize {
         self.0.iter().filter(|(node, _)| *node == of).count()
     }
 
     /// Forgets the frames of a node; returns how many.
-    pub(super) fn forget(&mut self, of: Node) -> usize {
+    pub(super) fn forget(&mut self, of: EndId) -> usize {
         let before = self.0.len();
         self.0.retain(|(node, _)| *node != of);
         before - self.0.len()
@@ -83,7 +80,7 @@ fn rank(id: Id) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{CanFrame, Waiting};
+    use super::{CanFrame, EndId, Waiting};
     use proptest::prelude::*;
     use wire::can::{ExtendedId, Id, StandardId};
 
@@ -107,8 +104,9 @@ mod tests {
         fn it_is_the_stable_order_of_the_identifiers(
             sent in prop::collection::vec((0u8..3, id(), any::<bool>()), 0..20),
         ) {
-            let (mut waiting, mut expected) = (Waiting::new(), Vec::new());
+            let (mut waiting, mut expected) = (Waiting::default(), Vec::new());
             for (number, (node, id, again)) in sent.into_iter().enumerate() {
+                let node = EndId(node);
                 let frame = CanFrame::new(id, &[number as u8]).unwrap();
                 if again {
                     waiting.push_again(node, frame);
@@ -119,14 +117,14 @@ mod tests {
                 }
                 prop_assert!(waiting.has(node, id));
                 prop_assert_eq!(
-                    waiting.has(7, id) || waiting.has(2, id),
-                    expected.iter().any(|(node, frame)| *node == 2 && frame.id() == id)
+                    waiting.has(EndId(7), id) || waiting.has(EndId(2), id),
+                    expected.iter().any(|(node, frame)| *node == EndId(2) && frame.id() == id)
                 );
             }
             expected.sort_by_key(|(_, frame)| field(frame.id()));
-            let first = expected.iter().position(|(node, _)| *node != 0);
-            prop_assert_eq!(waiting.first(|node| node != 0), first);
-            prop_assert_eq!(waiting.count(1), waiting.clone().forget(1));
+            let first = expected.iter().position(|(node, _)| *node != EndId(0));
+            prop_assert_eq!(waiting.first(|node| node != EndId(0)), first);
+            prop_assert_eq!(waiting.count(EndId(1)), waiting.clone().forget(EndId(1)));
             let order: Vec<_> = std::iter::from_fn(|| waiting.take(0)).collect();
             prop_assert_eq!(order, expected);
         }

@@ -1,16 +1,11 @@
 //! Effect of each bus fault on frames, their times and the nodes' counters.
 
-use super::{CanBus, CanFrame, Chance, ErrorState, FaultKind, Span, StateChange, Timestamp};
+use super::{CanBus, CanFrame, Chance, EndId, ErrorState, FaultKind, Span, StateChange, Timestamp};
 use wire::can::{BitRates, Id, StandardId};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Node {
-    Host,
-    Base,
-    Stranger,
-}
-
-const NODES: [Node; 2] = [Node::Host, Node::Base];
+const HOST: EndId = EndId(0);
+const BASE: EndId = EndId(1);
+const NODES: [EndId; 2] = [HOST, BASE];
 
 fn frame(number: u64) -> CanFrame {
     CanFrame::full(StandardId::new(0x181).unwrap(), number.to_le_bytes())
@@ -20,16 +15,10 @@ fn number(frame: &CanFrame) -> u64 {
     u64::from_le_bytes(frame.data().try_into().unwrap())
 }
 
-fn faulty(kind: FaultKind) -> CanBus<Node> {
-    let mut bus = CanBus::new();
+fn faulty(kind: FaultKind) -> CanBus {
+    let mut bus = CanBus::default();
     let fault = (5, &kind, Chance::new(11, "5"));
-    assert!(bus.begin_fault(
-        Timestamp::ZERO,
-        fault,
-        (Some(Node::Base), None),
-        &NODES,
-        Node::Stranger
-    ));
+    assert!(bus.begin_fault(Timestamp::ZERO, fault, (Some(BASE), None), &NODES));
     bus
 }
 
@@ -38,7 +27,7 @@ fn at_ms(ms: i64) -> Timestamp {
 }
 
 /// All frames received until `until`.
-fn drain(bus: &mut CanBus<Node>, until: Timestamp) -> Vec<(Timestamp, Node, CanFrame)> {
+fn drain(bus: &mut CanBus, until: Timestamp) -> Vec<(Timestamp, EndId, CanFrame)> {
     let mut heard = Vec::new();
     while bus.next_arrival() <= until {
         let at = bus.next_arrival();
@@ -50,17 +39,17 @@ fn drain(bus: &mut CanBus<Node>, until: Timestamp) -> Vec<(Timestamp, Node, CanF
 }
 
 /// The base sends `count` frames, one per millisecond.
-fn through(bus: &mut CanBus<Node>, count: i64) -> Vec<(Timestamp, Node, CanFrame)> {
+fn through(bus: &mut CanBus, count: i64) -> Vec<(Timestamp, EndId, CanFrame)> {
     let mut heard = Vec::new();
     for ms in 0..count {
         heard.extend(drain(bus, at_ms(ms)));
-        bus.send(at_ms(ms), Node::Base, frame(ms as u64));
+        bus.send(at_ms(ms), BASE, frame(ms as u64));
     }
     heard.extend(drain(bus, at_ms(count + 100)));
     heard
 }
 
-fn of(heard: &[(Timestamp, Node, CanFrame)], node: Node) -> Vec<u64> {
+fn of(heard: &[(Timestamp, EndId, CanFrame)], node: EndId) -> Vec<u64> {
     let own = heard.iter().filter(|(_, from, _)| *from == node);
     own.map(|(.., frame)| number(frame)).collect()
 }
@@ -88,7 +77,7 @@ fn losses_have_their_share_and_are_counted() {
 #[test]
 fn only_the_frames_of_its_node_are_struck() {
     let mut bus = faulty(FaultKind::Disconnect { for_s: 1.0 });
-    bus.send(Timestamp::ZERO, Node::Host, frame(1));
+    bus.send(Timestamp::ZERO, HOST, frame(1));
     assert_eq!(drain(&mut bus, at_ms(1)).len(), 1);
 }
 
@@ -96,7 +85,7 @@ fn only_the_frames_of_its_node_are_struck() {
 fn a_duplicate_comes_one_frame_later() {
     let mut bus = faulty(FaultKind::Duplicate { duplicate_percent: 100.0 });
     let heard = through(&mut bus, 1);
-    assert_eq!(of(&heard, Node::Base), [0, 0]);
+    assert_eq!(of(&heard, BASE), [0, 0]);
     assert_eq!(heard[1].0 - heard[0].0, frame(0).duration(BitRates::USUAL));
 }
 
@@ -104,19 +93,19 @@ fn a_duplicate_comes_one_frame_later() {
 fn a_delay_keeps_the_order() {
     let mut bus = faulty(FaultKind::Delay { by_s: 0.05 });
     let heard = through(&mut bus, 100);
-    assert_eq!(of(&heard, Node::Base), (0..100).collect::<Vec<_>>());
+    assert_eq!(of(&heard, BASE), (0..100).collect::<Vec<_>>());
     assert_eq!(heard[0].0, at_ms(50) + frame(0).duration(BitRates::USUAL));
 }
 
 #[test]
 fn what_is_reordered_comes_behind_the_next() {
     let mut bus = faulty(FaultKind::Reorder { reorder_percent: 20.0 });
-    let mut heard = of(&through(&mut bus, 201), Node::Base);
+    let mut heard = of(&through(&mut bus, 201), BASE);
     let turned = heard.windows(2).filter(|pair| pair[0] > pair[1]).count() as u64;
     assert!((15..60).contains(&turned), "{turned}");
     assert!(heard.windows(2).all(|pair| pair[0] < pair[1] || pair[0] == pair[1] + 1));
     let acted = bus.end_fault(at_ms(400), 5);
-    heard.extend(of(&drain(&mut bus, at_ms(500)), Node::Base));
+    heard.extend(of(&drain(&mut bus, at_ms(500)), BASE));
     heard.sort_unstable();
     assert_eq!(heard, (0..201).collect::<Vec<_>>(), "none is lost");
     assert!(acted == turned || acted == turned + 1);
@@ -125,7 +114,7 @@ fn what_is_reordered_comes_behind_the_next() {
 #[test]
 fn corruption_changes_one_bit_of_the_data() {
     let mut bus = faulty(FaultKind::Corrupt { corrupt_percent: 50.0 });
-    let heard = of(&through(&mut bus, 200), Node::Base);
+    let heard = of(&through(&mut bus, 200), BASE);
     let bits: Vec<u32> =
         heard.iter().zip(0u64..).map(|(heard, sent)| (heard ^ sent).count_ones()).collect();
     assert!(heard.len() == 200 && bits.iter().all(|bits| *bits <= 1));
@@ -135,9 +124,9 @@ fn corruption_changes_one_bit_of_the_data() {
 #[test]
 fn a_babbler_that_wants_the_whole_bus_has_it() {
     let mut bus = faulty(FaultKind::Babble { frames_per_s: 10_000.0 });
-    bus.send(Timestamp::ZERO, Node::Base, frame(1));
+    bus.send(Timestamp::ZERO, BASE, frame(1));
     let heard = drain(&mut bus, at_ms(100));
-    assert!(of(&heard, Node::Base).len() <= 1, "identifier 0 wins every arbitration");
+    assert!(of(&heard, BASE).len() <= 1, "identifier 0 wins every arbitration");
     // 100 ms hold 393 frames of 127 bits at 500 kbit/s.
     assert!((391..=393).contains(&heard.len()), "{}", heard.len());
     assert!(bus.end_fault(at_ms(100), 5) >= 392);
@@ -150,7 +139,7 @@ fn other_traffic_takes_its_share_of_the_bus() {
     let busy: f64 =
         heard.iter().map(|(.., frame)| frame.duration(BitRates::USUAL).as_secs_f64()).sum();
     assert!((busy / 2.0 - 0.6).abs() < 0.03, "{busy}");
-    assert!(heard.iter().all(|(_, from, frame)| *from == Node::Stranger
+    assert!(heard.iter().all(|(_, from, frame)| *from == EndId::STRANGER
         && !matches!(frame.id(), Id::Standard(id) if (0x100..0x200).contains(&id.as_raw()))));
 }
 
@@ -158,10 +147,10 @@ fn other_traffic_takes_its_share_of_the_bus() {
 fn a_lost_arbitration_costs_the_winners_frame() {
     let mut bus = faulty(FaultKind::LostArbitration { lose_percent: 50.0 });
     let heard = through(&mut bus, 100);
-    assert_eq!(of(&heard, Node::Base).len(), 100, "it tries again");
-    let rivals = heard.iter().filter(|(_, from, _)| *from == Node::Stranger).count();
+    assert_eq!(of(&heard, BASE).len(), 100, "it tries again");
+    let rivals = heard.iter().filter(|(_, from, _)| *from == EndId::STRANGER).count();
     assert_eq!(bus.end_fault(at_ms(300), 5), rivals as u64);
-    let first = heard.iter().position(|(_, from, _)| *from == Node::Base).unwrap() as i64;
+    let first = heard.iter().position(|(_, from, _)| *from == BASE).unwrap() as i64;
     assert_eq!(
         heard[first as usize].0 - Timestamp::ZERO,
         frame(0).duration(BitRates::USUAL) * (first + 1)
@@ -172,7 +161,7 @@ fn a_lost_arbitration_costs_the_winners_frame() {
 fn a_wrong_bit_costs_an_error_frame_and_another_attempt() {
     let mut bus = faulty(FaultKind::BitErrors { bit_error_rate: 0.0005 });
     let heard = through(&mut bus, 500);
-    assert_eq!(of(&heard, Node::Base), (0..500).collect::<Vec<_>>(), "in order, and none is lost");
+    assert_eq!(of(&heard, BASE), (0..500).collect::<Vec<_>>(), "in order, and none is lost");
     // 1 - (1 - 0.0005)^111 = 5.4 % of the attempts; above 11 % the counter would only rise.
     let errors = bus.end_fault(at_ms(700), 5);
     assert!((15..45).contains(&errors), "{errors}");
@@ -188,8 +177,8 @@ fn a_wrong_bit_costs_an_error_frame_and_another_attempt() {
 fn errors_without_end_make_a_node_passive_and_off_and_an_idle_bus_brings_it_back() {
     // Nearly every frame is destroyed: 1 - 0.9^111.
     let mut bus = faulty(FaultKind::BitErrors { bit_error_rate: 0.1 });
-    bus.send(Timestamp::ZERO, Node::Base, frame(1));
-    let mut changes: Vec<(Timestamp, StateChange<Node>)> = Vec::new();
+    bus.send(Timestamp::ZERO, BASE, frame(1));
+    let mut changes: Vec<(Timestamp, StateChange)> = Vec::new();
     while bus.next_arrival() < Timestamp::MAX {
         let at = bus.next_arrival();
         assert!(bus.arrived(at).is_none(), "no frame of eight bytes gets through with this seed");
@@ -199,27 +188,27 @@ fn errors_without_end_make_a_node_passive_and_off_and_an_idle_bus_brings_it_back
     assert_eq!(states, [ErrorState::Passive, ErrorState::Off, ErrorState::Active]);
     let tec: Vec<_> = changes.iter().map(|(_, change)| change.counters.tec).collect();
     assert_eq!(tec, [128, 256, 0]);
-    assert!(changes.iter().all(|(_, change)| change.node == Node::Base));
+    assert!(changes.iter().all(|(_, change)| change.node == BASE));
     let back = changes[2].0 - changes[1].0;
     assert_eq!(back, Span::from_micros(128 * 11 * 2), "11 bits of 2 us, 128 times");
-    assert_eq!((bus.error_counters(Node::Host).rec, bus.dropped()), (32, 1));
+    assert_eq!((bus.error_counters(HOST).rec, bus.dropped()), (32, 1));
 }
 
 #[test]
 fn a_node_that_is_off_neither_sends_nor_hears() {
     let mut bus = faulty(FaultKind::BitErrors { bit_error_rate: 0.1 });
-    bus.send(Timestamp::ZERO, Node::Base, frame(1));
+    bus.send(Timestamp::ZERO, BASE, frame(1));
     let mut now = Timestamp::ZERO;
-    while bus.error_counters(Node::Base).state() != ErrorState::Off {
+    while bus.error_counters(BASE).state() != ErrorState::Off {
         now = bus.next_arrival();
         bus.arrived(now);
     }
-    bus.send(now, Node::Base, frame(2));
-    bus.send(now, Node::Host, frame(3));
+    bus.send(now, BASE, frame(2));
+    bus.send(now, HOST, frame(3));
     assert!(drain(&mut bus, at_ms(100)).is_empty(), "the only one that could hear it is off");
     assert_eq!(bus.dropped(), 3);
-    assert_eq!(bus.error_counters(Node::Base).state(), ErrorState::Active, "it is back");
+    assert_eq!(bus.error_counters(BASE).state(), ErrorState::Active, "it is back");
     bus.end_fault(at_ms(100), 5);
-    bus.send(at_ms(100), Node::Base, frame(4));
-    assert_eq!(of(&drain(&mut bus, at_ms(101)), Node::Base), [4]);
+    bus.send(at_ms(100), BASE, frame(4));
+    assert_eq!(of(&drain(&mut bus, at_ms(101)), BASE), [4]);
 }
