@@ -158,6 +158,7 @@
 
 mod bits;
 mod canopen;
+mod codes;
 mod description;
 mod device;
 mod error;

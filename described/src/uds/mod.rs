@@ -49,47 +49,32 @@ pub(crate) mod sid {
     pub(crate) const POSITIVE: u8 = 0x40;
 }
 
-/// Negative response codes (annex A).
+/// Negative response codes (annex A), with the names that the standard gives them.
 pub(crate) mod nrc {
-    pub(crate) const SERVICE_NOT_SUPPORTED: u8 = 0x11;
-    pub(crate) const SUB_FUNCTION_NOT_SUPPORTED: u8 = 0x12;
-    pub(crate) const INCORRECT_LENGTH: u8 = 0x13;
-    pub(crate) const RESPONSE_TOO_LONG: u8 = 0x14;
-    pub(crate) const BUSY_REPEAT_REQUEST: u8 = 0x21;
-    pub(crate) const CONDITIONS_NOT_CORRECT: u8 = 0x22;
-    pub(crate) const REQUEST_SEQUENCE_ERROR: u8 = 0x24;
-    pub(crate) const REQUEST_OUT_OF_RANGE: u8 = 0x31;
-    pub(crate) const SECURITY_ACCESS_DENIED: u8 = 0x33;
-    pub(crate) const INVALID_KEY: u8 = 0x35;
-    pub(crate) const EXCEEDED_ATTEMPTS: u8 = 0x36;
-    pub(crate) const TIME_DELAY_NOT_EXPIRED: u8 = 0x37;
-    pub(crate) const RESPONSE_PENDING: u8 = 0x78;
-    pub(crate) const SUB_FUNCTION_NOT_SUPPORTED_IN_SESSION: u8 = 0x7E;
-    pub(crate) const SERVICE_NOT_SUPPORTED_IN_SESSION: u8 = 0x7F;
+    crate::codes::codes! { pub(crate) u8;
+        _ = 0x10, "generalReject";
+        SERVICE_NOT_SUPPORTED = 0x11, "serviceNotSupported";
+        SUB_FUNCTION_NOT_SUPPORTED = 0x12, "subFunctionNotSupported";
+        INCORRECT_LENGTH = 0x13, "incorrectMessageLengthOrInvalidFormat";
+        RESPONSE_TOO_LONG = 0x14, "responseTooLong";
+        BUSY_REPEAT_REQUEST = 0x21, "busyRepeatRequest";
+        CONDITIONS_NOT_CORRECT = 0x22, "conditionsNotCorrect";
+        REQUEST_SEQUENCE_ERROR = 0x24, "requestSequenceError";
+        REQUEST_OUT_OF_RANGE = 0x31, "requestOutOfRange";
+        SECURITY_ACCESS_DENIED = 0x33, "securityAccessDenied";
+        INVALID_KEY = 0x35, "invalidKey";
+        EXCEEDED_ATTEMPTS = 0x36, "exceedNumberOfAttempts";
+        TIME_DELAY_NOT_EXPIRED = 0x37, "requiredTimeDelayNotExpired";
+        _ = 0x72, "generalProgrammingFailure";
+        RESPONSE_PENDING = 0x78, "requestCorrectlyReceived-ResponsePending";
+        SUB_FUNCTION_NOT_SUPPORTED_IN_SESSION = 0x7E, "subFunctionNotSupportedInActiveSession";
+        SERVICE_NOT_SUPPORTED_IN_SESSION = 0x7F, "serviceNotSupportedInActiveSession";
+    }
 }
 
 /// The name of a negative response code, as the standard writes it.
-pub const fn negative_response(code: u8) -> &'static str {
-    match code {
-        0x10 => "generalReject",
-        nrc::SERVICE_NOT_SUPPORTED => "serviceNotSupported",
-        nrc::SUB_FUNCTION_NOT_SUPPORTED => "subFunctionNotSupported",
-        nrc::INCORRECT_LENGTH => "incorrectMessageLengthOrInvalidFormat",
-        nrc::RESPONSE_TOO_LONG => "responseTooLong",
-        nrc::BUSY_REPEAT_REQUEST => "busyRepeatRequest",
-        nrc::CONDITIONS_NOT_CORRECT => "conditionsNotCorrect",
-        nrc::REQUEST_SEQUENCE_ERROR => "requestSequenceError",
-        nrc::REQUEST_OUT_OF_RANGE => "requestOutOfRange",
-        nrc::SECURITY_ACCESS_DENIED => "securityAccessDenied",
-        nrc::INVALID_KEY => "invalidKey",
-        nrc::EXCEEDED_ATTEMPTS => "exceedNumberOfAttempts",
-        nrc::TIME_DELAY_NOT_EXPIRED => "requiredTimeDelayNotExpired",
-        0x72 => "generalProgrammingFailure",
-        nrc::RESPONSE_PENDING => "requestCorrectlyReceived-ResponsePending",
-        nrc::SUB_FUNCTION_NOT_SUPPORTED_IN_SESSION => "subFunctionNotSupportedInActiveSession",
-        nrc::SERVICE_NOT_SUPPORTED_IN_SESSION => "serviceNotSupportedInActiveSession",
-        _ => "another negative response",
-    }
+pub fn negative_response(code: u8) -> &'static str {
+    nrc::text(code).unwrap_or("another negative response")
 }
 
 pub(crate) const DEFAULT_SESSION: u8 = 1;
