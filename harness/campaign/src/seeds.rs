@@ -168,7 +168,7 @@ pub fn shares(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> Vec<SeedShare> {
     };
     let measured = plan.measurements.iter().enumerate().map(|(index, declared)| {
         let figures = runs.iter().filter_map(|(_, run)| *run.figures.get(index)?);
-        let figures: Vec<_> = figures.filter(|_| declared.check.kind().estimates()).collect();
+        let figures: Vec<_> = figures.filter(|_| declared.check.kind().facts().estimates).collect();
         let judged = Judged::Measurement(declared.name.as_str().to_owned());
         let paper = declared.paper.clone();
         let share = share(judged, &|run| run.accepted.get(index) == Some(&true));

@@ -35,7 +35,7 @@ pub(crate) fn outcome(measurements: &[Measurement]) -> Outcome {
 /// Judges one measurement. `observations` may contain other quantities and be in any order.
 pub fn judge(declared: &Declared, observations: &Observations) -> Measurement {
     let (check, selection) = (declared.check.kind(), declared.select(observations));
-    let bounds = check.figure_band();
+    let bounds = check.facts().figure_band;
     let judged = selection.complete().and_then(|()| check.figure(&selection));
     let (value, uncertainty, verdict, statistic) = match judged {
         Ok(found) if declared.band_holds_reference => {

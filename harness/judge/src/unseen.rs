@@ -7,7 +7,7 @@ use record::outcome::{Measurement, Outcome, Verdict};
 
 /// Whether a measurement needs the true pose of the base.
 pub fn needs_truth(declared: &Declared) -> bool {
-    let second = declared.check.kind().second_quantity().map(|(_, name)| name.as_str());
+    let second = declared.check.kind().facts().second_quantity.map(|(_, name)| name.as_str());
     let names = [Some(declared.quantity.as_str()), second];
     names.into_iter().flatten().any(|name| OF_TRUTH.iter().any(|known| known.name == name))
 }

@@ -45,16 +45,15 @@ pub struct Declared {
 impl Declared {
     /// Those of `observations` that are judged. These may contain other quantities and be in any order.
     pub fn select<'a>(&self, observations: &'a Observations) -> Selection<'a> {
-        let kind = self.check.kind();
-        let of_values = kind.value_band();
+        let facts = self.check.kind().facts();
         let is_of_message = self.quantity.of_message().is_some();
         // How long an open gap would have been is unknown: a figure of all values is not formed with it.
-        let band = of_values.or_else(|| (!is_of_message).then(|| kind.figure_band()));
+        let band = facts.value_band.or((!is_of_message).then_some(facts.figure_band));
         let meant = Meant {
             quantity: &self.quantity,
-            second: kind.second_quantity().map(|(_, quantity)| quantity),
+            second: facts.second_quantity.map(|(_, quantity)| quantity),
             filter: &self.filter,
-            during: kind.during(),
+            during: facts.during,
             least: self.observations_min.get() as usize,
             most: band.and_then(Band::upper),
         };
@@ -65,12 +64,12 @@ impl Declared {
     pub fn is_judged_at(&self, tags: &BTreeMap<String, f64>) -> bool {
         let has = |tag: &str| tags.get(tag).copied();
         let is_during = |phase| has(&during_tag(phase)).is_some_and(|value| value != 0.0);
-        self.filter.matches(has) && self.check.kind().during().is_none_or(is_during)
+        self.filter.matches(has) && self.check.kind().facts().during.is_none_or(is_during)
     }
 
     /// Whether a gap between two messages that has lasted so long, in s, is already outside of the band.
     pub fn is_broken_by_gap(&self, seconds: f64) -> bool {
-        let most = self.check.kind().value_band().and_then(Band::upper);
+        let most = self.check.kind().facts().value_band.and_then(Band::upper);
         most.is_some_and(|most| seconds > most)
     }
 }

@@ -92,14 +92,14 @@ impl<'a> Survey<'a> {
         let Some(unit) = self.unit(&declared.quantity, &at.key("quantity"))? else {
             return Ok(());
         };
-        let kind = declared.check.kind();
-        if kind.is_on_the_floor() && unit != "m" {
+        let facts = declared.check.kind().facts();
+        if facts.is_on_the_floor && unit != "m" {
             let name = declared.check.name();
             let message = format!("`{}` is in {unit}, `{name}` needs m", declared.quantity);
             return Err(at.key("quantity").mistake(message));
         }
         let in_check = |key| at.key("check").key(declared.check.name()).key(key);
-        if let Some((key, second)) = kind.second_quantity() {
+        if let Some((key, second)) = facts.second_quantity {
             let second_unit = self.unit(second, &in_check(key))?;
             if let Some(second_unit) = second_unit.filter(|second_unit| *second_unit != unit) {
                 let message =
@@ -107,10 +107,10 @@ impl<'a> Survey<'a> {
                 return Err(in_check(key).mistake(message));
             }
         }
-        if let Some(tag) = kind.against() {
+        if let Some(tag) = facts.against {
             self.tag(&declared.quantity, tag, &in_check("against"))?;
         }
-        if let Some(during) = kind.during()
+        if let Some(during) = facts.during
             && !self.phases.contains(&during)
         {
             let help = proposal(during, &self.phases());
@@ -121,13 +121,13 @@ impl<'a> Survey<'a> {
     }
 
     fn figure_unit(&self, declared: &Declared, unit: &str, at: &Place) -> Checked {
-        let check = declared.check.kind();
-        let against = check.against().and_then(find_tag).map(|tag| tag.unit);
-        if against.is_none() && check.against().is_some() {
+        let facts = declared.check.kind().facts();
+        let against = facts.against.and_then(find_tag).map(|tag| tag.unit);
+        if against.is_none() && facts.against.is_some() {
             // Only its device knows the unit of a swept parameter.
             return Ok(());
         }
-        let expected = check.figure_unit(unit, against.unwrap_or("1"));
+        let expected = facts.figure_unit(unit, against.unwrap_or("1"));
         if declared.unit == expected {
             return Ok(());
         }

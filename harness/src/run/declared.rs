@@ -89,7 +89,7 @@ fn described(name: &QuantityName, plan: &Plan, speakers: &[Speaker]) -> (String,
 /// The tags of the observations for which a measurement's band holds.
 fn tags(declared: &Declared) -> BTreeMap<String, f64> {
     let mut tags = declared.filter.equalities();
-    if let Some(during) = declared.check.kind().during() {
+    if let Some(during) = declared.check.kind().facts().during {
         tags.insert(during_tag(during), 1.0);
     }
     tags
@@ -133,7 +133,7 @@ pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
     for declared in &plan.measurements {
         let names = std::iter::once(&declared.quantity)
-            .chain(declared.check.kind().second_quantity().map(|(_, name)| name));
+            .chain(declared.check.kind().facts().second_quantity.map(|(_, name)| name));
         for name in names {
             let judged_by = declared.name.as_str().to_owned();
             if let Some(known) = quantities.iter_mut().find(|known| known.name == name.as_str()) {
@@ -149,7 +149,7 @@ pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
                 judged_by: vec![judged_by],
             });
         }
-        let Some(band) = declared.check.kind().value_band() else { continue };
+        let Some(band) = declared.check.kind().facts().value_band else { continue };
         let known = quantities.iter_mut().find(|known| known.name == declared.quantity.as_str());
         if let Some(quantity) = known {
             quantity.bands.push(Band {

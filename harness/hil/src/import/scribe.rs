@@ -65,7 +65,7 @@ impl Scribe {
         let mut wanted = BTreeSet::new();
         for declared in &plan.measurements {
             wanted.insert(declared.quantity.as_str().to_owned());
-            let second = declared.check.kind().second_quantity();
+            let second = declared.check.kind().facts().second_quantity;
             wanted.extend(second.map(|(_, name)| name.as_str().to_owned()));
         }
         Self {

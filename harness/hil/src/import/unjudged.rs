@@ -47,7 +47,8 @@ pub(super) fn of_plan(plan: &Plan) -> Vec<(String, &'static str)> {
     let measurements = plan.measurements.iter();
     measurements
         .filter_map(|declared| {
-            let second = declared.check.kind().second_quantity().map(|(_, name)| name.as_str());
+            let second =
+                declared.check.kind().facts().second_quantity.map(|(_, name)| name.as_str());
             let why = why_not(declared.quantity.as_str()).or_else(|| why_not(second?))?;
             Some((declared.name.as_str().to_owned(), why))
         })

@@ -1,7 +1,7 @@
 //! `eventually_within`: the time from which on all values stay in a band.
 
 use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear};
-use super::kind::Kind;
+use super::kind::{Facts, Kind, UnitOf};
 use super::selection::{Point, Selection};
 use crate::band::Band;
 use crate::number;
@@ -22,16 +22,12 @@ pub struct EventuallyWithin {
 }
 
 impl Kind for EventuallyWithin {
-    fn figure_band(&self) -> Band {
-        Band::at_most(self.within.as_secs_f64())
-    }
-
-    fn figure_unit(&self, _: &str, _: &str) -> String {
-        "s".to_owned()
-    }
-
-    fn value_band(&self) -> Option<Band> {
-        Some(self.band)
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            unit: UnitOf::Fixed("s"),
+            value_band: Some(self.band),
+            ..Facts::of(Band::at_most(self.within.as_secs_f64()))
+        }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {

@@ -1,7 +1,7 @@
 //! `all_but_within` and `all_but_in_square`: the number of exceptions.
 
 use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear, too_few};
-use super::kind::Kind;
+use super::kind::{Facts, Kind, UnitOf};
 use super::selection::{Position, Sample, Selection};
 use crate::band::Band;
 use crate::number;
@@ -22,16 +22,12 @@ pub struct AllButWithin {
 }
 
 impl Kind for AllButWithin {
-    fn figure_band(&self) -> Band {
-        Band::at_most(f64::from(self.count))
-    }
-
-    fn figure_unit(&self, _: &str, _: &str) -> String {
-        "1".to_owned()
-    }
-
-    fn value_band(&self) -> Option<Band> {
-        Some(self.band)
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            unit: UnitOf::Fixed("1"),
+            value_band: Some(self.band),
+            ..Facts::of(Band::at_most(f64::from(self.count)))
+        }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
@@ -59,20 +55,13 @@ pub struct AllButInSquare {
 }
 
 impl Kind for AllButInSquare {
-    fn figure_band(&self) -> Band {
-        Band::at_most(f64::from(self.count))
-    }
-
-    fn figure_unit(&self, _: &str, _: &str) -> String {
-        "1".to_owned()
-    }
-
-    fn second_quantity(&self) -> Option<(&'static str, &QuantityName)> {
-        Some(("y", &self.y))
-    }
-
-    fn is_on_the_floor(&self) -> bool {
-        true
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            unit: UnitOf::Fixed("1"),
+            second_quantity: Some(("y", &self.y)),
+            is_on_the_floor: true,
+            ..Facts::of(Band::at_most(f64::from(self.count)))
+        }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {

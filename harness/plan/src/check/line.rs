@@ -2,7 +2,7 @@
 
 use super::figure::{Figure, Refusal};
 use super::jackknife::{self, widening};
-use super::kind::Kind;
+use super::kind::{Facts, Kind, UnitOf};
 use super::selection::{Point, Selection};
 use crate::band::Band;
 use schemars::JsonSchema;
@@ -20,23 +20,13 @@ pub struct SlopeWithin {
 }
 
 impl Kind for SlopeWithin {
-    fn figure_band(&self) -> Band {
-        self.band
-    }
-
-    fn figure_unit(&self, unit: &str, against: &str) -> String {
-        match against {
-            "1" => unit.to_owned(),
-            against => format!("{unit}/{against}"),
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            unit: UnitOf::Slope,
+            estimates: true,
+            against: Some(&self.against),
+            ..Facts::of(self.band)
         }
-    }
-
-    fn estimates(&self) -> bool {
-        true
-    }
-
-    fn against(&self) -> Option<&str> {
-        Some(&self.against)
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
@@ -60,16 +50,8 @@ pub struct InterceptWithin {
 }
 
 impl Kind for InterceptWithin {
-    fn figure_band(&self) -> Band {
-        self.band
-    }
-
-    fn estimates(&self) -> bool {
-        true
-    }
-
-    fn against(&self) -> Option<&str> {
-        Some(&self.against)
+    fn facts(&self) -> Facts<'_> {
+        Facts { estimates: true, against: Some(&self.against), ..Facts::of(self.band) }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
@@ -93,20 +75,13 @@ pub struct CorrelationWithin {
 }
 
 impl Kind for CorrelationWithin {
-    fn figure_band(&self) -> Band {
-        self.band
-    }
-
-    fn figure_unit(&self, _: &str, _: &str) -> String {
-        "1".to_owned()
-    }
-
-    fn estimates(&self) -> bool {
-        true
-    }
-
-    fn against(&self) -> Option<&str> {
-        Some(&self.against)
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            unit: UnitOf::Fixed("1"),
+            estimates: true,
+            against: Some(&self.against),
+            ..Facts::of(self.band)
+        }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {

@@ -32,7 +32,7 @@ mod worst;
 pub use eventually_within::EventuallyWithin;
 pub use exceptions::{AllButInSquare, AllButWithin};
 pub use figure::{Figure, Refusal};
-pub use kind::Kind;
+pub use kind::{Facts, Kind, UnitOf};
 pub use line::{CorrelationWithin, InterceptWithin, SlopeWithin};
 pub use moments::{MeanWithin, RmsRatioWithin, RmsWithin};
 pub use selection::{Meant, Selection};

@@ -2,7 +2,7 @@
 
 use super::figure::{Figure, Refusal};
 use super::jackknife::{self, Together};
-use super::kind::Kind;
+use super::kind::{Facts, Kind, UnitOf};
 use super::selection::{Sample, Selection};
 use crate::band::Band;
 use crate::number;
@@ -16,12 +16,8 @@ use serde::Deserialize;
 pub struct MeanWithin(pub Band);
 
 impl Kind for MeanWithin {
-    fn figure_band(&self) -> Band {
-        self.0
-    }
-
-    fn estimates(&self) -> bool {
-        true
+    fn facts(&self) -> Facts<'_> {
+        Facts { estimates: true, ..Facts::of(self.0) }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
@@ -37,12 +33,8 @@ impl Kind for MeanWithin {
 pub struct RmsWithin(pub Band);
 
 impl Kind for RmsWithin {
-    fn figure_band(&self) -> Band {
-        self.0
-    }
-
-    fn estimates(&self) -> bool {
-        true
+    fn facts(&self) -> Facts<'_> {
+        Facts { estimates: true, ..Facts::of(self.0) }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
@@ -68,20 +60,13 @@ pub struct RmsRatioWithin {
 }
 
 impl Kind for RmsRatioWithin {
-    fn figure_band(&self) -> Band {
-        self.band
-    }
-
-    fn figure_unit(&self, _: &str, _: &str) -> String {
-        "1".to_owned()
-    }
-
-    fn estimates(&self) -> bool {
-        true
-    }
-
-    fn second_quantity(&self) -> Option<(&'static str, &QuantityName)> {
-        Some(("to", &self.to))
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            unit: UnitOf::Fixed("1"),
+            estimates: true,
+            second_quantity: Some(("to", &self.to)),
+            ..Facts::of(self.band)
+        }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {

@@ -1,7 +1,7 @@
 //! `share_within`: the share of the values in a band.
 
 use super::figure::{COVERAGE, Figure, Refusal, graded, is_clear};
-use super::kind::Kind;
+use super::kind::{Facts, Kind, UnitOf};
 use super::selection::{Sample, Selection};
 use crate::band::Band;
 use crate::number;
@@ -21,16 +21,12 @@ pub struct ShareWithin {
 }
 
 impl Kind for ShareWithin {
-    fn figure_band(&self) -> Band {
-        Band::at_least(self.share)
-    }
-
-    fn figure_unit(&self, _: &str, _: &str) -> String {
-        "1".to_owned()
-    }
-
-    fn value_band(&self) -> Option<Band> {
-        Some(self.band)
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            unit: UnitOf::Fixed("1"),
+            value_band: Some(self.band),
+            ..Facts::of(Band::at_least(self.share))
+        }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {

@@ -7,7 +7,7 @@
 
 use super::figure::{Figure, Refusal};
 use super::jackknife::Together;
-use super::kind::Kind;
+use super::kind::{Facts, Kind, UnitOf};
 use super::moments::{Estimate, mean};
 use super::selection::{Position, Sample, Selection};
 use crate::band::Band;
@@ -53,27 +53,18 @@ pub enum UmbmarkFigure {
 }
 
 impl Kind for UmbmarkWithin {
-    fn figure_band(&self) -> Band {
-        self.band
-    }
-
-    fn figure_unit(&self, unit: &str, _: &str) -> String {
-        match self.figure {
-            UmbmarkFigure::EMaxSyst => unit.to_owned(),
-            UmbmarkFigure::Alpha | UmbmarkFigure::Beta => "deg".to_owned(),
+    fn facts(&self) -> Facts<'_> {
+        let unit = match self.figure {
+            UmbmarkFigure::EMaxSyst => UnitOf::Quantity,
+            UmbmarkFigure::Alpha | UmbmarkFigure::Beta => UnitOf::Fixed("deg"),
+        };
+        Facts {
+            unit,
+            estimates: true,
+            second_quantity: Some(("y", &self.y)),
+            is_on_the_floor: true,
+            ..Facts::of(self.band)
         }
-    }
-
-    fn estimates(&self) -> bool {
-        true
-    }
-
-    fn second_quantity(&self) -> Option<(&'static str, &QuantityName)> {
-        Some(("y", &self.y))
-    }
-
-    fn is_on_the_floor(&self) -> bool {
-        true
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {

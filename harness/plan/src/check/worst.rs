@@ -1,7 +1,7 @@
 //! `all_within` and `never_outside`: the worst value.
 
 use super::figure::{COVERAGE, Figure, Refusal, is_clear};
-use super::kind::Kind;
+use super::kind::{Facts, Kind};
 use super::selection::{Sample, Selection};
 use crate::band::Band;
 use schemars::JsonSchema;
@@ -13,16 +13,8 @@ use serde::Deserialize;
 pub struct AllWithin(pub Band);
 
 impl Kind for AllWithin {
-    fn figure_band(&self) -> Band {
-        self.0
-    }
-
-    fn value_band(&self) -> Option<Band> {
-        Some(self.0)
-    }
-
-    fn needs_every_value(&self) -> bool {
-        true
+    fn facts(&self) -> Facts<'_> {
+        Facts { value_band: Some(self.0), needs_every_value: true, ..Facts::of(self.0) }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {
@@ -42,20 +34,13 @@ pub struct NeverOutside {
 }
 
 impl Kind for NeverOutside {
-    fn figure_band(&self) -> Band {
-        self.band
-    }
-
-    fn value_band(&self) -> Option<Band> {
-        Some(self.band)
-    }
-
-    fn needs_every_value(&self) -> bool {
-        true
-    }
-
-    fn during(&self) -> Option<&str> {
-        Some(&self.during)
+    fn facts(&self) -> Facts<'_> {
+        Facts {
+            value_band: Some(self.band),
+            needs_every_value: true,
+            during: Some(&self.during),
+            ..Facts::of(self.band)
+        }
     }
 
     fn figure(&self, selection: &Selection<'_>) -> Result<Figure, Refusal> {

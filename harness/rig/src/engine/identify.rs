@@ -229,7 +229,7 @@ pub(super) fn wanted(plan: &Plan) -> BTreeSet<String> {
     let mut judged: Vec<&QuantityName> = Vec::new();
     for declared in &plan.measurements {
         judged.push(&declared.quantity);
-        judged.extend(declared.check.kind().second_quantity().map(|(_, quantity)| quantity));
+        judged.extend(declared.check.kind().facts().second_quantity.map(|(_, quantity)| quantity));
     }
     for step in Step::walk(&plan.steps) {
         match &step.action {

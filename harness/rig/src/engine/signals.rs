@@ -42,7 +42,8 @@ impl Signals {
             declared
                 .check
                 .kind()
-                .second_quantity()
+                .facts()
+                .second_quantity
                 .into_iter()
                 .for_each(|(_, name)| signals.want(name, speakers));
         }

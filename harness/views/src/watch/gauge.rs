@@ -32,9 +32,9 @@ impl Gauge {
         let judges = plan.measurements.iter();
         let judges = judges.filter(|declared| declared.quantity.as_str() == quantity.name);
         let strict = judges.filter_map(|declared| {
-            let check = declared.check.kind();
-            let band = check.value_band().filter(|_| check.needs_every_value())?;
-            let during = check.during().map(during_tag);
+            let check = declared.check.kind().facts();
+            let band = check.value_band.filter(|_| check.needs_every_value)?;
+            let during = check.during.map(during_tag);
             Some(Strict { filter: declared.filter.clone(), during, band })
         });
         let strict = strict.collect();
