@@ -20,6 +20,7 @@ pub use keep::{
 };
 pub use prepared::{PrepareError, Prepared, header, load_plan};
 pub use recorded::{load_recorded, prepare_recorded};
+pub use rig::ended::Ended;
 pub use rig::rerun::{Clock, Difference, Rerun, RerunError, Said};
 #[cfg(feature = "logs")]
 pub use rig_of::logged;
@@ -27,52 +28,17 @@ pub use rig_of::{RigError, load_description, load_rig, load_rig_named};
 
 use crate::checks::judge_all;
 use crate::made::Made;
-use crate::observation::Observations;
-use crate::outcome::{CommandSummary, Measurement, Outcome, PropertySummary};
-use crate::properties::{Property, PropertyVerdict, Unjudged};
-use crate::record::FaultSummary;
+use crate::outcome::{Measurement, Outcome, PropertySummary};
+use crate::properties::Property;
 use crate::record::reader::RecordError;
 use crate::record::sink::{NullSink, RecordSink};
 use crate::record::{Progress, Record};
 use crate::run_folder::{RunFolder, RunFolderError};
-use judge::unseen::without_truth;
 use rig::crossing::MaybeCrossing;
 use rig::engine::{Action, Ending};
 use rig::operator::Answers;
 use rig::rerun;
-use rig::simulate::{End, Simulation};
-use wire::time::Timestamp;
-
-/// Result of a run in the simulated world.
-#[derive(Debug, Clone)]
-pub struct Simulated {
-    /// How it ended.
-    pub ending: Ending,
-    /// Bench time at the end.
-    pub end: Timestamp,
-    /// Events handled.
-    pub events: u64,
-    /// Everything observed.
-    pub observations: Observations,
-    /// Calibrations and models that the plan made.
-    pub made: Made,
-    /// Number of items that the lines dropped for lack of room.
-    pub dropped: u64,
-    /// Commands of the bench that the plan asked for.
-    pub commands: Vec<CommandSummary>,
-    /// Summaries of the plan's faults.
-    pub faults: Vec<FaultSummary>,
-    /// Verdicts of the properties.
-    pub properties: Vec<PropertyVerdict>,
-    /// Properties of the plan that this bench cannot judge; empty in virtual time.
-    pub unjudged: Vec<Unjudged>,
-    /// Why the truth of the base is not known; `None` if it is.
-    pub no_truth: Option<String>,
-    /// What no measurement covers, one sentence each.
-    pub notes: Vec<String>,
-    /// Whether the controller reported a problem; `false` on a rig without a controller.
-    pub announced: bool,
-}
+use rig::simulate::Simulation;
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; `false` stops the run.
 pub fn simulate(
@@ -81,7 +47,7 @@ pub fn simulate(
     answers: &Answers,
     sink: &mut dyn RecordSink,
     pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Simulated {
+) -> Ended {
     simulate_across(None, prepared, seed, answers, sink, pulse)
 }
 
@@ -93,7 +59,7 @@ pub fn simulate_across(
     answers: &Answers,
     sink: &mut dyn RecordSink,
     pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Simulated {
+) -> Ended {
     let declared = prepared.plan.properties.as_slice();
     let watched = (!declared.is_empty()).then_some(declared);
     go(crossing, prepared, seed, answers, watched, sink, pulse)
@@ -107,7 +73,7 @@ pub fn simulate_watched(
     answers: &Answers,
     sink: &mut dyn RecordSink,
     pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Simulated {
+) -> Ended {
     let judged = prepared.plan.judged(&prepared.rig);
     go(None, prepared, seed, answers, Some(&judged), sink, pulse)
 }
@@ -120,7 +86,7 @@ fn go(
     watched: Option<&[Property]>,
     sink: &mut dyn RecordSink,
     pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Simulated {
+) -> Ended {
     let mut run = Underway::new(crossing, prepared, seed, answers, watched);
     let end = run.simulation.run(sink, &mut |action| action.keep_in(&mut run.made), pulse);
     run.ended(end, sink)
@@ -150,31 +116,16 @@ impl Underway {
     }
 
     /// Runs from where it stands to the end of the plan.
-    pub(crate) fn into_end(mut self, sink: &mut dyn RecordSink) -> Simulated {
+    pub(crate) fn into_end(mut self, sink: &mut dyn RecordSink) -> Ended {
         let keep = &mut |action: &_| Action::keep_in(action, &mut self.made);
         let end = self.simulation.go_on(sink, keep, &mut |_| true);
         self.ended(end, sink)
     }
 
-    fn ended(self, mut end: End, sink: &mut dyn RecordSink) -> Simulated {
-        let Self { mut simulation, made } = self;
-        finish(sink, &mut end.ending);
-        let observations = simulation.director.engine.take_observations();
-        Simulated {
-            ending: end.ending,
-            end: end.at,
-            events: end.events,
-            observations,
-            made,
-            dropped: end.dropped,
-            commands: std::mem::take(&mut simulation.director.commands),
-            faults: end.faults,
-            properties: end.monitor.map(|monitor| monitor.verdicts(end.at)).unwrap_or_default(),
-            unjudged: Vec::new(),
-            no_truth: None,
-            notes: end.notes,
-            announced: simulation.director.engine.has_announced(),
-        }
+    fn ended(self, end: Ended, sink: &mut dyn RecordSink) -> Ended {
+        let mut ended = Ended { made: self.made, ..end };
+        finish(sink, &mut ended.ending);
+        ended
     }
 }
 
@@ -232,38 +183,6 @@ impl Verdicts {
     /// Whether the run went to its end, so that the measurements rest on complete data.
     pub fn is_complete(&self) -> bool {
         self.ending.outcome == Outcome::Passed
-    }
-}
-
-impl Simulated {
-    /// A run in which nothing happened.
-    #[cfg(feature = "live")]
-    pub(crate) fn not_begun(ending: Ending) -> Self {
-        Self {
-            ending,
-            end: Timestamp::ZERO,
-            events: 0,
-            observations: Observations::default(),
-            made: Made::default(),
-            dropped: 0,
-            commands: Vec::new(),
-            faults: Vec::new(),
-            properties: Vec::new(),
-            unjudged: Vec::new(),
-            no_truth: None,
-            notes: Vec::new(),
-            announced: false,
-        }
-    }
-
-    /// Judges these measurements; those of a truth that the bench does not know are not judged.
-    pub(crate) fn judge(&self, declared: &[crate::plan::Declared]) -> (Vec<Measurement>, Outcome) {
-        let (mut measurements, judged) = judge_all(declared, &self.observations);
-        let judged = match &self.no_truth {
-            Some(why) => without_truth(declared, &mut measurements, why),
-            None => judged,
-        };
-        (measurements, judged)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::bench_file::{BenchFile, ControllerSection};
 use crate::made::Made;
-use crate::outcome::{Outcome, PortSummary, Summary, Timing};
+use crate::outcome::{Outcome, Summary};
 use crate::plan::DEVICE;
 use crate::plan::Rig;
 use crate::plan::rig::{RigLine, RigNode, UnderTest};
@@ -10,7 +10,7 @@ use crate::port::PortSpec;
 use crate::properties::Property;
 use crate::record::sink::RecordSink;
 use crate::record::{Device, Progress, Record, RecordKind};
-use crate::run::{Completed, Options, Prepared, Simulated, finish, keep, summarise};
+use crate::run::{Completed, Ended, Options, Prepared, finish, keep, summarise};
 use crate::run_folder::{RunFolder, RunFolderError};
 use crate::watch::{Feed, Watched};
 use described::{Layout, Medium};
@@ -20,7 +20,7 @@ use live::world::{
     line_port, player, usual_port,
 };
 use rig::bench::base_transport;
-use rig::engine::{Action, Ending, Engine};
+use rig::engine::{Action, Ending};
 use rig::operator::{Operator, Person};
 use std::path::Path;
 use wire::time::Timestamp;
@@ -193,16 +193,6 @@ pub(crate) struct LiveOrder<'a> {
     pub(crate) log: &'a Path,
 }
 
-/// A run in real time, with its additional results.
-#[derive(Debug, Clone)]
-pub(crate) struct LiveRun {
-    pub(crate) run: Simulated,
-    pub(crate) timing: Timing,
-    pub(crate) ports: Vec<PortSummary>,
-    /// Files that commands of the bench have written beside the record.
-    pub(crate) artifacts: Vec<String>,
-}
-
 /// Carries out a run; judges only the properties.
 ///
 /// # Errors
@@ -213,7 +203,7 @@ pub(crate) fn carry_out(
     operator: Operator,
     sink: &mut dyn RecordSink,
     pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Result<LiveRun, LiveError> {
+) -> Result<LiveEnd, LiveError> {
     let LiveOrder { prepared, seed, setting, properties, log } = order;
     let seed = prepared.plan.seed_of_run(seed);
     let (rig, director) = prepared.live(seed, setting, operator);
@@ -230,30 +220,9 @@ pub(crate) fn carry_out(
             return Err(error);
         }
     };
-    finish(sink, &mut end.ending);
-    Ok(LiveRun::of(end, world.engine_mut(), made))
-}
-
-impl LiveRun {
-    /// Combines the end of a world with the results of its engine.
-    fn of(end: LiveEnd, engine: &mut Engine, made: Made) -> Self {
-        let run = Simulated {
-            ending: end.ending,
-            end: end.end,
-            events: end.events,
-            observations: engine.take_observations(),
-            made,
-            dropped: end.dropped,
-            commands: end.commands,
-            faults: end.faults,
-            properties: end.properties,
-            unjudged: end.unjudged,
-            no_truth: end.no_truth,
-            notes: end.notes,
-            announced: engine.has_announced(),
-        };
-        Self { run, timing: end.timing, ports: end.ports, artifacts: end.artifacts }
-    }
+    end.run.made = made;
+    finish(sink, &mut end.run.ending);
+    Ok(end)
 }
 
 /// The error with its causes, in one line.
@@ -264,35 +233,21 @@ fn said(error: &LiveError) -> String {
 }
 
 /// A run of a bench that did not come up.
-fn not_begun(error: &LiveError) -> Simulated {
+fn not_begun(error: &LiveError) -> Ended {
     let outcome = match error {
         LiveError::Stopped => Outcome::Aborted,
         _ => Outcome::Error,
     };
-    Simulated::not_begun(Ending { outcome, reason: Some(said(error)), lost_node: false })
+    Ended::at_once(Ending { outcome, reason: Some(said(error)), lost_node: false })
 }
 
-/// Runs a prepared plan in real time, judges it and writes its run folder. `person` answers what `options` does not.
+/// Runs a prepared plan in real time, judges it and writes its run folder. `person` answers what `options` does not;
+/// `feed` is shown the run.
 ///
 /// # Errors
 ///
 /// When the bench cannot be used or does not come up, or the run folder cannot be made. A run that has begun ends with
 /// an outcome, not with an error.
-pub fn run_live_to_folder(
-    prepared: &Prepared,
-    options: &Options<'_>,
-    setting: &LiveSetting<'_>,
-    person: Option<Box<dyn Person>>,
-    pulse: &mut dyn FnMut(Progress) -> bool,
-) -> Result<Completed, LiveRunError> {
-    run_live_to_folder_watched(prepared, options, setting, person, None, pulse)
-}
-
-/// Like [`run_live_to_folder`], shown to `feed` during the run.
-///
-/// # Errors
-///
-/// As [`run_live_to_folder`].
 pub fn run_live_to_folder_watched(
     prepared: &Prepared,
     options: &Options<'_>,
@@ -312,7 +267,7 @@ pub fn run_live_to_folder_watched(
     let order = LiveOrder { prepared, seed, setting: &setting, properties, log: &log };
     let live = carry_out(order, operator, &mut sink, pulse);
     drop(sink);
-    let summarised = |run: &Simulated| {
+    let summarised = |run: &Ended| {
         let mut summary = summarise(prepared, options.seed, run);
         "real".clone_into(&mut summary.clock);
         summary.bus = setting.site.bus();

@@ -1,7 +1,7 @@
 //! The loop closed on a user's own sensor: it has an undeclared error, another node's readings are the reference, `hil identify`
 //! finds the error, and the readings are compensated.
 
-use harness::run::{Prepared, Simulated, simulate};
+use harness::run::{Ended, Prepared, simulate};
 use identification::finding::Finding;
 use plan::made::Made;
 use plan::observation::Observed;
@@ -136,7 +136,7 @@ fn load(project: &TempDir) -> Prepared {
     }
 }
 
-fn run(prepared: &Prepared, seed: u64) -> Simulated {
+fn run(prepared: &Prepared, seed: u64) -> Ended {
     simulate(prepared, seed, &Answers::default(), &mut NullSink, &mut |_| true)
 }
 
@@ -146,7 +146,7 @@ fn shaft(t: f64) -> f64 {
 }
 
 /// Errors of the readings during a label, deg, with when they were.
-fn errors(done: &Simulated, during: Option<&str>) -> Vec<(f64, f64)> {
+fn errors(done: &Ended, during: Option<&str>) -> Vec<(f64, f64)> {
     let is_meant = |one: &Observed<'_>| {
         during.is_none_or(|label| one.tag(&format!("during.{label}")).is_some())
     };

@@ -4,7 +4,7 @@ mod at_rest;
 
 use emulators::device_file::Devices;
 use harness::operator::Answers;
-use harness::run::{Prepared, Simulated, simulate};
+use harness::run::{Ended, Prepared, simulate};
 use plan::Plan;
 use plan::Rig;
 use plan::calibrations;
@@ -61,7 +61,7 @@ pub fn prepared(text: &str, devices: Devices) -> Prepared {
 #[derive(Debug)]
 pub struct Run {
     /// Its result.
-    pub simulated: Simulated,
+    pub simulated: Ended,
     /// Its records.
     pub records: Vec<Record>,
 }

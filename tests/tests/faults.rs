@@ -4,7 +4,7 @@ mod effects;
 mod kinds;
 
 use harness::operator::Answers;
-use harness::run::{Prepared, Simulated, simulate};
+use harness::run::{Ended, Prepared, simulate};
 use record::outcome::Outcome;
 use record::sink::{FileSink, Level, MemorySink};
 use record::{FaultEvent, FaultRecord, FaultSummary};
@@ -54,7 +54,7 @@ fn answers() -> Answers {
 }
 
 /// Returns a run and its events.
-fn run(prepared: &Prepared) -> (Simulated, Vec<Record>) {
+fn run(prepared: &Prepared) -> (Ended, Vec<Record>) {
     let mut sink = MemorySink::new(Level::Events);
     let run = simulate(prepared, 5, &answers(), &mut sink, &mut |_| true);
     (run, sink.into_records())

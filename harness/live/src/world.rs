@@ -74,6 +74,7 @@ use record::sink::RecordSink;
 use record::{Device, Progress};
 use rig::Rig;
 use rig::director::Director;
+use rig::ended::Ended;
 use rig::engine::{Action, Ending, Engine};
 use rig::faults::Faults;
 use rig::simulate::look_up;
@@ -162,10 +163,6 @@ impl LiveWorld {
         &self.director.engine
     }
 
-    pub fn engine_mut(&mut self) -> &mut Engine {
-        &mut self.director.engine
-    }
-
     /// Runs the plan to its end. The stderr of the device under test goes into `log`.
     ///
     /// # Errors
@@ -194,14 +191,15 @@ impl LiveWorld {
             Ok(()) => self.run_set_up((log, &mut commands), sink, keep, pulse).await,
             Err(error) => Err(error),
         };
-        let at = ended.as_ref().map_or(Timestamp::ZERO, |ended| ended.end);
+        let at = ended.as_ref().map_or(Timestamp::ZERO, |ended| ended.run.end);
         let torn_down = self.tear_down(&mut commands, sink, at).await;
         match (&mut ended, torn_down) {
             (Ok(ended), torn_down) => {
-                ended.commands = std::mem::take(&mut self.director.commands);
+                ended.run.commands = std::mem::take(&mut self.director.commands);
                 ended.artifacts = commands.files().collect();
                 if let Err(why) = torn_down {
-                    ended.ending = journal::blame_bench(ended.ending.clone(), &why);
+                    let ending = ended.run.ending.clone();
+                    ended.run.ending = journal::blame_bench(ending, &why);
                 }
             }
             (Err(_), Err(why)) => tracing::error!("after the run: {why}"),
@@ -309,21 +307,20 @@ impl LiveWorld {
             self.hear_command(end, sink, &ended);
         }
         let ports = port_summaries;
-        Ok(LiveEnd {
-            ending,
+        let run = Ended {
             end,
             events,
-            timing,
-            ports,
-            commands: Vec::new(),
-            artifacts: Vec::new(),
+            observations: self.director.engine.take_observations(),
             dropped,
             faults,
             properties,
             unjudged,
             no_truth: self.setting.sight().why_not(View::Truth),
             notes,
-        })
+            announced: self.engine().has_announced(),
+            ..Ended::at_once(ending)
+        };
+        Ok(LiveEnd { run, timing, ports, artifacts: Vec::new() })
     }
 
     /// Starts the device under test. Meanwhile the ports are served: an emulated adapter must answer when it is opened.

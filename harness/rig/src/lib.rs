@@ -32,6 +32,7 @@ mod conversation;
 pub mod crossing;
 mod deliver;
 pub mod director;
+pub mod ended;
 pub mod engine;
 pub mod faults;
 mod host;

@@ -13,13 +13,14 @@ use super::faults::Faults;
 use super::node::Part;
 use super::touched::Touched;
 use crate::crossing::MaybeCrossing;
+use crate::ended::Ended;
 use crate::engine::{Action, Ending, Engine};
 use crate::watch::{Watch, see};
 use judge::properties::{Monitor, Seen};
 use plan::PhaseEvent;
 use record::outcome::Outcome;
 use record::sink::RecordSink;
-use record::{Device, FaultSummary, Progress, Record, RecordKind};
+use record::{Device, Progress, Record, RecordKind};
 use stream::Stream;
 use wire::time::{Span, Timestamp};
 
@@ -72,19 +73,6 @@ pub struct Simulation {
     pub(super) phases: Option<Vec<(Timestamp, PhaseEvent)>>,
 }
 
-/// How a run in virtual time ended.
-#[derive(Debug)]
-pub struct End {
-    pub ending: Ending,
-    pub at: Timestamp,
-    pub events: u64,
-    pub dropped: u64,
-    pub faults: Vec<FaultSummary>,
-    pub monitor: Option<Monitor>,
-    /// What no measurement covers, one sentence each.
-    pub notes: Vec<String>,
-}
-
 impl Simulation {
     /// A run at time zero; the plan's faults draw from `seed`.
     pub fn new(crossing: MaybeCrossing, mut rig: Rig, director: Director, seed: u64) -> Self {
@@ -126,7 +114,7 @@ impl Simulation {
         sink: &mut dyn RecordSink,
         keep: &mut dyn FnMut(&Action),
         pulse: &mut dyn FnMut(Progress) -> bool,
-    ) -> End {
+    ) -> Ended {
         self.begin(sink, keep);
         self.go_on(sink, keep, pulse)
     }
@@ -149,7 +137,7 @@ impl Simulation {
         sink: &mut dyn RecordSink,
         keep: &mut dyn FnMut(&Action),
         pulse: &mut dyn FnMut(Progress) -> bool,
-    ) -> End {
+    ) -> Ended {
         let ending = self.run_to_end(sink, keep, pulse);
         self.last_words(sink, keep);
         let Self { faults, rig, director, now, .. } = self;
@@ -166,14 +154,19 @@ impl Simulation {
             Some(faults) => faults.finish(*now, rig, director, None, sink),
             None => Vec::new(),
         };
-        End {
-            ending,
-            at: *now,
+        let end = *now;
+        let verdicts = |watch: Box<Watch>| watch.into_monitor().verdicts(end);
+        Ended {
+            end,
             events: self.events,
-            dropped: self.rig.dropped(),
+            observations: director.engine.take_observations(),
+            dropped: rig.dropped(),
+            commands: std::mem::take(&mut director.commands),
             faults,
-            monitor: self.watch.take().map(|watch| watch.into_monitor()),
+            properties: self.watch.take().map(verdicts).unwrap_or_default(),
             notes,
+            announced: director.engine.has_announced(),
+            ..Ended::at_once(ending)
         }
     }
 

@@ -2,12 +2,12 @@
 
 use crate::campaign::{CaseResult, PASSES, Violated};
 use crate::outcome::{Measurement, Outcome};
-use crate::run::Simulated;
+use crate::run::Ended;
 use record::figures;
 use std::collections::BTreeMap;
 
 /// Result of a run.
-pub(super) fn result(run: &Simulated, measurements: &[Measurement], judged: Outcome) -> CaseResult {
+pub(super) fn result(run: &Ended, measurements: &[Measurement], judged: Outcome) -> CaseResult {
     let outcome = run.ending.outcome.max(judged);
     let passed = outcome == Outcome::Passed;
     let broken = measurements.iter().find(|one| !one.verdict.is_acceptable());

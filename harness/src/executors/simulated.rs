@@ -60,7 +60,7 @@ impl Simulated {
         (run.end - Timestamp::ZERO, self.result(&run))
     }
 
-    fn result(&self, run: &run::Simulated) -> CaseResult {
+    fn result(&self, run: &run::Ended) -> CaseResult {
         if !self.must_pass {
             return result(&self.prepared, run);
         }
@@ -85,7 +85,7 @@ pub(super) fn struck(prepared: &Prepared, case: &Case) -> Prepared {
 }
 
 /// Result of a run.
-pub(super) fn result(prepared: &Prepared, run: &run::Simulated) -> CaseResult {
+pub(super) fn result(prepared: &Prepared, run: &run::Ended) -> CaseResult {
     let (measurements, judged) = run.judge(&prepared.plan.measurements);
     if prepared.plan.judged(&prepared.rig).is_empty() {
         return passes::result(run, &measurements, judged);
@@ -124,7 +124,7 @@ fn never_judged(verdict: &PropertyVerdict) -> Option<(String, String)> {
 }
 
 /// A program under test that ended: whatever the plan declares, no fault may do that to it.
-fn lost(run: &run::Simulated) -> Option<Violated> {
+fn lost(run: &run::Ended) -> Option<Violated> {
     run.ending.lost_node.then(|| Violated {
         property: KEEPS_RUNNING.to_owned(),
         at_s: run.end.as_secs_f64(),

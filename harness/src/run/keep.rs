@@ -1,6 +1,6 @@
 //! Runs a plan and writes a run folder.
 
-use super::{Prepared, Simulated, simulate_across};
+use super::{Ended, Prepared, simulate_across};
 use crate::calibrations;
 #[cfg(feature = "report")]
 use crate::junit;
@@ -117,7 +117,7 @@ pub(crate) fn keep(
     folder: &RunFolder,
     header: &Header,
     mut summary: Summary,
-    run: Simulated,
+    run: Ended,
 ) -> Completed {
     if let Err(error) = write_made(folder, &run.made, &mut summary) {
         broke(&mut summary, &error);
@@ -214,7 +214,7 @@ pub(super) fn worsen(summary: &mut Summary, outcome: Outcome, why: String) {
 }
 
 /// Judges a run as one in virtual time; the live world changes the summary.
-pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
+pub fn summarise(prepared: &Prepared, seed: u64, run: &Ended) -> Summary {
     let (measurements, judged) = run.judge(&prepared.plan.measurements);
     let outcome = match run.ending.outcome {
         Outcome::Passed => judged,
@@ -256,7 +256,7 @@ pub fn summarise(prepared: &Prepared, seed: u64, run: &Simulated) -> Summary {
 }
 
 /// A sentence about each fault of the plan that changed nothing: the verdicts are those of a run without it.
-fn without_effect(run: &Simulated) -> impl Iterator<Item = String> + '_ {
+fn without_effect(run: &Ended) -> impl Iterator<Item = String> + '_ {
     run.faults.iter().filter_map(|fault| match (fault.begun, fault.acted) {
         (false, _) => Some(format!("fault {} never began: {}", fault.index, fault.name)),
         (true, 0) => Some(format!("fault {} changed nothing: {}", fault.index, fault.name)),
@@ -265,7 +265,7 @@ fn without_effect(run: &Simulated) -> impl Iterator<Item = String> + '_ {
 }
 
 /// Summaries of the plan's properties, in the order of declaration.
-pub(super) fn properties(prepared: &Prepared, run: &Simulated) -> Vec<PropertySummary> {
+pub(super) fn properties(prepared: &Prepared, run: &Ended) -> Vec<PropertySummary> {
     let judged = run.properties.iter().map(PropertySummary::from);
     let mut all: Vec<_> = judged.chain(run.unjudged.iter().map(Into::into)).collect();
     let declared = &prepared.plan.properties;

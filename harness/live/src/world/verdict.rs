@@ -6,38 +6,25 @@ use super::journal::blame_bench;
 use super::lateness::Lateness;
 use super::placement::Player;
 use super::ports::{BASE, GYRO, OpenPort, Ports};
-use judge::properties::{PropertyVerdict, Unjudged};
+use judge::properties::PropertyVerdict;
 use ports::PortSpec;
 use ports::spec::SerialDevice;
-use record::FaultSummary;
-use record::outcome::{CommandSummary, Outcome, PortSide, PortSummary, Timing};
+use record::outcome::{Outcome, PortSide, PortSummary, Timing};
+use rig::ended::Ended;
 use rig::engine::Ending;
 use std::path::Path;
 use std::sync::Arc;
 use wire::time::Timestamp;
 
-#[derive(Debug, Clone, PartialEq)]
+/// A run in real time, with its additional results.
+#[derive(Debug, Clone)]
 pub struct LiveEnd {
-    pub ending: Ending,
-    pub end: Timestamp,
-    /// Number of turns of the loop.
-    pub events: u64,
+    pub run: Ended,
     /// How well real time was kept.
     pub timing: Timing,
     pub ports: Vec<PortSummary>,
-    pub commands: Vec<CommandSummary>,
-    /// Files with the output of these commands, beside that of the device under test.
+    /// Files with the output of commands, beside that of the device under test.
     pub artifacts: Vec<String>,
-    /// Packets and frames dropped by lines within the harness.
-    pub dropped: u64,
-    pub faults: Vec<FaultSummary>,
-    pub properties: Vec<PropertyVerdict>,
-    /// Properties that this bench cannot judge.
-    pub unjudged: Vec<Unjudged>,
-    /// Why the truth of the base is not known; `None` if it is.
-    pub no_truth: Option<String>,
-    /// What no measurement covers, one sentence each.
-    pub notes: Vec<String>,
 }
 
 /// A property that broke because this machine was late is a failure of the bench.

@@ -1,7 +1,7 @@
 //! Tests the model on real runs in virtual time.
 
 use harness::operator::Answers;
-use harness::run::{Prepared, Simulated, simulate};
+use harness::run::{Ended, Prepared, simulate};
 use plan::Plan;
 use plan::made::Made;
 use record::Progress;
@@ -47,7 +47,7 @@ pub(crate) fn prepared(text: &str) -> Prepared {
 }
 
 /// Runs a plan to its end; returns the final model and the results.
-pub(crate) fn watched(prepared: &Prepared) -> (Model, Simulated, MemorySink) {
+pub(crate) fn watched(prepared: &Prepared) -> (Model, Ended, MemorySink) {
     let feed = Feed::new(&prepared.plan, &prepared.header(1));
     let mut sink = Watched::new(MemorySink::new(Level::Events), Some(&feed));
     let mut pulse = |progress| {
