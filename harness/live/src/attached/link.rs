@@ -1,7 +1,8 @@
 //! The connection itself: connects, sends and receives lines, and ends.
 
 use super::splitter::LineSplitter;
-use super::{AttachedEvent, RETRY, TRY_MAX, told};
+use super::{AttachedEvent, RETRY, TRY_MAX};
+use crate::process::ReportedLine;
 use ports::{ByteEvent, BytePort};
 use std::io;
 use std::path::PathBuf;
@@ -143,10 +144,10 @@ async fn tell(
     bytes: &[u8],
     events: &Events,
 ) -> bool {
-    for cut in splitter.feed(bytes) {
+    for line in splitter.feed(bytes) {
         *number += 1;
-        if let Some(event) = told(*number, &cut)
-            && events.send(event).await.is_err()
+        if let Some(line) = ReportedLine::read(*number, line.as_deref())
+            && events.send(AttachedEvent::Line(line)).await.is_err()
         {
             return false;
         }

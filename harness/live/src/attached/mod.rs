@@ -12,12 +12,11 @@ mod splitter;
 #[cfg(test)]
 mod tests;
 
-use crate::process::{Unread, line_of, report_of};
-use controller::mission::{Mission, ReportLine};
+use crate::process::{ReportedLine, line_of};
+use controller::mission::Mission;
 use plan::bench_file::AttachPlace;
 use ports::spec::SpecError;
 use ports::{BytePort, PortError};
-use splitter::Cut;
 use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
@@ -51,13 +50,7 @@ pub enum AttachedEvent {
     /// It is not there, with the reason; the connection is retried.
     NotThere(String),
     Connected,
-    /// A report, with the time by its own clock.
-    Report(Box<ReportLine>),
-    BadLine {
-        /// Line number, from one.
-        number: u64,
-        unread: Unread,
-    },
+    Line(ReportedLine),
     /// The connection is lost, with the reason.
     Lost(String),
 }
@@ -123,16 +116,4 @@ impl Drop for AttachedDevice {
     fn drop(&mut self) {
         self.task.abort();
     }
-}
-
-/// The event of a line from the controller; `None` for a blank line.
-fn told(number: u64, cut: &Cut) -> Option<AttachedEvent> {
-    let report = match cut {
-        Cut::Overlong => report_of(None),
-        Cut::Line(line) => report_of(Some(line)),
-    };
-    Some(match report? {
-        Ok(report) => AttachedEvent::Report(report),
-        Err(unread) => AttachedEvent::BadLine { number, unread },
-    })
 }

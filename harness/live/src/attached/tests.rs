@@ -1,6 +1,7 @@
 //! Sockets and a pty stand in for running controllers.
 
 use super::{AttachedDevice, AttachedEvent, LINE_SETTINGS};
+use crate::process::ReportedLine;
 use controller::mission::{Command, Mission};
 use plan::bench_file::AttachPlace;
 use ports::{ByteEvent, BytePort};
@@ -42,9 +43,9 @@ fn one_that_comes_later_is_found_and_its_end_is_told() {
         BufReader::new(&mut there).read_line(&mut line).await.unwrap();
         assert_eq!(line, "{\"id\":7,\"command\":\"stop\"}\n");
         there.write_all(&[REPORT, b"\r\n\nnonsense\n", REPORT].concat()).await.unwrap();
-        assert!(matches!(device.next_event().await, AttachedEvent::Report(_)));
+        assert!(matches!(device.next_event().await, AttachedEvent::Line(ReportedLine::Report(_))));
         let bad = device.next_event().await;
-        assert!(matches!(bad, AttachedEvent::BadLine { number: 3, .. }), "{bad:?}");
+        assert!(matches!(bad, AttachedEvent::Line(ReportedLine::Bad { number: 3, .. })), "{bad:?}");
         drop(there);
         let lost = device.next_event().await;
         assert_eq!(lost, AttachedEvent::Lost("it closed the connection".to_owned()));
@@ -104,7 +105,7 @@ fn a_line_carries_missions_longer_than_it_has_room_for() {
         let missions = lines.map(|line| serde_json::from_str::<Mission>(line).unwrap().id);
         assert!(missions.eq(0..MISSIONS));
         there.send(&[REPORT, b"\n"].concat());
-        assert!(matches!(device.next_event().await, AttachedEvent::Report(_)));
+        assert!(matches!(device.next_event().await, AttachedEvent::Line(ReportedLine::Report(_))));
     });
 }
 

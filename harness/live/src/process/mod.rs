@@ -10,12 +10,14 @@ mod pipes;
 mod tests;
 mod unread;
 
-pub use pipes::{LINE_BYTES_MAX, LOG_BYTES_MAX, LineEnd, line_of, next_line, report_of};
+pub use pipes::{
+    LINE_BYTES_MAX, LOG_BYTES_MAX, LineEnd, ReportedLine, line_of, next_line, report_of,
+};
 pub use unread::Unread;
 
 use super::command::has_script;
 use super::lines::{self, Places};
-use controller::mission::{Mission, ReportLine};
+use controller::mission::Mission;
 use pipes::{Log, MissionSender};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::fmt;
@@ -41,14 +43,8 @@ const REST_WAIT: Duration = Duration::from_millis(500);
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum ProcessEvent {
-    /// A report, with the time by the process's own clock.
-    Report(Box<ReportLine>),
-    /// A line on stdout that is not a report.
-    BadLine {
-        /// Line number, from one.
-        number: u64,
-        unread: Unread,
-    },
+    /// A line on stdout.
+    Line(ReportedLine),
     /// It has ended, and all of its output has been passed on.
     Exited(Exit),
 }

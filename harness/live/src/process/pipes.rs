@@ -74,14 +74,31 @@ fn read_reports(mut pipe: impl BufRead, events: &mpsc::Sender<ProcessEvent>) {
     for number in 1.. {
         let Ok(Some(end)) = next_line(&mut pipe, &mut line) else { return };
         let whole = (end == LineEnd::Whole).then_some(line.as_slice());
-        let event = match report_of(whole) {
-            None => continue,
-            Some(Ok(report)) => ProcessEvent::Report(report),
-            Some(Err(unread)) => ProcessEvent::BadLine { number, unread },
-        };
-        if events.blocking_send(event).is_err() {
+        let Some(line) = ReportedLine::read(number, whole) else { continue };
+        if events.blocking_send(ProcessEvent::Line(line)).is_err() {
             return;
         }
+    }
+}
+
+/// A line that should be a report.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ReportedLine {
+    /// A report, with the time by the device's own clock.
+    Report(Box<ReportLine>),
+    /// It is not a report.
+    Bad {
+        /// Line number, from one.
+        number: u64,
+        unread: Unread,
+    },
+}
+
+impl ReportedLine {
+    /// Reads the line of this number; `None` for a blank one. `line` is `None` for an overlong line.
+    pub fn read(number: u64, line: Option<&[u8]>) -> Option<Self> {
+        let read = report_of(line)?;
+        Some(read.map_or_else(|unread| Self::Bad { number, unread }, Self::Report))
     }
 }
 
@@ -192,7 +209,7 @@ fn copy(mut pipe: PipeReader, (mut file, mut room): (File, usize), tail: &Mutex<
 
 #[cfg(test)]
 mod tests {
-    use super::{LINE_BYTES_MAX, ProcessEvent, Unread, read_reports};
+    use super::{LINE_BYTES_MAX, ProcessEvent, ReportedLine, Unread, read_reports};
     use std::io::BufReader;
     use tokio::sync::mpsc;
 
@@ -210,9 +227,11 @@ mod tests {
         let bytes = [report, &b"\r\n\n"[..], b"\x1b[0mhello\n", &long, b"\n", report].concat();
         let events = events(&bytes);
         assert_eq!(events.len(), 4);
-        assert!(matches!(&events[0], ProcessEvent::Report(line) if line.at.as_nanos() == 5));
+        assert!(
+            matches!(&events[0], ProcessEvent::Line(ReportedLine::Report(line)) if line.at.as_nanos() == 5)
+        );
         let bad = |event: &ProcessEvent| match event {
-            ProcessEvent::BadLine { number, unread } => (*number, unread.clone()),
+            ProcessEvent::Line(ReportedLine::Bad { number, unread }) => (*number, unread.clone()),
             event => panic!("{event:?}"),
         };
         let (3, Unread { cause, is_grave: false }) = bad(&events[1]) else { panic!("{events:?}") };

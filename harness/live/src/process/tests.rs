@@ -1,7 +1,7 @@
 //! Shell scripts stand in for devices under test, well-behaved and otherwise.
 
 use super::super::lines::Places;
-use super::{DeviceProcess, EndedBy, LOG_BYTES_MAX, ProcessEvent, SpawnError};
+use super::{DeviceProcess, EndedBy, LOG_BYTES_MAX, ProcessEvent, ReportedLine, SpawnError};
 use controller::mission::{Command, Mission};
 use std::future::Future;
 use std::path::PathBuf;
@@ -61,7 +61,7 @@ fn missions_go_in_and_reports_come_out() {
             "read line; echo \"$line\" >&2; echo '{REPORT}'; cat > /dev/null; echo bye >&2"
         ));
         assert!(process.send(&stop(7)));
-        assert!(matches!(process.next_event().await, ProcessEvent::Report(_)));
+        assert!(matches!(process.next_event().await, ProcessEvent::Line(ReportedLine::Report(_))));
         let end = process.end(|event| panic!("{event:?}")).await;
         assert_eq!(end.by, EndedBy::StdinClosed);
         assert!(end.exit.is_success());
@@ -77,7 +77,11 @@ fn an_exit_is_told_after_everything_that_was_written() {
         let script = format!("echo '{REPORT}'; echo nonsense; echo no port >&2; exit 3");
         let mut process = bench.start(&script);
         let events = all_events(&mut process).await;
-        let [ProcessEvent::Report(_), ProcessEvent::BadLine { number: 2, .. }, last] = &events[..]
+        let [
+            ProcessEvent::Line(ReportedLine::Report(_)),
+            ProcessEvent::Line(ReportedLine::Bad { number: 2, .. }),
+            last,
+        ] = &events[..]
         else {
             panic!("{events:?}")
         };

@@ -3,12 +3,12 @@
 
 use super::clock::Clock;
 use super::error::StartError;
-use super::in_process::{Crossing, InProcess, InProcessEvent};
+use super::in_process::{Crossing, InProcess};
 use super::ports::{BASE, GYRO, Wiring};
 use super::role_port::PortEvent;
 use crate::attached::{AttachError, AttachedDevice, AttachedEvent};
 use crate::command::fill;
-use crate::process::{DeviceProcess, ProcessEvent, Unread};
+use crate::process::{DeviceProcess, ProcessEvent, ReportedLine, Unread};
 use controller::config::Config;
 use controller::mission::{Mission, Report};
 use plan::bench_file::AttachPlace;
@@ -201,23 +201,17 @@ impl Running {
     pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
         match self {
             Self::Device => std::future::pending().await,
-            Self::InProcess(controller) => match controller.heard(clock).await {
-                InProcessEvent::Report(report) => Heard::Report(report),
-                InProcessEvent::Taken => Heard::Nothing,
-                InProcessEvent::Port(role, event) => Heard::Port(role, event),
-            },
+            Self::InProcess(controller) => controller.heard(clock).await,
             Self::Process { ended: true, .. } => std::future::pending().await,
             Self::Process { process, ended } => match process.next_event().await {
-                ProcessEvent::Report(line) => Heard::Report(line.report),
-                ProcessEvent::BadLine { number, unread } => unread_line(number, unread),
+                ProcessEvent::Line(line) => of_line(line),
                 ProcessEvent::Exited(exit) => {
                     *ended = true;
                     Heard::Ended(format!("{exit}{}", quoted(process)))
                 }
             },
             Self::Attached { device, place, missing } => match device.next_event().await {
-                AttachedEvent::Report(line) => Heard::Report(line.report),
-                AttachedEvent::BadLine { number, unread } => unread_line(number, unread),
+                AttachedEvent::Line(line) => of_line(line),
                 AttachedEvent::NotThere(why) => {
                     *missing = Some(why);
                     Heard::Nothing
@@ -248,7 +242,11 @@ pub(super) fn quoted(process: &DeviceProcess) -> String {
     }
 }
 
-fn unread_line(number: u64, Unread { cause, is_grave }: Unread) -> Heard {
+fn of_line(line: ReportedLine) -> Heard {
+    let (number, Unread { cause, is_grave }) = match line {
+        ReportedLine::Report(line) => return Heard::Report(line.report),
+        ReportedLine::Bad { number, unread } => (number, unread),
+    };
     let what = format!("line {number} of the device under test: {cause}");
     if is_grave { Heard::Misreport(what) } else { Heard::BadLine(what) }
 }

@@ -1,12 +1,13 @@
 //! Our controller in the process of the harness, on the ports that a separate process would open.
 
 use super::clock::Clock;
+use super::device_under_test::Heard;
 use super::error::StartError;
 use super::histogram::Histogram;
 use super::ports::{BASE, GYRO, Wiring, base_traffic, device};
 use super::role_port::{PortEvent, RolePort, Traffic, next};
 use controller::config::Config;
-use controller::mission::{Mission, Report};
+use controller::mission::Mission;
 use record::Device;
 use rig::hosted::{Hosted, HostedController as _};
 use rig::node::{self, Machine};
@@ -36,13 +37,6 @@ pub(super) struct InProcess {
     /// Time of the last input, until a command follows it.
     heard_at: Option<Timestamp>,
     bus_to_command: Histogram,
-}
-
-pub(super) enum InProcessEvent {
-    Report(Report),
-    /// Input was received.
-    Taken,
-    Port(&'static str, PortEvent),
 }
 
 impl InProcess {
@@ -108,11 +102,11 @@ impl InProcess {
     }
 
     /// Waits for the next event. Cancel-safe.
-    pub(super) async fn heard(&mut self, clock: &Clock) -> InProcessEvent {
+    pub(super) async fn heard(&mut self, clock: &Clock) -> Heard {
         if !self.machine.host.is_stalled()
             && let Some(report) = self.machine.host.guest.report()
         {
-            return InProcessEvent::Report(report);
+            return Heard::Report(report);
         }
         let (port, role, event) = tokio::select! {
             event = self.gyro.next() => (node::GYRO, GYRO, event),
@@ -122,13 +116,13 @@ impl InProcess {
         let what = match event {
             PortEvent::Bytes(packet) => Transmit::Bytes(packet),
             PortEvent::Frame(frame) => Transmit::Frame(frame),
-            event => return InProcessEvent::Port(role, event),
+            event => return Heard::Port(role, event),
         };
         self.keep(role, device(role), what);
         self.machine.host.receive(now, port, &what);
         self.heard_at = Some(now);
         self.send(clock, now);
-        InProcessEvent::Taken
+        Heard::Nothing
     }
 
     fn send(&mut self, clock: &Clock, now: Timestamp) {
