@@ -216,24 +216,22 @@ impl Description {
 
     /// The unit of a parameter, a state or a signal, as written in the file.
     pub fn unit(&self, name: &str) -> Option<&str> {
-        let signal = |(message, signal): (usize, usize)| {
-            self.layout.messages()[message].signals[signal].unit.as_str()
-        };
-        self.notes
-            .get(name)
-            .map(|note| note.unit.as_str())
-            .or_else(|| self.layout.signal(name).map(signal))
+        self.about(name).map(|(unit, _)| unit)
     }
 
     /// The documentation of a parameter, a state or a signal.
     pub fn doc(&self, name: &str) -> Option<&str> {
-        let signal = |(message, signal): (usize, usize)| {
-            self.layout.messages()[message].signals[signal].doc.as_str()
-        };
-        self.notes
-            .get(name)
-            .map(|note| note.doc.as_str())
-            .or_else(|| self.layout.signal(name).map(signal))
+        self.about(name).map(|(_, doc)| doc)
+    }
+
+    /// The unit and the documentation.
+    fn about(&self, name: &str) -> Option<(&str, &str)> {
+        if let Some(note) = self.notes.get(name) {
+            return Some((&note.unit, &note.doc));
+        }
+        let (message, signal) = self.layout.signal(name)?;
+        let signal = &self.layout.messages()[message].signals[signal];
+        Some((&signal.unit, &signal.doc))
     }
 
     /// Sets the start value of a parameter, or of all elements of an array, which also affects states that start with

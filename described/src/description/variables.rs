@@ -138,13 +138,7 @@ impl Variables {
         let inner = self.parameters.iter().chain(&self.states).cloned();
         let machines = self.machines.iter().map(|machine| machine.name.clone());
         let inner = inner.chain(machines).chain(self.tables.keys().cloned());
-        let messages = self.layout.messages().iter().filter(|m| m.sender == Sender::Host);
-        let signals = messages.flat_map(|message| {
-            message.signals.iter().map(|signal| match name.contains('.') {
-                true => format!("{}.{}", message.name, signal.name),
-                false => signal.name.clone(),
-            })
-        });
+        let signals = self.layout.known(name.contains('.'), Some(Sender::Host));
         let known: Vec<String> = self.arrays.names().chain(inner).chain(signals).collect();
         (format!("no variable `{name}`"), hint::proposal(name, &known))
     }

@@ -3,8 +3,6 @@
 use super::Sender;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
-use super::selection::Carried;
-use super::send_rule::SendRule;
 use super::signal::{Signal, Storage};
 use super::{Layout, Medium};
 use crate::bits::BitField;
@@ -61,17 +59,7 @@ impl Message {
         (id, length): (Id, usize),
         signals: Vec<Signal>,
     ) -> Self {
-        Self {
-            name: name.to_owned(),
-            sender,
-            period: None,
-            send: SendRule::default(),
-            signals,
-            doc: String::new(),
-            carrier: Carrier::Frame { id, length, fd: None },
-            group: None,
-            protected: None,
-        }
+        Self::new(name.to_owned(), sender, Carrier::Frame { id, length, fd: None }, signals)
     }
 }
 
@@ -79,19 +67,7 @@ impl Signal {
     /// A signal of these bits, with all values that they can have.
     pub(crate) fn of_bits(name: &str, field: BitField, coding: Coding, scale: Scale) -> Self {
         let (least, greatest) = coding.limits(field.length());
-        let (minimum, maximum) = scale.range(least, greatest);
-        Self {
-            name: name.to_owned(),
-            unit: String::new(),
-            minimum,
-            maximum,
-            doc: String::new(),
-            carried: Carried::Always,
-            multiplexes: false,
-            named_values: Vec::new(),
-            start: 0f64.clamp(minimum, maximum),
-            scale,
-            storage: Storage::Bits { field, coding },
-        }
+        let range = scale.range(least, greatest);
+        Self::new(name.to_owned(), range, scale, Storage::Bits { field, coding })
     }
 }

@@ -74,6 +74,26 @@ pub(super) enum Carrier {
 }
 
 impl Message {
+    /// A message of this carrier, which nothing sends by itself, without documentation and protection.
+    pub(super) fn new(
+        name: String,
+        sender: Sender,
+        carrier: Carrier,
+        signals: Vec<Signal>,
+    ) -> Self {
+        Self {
+            name,
+            sender,
+            period: None,
+            send: SendRule::default(),
+            signals,
+            doc: String::new(),
+            carrier,
+            group: None,
+            protected: None,
+        }
+    }
+
     /// The numbers of a multiplexer that select signals, in ascending order: the ends of ranges.
     pub fn pages(&self, multiplexer: usize) -> BTreeSet<u64> {
         let selections = self.signals.iter().filter_map(|signal| signal.carried.selection());

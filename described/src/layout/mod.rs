@@ -317,7 +317,7 @@ impl Layout {
     }
 
     /// The names of all signals of one sender, or of both; in full, with their messages.
-    fn known(&self, in_full: bool, sender: Option<Sender>) -> Vec<String> {
+    pub(crate) fn known(&self, in_full: bool, sender: Option<Sender>) -> Vec<String> {
         let messages = self.messages.iter().enumerate();
         let sent = messages.filter(|(index, _)| self.is_of(*index, sender));
         let signals = sent.flat_map(|(_, message)| {

@@ -45,6 +45,28 @@ pub(super) enum Storage {
 }
 
 impl Signal {
+    /// A signal of this range, in each frame, without a unit, documentation and named values.
+    pub(super) fn new(
+        name: String,
+        (minimum, maximum): (f64, f64),
+        scale: Scale,
+        storage: Storage,
+    ) -> Self {
+        Self {
+            name,
+            unit: String::new(),
+            minimum,
+            maximum,
+            doc: String::new(),
+            carried: Carried::Always,
+            multiplexes: false,
+            named_values: Vec::new(),
+            start: 0f64.clamp(minimum, maximum),
+            scale,
+            storage,
+        }
+    }
+
     /// The value in its unit.
     ///
     /// # Errors

@@ -3,8 +3,6 @@
 use super::checksum::Trailer;
 use super::message::{Carrier, Message};
 use super::number::{Coding, Scale};
-use super::selection::Carried;
-use super::send_rule::SendRule;
 use super::signal::{Signal, Storage};
 use super::text::Pattern;
 use super::{Layout, Medium};
@@ -64,17 +62,8 @@ fn message(table: &MessageTable, serial: bool, place: &Place) -> Result<Message,
             return Err(Mistake::new(place.key("fields").index(index), message));
         }
     }
-    Ok(Message {
-        name: table.name.clone(),
-        sender: table.sent_by,
-        period: None,
-        send: SendRule::default(),
-        signals,
-        doc: table.doc.clone(),
-        carrier,
-        group: None,
-        protected: None,
-    })
+    let message = Message::new(table.name.clone(), table.sent_by, carrier, signals);
+    Ok(Message { doc: table.doc.clone(), ..message })
 }
 
 fn frame(table: &MessageTable, place: &Place) -> Result<(Carrier, Vec<Signal>), Mistake> {
@@ -246,19 +235,8 @@ fn signal(
         return Err(Mistake::new(place.clone(), message)
             .help(format!("what it can carry goes from {least} to {greatest}")));
     }
-    Ok(Signal {
-        name: field.name.clone(),
-        unit: field.unit.clone(),
-        minimum,
-        maximum,
-        doc: field.doc.clone(),
-        carried: Carried::Always,
-        multiplexes: false,
-        named_values: Vec::new(),
-        start: 0f64.clamp(minimum, maximum),
-        scale,
-        storage,
-    })
+    let signal = Signal::new(field.name.clone(), (minimum, maximum), scale, storage);
+    Ok(Signal { unit: field.unit.clone(), doc: field.doc.clone(), ..signal })
 }
 
 /// Refuses keys without a meaning at this place.

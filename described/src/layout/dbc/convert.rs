@@ -135,17 +135,9 @@ impl Converter<'_> {
             self.syntax.choice(of, SIGNAL_TYPE) == Some("MessageCounter")
         };
         let counter = message.signals.iter().find(is_counter);
-        let mut converted = Message {
-            signals,
-            send,
-            sender: Sender::Host,
-            period,
-            doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
-            carrier,
-            group,
-            protected: None,
-            name,
-        };
+        let doc = self.syntax.comments.get(&of).cloned().unwrap_or_default();
+        let converted = Message::new(name, Sender::Host, carrier, signals);
+        let mut converted = Message { send, period, doc, group, ..converted };
         if let Some(signal) = counter {
             let name = self.signal_name(message, signal).to_owned();
             let counted = converted.protect(&ProtectionTable::counting(name), &Place::file());
@@ -312,19 +304,16 @@ impl Converter<'_> {
         let (least, greatest) = coding.limits(field.length());
         let (minimum, maximum) = scale.range(least, greatest);
         let start = self.syntax.attribute(of.clone(), START_VALUE).and_then(Value::number);
+        let name = self.signal_name(message, signal).to_owned();
+        let storage = Storage::Bits { field, coding };
         let mut converted = Signal {
-            name: self.signal_name(message, signal).to_owned(),
             unit: signal.unit.clone(),
-            minimum,
-            maximum,
             doc: self.syntax.comments.get(&of).cloned().unwrap_or_default(),
-            carried: Carried::Always,
             multiplexes: signal.multiplexes,
             named_values: self.syntax.values.get(&key).cloned().unwrap_or_default(),
             // A start value is a number on the wire.
             start: start.filter(|raw| raw.is_finite()).map_or(0.0, |raw| scale.physical(raw)),
-            scale,
-            storage: Storage::Bits { field, coding },
+            ..Signal::new(name, (minimum, maximum), scale, storage)
         };
         let is_declared = signal.minimum != 0.0 || signal.maximum != 0.0;
         if is_declared && !converted.narrow(signal.minimum, signal.maximum) {
