@@ -1,9 +1,11 @@
 //! Parts that several sections have: times, and names of messages.
 
 use crate::error::Mistake;
+use crate::files::Files;
 use crate::hint;
 use crate::layout::{Layout, Message, Sender};
 use crate::place::Place;
+use csv::{Position, ReaderBuilder, StringRecord, Trim};
 use wire::time::Span;
 
 /// Shortest period of a message. Assumption: half the frame time of a bus of 1 Mbit/s.
@@ -24,6 +26,13 @@ pub(super) fn question(name: &str, layout: &Layout, place: &Place) -> Result<usi
     )
 }
 
+/// Reads the file that the description names at `place`.
+pub(crate) fn text(files: &mut dyn Files, name: &str, place: &Place) -> Result<String, Mistake> {
+    files
+        .text(name)
+        .map_err(|error| Mistake::new(place.clone(), format!("failed to read `{name}`: {error}")))
+}
+
 /// Parses a time of a file.
 pub(super) fn seconds(value: f64, least: f64, place: &Place) -> Result<Span, Mistake> {
     if (least..=TIME_S_MAX).contains(&value) {
@@ -31,4 +40,30 @@ pub(super) fn seconds(value: f64, least: f64, place: &Place) -> Result<Span, Mis
     }
     Err(Mistake::new(place.clone(), format!("{value} s is not a time here"))
         .help(format!("from {least} s to {TIME_S_MAX} s")))
+}
+
+/// Reads the numbers of a CSV file, line by line in the columns that `select` finds in its first line; at most `lines`
+/// lines.
+pub(super) fn csv(
+    (file, text): (&str, &str),
+    place: &Place,
+    lines: usize,
+    select: impl FnOnce(&StringRecord) -> Result<Vec<usize>, Mistake>,
+) -> Result<Vec<f64>, Mistake> {
+    let failed = |error: csv::Error| Mistake::new(place.clone(), format!("`{file}`: {error}"));
+    let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(text.as_bytes());
+    let columns = select(reader.headers().map_err(failed)?)?;
+    let mut numbers = Vec::new();
+    for record in reader.records().take(lines) {
+        let record = record.map_err(failed)?;
+        let line = record.position().map_or(0, Position::line);
+        for column in &columns {
+            let cell = record.get(*column).unwrap_or_default();
+            numbers.push(cell.parse::<f64>().map_err(|_| {
+                let message = format!("`{file}` line {line}: `{cell}` is not a number");
+                Mistake::new(place.clone(), message)
+            })?);
+        }
+    }
+    Ok(numbers)
 }

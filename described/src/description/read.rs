@@ -1,5 +1,6 @@
 //! The content of a description, and the layout that it names or contains.
 
+use super::parts;
 use crate::canopen;
 use crate::error::{FileError, Mistake};
 use crate::file::File;
@@ -55,10 +56,8 @@ pub(super) fn layout(
         let help = "node = \"...\": who of the DBC's nodes the device is";
         return mistake("dbc", "the file does not say which `node` it is", help);
     };
-    let found = files.text(dbc).map_err(|error| {
-        let message = format!("failed to read `{dbc}`: {error}");
-        Mistake::new(Place::file().key("dbc"), message).located(file, text)
-    })?;
+    let found = parts::text(files, dbc, &Place::file().key("dbc"));
+    let found = found.map_err(|mistake| mistake.located(file, text))?;
     let read = files.dbc(dbc, &found)?;
     read.layout(node).map_err(|error| {
         // Which node it is, this file says.

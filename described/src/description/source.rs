@@ -1,6 +1,7 @@
 //! Sources of the values of sent signals.
 
 use super::formula::formula;
+use super::parts;
 use super::scope::Local;
 use crate::error::Mistake;
 use crate::expression::{Expression, Scope};
@@ -120,9 +121,7 @@ fn said(
         (None, Some(steps), None) => (steps.clone(), place.key("steps")),
         (None, None, Some(csv)) => {
             let place = place.key("csv");
-            let text = files.text(csv).map_err(|error| {
-                Mistake::new(place.clone(), format!("failed to read `{csv}`: {error}"))
-            })?;
+            let text = parts::text(files, csv, &place)?;
             let columns = [table.time.as_deref(), table.value.as_deref()];
             (points(csv, &text, columns, &place)?, place)
         }
@@ -194,32 +193,18 @@ fn points(
     columns: [Option<&str>; 2],
     place: &Place,
 ) -> Result<Vec<(f64, f64)>, Mistake> {
-    let failed = |error: csv::Error| Mistake::new(place.clone(), format!("`{file}`: {error}"));
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let headers = reader.headers().map_err(failed)?.clone();
-    let column = |index: usize| -> Result<usize, Mistake> {
-        let Some(name) = columns[index] else { return Ok(index) };
-        headers.iter().position(|known| known == name).ok_or_else(|| {
-            let known: Vec<&str> = headers.iter().collect();
-            Mistake::new(place.clone(), format!("`{file}` has no column `{name}`"))
-                .help(hint::proposal(name, &known))
-        })
-    };
-    let (time, value) = (column(0)?, column(1)?);
-    let mut points = Vec::new();
-    for record in reader.records().take(SERIES_MAX + 1) {
-        let record = record.map_err(failed)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let number = |column: usize| {
-            let cell = record.get(column).unwrap_or_default();
-            cell.parse::<f64>().map_err(|_| {
-                let message = format!("`{file}` line {line}: `{cell}` is not a number");
-                Mistake::new(place.clone(), message)
+    let numbers = parts::csv((file, text), place, SERIES_MAX + 1, |headers| {
+        let column = |index: usize| {
+            let Some(name) = columns[index] else { return Ok(index) };
+            headers.iter().position(|known| known == name).ok_or_else(|| {
+                let known: Vec<&str> = headers.iter().collect();
+                Mistake::new(place.clone(), format!("`{file}` has no column `{name}`"))
+                    .help(hint::proposal(name, &known))
             })
         };
-        points.push((number(time)?, number(value)?));
-    }
-    Ok(points)
+        Ok(vec![column(0)?, column(1)?])
+    })?;
+    Ok(numbers.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect())
 }
 
 #[derive(Debug, Clone)]

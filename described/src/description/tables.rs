@@ -1,5 +1,6 @@
 //! Look-up tables of a file.
 
+use super::parts;
 use crate::error::Mistake;
 use crate::file::LookupTable;
 use crate::files::Files;
@@ -51,9 +52,7 @@ fn points(table: &LookupTable, place: &Place, files: &mut dyn Files) -> Result<P
         }
         (None, None, None, Some(csv)) => {
             let place = place.key("csv");
-            let text = files.text(csv).map_err(|error| {
-                Mistake::new(place.clone(), format!("failed to read `{csv}`: {error}"))
-            })?;
+            let text = parts::text(files, csv, &place)?;
             from_csv(csv, &text, &place)
         }
         _ => Err(Mistake::new(place.clone(), "a table has its points in one way")
@@ -86,24 +85,14 @@ fn axis(points: &[f64], name: &str, place: &Place) -> Result<(), Mistake> {
 
 /// Two columns; or, if the first line has numbers after its first cell, the second axis there and the first one below.
 fn from_csv(file: &str, text: &str, place: &Place) -> Result<Points, Mistake> {
-    let failed = |error: csv::Error| Mistake::new(place.clone(), format!("`{file}`: {error}"));
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let headers = reader.headers().map_err(failed)?.clone();
-    let along: Result<Vec<f64>, _> = headers.iter().skip(1).map(str::parse).collect();
-    let y = along.unwrap_or_default();
-    let columns = if y.is_empty() { 2 } else { headers.len() };
-    let (mut x, mut values) = (Vec::new(), Vec::new());
-    for record in reader.records() {
-        let record = record.map_err(failed)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        for column in 0..columns {
-            let cell = record.get(column).unwrap_or_default();
-            let number = cell.parse::<f64>().map_err(|_| {
-                let text = format!("`{file}` line {line}: `{cell}` is not a number");
-                Mistake::new(place.clone(), text)
-            })?;
-            if column == 0 { x.push(number) } else { values.push(number) }
-        }
-    }
-    Ok((x, y, values))
+    let (mut y, mut columns) = (Vec::new(), 2);
+    let numbers = parts::csv((file, text), place, usize::MAX, |headers| {
+        let along: Result<Vec<f64>, _> = headers.iter().skip(1).map(str::parse).collect();
+        y = along.unwrap_or_default();
+        columns = if y.is_empty() { 2 } else { headers.len() };
+        Ok((0..columns).collect())
+    })?;
+    let rows = numbers.chunks_exact(columns);
+    let (x, values): (Vec<f64>, Vec<&[f64]>) = rows.map(|row| (row[0], &row[1..])).unzip();
+    Ok((x, y, values.concat()))
 }
