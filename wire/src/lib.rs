@@ -8,6 +8,7 @@
 //! * [`base`]: the command set of a K2A-style mobile base, defined once for two transports (CAN and serial).
 //! * [`table`]: the line protocol of a stepper-driven rotary table.
 //! * [`slcan`]: CAN frames as ASCII lines, the host's end and the adapter's.
+//! * [`digits`]: numbers in the text of a formula.
 //! * [`device`]: the interface of every device on a line.
 //! * [`serial`]: settings of a serial port, and the duration of a byte.
 //!
@@ -22,6 +23,7 @@ pub mod base;
 pub mod can;
 pub mod can_error;
 pub mod device;
+pub mod digits;
 mod either;
 pub mod gyro;
 pub mod j1939;

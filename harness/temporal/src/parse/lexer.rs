@@ -3,6 +3,7 @@
 use crate::mistake::Mistake;
 use crate::unit::TIMES;
 use std::ops::Range;
+use wire::digits::number_length;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Token<'a> {
@@ -84,23 +85,6 @@ pub(super) fn token(text: &str, from: usize) -> Result<(Token<'_>, Range<usize>)
     let mistake =
         Mistake::new(start..start + first.len_utf8(), format!("`{first}` means nothing here"));
     Err(mistake.help("names have letters, digits, `_` and `.`"))
-}
-
-/// Length of a number in bytes: digits, a point, digits, an exponent.
-fn number_length(text: &[u8]) -> usize {
-    let digits = |from: usize| text[from..].iter().take_while(|b| b.is_ascii_digit()).count();
-    let mut at = digits(0);
-    if text.get(at) == Some(&b'.') {
-        at += 1 + digits(at + 1);
-    }
-    if matches!(text.get(at), Some(b'e' | b'E')) {
-        let sign = usize::from(matches!(text.get(at + 1), Some(b'+' | b'-')));
-        let exponent = text.get(at + 1 + sign..).map_or(0, |_| digits(at + 1 + sign));
-        if exponent > 0 {
-            at += 1 + sign + exponent;
-        }
-    }
-    at
 }
 
 /// The word after a number that may be its unit: letters, `%`, `°`, and digits, `/` or `*` inside; or `1/` and such a
