@@ -38,33 +38,8 @@ pub const SCALE_SUM_MAX: f64 = 0.5;
 /// The terms of one calibration.
 pub type Corrections = Vec<Term, TERMS_MAX>;
 
-/// One term of the model.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Term {
-    /// The quantity that it changes.
-    pub acts: Acts,
-    /// Its input; none for a constant.
-    #[serde(default)]
-    pub driver: Driver,
-    /// Its function of the input.
-    pub form: Form,
-    /// Range of the input: beyond it, the term is constant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub within: Option<[f64; 2]>,
-    /// The same of a product's second input.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub within_2: Option<[f64; 2]>,
-}
-
-/// The quantity that a term changes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Acts {
-    /// Added to the rate, rad/s.
-    Bias,
-    /// Added to the scale of one.
-    Scale,
+wire::terms! {
+    points: Vec<Point, TABLE_POINTS_MAX>
 }
 
 /// Input of a term, from the controller's own measurements and clock.
@@ -108,50 +83,6 @@ pub enum Driver {
     Uptime,
 }
 
-/// A term as a function of its driver x.
-#[expect(clippy::large_enum_variant, reason = "no allocation: there is no box to put a table in")]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-#[expect(missing_docs, reason = "each variant's formula names its fields")]
-pub enum Form {
-    /// `value`.
-    Constant { value: f64 },
-    /// `slope (x - origin)`.
-    Linear { slope: f64, origin: f64 },
-    /// `coefficient (x - origin)^2`.
-    Quadratic { coefficient: f64, origin: f64 },
-    /// `coefficient (x - origin)^3`.
-    Cubic { coefficient: f64, origin: f64 },
-    /// `amplitude exp(-x / time_constant)`.
-    Exponential { amplitude: f64, time_constant: f64 },
-    /// `cos` cos(order x) + `sin` sin(order x), for an angle.
-    Harmonic { order: u8, cos: f64, sin: f64 },
-    /// `cos` cos(2 pi x / period) + `sin` sin(2 pi x / period).
-    Periodic { cos: f64, sin: f64, period: f64 },
-    /// `size` from `at` on.
-    Step { size: f64, at: f64 },
-    /// `slope max(0, x - at)`.
-    Hinge { slope: f64, at: f64 },
-    /// `height exp(-((x - centre) / width)^2 / 2)`.
-    Bump { height: f64, centre: f64, width: f64 },
-    /// `height tanh((x - centre) / width)`.
-    Tanh { height: f64, centre: f64, width: f64 },
-    /// Linear between points, constant beyond them.
-    Table { points: Vec<Point, TABLE_POINTS_MAX> },
-    /// `coefficient (x - origin) (y - origin_2)`, where y is the second driver.
-    Product { coefficient: f64, origin: f64, second: Driver, origin_2: f64 },
-}
-
-/// A point of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Point {
-    /// The driver's value, in its unit.
-    pub x: f64,
-    /// The term's value at `x`.
-    pub value: f64,
-}
-
 impl Term {
     /// True if every number is finite, divisors are positive, and tables and ranges rise.
     pub fn is_usable(&self) -> bool {
@@ -163,14 +94,6 @@ impl Term {
             && rises(self.within)
             && rises(self.within_2)
             && (self.driver != Driver::None || matches!(self.form, Form::Constant { .. }))
-    }
-
-    /// Its value for these inputs.
-    fn value(&self, x: f64, y: f64) -> f64 {
-        let held = |value: f64, range: Option<[f64; 2]>| {
-            range.map_or(value, |[low, high]| value.max(low).min(high))
-        };
-        self.form.value(held(x, self.within), held(y, self.within_2))
     }
 
     /// True if the term depends on the rate.

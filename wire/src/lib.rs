@@ -32,6 +32,7 @@ pub mod packet;
 pub mod serial;
 pub mod slcan;
 pub mod table;
+mod terms;
 pub mod time;
 pub mod units;
 mod words;

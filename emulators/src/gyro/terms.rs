@@ -19,33 +19,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub(super) use sums::{Memory, Moment, Sums};
 
-/// One term.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Term {
-    /// What it acts on.
-    pub acts: Acts,
-    /// Its input; none for a constant.
-    #[serde(default)]
-    pub driver: Driver,
-    /// How it depends on its input.
-    pub form: Form,
-    /// Range of its input: beyond it, the term is constant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub within: Option<[f64; 2]>,
-    /// The same of a product's second input.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub within_2: Option<[f64; 2]>,
-}
-
-/// What a term acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Acts {
-    /// Added to the rate, rad/s.
-    Bias,
-    /// Added to the scale.
-    Scale,
+wire::terms! {
+    #[derive(JsonSchema)]
+    points: Vec<Point>
 }
 
 /// Input of a term.
@@ -80,49 +56,6 @@ pub enum Driver {
     Heading,
     /// Time since power-up, s.
     Time,
-}
-
-/// How a term depends on its driver x.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-#[expect(missing_docs, reason = "each variant's formula names its fields")]
-pub enum Form {
-    /// `value`.
-    Constant { value: f64 },
-    /// `slope (x - origin)`.
-    Linear { slope: f64, origin: f64 },
-    /// `coefficient (x - origin)^2`.
-    Quadratic { coefficient: f64, origin: f64 },
-    /// `coefficient (x - origin)^3`.
-    Cubic { coefficient: f64, origin: f64 },
-    /// `amplitude exp(-x / time_constant)`.
-    Exponential { amplitude: f64, time_constant: f64 },
-    /// `cos` cos(order x) + `sin` sin(order x), for an angle.
-    Harmonic { order: u8, cos: f64, sin: f64 },
-    /// `cos` cos(2 pi x / period) + `sin` sin(2 pi x / period).
-    Periodic { cos: f64, sin: f64, period: f64 },
-    /// `size` from `at` on.
-    Step { size: f64, at: f64 },
-    /// `slope max(0, x - at)`.
-    Hinge { slope: f64, at: f64 },
-    /// `height exp(-((x - centre) / width)^2 / 2)`.
-    Bump { height: f64, centre: f64, width: f64 },
-    /// `height tanh((x - centre) / width)`.
-    Tanh { height: f64, centre: f64, width: f64 },
-    /// Linear between points, constant beyond them.
-    Table { points: Vec<Point> },
-    /// `coefficient (x - origin) (y - origin_2)`, y of the second driver.
-    Product { coefficient: f64, origin: f64, second: Driver, origin_2: f64 },
-}
-
-/// A point of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Point {
-    /// Where, in the driver's unit.
-    pub x: f64,
-    /// The term there.
-    pub value: f64,
 }
 
 impl Parameters for Term {
@@ -165,14 +98,6 @@ impl Parameters for Term {
 }
 
 impl Term {
-    /// Its value for these inputs.
-    fn value(&self, x: f64, y: f64) -> f64 {
-        let held = |value: f64, range: Option<[f64; 2]>| {
-            range.map_or(value, |[low, high]| value.max(low).min(high))
-        };
-        self.form.value(held(x, self.within), held(y, self.within_2))
-    }
-
     /// Its numbers by name, with their permitted values.
     fn numbers(&mut self) -> Vec<(&'static str, &mut f64, Domain)> {
         let mut numbers = self.form.numbers();
