@@ -4,6 +4,7 @@ mod check;
 mod replayed;
 mod words;
 
+use crate::device_files::{DevicesError, load_devices};
 use crate::faults::Target;
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::replayed::Logged;
@@ -13,68 +14,59 @@ use crate::rig::{
 };
 use crate::speakers::Speaker;
 use described::hint;
-use described::{Dbc, Description, FileError, Layout, Medium, Place, Sender};
-use emulators::device_file::Devices;
+use described::{Dbc, Dbcs, Description, FileError, Layout, Medium, Place, Sender};
 use miette::Diagnostic as _;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::serial::SerialSettings;
 
-/// Loads the files that a rig file names.
-pub trait Parts {
-    /// Why a file cannot be loaded.
-    type Error: From<LibraryError> + From<Box<FileError>>;
+/// Why a rig cannot be built.
+pub trait Cause: From<LibraryError> + From<DevicesError> + From<Box<FileError>> {}
 
-    /// The paper's robot or table of a device file.
-    ///
-    /// # Errors
-    /// When it is missing or invalid.
-    fn devices(&mut self, name: &str) -> Result<Devices, Self::Error>;
+impl<E: From<LibraryError> + From<DevicesError> + From<Box<FileError>>> Cause for E {}
 
-    /// The description of a device.
-    ///
-    /// # Errors
-    /// When it is missing or invalid.
-    fn description(&mut self, name: &str) -> Result<Description, Self::Error>;
+/// The entries of a bus log, and what is doubtful in it.
+pub type LogRead = (Vec<Logged>, Vec<String>);
 
-    /// The DBC in a file.
-    ///
-    /// # Errors
-    /// When it is not a DBC.
-    fn dbc(&mut self, file: &Source) -> Result<Arc<Dbc>, Self::Error>;
-
-    /// The entries of a bus log, and what is doubtful in it.
-    ///
-    /// # Errors
-    /// When it cannot be read.
-    fn log(&mut self, file: &Source) -> Result<(Vec<Logged>, Vec<String>), Self::Error>;
+/// Loads the files that a rig file names, where that needs more than a library.
+#[derive(Debug)]
+pub struct Parts<E> {
+    /// The description of a device by its name, with the DBCs that are known already.
+    pub description: fn(&Library, &str, &mut Dbcs) -> Result<Description, E>,
+    /// A bus log.
+    pub log: fn(&Source) -> Result<LogRead, E>,
 }
 
 /// Reads the rig with this name or path.
 ///
 /// # Errors
 /// The first mistake, with its place.
-pub fn load<P: Parts>(library: &Library, name: &str, parts: &mut P) -> Result<Rig, P::Error> {
+pub fn load<E: Cause>(library: &Library, name: &str, parts: &Parts<E>) -> Result<Rig, E> {
     let source = library.open(Kind::Rig, name)?;
     let file: RigFile = source.parse()?;
     let mut builder = Builder {
         library,
         source: &source,
+        parts,
+        known: Dbcs::default(),
         rig: Rig::default(),
         dbcs: BTreeMap::new(),
         protected: BTreeMap::new(),
     };
-    builder.lines(&file, parts)?;
-    builder.nodes(&file, parts)?;
+    builder.lines(&file)?;
+    builder.nodes(&file)?;
     builder.note_shared_identifiers();
     // `devices` in a plan stands for the paper's robot alone.
     builder.rig.is_short = file.lines.is_empty() && file.nodes.is_empty();
     Ok(builder.rig)
 }
 
-struct Builder<'a> {
+struct Builder<'a, E> {
     library: &'a Library,
     source: &'a Source,
+    parts: &'a Parts<E>,
+    /// Those of lines and of devices.
+    known: Dbcs,
     rig: Rig,
     /// The DBCs of each line that has some.
     dbcs: BTreeMap<usize, Vec<Arc<Dbc>>>,
@@ -82,7 +74,7 @@ struct Builder<'a> {
     protected: BTreeMap<usize, Layout>,
 }
 
-impl Builder<'_> {
+impl<E: Cause> Builder<'_, E> {
     /// A mistake at the `number`-th table with this name, at its `key` if it has that.
     fn mistake(
         &self,
@@ -103,13 +95,13 @@ impl Builder<'_> {
         })
     }
 
-    fn lines<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {
+    fn lines(&mut self, file: &RigFile) -> Result<(), E> {
         if file.lines.len() > LINES_MAX {
             let message = format!("{} lines, expected at most {LINES_MAX}", file.lines.len());
             return Err(self.mistake(("line", LINES_MAX, "name"), message, None).into());
         }
         if let Some(devices) = &file.devices {
-            self.rig.robot = Some(Box::new(parts.devices(devices.as_str())?));
+            self.rig.robot = Some(Box::new(load_devices(self.library, devices.as_str())?));
         }
         for (number, line) in file.lines.iter().enumerate() {
             let name = line.name.as_str();
@@ -132,10 +124,11 @@ impl Builder<'_> {
             match (&line.can, &line.serial) {
                 (Some(can), None) => {
                     self.check_rates(&declared, number)?;
-                    let dbcs = can.dbc.iter().flat_map(|dbc| dbc.as_slice());
-                    let dbcs =
-                        dbcs.map(|dbc| parts.dbc(&self.beside(dbc, ("line", number, "can"))?));
-                    let dbcs = dbcs.collect::<Result<Vec<_>, _>>()?;
+                    let mut dbcs = Vec::new();
+                    for dbc in can.dbc.iter().flat_map(|dbc| dbc.as_slice()) {
+                        let Source { origin, text } = self.beside(dbc, ("line", number, "can"))?;
+                        dbcs.push(self.known.get(&origin, &text).map_err(Box::new)?);
+                    }
                     if !dbcs.is_empty() {
                         // Reports what they contradict each other in, whichever nodes are on the line.
                         let layout = Layout::from_dbcs(&dbcs, &|_| false).map_err(Box::new)?;
@@ -180,7 +173,7 @@ impl Builder<'_> {
         }
     }
 
-    fn nodes<P: Parts>(&mut self, file: &RigFile, parts: &mut P) -> Result<(), P::Error> {
+    fn nodes(&mut self, file: &RigFile) -> Result<(), E> {
         if file.nodes.is_empty() && file.devices.is_none() {
             let message = "a rig without a node, expected at least one [[node]]".to_owned();
             return Err(self.mistake(("node", 0, "name"), message, None).into());
@@ -221,7 +214,7 @@ impl Builder<'_> {
                 let message = format!("`{name}` is on no line");
                 return Err(self.mistake(("node", number, "at"), message, None).into());
             }
-            let part = self.part(file, number, &lines, parts)?;
+            let part = self.part(file, number, &lines)?;
             self.check_ends(number, &lines, &built)?;
             let virtual_time = self.virtual_time(file, number)?;
             let isotp = self.isotp(node, number)?.or_else(|| part.isotp());
@@ -248,13 +241,7 @@ impl Builder<'_> {
         self.rig.lines.get(line.checked_sub(self.rig.robot_lines())?)
     }
 
-    fn part<P: Parts>(
-        &mut self,
-        file: &RigFile,
-        number: usize,
-        lines: &[usize],
-        parts: &mut P,
-    ) -> Result<NodePart, P::Error> {
+    fn part(&mut self, file: &RigFile, number: usize, lines: &[usize]) -> Result<NodePart, E> {
         let node = &file.nodes[number];
         let said = [
             node.emulate.is_some(),
@@ -283,17 +270,17 @@ impl Builder<'_> {
             return Err(self.mistake(("node", number, "set"), message, Some(help)).into());
         }
         if let Some(name) = &node.emulate {
-            return self.emulated(node, (number, name), lines, parts);
+            return self.emulated(node, (number, name), lines);
         }
         let mut tester = None;
         for line in lines {
-            let words = self.words::<P>(file, number, *line)?;
+            let words = self.words(file, number, *line)?;
             let Some((layout, sender)) = self.with_channel(node, number, words)? else { continue };
             tester.get_or_insert((layout.clone(), sender));
             self.speak(node, *line, layout, sender);
         }
         if let Some(replay) = &node.replay {
-            return self.replayed(number, replay, (node, lines), parts);
+            return self.replayed(number, replay, (node, lines));
         }
         match (&node.under_test, tester) {
             (Some(how), _) => Ok(NodePart::UnderTest(how.clone())),
@@ -307,14 +294,14 @@ impl Builder<'_> {
         }
     }
 
-    fn emulated<P: Parts>(
+    fn emulated(
         &mut self,
         node: &NodeTable,
         (number, description): (usize, &str),
         lines: &[usize],
-        parts: &mut P,
-    ) -> Result<NodePart, P::Error> {
-        let mut description = parts.description(description)?;
+    ) -> Result<NodePart, E> {
+        let load = self.parts.description;
+        let mut description = load(self.library, description, &mut self.known)?;
         for (name, value) in &node.set {
             let set = description.set_parameter(name, *value);
             set.map_err(|message| self.mistake(("node", number, "set"), message, None))?;

@@ -3,9 +3,9 @@
 use crate::library::{Kind, Library, LibraryError, Source};
 use crate::models;
 use crate::plan::replayed::Logged;
-use crate::plan::{Plan, Rig, rig_build};
+use crate::plan::rig_build::{self, LogRead, Parts};
+use crate::plan::{Plan, Rig};
 use described::{Dbc, Dbcs, Description, FileError, Files, Steps};
-use emulators::device_file::Devices;
 use identification::finding::SCHEMA;
 use identification::model::Model;
 use plan::device_files::{DevicesError, load_devices};
@@ -83,8 +83,8 @@ pub fn load_rig(library: &Library, plan: &Plan) -> Result<Rig, RigError> {
 ///
 /// When it is missing or invalid.
 pub fn load_rig_named(library: &Library, name: &str) -> Result<Rig, RigError> {
-    let mut reader = Reader { library, dbcs: Dbcs::default() };
-    rig_build::load(library, name, &mut reader).map_err(|error| {
+    let parts = Parts { description: load_description_with, log };
+    rig_build::load(library, name, &parts).map_err(|error: RigError| {
         match library.open(Kind::Rig, name) {
             Ok(rig) => error.placed(&rig),
             // The missing file is the rig's own.
@@ -93,49 +93,27 @@ pub fn load_rig_named(library: &Library, name: &str) -> Result<Rig, RigError> {
     })
 }
 
-/// Reads the files that a rig file names.
-struct Reader<'a> {
-    library: &'a Library,
-    /// Those of lines and of devices.
-    dbcs: Dbcs,
+/// Reads a bus log.
+#[cfg(feature = "logs")]
+fn log(file: &Source) -> Result<LogRead, RigError> {
+    use bus_log::{Format, LogReader};
+    let path = std::path::Path::new(&file.origin);
+    match Format::of_path(path) {
+        // A rig accepts only text formats.
+        Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
+            let text = std::io::Cursor::new(file.text.as_bytes());
+            let mut reader = LogReader::new(path, text, format)?;
+            let (entries, moved) = logged(&mut reader)?;
+            Ok((entries, reader.notes().into_iter().chain(moved).collect()))
+        }
+        _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
+    }
 }
 
-impl rig_build::Parts for Reader<'_> {
-    type Error = RigError;
-
-    fn devices(&mut self, name: &str) -> Result<Devices, RigError> {
-        Ok(load_devices(self.library, name)?)
-    }
-
-    fn description(&mut self, name: &str) -> Result<Description, RigError> {
-        load_description_with(self.library, name, &mut self.dbcs)
-    }
-
-    fn dbc(&mut self, file: &Source) -> Result<Arc<Dbc>, RigError> {
-        Ok(self.dbcs.get(&file.origin, &file.text).map_err(Box::new)?)
-    }
-
-    #[cfg(feature = "logs")]
-    fn log(&mut self, file: &Source) -> Result<(Vec<Logged>, Vec<String>), RigError> {
-        use bus_log::{Format, LogReader};
-        let path = std::path::Path::new(&file.origin);
-        match Format::of_path(path) {
-            // A rig accepts only text formats.
-            Some(format @ (Format::Candump | Format::Asc | Format::Trc)) => {
-                let text = std::io::Cursor::new(file.text.as_bytes());
-                let mut reader = LogReader::new(path, text, format)?;
-                let (entries, moved) = logged(&mut reader)?;
-                Ok((entries, reader.notes().into_iter().chain(moved).collect()))
-            }
-            _ => Err(RigError::LogFormat { origin: file.origin.clone() }),
-        }
-    }
-
-    /// A build without the feature `logs` reads no logs.
-    #[cfg(not(feature = "logs"))]
-    fn log(&mut self, file: &Source) -> Result<(Vec<Logged>, Vec<String>), RigError> {
-        Err(RigError::LogFormat { origin: file.origin.clone() })
-    }
+/// A build without the feature `logs` reads no logs.
+#[cfg(not(feature = "logs"))]
+fn log(file: &Source) -> Result<LogRead, RigError> {
+    Err(RigError::LogFormat { origin: file.origin.clone() })
 }
 
 /// Converts a log, from its first entry on, without error frames. An entry that is earlier than the one before it counts

@@ -1,6 +1,6 @@
 //! What is checked of a rig while it is built.
 
-use super::Builder;
+use super::{Builder, Cause};
 use crate::command::{CommandError, fill};
 use crate::library::LibraryError;
 use crate::quantities;
@@ -10,7 +10,7 @@ use described::{Layout, Medium, hint};
 use std::collections::BTreeMap;
 use wire::can::{Hex, Id};
 
-impl Builder<'_> {
+impl<E: Cause> Builder<'_, E> {
     /// Checks that a classic bus has no CAN FD messages.
     pub(super) fn check_carries(
         &self,

@@ -1,6 +1,6 @@
 //! Nodes of a rig file that are replayed from a log.
 
-use super::{Builder, Parts};
+use super::{Builder, Cause};
 use crate::replayed::{Words, part_in};
 use crate::rig::{NodePart, NodeTable, ReplayTable};
 use crate::speakers::Speaker;
@@ -9,14 +9,13 @@ use std::path::Path;
 /// Ends of the names of logs in binary formats.
 const BINARY: [&str; 4] = ["blf", "mf4", "pcap", "pcapng"];
 
-impl Builder<'_> {
-    pub(super) fn replayed<P: Parts>(
+impl<E: Cause> Builder<'_, E> {
+    pub(super) fn replayed(
         &mut self,
         number: usize,
         replay: &ReplayTable,
         (node, lines): (&NodeTable, &[usize]),
-        parts: &mut P,
-    ) -> Result<NodePart, P::Error> {
+    ) -> Result<NodePart, E> {
         let end = Path::new(&replay.log).extension().unwrap_or_default();
         if BINARY.iter().any(|one| end.eq_ignore_ascii_case(one)) {
             let message =
@@ -26,7 +25,7 @@ impl Builder<'_> {
             return Err(self.mistake(("node", number, "replay"), message, help).into());
         }
         let source = self.beside(&replay.log, ("node", number, "replay"))?;
-        let (log, notes) = parts.log(&source)?;
+        let (log, notes) = (self.parts.log)(&source)?;
         self.rig.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", source.origin)));
         let words = |line: &usize| {
             let speaks = |one: &&Speaker| one.node == node.name.as_str() && one.line == *line;

@@ -1,13 +1,13 @@
 //! The messages of a node that no file describes.
 
-use super::{Builder, Parts};
+use super::{Builder, Cause};
 use crate::library::LibraryError;
 use crate::rig::{LineTable, NodeTable, RigFile};
 use crate::speakers::is_canopen;
 use described::hint;
 use described::{IsoTp, Layout, Sender};
 
-impl Builder<'_> {
+impl<E: Cause> Builder<'_, E> {
     /// The messages of a line with the counters and checksums from its `number`-th table.
     pub(super) fn protected(
         &self,
@@ -24,12 +24,12 @@ impl Builder<'_> {
 
     /// The messages of a node that no file describes: according to its DBC, or as the other end of a device emulated
     /// there.
-    pub(super) fn words<P: Parts>(
+    pub(super) fn words(
         &self,
         file: &RigFile,
         number: usize,
         line: usize,
-    ) -> Result<Option<(Layout, Sender)>, P::Error> {
+    ) -> Result<Option<(Layout, Sender)>, E> {
         let node = &file.nodes[number];
         let own = line.checked_sub(self.rig.robot_lines());
         let Some((own, dbcs)) = own.and_then(|own| Some((own, self.dbcs.get(&own)?))) else {
