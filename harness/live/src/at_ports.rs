@@ -96,42 +96,39 @@ fn place_table(rig: &mut Rig, plans: &mut PortPlans, player: &Player, plan: usiz
     rig.lines.pop();
     rig.line_names.pop();
     let of_plan = end(plan, PortId(0), Device::Plan, "plan");
-    let at_port = end(away, PortId(0), Device::Table, TABLE);
-    match player {
-        Player::Real(spec) => {
-            // The emulated table follows the real one, so that an emulated gyro on it turns.
-            let follows = end(robot, CARRIER, Device::Table, TABLE);
-            let line = rig.line(TABLE, Line::direct(vec![of_plan, at_port, follows]));
-            if let Some(robot) = rig.robot_mut() {
-                robot.carrier_is_real = true;
-            }
-            let plan = port(TABLE, spec, traffic, (line, EndId(1)), Device::Table);
-            plans.ports.push(PortPlan { side: PortSide::Plan, ..plan });
+    let far = end(away, PortId(0), Device::Table, TABLE);
+    let mut ends = vec![of_plan, far];
+    let near = if player.is_emulated() {
+        let host = end(away, PortId(1), Device::Plan, "plan");
+        let device = end(robot, CARRIER, Device::Table, TABLE);
+        let near = Line::serial(wire::table::SETTINGS, [host, device]).unrecorded();
+        Some(rig.line(TABLE, near))
+    } else {
+        // The emulated table follows the real one, so that an emulated gyro on it turns.
+        ends.push(end(robot, CARRIER, Device::Table, TABLE));
+        if let Some(robot) = rig.robot_mut() {
+            robot.carrier_is_real = true;
         }
-        Player::Emulated(spec) => {
-            let host = end(away, PortId(1), Device::Plan, "plan");
-            let device = end(robot, CARRIER, Device::Table, TABLE);
-            let near = Line::serial(wire::table::SETTINGS, [host, device]).unrecorded();
-            let near = rig.line(TABLE, near);
-            let far = rig.line(TABLE, Line::direct(vec![of_plan, at_port]));
-            two_sides(plans, spec, traffic, (TABLE, Device::Table), (near, far));
-        }
-    }
+        None
+    };
+    let far = rig.line(TABLE, Line::direct(ends));
+    at_port(plans, player.spec(), traffic, (TABLE, Device::Table), (near, far));
 }
 
-/// Both sides of a port: that of the emulated device, whose line has the port at its first end, and that of the plan,
-/// whose line has it at its second.
-fn two_sides(
+/// The plan's side of a port, at the second end of its line. An emulated device has the other side, at the first end of
+/// the line that is near it.
+fn at_port(
     plans: &mut PortPlans,
     spec: &PortSpec,
     traffic: Traffic,
     (role, who): (&str, Device),
-    (near, far): (usize, usize),
+    (near, far): (Option<usize>, usize),
 ) {
-    let device = port(role, spec, traffic, (near, EndId(0)), who);
+    let far_of = near.map(|near| {
+        plans.ports.push(port(role, spec, traffic, (near, EndId(0)), who));
+        plans.ports.len() - 1
+    });
     let plan = port(role, spec, traffic, (far, EndId(1)), who);
-    let far_of = Some(plans.ports.len());
-    plans.ports.push(device);
     plans.ports.push(PortPlan { side: PortSide::Plan, far_of, ..plan });
 }
 
@@ -155,20 +152,10 @@ pub fn device(description: &Arc<Description>, player: &Player, seed: u64) -> (Ri
         end(host, PortId(0), Device::Plan, "host"),
         end(away, PortId(0), Device::Device, DEVICE),
     ];
-    match player {
-        Player::Real(spec) => {
-            let far = rig.line(DEVICE, Line::direct(ends));
-            let plan = port(DEVICE, spec, traffic, (far, EndId(1)), Device::Device);
-            plans.ports.push(PortPlan { side: PortSide::Plan, ..plan });
-            rig.listen((far, EndId(1)), 0, layout.decoder_for(Sender::Device), true);
-        }
-        Player::Emulated(spec) => {
-            let near = alone(&mut rig, description, seed);
-            let far = rig.line(DEVICE, Line::direct(ends));
-            two_sides(&mut plans, spec, traffic, (DEVICE, Device::Device), (near, far));
-            rig.listen((far, EndId(1)), 0, layout.decoder_for(Sender::Device), true);
-        }
-    }
+    let near = player.is_emulated().then(|| alone(&mut rig, description, seed));
+    let far = rig.line(DEVICE, Line::direct(ends));
+    at_port(&mut plans, player.spec(), traffic, (DEVICE, Device::Device), (near, far));
+    rig.listen((far, EndId(1)), 0, layout.decoder_for(Sender::Device), true);
     (rig, plans)
 }
 
