@@ -98,12 +98,8 @@ impl Term {
 
     /// True if the term depends on the rate.
     pub(crate) fn sees_rate(&self) -> bool {
-        let second = match &self.form {
-            Form::Product { second, .. } => *second,
-            _ => Driver::None,
-        };
         let of_rate = |driver| matches!(driver, Driver::Rate | Driver::AbsRate | Driver::Direction);
-        of_rate(self.driver) || of_rate(second)
+        of_rate(self.driver) || of_rate(self.form.second())
     }
 }
 

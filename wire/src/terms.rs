@@ -78,6 +78,16 @@ macro_rules! terms {
             Product { coefficient: f64, origin: f64, second: Driver, origin_2: f64 },
         }
 
+        impl Form {
+            /// The second driver of a product; `Driver::None` otherwise.
+            const fn second(&self) -> Driver {
+                match self {
+                    Self::Product { second, .. } => *second,
+                    _ => Driver::None,
+                }
+            }
+        }
+
         /// A point of a table.
         #[derive(Debug, Clone, Copy, PartialEq, ::serde::Serialize, ::serde::Deserialize)]
         $(#[$attribute])*

@@ -39,14 +39,6 @@ impl Form {
         }
     }
 
-    /// The second driver of a product; `Driver::None` otherwise.
-    pub(super) const fn second(&self) -> Driver {
-        match self {
-            Self::Product { second, .. } => *second,
-            _ => Driver::None,
-        }
-    }
-
     pub(super) fn is_usable(&self) -> bool {
         let finite = |numbers: &[f64]| numbers.iter().all(|number| number.is_finite());
         match self {

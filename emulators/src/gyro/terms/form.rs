@@ -1,6 +1,6 @@
 //! The forms of terms: their values and their numbers.
 
-use super::{Driver, Form, Point};
+use super::{Form, Point};
 use crate::parameters::Domain;
 use libm::{cos, exp, sin, tanh};
 use std::f64::consts::TAU;
@@ -38,14 +38,6 @@ impl Form {
             Self::Product { coefficient, origin, origin_2, .. } => {
                 coefficient * (x - origin) * (y - origin_2)
             }
-        }
-    }
-
-    /// The second driver of a product; `Driver::None` otherwise.
-    pub(super) const fn second(&self) -> Driver {
-        match self {
-            Self::Product { second, .. } => *second,
-            _ => Driver::None,
         }
     }
 
