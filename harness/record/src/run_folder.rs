@@ -39,7 +39,7 @@ const OURS: [&str; 4] = [SUMMARY, RECORD, JUNIT, REPORT];
 const SUMMARY_BYTES_MAX: u64 = 64 * 1024 * 1024;
 
 /// A folder that this crate made.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct RunFolder {
     path: PathBuf,
     teller: Teller,

@@ -13,15 +13,6 @@ pub(super) struct Lock {
     _held: Arc<Locked>,
 }
 
-/// The lock does not matter when folders are compared.
-impl PartialEq for Lock {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
-
-impl Eq for Lock {}
-
 impl Lock {
     /// Locks this folder; `None` if the file system has no such locks.
     pub(super) fn of(folder: &Path) -> Result<Option<Self>, RunFolderError> {
