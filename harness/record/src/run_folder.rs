@@ -124,10 +124,14 @@ impl RunFolder {
 
     /// Opens the record.
     pub fn records(&self) -> Result<RecordReader, RunFolderError> {
-        let path = self.file(RECORD);
-        let input = TellingFile::open(&path, self.teller.clone());
+        let input = TellingFile::open(&self.file(RECORD), self.teller.clone());
         let opened = input.map_err(RecordError::Io).and_then(RecordReader::new);
-        opened.map_err(|source| RunFolderError::Record { path, source })
+        opened.map_err(|source| self.unreadable(source))
+    }
+
+    /// The error of a record that cannot be read, or not any further.
+    pub fn unreadable(&self, source: RecordError) -> RunFolderError {
+        RunFolderError::Record { path: self.file(RECORD), source }
     }
 
     /// Writes the summary.

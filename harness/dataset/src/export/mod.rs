@@ -190,13 +190,11 @@ impl Recorded {
 /// When the run cannot be read to its end, or contains nothing of the kind.
 pub fn export(folder: &RunFolder, kind: Option<Kind>) -> Result<Dataset, ExportError> {
     let records = folder.records()?;
-    let path = folder.file(RECORD);
     let (plan, seed) = (records.header().plan.clone(), records.header().seed);
-    let recorded = Recorded::of(records)
-        .map_err(|source| RunFolderError::Record { path: path.clone(), source })?;
+    let recorded = Recorded::of(records).map_err(|source| folder.unreadable(source))?;
     let kind = kind.unwrap_or_else(|| recorded.kind());
     let name = format!("{plan}-seed{seed}");
-    recorded.dataset(kind, &name, &path)?.ok_or_else(|| {
+    recorded.dataset(kind, &name, &folder.file(RECORD))?.ok_or_else(|| {
         let run = folder.path().display().to_string();
         if kind == Kind::Odometry {
             return ExportError::NoPath { run, why: recorded.drives.why_not() };

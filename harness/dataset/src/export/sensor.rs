@@ -9,7 +9,7 @@ use identification::dataset::{Dataset, Dimension, Kind, Role, Unit};
 use plan::observation::{Observation, Observations, Observed};
 use plan::quantities::during_tag;
 use plan::{MessagePlace, QuantityName, Rig, models, resolve, unit};
-use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::run_folder::RunFolder;
 use record::{Device, RecordKind};
 use std::path::Path;
 
@@ -57,8 +57,7 @@ pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Datase
     let mut is_full = Ok(());
     let mut rounds = Rounds::default();
     for record in records {
-        let record = record
-            .map_err(|source| RunFolderError::Record { path: folder.file(RECORD), source })?;
+        let record = record.map_err(|source| folder.unreadable(source))?;
         if let RecordKind::StepBegan { path, .. } = &record.kind {
             rounds.began(path);
         }

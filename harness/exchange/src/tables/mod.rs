@@ -34,7 +34,7 @@ pub use rows::{RowSink, Rows};
 use crate::{ExportError, Exported};
 use folder::Folder;
 use record::outcome::Summary;
-use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::run_folder::{RunFolder, RunFolderError};
 use std::path::Path;
 use survey::Survey;
 
@@ -82,9 +82,7 @@ pub(crate) fn pour<S: RowSink>(
             Ok(record) => rows.take(&record, sink).map_err(&failed)?,
             Err(_) if rows.survey().cut.is_some() => break,
             // The survey saw no damage here: the file has changed since.
-            Err(source) => {
-                return Err(RunFolderError::Record { path: folder.file(RECORD), source }.into());
-            }
+            Err(source) => return Err(folder.unreadable(source).into()),
         }
     }
     if let Some(summary) = summary {

@@ -18,7 +18,6 @@ use harness::run::{Prepared, prepare_recorded, simulate, summarise};
 use record::RecordKind;
 use record::header::Header;
 use record::outcome::Outcome;
-use record::run_folder::{RECORD, RunFolderError};
 use session::Session;
 use std::cell::Cell;
 use std::io::{self, IsTerminal};
@@ -67,12 +66,11 @@ impl DebugArguments {
                 "hil rerun gives its controller what it heard; hil show --at says what stood",
             ));
         }
-        let unreadable = |source| RunFolderError::Record { path: folder.file(RECORD), source };
         let records = folder.records()?;
         let header = records.header().clone();
         let mut is_full = false;
         for record in records {
-            let record = record.map_err(unreadable)?;
+            let record = record.map_err(|source| folder.unreadable(source))?;
             is_full |= matches!(record.kind, RecordKind::Bytes(_) | RecordKind::Frame(_));
         }
         let prepared = self.prepared(&header, &name)?;

@@ -23,7 +23,7 @@ use identification::dataset::{Dataset, Kind};
 use plan::QuantityName;
 use record::figures;
 use record::outcome::Outcome;
-use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::run_folder::RunFolder;
 use std::path::{Path, PathBuf};
 
 /// What one row is.
@@ -137,11 +137,10 @@ fn is_export(folder: &Path) -> bool {
 
 fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Failure> {
     let format = super::log_format::format_of(path, None, "--bus")?;
-    let failure =
-        |source| Failure::from(RunFolderError::Record { path: folder.file(RECORD), source });
     let records = folder.records()?;
+    let entries = Recorded::new(records.header().clone(), records);
     let mut entries =
-        Recorded::new(records.header().clone(), records).map(|entry| entry.map_err(failure));
+        entries.map(|entry| entry.map_err(|source| Failure::from(folder.unreadable(source))));
     // No log is written for a run without frames or bytes.
     let Some(first) = entries.next() else {
         return Err(Failure::arguments(

@@ -11,7 +11,7 @@ use exchange::tables::{Ears, Format, survey};
 use harness::run::load_recorded;
 use record::header::Header;
 use record::outcome::Outcome;
-use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::run_folder::RunFolder;
 use std::path::Path;
 
 /// What tables are written as.
@@ -95,7 +95,7 @@ fn ended(folder: &RunFolder, survey: Survey, screen: &Screen) -> Result<Outcome,
         None => Ok(Outcome::Passed),
         Some(source) => {
             screen.note(&format!("exported as far as the record goes: {} records", survey.records));
-            Err(RunFolderError::Record { path: folder.file(RECORD), source }.into())
+            Err(folder.unreadable(source).into())
         }
     }
 }

@@ -10,7 +10,7 @@ use exchange::tables::Ears;
 use record::header::Header;
 use record::outcome::Outcome;
 use record::reader::RecordError;
-use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::run_folder::RunFolder;
 use record::text::Line;
 use record::{Device, Record};
 use std::io::{self, BufWriter, Write};
@@ -68,7 +68,7 @@ impl ShowArguments {
             // Lines before the damage are valid; print them before the error.
             let record = record.map_err(|source| {
                 let _ = out.flush();
-                RunFolderError::Record { path: folder.file(RECORD), source }
+                folder.unreadable(source)
             })?;
             // A node on several lines counts as one device.
             if wanted.is_some_and(|name| name != header.name_of(record.device)) {
@@ -104,9 +104,7 @@ impl ShowArguments {
         let ears = ears(header, None)?.unwrap_or_else(Ears::of_base);
         let mut moment = Moment::new(header.clone(), ears);
         for record in records {
-            let path = || folder.file(RECORD);
-            let record =
-                record.map_err(|source| RunFolderError::Record { path: path(), source })?;
+            let record = record.map_err(|source| folder.unreadable(source))?;
             if record.at.as_secs_f64() > at_s {
                 break;
             }

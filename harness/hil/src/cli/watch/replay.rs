@@ -15,7 +15,7 @@ use plan::Plan;
 use record::header::Header;
 use record::outcome::{Outcome, PropertySummary};
 use record::reader::RecordReader;
-use record::run_folder::{RECORD, RunFolder, RunFolderError};
+use record::run_folder::RunFolder;
 use record::sink::{NullSink, RecordSink};
 use record::{Progress, Record, RecordKind, Violation};
 use std::iter::Peekable;
@@ -61,8 +61,7 @@ impl ReplayArguments {
         let header = records.header().clone();
         let (mut end_s, mut steps) = (0.0_f64, 0);
         for record in records {
-            let unreadable = |source| RunFolderError::Record { path: folder.file(RECORD), source };
-            let record = record.map_err(unreadable)?;
+            let record = record.map_err(|source| folder.unreadable(source))?;
             end_s = end_s.max(record.at.as_secs_f64());
             steps += u64::from(matches!(record.kind, RecordKind::StepBegan { .. }));
         }
