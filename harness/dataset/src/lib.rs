@@ -10,21 +10,22 @@
 //!
 //! [`export`](mod@export) turns runs into such data.
 
-#[cfg(any(feature = "mdf", feature = "ros"))]
+#[cfg(feature = "files")]
 mod channels;
 mod descriptor;
 mod dialect;
 mod error;
 pub mod export;
+#[cfg(feature = "files")]
 mod gzip;
 mod in_time;
-#[cfg(feature = "mdf")]
+#[cfg(feature = "files")]
 mod mdf;
 mod package;
 mod publish;
-#[cfg(not(all(feature = "mdf", feature = "ros")))]
+#[cfg(not(feature = "files"))]
 mod refused;
-#[cfg(feature = "ros")]
+#[cfg(feature = "files")]
 mod ros;
 mod rows;
 mod table;
@@ -37,10 +38,8 @@ pub use error::{DatasetError, Defect, Row};
 use identification::dataset::{Column, Dataset, Kind};
 use package::Format;
 pub use publish::publish;
-#[cfg(not(feature = "mdf"))]
-use refused as mdf;
-#[cfg(not(feature = "ros"))]
-use refused as ros;
+#[cfg(not(feature = "files"))]
+use refused::{self as gzip, self as mdf, self as ros};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;

@@ -1,6 +1,6 @@
 //! A table in an MDF file.
 
-use super::channels::{Cell, Channel, Each, Group, Source, Wanted, take};
+use super::channels::{Channel, Each, Group, Source, Wanted, take};
 use super::error::{DatasetError, Defect};
 use super::package::{Field, Table};
 use super::table::Rows;
@@ -40,11 +40,7 @@ impl Source for Mdf {
         wanted: &[Wanted],
         each: Each<'_>,
     ) -> Result<Option<(String, Option<String>)>, DatasetError> {
-        let of = |&Wanted { channel, as_text }| mdf4::Wanted { channel, as_text };
-        let wanted: Vec<mdf4::Wanted> = wanted.iter().map(of).collect();
-        let found = self.reader.read(group, &wanted, &mut |cells| {
-            each(&cells.into_iter().map(cell).collect::<Vec<_>>())
-        })?;
+        let found = self.reader.read(group, wanted, &mut |cells| each(&cells))?;
         if !self.reader.is_unfinished() {
             return Ok(None);
         }
@@ -63,14 +59,6 @@ fn group(group: &mdf4::Group) -> Group {
         is_time: one.is_time,
     };
     Group { name: group.name.clone(), channels: group.channels.iter().map(channel).collect() }
-}
-
-fn cell(cell: mdf4::Cell) -> Cell {
-    match cell {
-        mdf4::Cell::Missing => Cell::Missing,
-        mdf4::Cell::Number(number) => Cell::Number(number),
-        mdf4::Cell::Text(text) => Cell::Text(text),
-    }
 }
 
 impl From<LogError> for DatasetError {

@@ -54,7 +54,7 @@ pub(super) struct Table {
     pub missing: BTreeSet<String>,
     /// The group with the rows, in an MDF file, or the topic, in a ROS bag, if given.
     #[cfg_attr(
-        not(any(feature = "mdf", feature = "ros")),
+        not(feature = "files"),
         expect(dead_code, reason = "files without groups are read then")
     )]
     pub group: Option<String>,

@@ -6,6 +6,7 @@ mod nearest;
 use super::error::{DatasetError, Row};
 use super::package::{Field, Table};
 use super::table::{Given, Origin, Rows};
+pub(super) use bus_log::mdf4::channels::{Cell, Wanted};
 use choice::{Choice, choose};
 use identification::dataset::{Role, Unit};
 use nearest::Nearest;
@@ -26,23 +27,6 @@ pub(super) struct Channel {
     pub unit: String,
     /// Whether it is the time of the group's records, in seconds.
     pub is_time: bool,
-}
-
-/// A requested channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Wanted {
-    /// Index in its group.
-    pub channel: usize,
-    /// Whether to read texts: those that its numbers stand for, if any.
-    pub as_text: bool,
-}
-
-/// A value of a channel in a record.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Cell {
-    Missing,
-    Number(f64),
-    Text(String),
 }
 
 /// Takes the values of a record, one per requested channel.

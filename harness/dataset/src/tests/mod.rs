@@ -1,16 +1,16 @@
 //! Packages from other sources, mistakes in them, and corrections.
 
 mod defects;
-#[cfg(feature = "mdf")]
+#[cfg(feature = "files")]
 mod mdf;
 mod measured;
 mod mended;
-#[cfg(feature = "ros")]
+#[cfg(feature = "files")]
 mod ros;
-#[cfg(feature = "ros")]
+#[cfg(feature = "files")]
 mod rosbags;
 mod round_trip;
-#[cfg(feature = "ros")]
+#[cfg(feature = "files")]
 mod sqlite;
 
 use super::{Dataset, DatasetError, read};
