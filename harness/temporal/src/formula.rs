@@ -69,14 +69,17 @@ pub(crate) enum Condition {
     Since(Interval, Box<Condition>, Box<Condition>),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Comparator {
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-    Equal,
-    NotEqual,
+wire::tabled! {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub(crate) enum Comparator {
+        Less = "<",
+        LessOrEqual = "<=",
+        Greater = ">",
+        GreaterOrEqual = ">=",
+        Equal = "==",
+        NotEqual = "!=",
+    }
+    pub(crate) fn symbol() -> &'static str
 }
 
 /// How far the compared numbers can be apart.

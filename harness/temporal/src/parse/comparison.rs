@@ -55,15 +55,7 @@ impl Parser<'_> {
 
     fn comparator(&self) -> Option<Comparator> {
         let Token::Symbol(symbol) = self.next else { return None };
-        Some(match symbol {
-            "<" => Comparator::Less,
-            "<=" => Comparator::LessOrEqual,
-            ">" => Comparator::Greater,
-            ">=" => Comparator::GreaterOrEqual,
-            "==" => Comparator::Equal,
-            "!=" => Comparator::NotEqual,
-            _ => return None,
-        })
+        Comparator::ALL.into_iter().find(|comparator| comparator.symbol() == symbol)
     }
 
     fn compared(
@@ -74,13 +66,23 @@ impl Parser<'_> {
         at: Range<usize>,
     ) -> Result<Condition, Mistake> {
         let (left, right) = self.alike(left, right)?;
-        if let (Number::Constant(_), Number::Constant(_)) = (&left.number, &right.number) {
+        let width = self.pair(&left, &right.number, at)?;
+        Ok(Condition::Compare(comparator, left.number, right.number, width))
+    }
+
+    /// How far two numbers that can be compared can be apart; at least one is no constant.
+    fn pair(
+        &mut self,
+        left: &Quantity,
+        right: &Number,
+        at: Range<usize>,
+    ) -> Result<formula::Width, Mistake> {
+        if let (Number::Constant(_), Number::Constant(_)) = (&left.number, right) {
             let mistake = Mistake::new(at, "no signal is compared here: it never changes");
             return Err(mistake.help("put a signal on one side"));
         }
-        self.told_apart(&left.number, &right.number, at)?;
-        let width = self.width(&left, &right.number);
-        Ok(Condition::Compare(comparator, left.number, right.number, width))
+        self.told_apart(&left.number, right, at)?;
+        Ok(self.width(left, right))
     }
 
     /// How far the two, which are in one unit, can be apart.
@@ -152,13 +154,7 @@ impl Parser<'_> {
         }
         let (left, right) = self.alike(left, right)?;
         let (left, tolerance) = self.alike(left, tolerance)?;
-        if let (Number::Constant(_), Number::Constant(_)) = (&left.number, &right.number) {
-            let mistake =
-                Mistake::new(operator_at.clone(), "no signal is compared here: it never changes");
-            return Err(mistake.help("put a signal on one side"));
-        }
-        self.told_apart(&left.number, &right.number, operator_at.clone())?;
-        let width = self.width(&left, &right.number);
+        let width = self.pair(&left, &right.number, operator_at.clone())?;
         Ok(Condition::Near(is_near, left.number, right.number, tolerance.number, width))
     }
 }

@@ -12,9 +12,10 @@ mod window;
 
 use crate::formula::{Condition, Formula, Premise, Used};
 use crate::mistake::Mistake;
+use crate::number::Number;
 use crate::signals::{Signal, Signals};
 use lexer::{Token, token};
-use quantity::Quantity;
+use quantity::{Measure, Quantity};
 use std::ops::Range;
 use window::HORIZON_MAX;
 
@@ -147,7 +148,8 @@ impl Part {
         Self { what: What::Condition(condition), at, bare: None, is_open: false }
     }
 
-    fn quantity(quantity: Quantity, at: Range<usize>) -> Self {
-        Self { what: What::Quantity(quantity), at, bare: None, is_open: false }
+    fn quantity(number: Number, measure: Measure, at: Range<usize>) -> Self {
+        let what = What::Quantity(Quantity { number, measure, at: at.clone() });
+        Self { what, at, bare: None, is_open: false }
     }
 }

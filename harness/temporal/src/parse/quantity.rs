@@ -117,7 +117,7 @@ impl Parser<'_> {
             }
         };
         let number = Number::binary(binary, left.number, right.number);
-        Ok(Part::quantity(Quantity { number, measure, at: at.clone() }, at))
+        Ok(Part::quantity(number, measure, at))
     }
 
     fn signed(&mut self) -> Result<Part, Mistake> {
@@ -130,7 +130,7 @@ impl Parser<'_> {
         let at = start..of.at.end;
         let of = self.quantity(of, "-")?;
         let number = of.number.negated();
-        Ok(Part::quantity(Quantity { number, measure: of.measure, at: at.clone() }, at))
+        Ok(Part::quantity(number, of.measure, at))
     }
 
     fn primary(&mut self) -> Result<Part, Mistake> {
@@ -139,8 +139,7 @@ impl Parser<'_> {
             Token::Number(number) => {
                 let measure = self.unit()?;
                 let at = at.start..self.end;
-                let number = Number::Constant(number);
-                Ok(Part::quantity(Quantity { number, measure, at: at.clone() }, at))
+                Ok(Part::quantity(Number::Constant(number), measure, at))
             }
             Token::Symbol("(") => {
                 self.advance()?;
@@ -196,7 +195,7 @@ impl Parser<'_> {
             return Ok(Part::condition(Condition::Changes(of.number, width), at));
         }
         let number = if name == "abs" { Number::Abs(Box::new(of.number)) } else { of.number };
-        Ok(Part::quantity(Quantity { number, measure: of.measure, at: at.clone() }, at))
+        Ok(Part::quantity(number, of.measure, at))
     }
 
     /// Requires a number, because `word` applies to numbers.

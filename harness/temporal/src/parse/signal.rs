@@ -65,7 +65,7 @@ impl Parser<'_> {
             );
             return Ok(Part::condition(right, at.start..self.end));
         }
-        Ok(Part::quantity(Quantity { number: Number::Slot(slot), measure, at: at.clone() }, at))
+        Ok(Part::quantity(Number::Slot(slot), measure, at))
     }
 
     /// Both sides of a comparison as numbers; a name stands for the value that the signal assigns to it.
