@@ -54,47 +54,32 @@ use wire::time::Timestamp;
 
 const BUFFER_BYTES: usize = 64 * 1024;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// The log file of `candump -L` (can-utils).
-    Candump,
-    Asc,
-    /// pcapng with `LINKTYPE_CAN_SOCKETCAN`.
-    Pcapng,
-    Trc,
-    Blf,
-    /// ASAM MDF 4 with bus logging.
-    Mdf4,
+wire::words! {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Format {
+        /// The log file of `candump -L` (can-utils).
+        Candump = "candump",
+        Asc = "asc",
+        /// pcapng with `LINKTYPE_CAN_SOCKETCAN`.
+        Pcapng = "pcapng",
+        Trc = "trc",
+        Blf = "blf",
+        /// ASAM MDF 4 with bus logging.
+        Mdf4 = "mdf4",
+    }
 }
 
 impl Format {
-    pub const ALL: [Self; 6] =
-        [Self::Candump, Self::Asc, Self::Pcapng, Self::Trc, Self::Blf, Self::Mdf4];
-
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Candump => "candump",
-            Self::Asc => "asc",
-            Self::Pcapng => "pcapng",
-            Self::Trc => "trc",
-            Self::Blf => "blf",
-            Self::Mdf4 => "mdf4",
-        }
-    }
-
     pub const fn extension(self) -> &'static str {
         match self {
             Self::Candump => "log",
-            Self::Asc => "asc",
-            Self::Pcapng => "pcapng",
-            Self::Trc => "trc",
-            Self::Blf => "blf",
             Self::Mdf4 => "mf4",
+            other => other.name(),
         }
     }
 
     pub fn any_name() -> String {
-        let [others @ .., last] = Self::ALL.map(Self::name);
+        let [others @ .., last] = Self::NAMES;
         format!("{} or {last}", others.join(", "))
     }
 

@@ -6,16 +6,19 @@ use plan::Answer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The way a reply was given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Through {
-    /// Typed during the run.
-    Terminal,
-    /// Written to a file before the run.
-    File,
-    /// Given as an argument.
-    Argument,
+wire::tabled! {
+    /// The way a reply was given.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Through {
+        /// Typed during the run.
+        Terminal = "at the terminal",
+        /// Written to a file before the run.
+        File = "in a file",
+        /// Given as an argument.
+        Argument = "as an argument",
+    }
+    fn words() -> &'static str
 }
 
 /// A number that the plan asked for.
@@ -55,16 +58,6 @@ impl Reply {
     /// A reply that confirms a task.
     pub const fn done(question: String, by: String, through: Through) -> Self {
         Self { question, number: None, by, through, unix_s: None }
-    }
-}
-
-impl Through {
-    const fn words(self) -> &'static str {
-        match self {
-            Self::Terminal => "at the terminal",
-            Self::File => "in a file",
-            Self::Argument => "as an argument",
-        }
     }
 }
 

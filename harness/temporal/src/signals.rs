@@ -20,21 +20,15 @@ pub trait Signals {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Protecting {
-    /// A counter that continues the previous one.
-    Follows,
-    /// A checksum that matches its message.
-    Fits,
-}
-
-impl Protecting {
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Follows => "follows",
-            Self::Fits => "fits",
-        }
+wire::tabled! {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Protecting {
+        /// A counter that continues the previous one.
+        Follows = "follows",
+        /// A checksum that matches its message.
+        Fits = "fits",
     }
+    pub fn word() -> &'static str
 }
 
 /// The properties of a signal that a formula needs.

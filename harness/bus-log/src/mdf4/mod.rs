@@ -73,22 +73,14 @@ const CN_SYNC: u8 = 4;
 const CN_MOST: u8 = 5;
 const CN_VIRTUAL: u8 = 6;
 
-/// The groups of frames, by the first part of their channels' names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Data,
-    Remote,
-    Error,
-}
-
-impl Kind {
-    const ALL: [Self; 3] = [Self::Data, Self::Remote, Self::Error];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Data => "CAN_DataFrame",
-            Self::Remote => "CAN_RemoteFrame",
-            Self::Error => "CAN_ErrorFrame",
-        }
+wire::tabled! {
+    /// The groups of frames.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    enum Kind {
+        Data = "CAN_DataFrame",
+        Remote = "CAN_RemoteFrame",
+        Error = "CAN_ErrorFrame",
     }
+    /// The first part of their channels' names.
+    fn name() -> &'static str
 }

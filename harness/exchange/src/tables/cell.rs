@@ -2,26 +2,18 @@
 
 use std::borrow::Cow;
 
-/// Type of the values of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Real numbers in the column's unit.
-    Float,
-    Integer,
-    Bool,
-    Text,
-}
-
-impl Kind {
-    /// Its name in JSON Schema and in Frictionless' table schema.
-    pub const fn json_type(self) -> &'static str {
-        match self {
-            Self::Float => "number",
-            Self::Integer => "integer",
-            Self::Bool => "boolean",
-            Self::Text => "string",
-        }
+wire::tabled! {
+    /// Type of the values of a column.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Kind {
+        /// Real numbers in the column's unit.
+        Float = "number",
+        Integer = "integer",
+        Bool = "boolean",
+        Text = "string",
     }
+    /// Its name in JSON Schema and in Frictionless' table schema.
+    pub fn json_type() -> &'static str
 }
 
 #[derive(Debug, Clone, PartialEq)]

@@ -6,20 +6,6 @@ use super::survey::Survey;
 use plan::quantities::find_tag;
 use std::collections::BTreeSet;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Table {
-    States,
-    Truth,
-    Health,
-    Observations,
-    Events,
-    Measurements,
-    /// Only for a run with `--record full`, as the two below.
-    Frames,
-    Packets,
-    Signals,
-}
-
 const fn column(name: &'static str, kind: Kind, unit: &'static str, doc: &'static str) -> Column {
     Column::new(name, kind, unit, doc)
 }
@@ -142,51 +128,41 @@ static SIGNALS: [Column; 6] = [
 /// Name of a table, name of its schema, what it holds, and its columns.
 type Form = (&'static str, &'static str, &'static str, &'static [Column]);
 
-/// In the order of [`Table::ALL`].
-static FORMS: [Form; Table::ALL.len()] = [
-    ("states", "hil.State", "one row a state that the controller told", &STATES),
-    ("truth", "hil.Truth", "one row a time when an emulator told what is really so", &TRUTH),
-    ("health", "hil.Health", "one row a change of the controller's health", &HEALTH),
-    (
-        "observations",
-        "hil.Observation",
-        "one row an observation; its tags are columns",
-        &OBSERVATIONS,
-    ),
-    (
-        "events",
-        "hil.Event",
-        "one row an event: steps, missions and their ends, faults, notes, replies",
-        &EVENTS,
-    ),
-    (
-        "measurements",
-        "hil.Measurement",
-        "one row a measurement that the plan declares, with its verdict",
-        &MEASUREMENTS,
-    ),
-    ("frames", "hil.Frame", "one row a CAN frame", &FRAMES),
-    ("packets", "hil.Packet", "one row a packet of a serial line", &PACKETS),
-    ("signals", "hil.Signal", "one row a signal of a message that was understood", &SIGNALS),
-];
+wire::tabled! {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Table {
+        States = ("states", "hil.State", "one row a state that the controller told", &STATES),
+        Truth =
+            ("truth", "hil.Truth", "one row a time when an emulator told what is really so", &TRUTH),
+        Health = ("health", "hil.Health", "one row a change of the controller's health", &HEALTH),
+        Observations = (
+            "observations",
+            "hil.Observation",
+            "one row an observation; its tags are columns",
+            &OBSERVATIONS,
+        ),
+        Events = (
+            "events",
+            "hil.Event",
+            "one row an event: steps, missions and their ends, faults, notes, replies",
+            &EVENTS,
+        ),
+        Measurements = (
+            "measurements",
+            "hil.Measurement",
+            "one row a measurement that the plan declares, with its verdict",
+            &MEASUREMENTS,
+        ),
+        /// Only for a run with `--record full`, as the two below.
+        Frames = ("frames", "hil.Frame", "one row a CAN frame", &FRAMES),
+        Packets = ("packets", "hil.Packet", "one row a packet of a serial line", &PACKETS),
+        Signals =
+            ("signals", "hil.Signal", "one row a signal of a message that was understood", &SIGNALS),
+    }
+    fn form() -> Form
+}
 
 impl Table {
-    pub const ALL: [Self; 9] = [
-        Self::States,
-        Self::Truth,
-        Self::Health,
-        Self::Observations,
-        Self::Events,
-        Self::Measurements,
-        Self::Frames,
-        Self::Packets,
-        Self::Signals,
-    ];
-
-    fn form(self) -> &'static Form {
-        &FORMS[self as usize]
-    }
-
     /// Its name, which is also that of its file.
     pub fn name(self) -> &'static str {
         self.form().0

@@ -38,23 +38,14 @@ use record::run_folder::{RunFolder, RunFolderError};
 use std::path::Path;
 use survey::Survey;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Apache Parquet, zstd-compressed.
-    Parquet,
-    /// CSV (RFC 4180).
-    Csv,
-}
-
-impl Format {
-    pub const ALL: [Self; 2] = [Self::Parquet, Self::Csv];
-
-    /// Its name, which is also the extension of its files.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Parquet => "parquet",
-            Self::Csv => "csv",
-        }
+wire::words! {
+    /// Format of the files, by their extension.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Format {
+        /// Apache Parquet, zstd-compressed.
+        Parquet = "parquet",
+        /// CSV (RFC 4180).
+        Csv = "csv",
     }
 }
 

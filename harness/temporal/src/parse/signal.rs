@@ -26,11 +26,7 @@ impl Parser<'_> {
             });
         }
         self.advance()?;
-        let how = match self.next {
-            Token::Name("follows") => Some(Protecting::Follows),
-            Token::Name("fits") => Some(Protecting::Fits),
-            _ => None,
-        };
+        let how = Protecting::ALL.into_iter().find(|how| self.next == Token::Name(how.word()));
         let found = match how {
             Some(how) => self.signals.protecting(name, how),
             None => self.signals.find(name),
