@@ -170,6 +170,71 @@ pub unsafe fn free_state(state: *mut *mut c_void) -> c_int {
     OK
 }
 
+/// The functions that are the same in both versions, under their names there; `$flag` is a truth value.
+#[macro_export]
+macro_rules! common {
+    ($debug:ident $free:ident $start:ident($flag:ty) $begin:ident $terminate:ident $reset:ident
+        $get_state:ident $set_state:ident $free_state:ident) => {
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $debug() -> c_int {
+            $crate::c::OK
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $free(instance: *mut c_void) {
+            unsafe { $crate::c::free(instance) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $start(
+            instance: *mut c_void,
+            _has_tolerance: $flag,
+            _tolerance: f64,
+            start_s: f64,
+            _has_stop: $flag,
+            _stop_s: f64,
+        ) -> c_int {
+            unsafe { with(instance, |unit| Ok(unit.start_at(start_s))) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $begin(instance: *mut c_void) -> c_int {
+            unsafe { with(instance, $crate::unit::Unit::begin) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $terminate(instance: *mut c_void) -> c_int {
+            unsafe { with(instance, |_| Ok(())) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $reset(instance: *mut c_void) -> c_int {
+            unsafe { with(instance, |unit| Ok(unit.reset())) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $get_state(
+            instance: *mut c_void,
+            state: *mut *mut c_void,
+        ) -> c_int {
+            unsafe { $crate::c::get_state(instance, state) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $set_state(instance: *mut c_void, state: *mut c_void) -> c_int {
+            unsafe { $crate::c::set_state(instance, state) }
+        }
+
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $free_state(
+            _instance: *mut c_void,
+            state: *mut *mut c_void,
+        ) -> c_int {
+            unsafe { $crate::c::free_state(state) }
+        }
+    };
+}
+
 /// Functions of the standard that a unit of numbers without modes and clocks does not have. Tools look for all.
 #[macro_export]
 macro_rules! lacking {

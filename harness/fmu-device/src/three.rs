@@ -6,7 +6,7 @@
 #![expect(clippy::undocumented_unsafe_blocks, reason = "callers follow the standard")]
 
 use crate::c::{self, OK, text, with};
-use crate::lacking;
+use crate::{common, lacking};
 use std::ffi::{CStr, OsStr, c_char, c_int, c_void};
 use std::os::unix::ffi::OsStrExt as _;
 use std::path::Path;
@@ -16,11 +16,6 @@ type Logger = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_c
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3GetVersion() -> *const c_char {
     c"3.0".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi3SetDebugLogging() -> c_int {
-    OK
 }
 
 #[unsafe(no_mangle)]
@@ -45,48 +40,6 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     };
     let resources = OsStr::from_bytes(unsafe { text(resources) }.to_bytes());
     c::instantiate(Path::new(resources), Box::new(tell))
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeInstance(instance: *mut c_void) {
-    unsafe { c::free(instance) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterInitializationMode(
-    instance: *mut c_void,
-    _has_tolerance: bool,
-    _tolerance: f64,
-    start_s: f64,
-    _has_stop: bool,
-    _stop_s: f64,
-) -> c_int {
-    unsafe {
-        with(instance, |unit| {
-            unit.start_at(start_s);
-            Ok(())
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3ExitInitializationMode(instance: *mut c_void) -> c_int {
-    unsafe { with(instance, crate::unit::Unit::begin) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Terminate(instance: *mut c_void) -> c_int {
-    unsafe { with(instance, |_| Ok(())) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3Reset(instance: *mut c_void) -> c_int {
-    unsafe {
-        with(instance, |unit| {
-            unit.reset();
-            Ok(())
-        })
-    }
 }
 
 #[unsafe(no_mangle)]
@@ -134,22 +87,9 @@ pub unsafe extern "C" fn fmi3DoStep(
     status
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(instance: *mut c_void, state: *mut *mut c_void) -> c_int {
-    unsafe { c::get_state(instance, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: *mut c_void, state: *mut c_void) -> c_int {
-    unsafe { c::set_state(instance, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(
-    _instance: *mut c_void,
-    state: *mut *mut c_void,
-) -> c_int {
-    unsafe { c::free_state(state) }
+common! {
+    fmi3SetDebugLogging fmi3FreeInstance fmi3EnterInitializationMode(bool) fmi3ExitInitializationMode fmi3Terminate fmi3Reset
+    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState
 }
 
 /// Kinds of units that a device is not.

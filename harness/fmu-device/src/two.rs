@@ -5,8 +5,8 @@
 
 #![expect(clippy::undocumented_unsafe_blocks, reason = "callers follow the standard")]
 
-use crate::c::{self, OK, text, with};
-use crate::lacking;
+use crate::c::{self, text, with};
+use crate::{common, lacking};
 use percent_encoding::percent_decode;
 use std::ffi::{CStr, OsStr, c_char, c_int, c_void};
 use std::os::unix::ffi::OsStrExt as _;
@@ -33,11 +33,6 @@ pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2GetVersion() -> *const c_char {
     c"2.0".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetDebugLogging() -> c_int {
-    OK
 }
 
 #[unsafe(no_mangle)]
@@ -72,50 +67,8 @@ pub unsafe extern "C" fn fmi2Instantiate(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(instance: *mut c_void) {
-    unsafe { c::free(instance) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetupExperiment(
-    instance: *mut c_void,
-    _has_tolerance: c_int,
-    _tolerance: f64,
-    start_s: f64,
-    _has_stop: c_int,
-    _stop_s: f64,
-) -> c_int {
-    unsafe {
-        with(instance, |unit| {
-            unit.start_at(start_s);
-            Ok(())
-        })
-    }
-}
-
-#[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2EnterInitializationMode(instance: *mut c_void) -> c_int {
     unsafe { with(instance, |_| Ok(())) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2ExitInitializationMode(instance: *mut c_void) -> c_int {
-    unsafe { with(instance, crate::unit::Unit::begin) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Terminate(instance: *mut c_void) -> c_int {
-    unsafe { with(instance, |_| Ok(())) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Reset(instance: *mut c_void) -> c_int {
-    unsafe {
-        with(instance, |unit| {
-            unit.reset();
-            Ok(())
-        })
-    }
 }
 
 #[unsafe(no_mangle)]
@@ -148,22 +101,9 @@ pub unsafe extern "C" fn fmi2DoStep(
     unsafe { with(instance, |unit| unit.step(from_s, length_s)) }
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(instance: *mut c_void, state: *mut *mut c_void) -> c_int {
-    unsafe { c::get_state(instance, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(instance: *mut c_void, state: *mut c_void) -> c_int {
-    unsafe { c::set_state(instance, state) }
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(
-    _instance: *mut c_void,
-    state: *mut *mut c_void,
-) -> c_int {
-    unsafe { c::free_state(state) }
+common! {
+    fmi2SetDebugLogging fmi2FreeInstance fmi2SetupExperiment(c_int) fmi2ExitInitializationMode fmi2Terminate fmi2Reset
+    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
 }
 
 lacking! {
