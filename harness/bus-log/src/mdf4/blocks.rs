@@ -110,16 +110,6 @@ impl<R: Read + Seek> Source<R> {
         Err(self.malformed(address, defect))
     }
 
-    /// Reads the text at that address; empty for address zero.
-    pub(super) fn text(&mut self, address: u64) -> Result<String, LogError> {
-        if address == 0 {
-            return Ok(String::new());
-        }
-        let block = self.block(address, "##TX")?;
-        let text = block.data[..block.known].split(|byte| *byte == 0).next().unwrap_or_default();
-        Ok(String::from_utf8_lossy(text).into_owned())
-    }
-
     /// Reads all links of a block, and the bytes after them.
     pub(super) fn whole(&mut self, block: &Block) -> Result<(Vec<u64>, Vec<u8>), LogError> {
         let length = block.length - BLOCK_HEAD_BYTES as u64;
@@ -139,7 +129,7 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// Reads the text at that address, plain or in XML, of any length; empty for address zero.
-    pub(super) fn whole_text(&mut self, address: u64) -> Result<String, LogError> {
+    pub(super) fn text(&mut self, address: u64) -> Result<String, LogError> {
         if address == 0 {
             return Ok(String::new());
         }

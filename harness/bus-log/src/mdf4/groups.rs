@@ -4,13 +4,12 @@ use super::super::error::{Defect, LogError};
 use super::blocks::{Block, Source};
 use super::field::{Clock, Field};
 use super::frames::{Data, Frames};
+use super::unsorted::{Lengths, is_variable, lengths};
 use super::walk::{self, DEPTH_MAX};
-use super::{
-    CG_BUS_EVENT, CG_REMOTE_MASTER, CG_VARIABLE, CN_FIXED, CN_MASTER, CN_MOST, CN_VARIABLE, Kind,
-};
+use super::{CG_BUS_EVENT, CG_REMOTE_MASTER, CN_FIXED, CN_MASTER, CN_MOST, CN_VARIABLE, Kind};
 use std::io::{Read, Seek};
 
-const RECORD_BYTES_MAX: usize = 16 * 1024;
+pub(super) const RECORD_BYTES_MAX: usize = 16 * 1024;
 /// Most data groups with frames: each has its own buffer.
 const STREAMS_MAX: usize = 256;
 
@@ -19,23 +18,25 @@ pub(super) struct DataGroup {
     pub(super) data: u64,
     /// Length of the record number before each record.
     pub(super) number_bytes: usize,
+    pub(super) lengths: Lengths,
+    /// In the order of the lengths.
     pub(super) groups: Vec<Group>,
 }
 
 #[derive(Debug)]
 pub(super) struct Group {
     pub(super) address: u64,
-    pub(super) number: u64,
+    number: u64,
     pub(super) records: Records,
 }
 
 #[derive(Debug)]
 pub(super) enum Records {
-    Frames(usize, Box<Frames>),
+    Frames(Box<Frames>),
     /// Data to which other records refer by offset.
     Variable,
-    /// Something else, with the record length.
-    Other(u64),
+    /// Something else.
+    Other,
 }
 
 /// Reads the data groups of a file that have frames.
@@ -45,11 +46,14 @@ pub(super) fn all<R: Read + Seek>(
 ) -> Result<Vec<DataGroup>, LogError> {
     let (mut all, mut channels) = (Vec::new(), 0);
     walk::data_groups(source, first, |source, block, groups| {
+        let lengths = lengths(&groups);
         let groups = groups.iter().map(|group| group_of(source, group, &mut channels));
-        let groups: Vec<Group> = groups.collect::<Result<_, _>>()?;
-        if groups.iter().any(|group| matches!(group.records, Records::Frames(..))) {
+        let mut groups: Vec<Group> = groups.collect::<Result<_, _>>()?;
+        groups.sort_by_key(|group| group.number);
+        groups.dedup_by_key(|group| group.number);
+        if groups.iter().any(|group| matches!(group.records, Records::Frames(_))) {
             let number_bytes = usize::from(block.u8(0));
-            all.push(DataGroup { data: block.link(2), number_bytes, groups });
+            all.push(DataGroup { data: block.link(2), number_bytes, lengths, groups });
             walk::bounded(source, block.address, all.len(), STREAMS_MAX)?;
         }
         Ok(())
@@ -63,11 +67,10 @@ fn group_of<R: Read + Seek>(
     channels: &mut usize,
 ) -> Result<Group, LogError> {
     let (address, number, flags) = (block.address, block.u64(0), block.u16(16));
-    let bytes = u64::from(block.u32(24)) + u64::from(block.u32(28));
-    if flags & CG_VARIABLE != 0 {
+    if is_variable(block) {
         return Ok(Group { address, number, records: Records::Variable });
     }
-    let mut records = Records::Other(bytes);
+    let mut records = Records::Other;
     if flags & CG_BUS_EVENT != 0 {
         if flags & CG_REMOTE_MASTER != 0 {
             let expected =
@@ -81,15 +84,15 @@ fn group_of<R: Read + Seek>(
             found.channel(source, channel, &name)
         })?;
         if let Some(frames) = found.frames().map_err(|defect| source.malformed(address, defect))? {
-            let length = usize::try_from(bytes).ok().filter(|length| *length <= RECORD_BYTES_MAX);
-            let Some(length) = length.filter(|length| frames.end() <= *length) else {
+            let bytes = u64::from(block.u32(24)) + u64::from(block.u32(28));
+            if bytes > RECORD_BYTES_MAX as u64 || bytes < frames.end() as u64 {
                 let defect = Defect::new(
                     "records of at most 16384 bytes with all their values",
                     format!("{bytes} bytes").as_bytes(),
                 );
                 return Err(source.malformed(address, defect));
-            };
-            records = Records::Frames(length, Box::new(frames));
+            }
+            records = Records::Frames(Box::new(frames));
         }
     }
     Ok(Group { address, number, records })

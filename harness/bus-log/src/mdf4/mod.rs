@@ -43,6 +43,7 @@ mod opening;
 mod output;
 mod read;
 mod stream;
+mod unsorted;
 mod variable;
 mod walk;
 mod write;

@@ -86,12 +86,12 @@ pub(super) struct Among {
 
 impl Among {
     /// Takes the next record, of that length.
-    pub(super) fn push(&mut self, length: u32, bytes: &[u8]) {
+    pub(super) fn push(&mut self, length: u64, bytes: Bytes) {
         if self.waiting.len() == WAITING_MAX {
             self.waiting.pop_front();
         }
-        self.waiting.push_back((self.next, bytes.to_vec()));
-        self.next = self.next.saturating_add(4 + u64::from(length));
+        self.waiting.push_back((self.next, bytes));
+        self.next = self.next.saturating_add(4 + length);
     }
 
     /// The bytes at that offset; `None` if they have not come yet.

@@ -2,8 +2,9 @@
 
 use super::super::super::error::{Defect, LogError};
 use super::super::blocks::{Block, Source};
+use super::super::unsorted::{Lengths, is_variable, lengths};
 use super::super::walk::{self, DEPTH_MAX};
-use super::super::{CG_REMOTE_MASTER, CG_VARIABLE, CN_MASTER, CN_VIRTUAL_MASTER};
+use super::super::{CG_REMOTE_MASTER, CN_MASTER, CN_VIRTUAL_MASTER};
 use std::collections::HashMap;
 use std::io::{Read, Seek};
 use std::sync::Arc;
@@ -35,8 +36,8 @@ pub(super) struct Part {
     /// Bytes of values in a record, and of the invalidation bits after them.
     pub(super) value_bytes: u64,
     pub(super) invalid_bytes: u64,
-    /// Numbers and record lengths of all groups among these records, by number; no length if their records state it.
-    pub(super) others: Arc<[(u64, Option<u64>)]>,
+    /// Those of all groups among these records.
+    pub(super) lengths: Lengths,
 }
 
 #[derive(Debug)]
@@ -60,18 +61,10 @@ pub(super) fn all<R: Read + Seek>(
     // Groups whose times are in that one, in the order of the file.
     let mut columns: Vec<(u64, Group)> = Vec::new();
     walk::data_groups(source, first, |source, block, groups| {
-        let is_variable = |group: &Block| group.u16(16) & CG_VARIABLE != 0;
-        let length = |group: &Block| {
-            let bytes = u64::from(group.u32(24)) + u64::from(group.u32(28));
-            (group.u64(0), (!is_variable(group)).then_some(bytes))
-        };
-        let mut lengths: Vec<_> = groups.iter().map(length).collect();
-        lengths.sort_by_key(|(number, _)| *number);
-        lengths.dedup_by_key(|(number, _)| *number);
-        let others: Arc<[_]> = lengths.into();
+        let lengths = lengths(&groups);
         // Records of variable length are values of channels of other groups.
         for block_of_group in groups.iter().filter(|group| !is_variable(group)) {
-            let group = group_of(source, block_of_group, block, &others, &mut channels)?;
+            let group = group_of(source, block_of_group, block, &lengths, &mut channels)?;
             match block_of_group.u16(16) & CG_REMOTE_MASTER {
                 0 => all.push(group),
                 _ => columns.push((block_of_group.link(6), group)),
@@ -115,7 +108,7 @@ fn group_of<R: Read + Seek>(
     source: &mut Source<R>,
     block: &Block,
     data_group: &Block,
-    others: &Arc<[(u64, Option<u64>)]>,
+    lengths: &Lengths,
     count: &mut usize,
 ) -> Result<Group, LogError> {
     let mut channels = Vec::new();
@@ -130,9 +123,9 @@ fn group_of<R: Read + Seek>(
         number: block.u64(0),
         value_bytes: u64::from(block.u32(24)),
         invalid_bytes: u64::from(block.u32(28)),
-        others: Arc::clone(others),
+        lengths: Arc::clone(lengths),
     };
-    let name = source.whole_text(block.link(2))?;
+    let name = source.text(block.link(2))?;
     Ok(Group { name, channels, records: block.u64(8), parts: vec![part] })
 }
 
@@ -141,14 +134,14 @@ fn channel_of<R: Read + Seek>(
     channel: &Block,
 ) -> Result<Channel, LogError> {
     let is_master = matches!(channel.u8(0), CN_MASTER | CN_VIRTUAL_MASTER);
-    let mut unit = source.whole_text(channel.link(6))?;
+    let mut unit = source.text(channel.link(6))?;
     let conversion = channel.link(4);
     if unit.is_empty() && conversion != 0 {
         let conversion = source.block(conversion, "##CC")?;
-        unit = source.whole_text(conversion.link(1))?;
+        unit = source.text(conversion.link(1))?;
     }
     Ok(Channel {
-        name: source.whole_text(channel.link(2))?,
+        name: source.text(channel.link(2))?,
         unit,
         is_time: is_master && channel.u8(1) == SYNC_TIME,
         address: channel.address,

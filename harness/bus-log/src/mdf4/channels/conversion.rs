@@ -153,7 +153,7 @@ impl Meaning {
             return Ok(Self::Number(Conversion::Same));
         }
         if source.any_block(address)?.mark() != b"##CC" {
-            return source.whole_text(address).map(Self::Text);
+            return source.text(address).map(Self::Text);
         }
         let Some(depth) = depth.checked_sub(1) else {
             let defect = Defect::new("conversions that lead to an end", b"more of them");

@@ -95,7 +95,7 @@ impl<R: Read + Seek> Reader<R> {
             return Err(source.malformed(address, defect).into());
         }
         let records = parts.into_iter().map(|part| Records::of(part, source, *is_unfinished));
-        let mut records: Vec<Records<'_>> = records.collect::<Result<_, _>>()?;
+        let mut records: Vec<Records> = records.collect::<Result<_, _>>()?;
         let mut count = 0;
         loop {
             let next = records.iter_mut().map(|part| part.next(source));
