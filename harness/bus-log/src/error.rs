@@ -138,6 +138,11 @@ impl LogError {
         self
     }
 
+    /// Whether a file ends too early.
+    pub(super) const fn is_cut(&self) -> bool {
+        matches!(self, Self::Malformed { defect: Defect { is_cut: true, .. }, .. })
+    }
+
     pub(super) fn before_1970(path: &Path, format: Format) -> Self {
         Self::Before1970 { path: path.to_owned(), format }
     }

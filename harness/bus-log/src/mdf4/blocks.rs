@@ -159,9 +159,13 @@ impl Block {
         &self.mark
     }
 
-    /// Whether this compressed block has been a `DT` block: it says so first.
-    pub(super) fn is_of_records(&self) -> bool {
-        self.data[..self.known].starts_with(b"DT")
+    /// Bytes of records in this block: in `DT`, or in a compressed block that has been one, as it says first.
+    pub(super) fn record_bytes(&self) -> Option<u64> {
+        match &self.mark {
+            b"##DT" => Some(self.length - BLOCK_HEAD_BYTES as u64),
+            b"##DZ" if self.bytes(0) == *b"DT" => Some(self.u64(8)),
+            _ => None,
+        }
     }
 
     /// The link of that number from 0; zero if the block has fewer.

@@ -2,8 +2,8 @@
 
 use super::super::BUFFER_BYTES;
 use super::super::error::{Defect, LogError};
+use super::BLOCK_HEAD_BYTES;
 use super::blocks::{Block, Source};
-use super::{BLOCK_HEAD_BYTES, IDENTIFICATION_BYTES};
 use flate2::{Decompress, FlushDecompress, Status};
 use std::io::{Read, Seek};
 
@@ -25,8 +25,15 @@ pub(super) struct Chain {
     /// The last block of an unfinished file extends to its end.
     unfinished: bool,
     content: Content,
-    /// Where the next block may be, if the list of the blocks is lost: they are found as they lie in the file.
-    lost: Option<u64>,
+    lost: Option<Lost>,
+}
+
+/// Blocks whose list is lost.
+#[derive(Debug)]
+struct Lost {
+    blocks: std::vec::IntoIter<u64>,
+    /// The place behind what is known.
+    end: u64,
 }
 
 /// What the blocks are read for.
@@ -86,9 +93,11 @@ impl Chain {
         }
     }
 
-    /// All data of the file, whose list lay at that address, beyond the place where the file was cut.
-    pub(super) fn without_list(address: u64) -> Self {
-        Self { lost: Some(IDENTIFICATION_BYTES as u64), ..Self::new(address, false) }
+    /// The data in these blocks, whose list lay at that address, beyond the place where the file was cut. No more is known
+    /// of them from `end` on.
+    pub(super) fn without_list(address: u64, blocks: Vec<u64>, end: u64) -> Self {
+        let lost = Some(Lost { blocks: blocks.into_iter(), end });
+        Self { lost, ..Self::new(address, false) }
     }
 
     pub(super) const fn began(&self) -> u64 {
@@ -135,27 +144,10 @@ impl Chain {
 
     /// Advances to the next block; `false` at the end.
     fn open<R: Read + Seek>(&mut self, source: &mut Source<R>) -> Result<bool, LogError> {
-        while let Some(address) = self.lost {
-            // At the end of what is whole this says that the file is cut.
-            let block = source.any_block(address)?;
-            self.began = address;
-            let end = address.saturating_add(block.length);
-            self.lost = Some(end.checked_next_multiple_of(8).unwrap_or(u64::MAX));
-            match block.mark() {
-                b"##DT" => {
-                    let left = block.length - BLOCK_HEAD_BYTES as u64;
-                    let at = address + BLOCK_HEAD_BYTES as u64;
-                    self.piece = Piece::Stored { at, left, to_end: false };
-                    return Ok(true);
-                }
-                b"##DZ" if block.is_of_records() => {
-                    self.piece = compressed(&block, source)?;
-                    return Ok(true);
-                }
-                _ => {}
-            }
-        }
-        let address = if self.list.left > 0 {
+        let address = if let Some(lost) = &mut self.lost {
+            let defect = || Defect::new("the list of the blocks", b"the end of the file").cut();
+            lost.blocks.next().ok_or_else(|| source.malformed(lost.end, defect()))?
+        } else if self.list.left > 0 {
             let mut link = [0; 8];
             if source.at(self.list.links_at, &mut link)? < link.len() {
                 return Err(source.cut(self.list.links_at));

@@ -39,12 +39,12 @@ pub(super) enum Records {
     Other,
 }
 
-/// Reads the data groups of a file that have frames.
+/// Reads the data groups of a file that have frames. Returns whether others have data, too.
 pub(super) fn all<R: Read + Seek>(
     source: &mut Source<R>,
     first: u64,
-) -> Result<Vec<DataGroup>, LogError> {
-    let (mut all, mut channels) = (Vec::new(), 0);
+) -> Result<(Vec<DataGroup>, bool), LogError> {
+    let (mut all, mut has_others, mut channels) = (Vec::new(), false, 0);
     walk::data_groups(source, first, |source, block, groups| {
         let lengths = lengths(&groups);
         let groups = groups.iter().map(|group| group_of(source, group, &mut channels));
@@ -55,10 +55,12 @@ pub(super) fn all<R: Read + Seek>(
             let number_bytes = usize::from(block.u8(0));
             all.push(DataGroup { data: block.link(2), number_bytes, lengths, groups });
             walk::bounded(source, block.address, all.len(), STREAMS_MAX)?;
+        } else {
+            has_others |= block.link(2) != 0;
         }
         Ok(())
     })?;
-    Ok(all)
+    Ok((all, has_others))
 }
 
 fn group_of<R: Read + Seek>(

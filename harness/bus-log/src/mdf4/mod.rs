@@ -14,6 +14,9 @@
 //! The writer makes sorted groups, compressed by deflate: `HL`, `DL` and `DZ` blocks. Times are whole nanoseconds since
 //! the start of the measurement, with a conversion to seconds.
 //!
+//! Of a file that was cut, what its groups have before the cut is read; the entries of a group that had not been written
+//! then are missing among them.
+//!
 //! The reader handles sorted and unsorted groups in `DT`, `DZ` (deflate, transposed or not), `DL` and `HL` blocks; data
 //! of fixed and of variable length (`SD`, or a separate group); files of loggers that lost power before they finished
 //! them. Groups are recognized by the names of their channels; others are skipped. Entries of several groups are merged
@@ -39,6 +42,7 @@ mod frames;
 mod groups;
 mod head;
 mod laid;
+mod lost;
 mod opening;
 mod output;
 mod read;

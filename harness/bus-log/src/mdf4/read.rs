@@ -4,8 +4,8 @@ use super::super::ReadEntries;
 use super::super::entry::Entry;
 use super::super::error::{Defect, LogError};
 use super::blocks::Source;
-use super::chain::Chain;
-use super::groups::{self, DataGroup};
+use super::groups;
+use super::lost;
 use super::opening::{Opened, open};
 use super::stream::Stream;
 use std::fmt;
@@ -21,6 +21,8 @@ pub(crate) struct Reader<R: Read + Seek> {
     heads: Vec<Option<Entry>>,
     /// Streams whose next entry is not read yet.
     unknown: Vec<usize>,
+    /// Why a stream ended too early: told behind what the others have.
+    cut: Option<LogError>,
 }
 
 impl<R: Read + Seek> Reader<R> {
@@ -35,31 +37,29 @@ impl<R: Read + Seek> Reader<R> {
             let defect = Defect::new("a begin before 2262", header.u64(0).to_string().as_bytes());
             return Err(source.malformed(header.address, defect));
         };
-        let groups = groups::all(&mut source, header.link(0))?;
-        // Whose data they are is certain if only one group has any.
-        let is_alone = groups.iter().filter(|group| group.data != 0).count() == 1;
-        let mut stream = |group: DataGroup| {
-            let data = match is_alone && group.data > 0 && source.any_block(group.data).is_err() {
-                true => Chain::without_list(group.data),
-                false => Chain::new(group.data, is_unfinished),
-            };
-            Stream::new(data, group, began, is_unfinished)
-        };
-        let streams: Vec<_> = groups.into_iter().map(&mut stream).collect();
+        let (groups, has_others) = groups::all(&mut source, header.link(0))?;
+        let chains = lost::chains(&mut source, (&groups, has_others), is_unfinished)?;
+        let streams = groups.into_iter().zip(chains);
+        let streams = streams.map(|(group, data)| Stream::new(data, group, began, is_unfinished));
+        let streams: Vec<_> = streams.collect();
         let heads = streams.iter().map(|_| None).collect();
         let unknown = (0..streams.len()).collect();
-        Ok(Self { source, streams, heads, unknown })
+        Ok(Self { source, streams, heads, unknown, cut: None })
     }
 }
 
 impl<R: Read + Seek + fmt::Debug> ReadEntries for Reader<R> {
     fn read(&mut self) -> Result<Option<Entry>, LogError> {
         for index in self.unknown.drain(..) {
-            self.heads[index] = self.streams[index].next(&mut self.source)?;
+            match self.streams[index].next(&mut self.source) {
+                Ok(head) => self.heads[index] = head,
+                Err(error) if error.is_cut() => _ = self.cut.get_or_insert(error),
+                Err(error) => return Err(error),
+            }
         }
         let times = self.heads.iter().enumerate();
         let times = times.filter_map(|(index, head)| head.map(|head| (head.at, index)));
-        let Some((_, index)) = times.min() else { return Ok(None) };
+        let Some((_, index)) = times.min() else { return self.cut.take().map_or(Ok(None), Err) };
         self.unknown.push(index);
         Ok(self.heads[index].take())
     }
