@@ -19,13 +19,23 @@ pub struct Entry {
     pub payload: Payload,
 }
 
-/// Direction, seen from the logging node.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Direction {
-    /// The node received it.
-    Rx,
-    /// The node sent it.
-    Tx,
+wire::tabled! {
+    /// Direction, seen from the logging node, in the order of its numbers in logs.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Direction {
+        /// The node received it.
+        Rx = "Rx",
+        /// The node sent it.
+        Tx = "Tx",
+    }
+    /// Its word in logs.
+    pub(super) fn word() -> &'static str
+}
+
+impl Direction {
+    pub(super) fn of_word(word: &[u8]) -> Option<Self> {
+        Self::ALL.into_iter().find(|direction| direction.word().as_bytes() == word)
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -73,6 +73,14 @@ pub(super) fn push_bytes(text: &mut Vec<u8>, bytes: &[u8]) {
     }
 }
 
+/// Appends each byte with a blank before it.
+pub(super) fn push_spaced(text: &mut Vec<u8>, bytes: &[u8]) {
+    for byte in bytes {
+        text.push(b' ');
+        push_bytes(text, &[*byte]);
+    }
+}
+
 pub(super) fn push_number(text: &mut Vec<u8>, number: u32, digits: u32) {
     for index in (0..digits).rev() {
         text.push(DIGITS[(number >> (4 * index) & 0xf) as usize]);

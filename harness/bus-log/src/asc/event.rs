@@ -51,7 +51,8 @@ pub(super) fn parse(text: &[u8], base: Base) -> Result<Option<OnBus>, Defect> {
     if is_error_frame(name) {
         return Ok(Some((channel, None, Payload::Error(ErrorFrame::BUS_ERROR))));
     }
-    let Some(direction) = direction(words.next()) else { return Ok(None) };
+    // `TxRq` is a frame that is still to be sent.
+    let Some(direction) = Direction::of_word(words.next()) else { return Ok(None) };
     let id = identifier(name, base)?;
     let payload = match words.next() {
         b"d" | b"D" => data_frame(id, &mut words, base)?,
@@ -68,15 +69,6 @@ fn is_error_frame(word: &[u8]) -> bool {
 fn channel(word: &[u8]) -> Option<Channel> {
     let number = hex::decimal(word).and_then(|number| u32::try_from(number).ok())?;
     numbers::channel(number)
-}
-
-/// `None` for `TxRq`, a frame that is still to be sent.
-fn direction(word: &[u8]) -> Option<Direction> {
-    match word {
-        b"Rx" => Some(Direction::Rx),
-        b"Tx" => Some(Direction::Tx),
-        _ => None,
-    }
 }
 
 fn identifier(word: &[u8], base: Base) -> Result<Id, Defect> {
@@ -133,7 +125,7 @@ fn fd(words: &mut Words<'_>, base: Base) -> Result<OnBus, Defect> {
     let word = words.next();
     let channel = channel(word).ok_or_else(|| Defect::new("a channel from 1", word))?;
     let word = words.next();
-    let direction = direction(word).ok_or_else(|| Defect::new("`Rx` or `Tx`", word))?;
+    let direction = Direction::of_word(word).ok_or_else(|| Defect::new("`Rx` or `Tx`", word))?;
     let word = words.next();
     if is_error_frame(word) {
         return Ok((channel, Some(direction), Payload::Error(ErrorFrame::BUS_ERROR)));
@@ -162,17 +154,15 @@ fn fd(words: &mut Words<'_>, base: Base) -> Result<OnBus, Defect> {
     // Without flags, or with none set as in older files, the event is a CAN FD frame, as its name says.
     let flags = hex::number(words.next()).filter(|flags| *flags != 0).unwrap_or(EDL);
     let data = &data[..length];
-    let payload = if flags & EDL != 0 {
-        let flags = FdFlags { bit_rate_switch, error_state };
-        CanFrame::fd(id, flags, data).map(Payload::Frame)
+    let frame = if flags & EDL != 0 {
+        CanFrame::fd(id, FdFlags { bit_rate_switch, error_state }, data)
     } else if flags & RTR != 0 {
-        CanFrame::new_remote(id, usize::from(*nominal).min(DATA_BYTES_MAX)).map(Payload::Frame)
+        CanFrame::new_remote(id, usize::from(*nominal).min(DATA_BYTES_MAX))
     } else {
-        CanFrame::new(id, data).map(Payload::Frame)
+        CanFrame::new(id, data)
     };
-    let payload =
-        payload.ok_or_else(|| Defect::new("a length that such a frame can have", word))?;
-    Ok((channel, Some(direction), payload))
+    let frame = frame.ok_or_else(|| Defect::new("a length that such a frame can have", word))?;
+    Ok((channel, Some(direction), Payload::Frame(frame)))
 }
 
 fn flag(words: &mut Words<'_>) -> Result<bool, Defect> {

@@ -48,16 +48,17 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
         let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
         self.line.clear();
         let line = &mut self.line;
+        let way = entry.direction.unwrap_or(Direction::Rx).word();
         let written =
             write!(line, "{seconds:4}.{micros:06} ").and_then(|()| match &entry.payload {
                 Payload::Frame(frame) => {
                     if let Some(flags) = frame.fd_flags() {
-                        return fd(line, number, entry.direction, frame, flags);
+                        return fd(line, number, way, frame, flags);
                     }
-                    let (id, way) = (Identifier(frame.id()), way(entry.direction));
+                    let id = Identifier(frame.id());
                     let kind = if frame.is_remote() { 'r' } else { 'd' };
                     write!(line, "{number}  {id:<15} {way:<4} {kind} {:x}", frame.dlc())?;
-                    push_spaced(line, frame.data());
+                    hex::push_spaced(line, frame.data());
                     Ok(())
                 }
                 Payload::Error(_) => write!(line, "{number}  ErrorFrame"),
@@ -90,36 +91,22 @@ impl<W: Write> Writer<W> {
     }
 }
 
-const fn way(direction: Option<Direction>) -> &'static str {
-    match direction {
-        Some(Direction::Tx) => "Tx",
-        Some(Direction::Rx) | None => "Rx",
-    }
-}
-
 /// Duration, bits on the wire, CRC and bit timing are unknown here: zero, as in python-can.
 fn fd(
     line: &mut Vec<u8>,
     number: usize,
-    direction: Option<Direction>,
+    way: &str,
     frame: &CanFrame,
     flags: FdFlags,
 ) -> io::Result<()> {
-    let (id, way, name) = (Identifier(frame.id()), way(direction), "");
+    let (id, name) = (Identifier(frame.id()), "");
     let (brs, esi) = (flags.bit_rate_switch, flags.error_state);
     let flags = EDL | if brs { BRS } else { 0 } | if esi { ESI } else { 0 };
     let (brs, esi, dlc, length) = (u8::from(brs), u8::from(esi), frame.dlc(), frame.data().len());
     write!(line, "CANFD {number:>3} {way:<4} {id:>8}  {name:>32} {brs} {esi} {dlc:x} {length:>2}")?;
-    push_spaced(line, frame.data());
+    hex::push_spaced(line, frame.data());
     write!(line, " {:>8} {:>4} {flags:>8X}", 0, 0)?;
     (0..5).try_for_each(|_| write!(line, " {:>8}", 0))
-}
-
-fn push_spaced(line: &mut Vec<u8>, bytes: &[u8]) {
-    for byte in bytes {
-        line.push(b' ');
-        hex::push_bytes(line, &[*byte]);
-    }
 }
 
 /// Hexadecimal, with an `x` after an extended identifier.

@@ -1,6 +1,6 @@
 //! One object of a BLF file.
 
-use super::super::entry::{Channel, Direction, ErrorFrame, Payload};
+use super::super::entry::{Direction, Entry, ErrorFrame, Payload};
 use super::super::error::Defect;
 use super::super::numbers;
 use super::{
@@ -10,6 +10,7 @@ use super::{
 };
 use embedded_can::Frame as _;
 use wire::can::{self, CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, FD_LENGTHS, FdFlags};
+use wire::time::Timestamp;
 
 /// Most bytes of an object that describe a frame: head, 40 bytes and the data.
 pub(super) const OBJECT_BYTES_MAX: usize = 512;
@@ -34,14 +35,6 @@ pub(super) const fn is_of_can(kind: u32) -> bool {
             | CAN_ERROR_EXT
             | CAN_FD_ERROR_64
     )
-}
-
-/// Contents of an object: nanoseconds since the start of the measurement, and the rest of an entry.
-pub(super) struct Object {
-    pub(super) since_begin: u64,
-    pub(super) channel: Channel,
-    pub(super) direction: Option<Direction>,
-    pub(super) payload: Payload,
 }
 
 /// Bytes of an object, read by offset.
@@ -78,8 +71,9 @@ struct Frame<'a> {
     data: &'a [u8],
 }
 
-/// Parses an object with its head, up to [`OBJECT_BYTES_MAX`]; `None` for a frame that is still to be sent.
-pub(super) fn parse(kind: u32, object: &[u8]) -> Result<Option<Object>, Defect> {
+/// Parses an object with its head, up to [`OBJECT_BYTES_MAX`], of a measurement that began then, nanoseconds since 1970;
+/// `None` for a frame that is still to be sent.
+pub(super) fn parse(kind: u32, object: &[u8], began: i64) -> Result<Option<Entry>, Defect> {
     let whole = Bytes(object);
     let head_bytes = usize::from(whole.u16(4)?);
     let flags = whole.u32(OBJECT_BASE_BYTES)?;
@@ -105,24 +99,21 @@ pub(super) fn parse(kind: u32, object: &[u8]) -> Result<Option<Object>, Defect> 
         CAN_MESSAGE | CAN_MESSAGE2 => classic(&body)?,
         CAN_FD_MESSAGE => fd(&body)?,
         CAN_FD_MESSAGE_64 => {
-            let Some(direction) = direction_64(body.u8(34)?) else { return Ok(None) };
-            (Some(direction), fd_64(&body, head_bytes)?)
+            let direction = Direction::ALL.get(usize::from(body.u8(34)?));
+            let Some(direction) = direction else { return Ok(None) };
+            (Some(*direction), fd_64(&body, head_bytes)?)
         }
         _ => (None, Payload::Error(ErrorFrame::BUS_ERROR)),
     };
-    Ok(Some(Object { since_begin, channel, direction, payload }))
+    let at = began.checked_add_unsigned(since_begin).ok_or_else(|| {
+        let found = format!("{since_begin} ns since the begin");
+        Defect::new("a time before 2262", found.as_bytes())
+    })?;
+    Ok(Some(Entry { at: Timestamp::from_nanos(at), channel, direction, payload }))
 }
 
 const fn direction(flags: u8) -> Option<Direction> {
     Some(if flags & SENT == 0 { Direction::Rx } else { Direction::Tx })
-}
-
-const fn direction_64(number: u8) -> Option<Direction> {
-    match number {
-        0 => Some(Direction::Rx),
-        1 => Some(Direction::Tx),
-        _ => None,
-    }
 }
 
 /// channel 2, flags 1, data length code 1, identifier 4, data 8

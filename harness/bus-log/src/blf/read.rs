@@ -10,7 +10,6 @@ use super::{BEGAN_AT, OBJECT_BASE_BYTES, OBJECT_MARK, date};
 use std::fmt;
 use std::io::Read;
 use std::path::Path;
-use wire::time::Timestamp;
 
 /// The entries of a BLF file.
 #[derive(Debug)]
@@ -82,23 +81,13 @@ impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
             if !self.has(known)? {
                 return Err(self.cut());
             }
-            let object = object::parse(kind, &self.window.bytes()[..known]);
-            let object = object.map_err(|defect| self.containers.malformed(defect))?;
+            let entry = object::parse(kind, &self.window.bytes()[..known], self.began);
+            let entry = entry.map_err(|defect| self.containers.malformed(defect))?;
             self.skip(length)?;
-            let Some(object) = object else {
-                self.passed_over += 1;
-                continue;
-            };
-            let at = self.began.checked_add_unsigned(object.since_begin).ok_or_else(|| {
-                let found = format!("{} ns since the begin", object.since_begin);
-                self.containers.malformed(Defect::new("a time before 2262", found.as_bytes()))
-            })?;
-            return Ok(Some(Entry {
-                at: Timestamp::from_nanos(at),
-                channel: object.channel,
-                direction: object.direction,
-                payload: object.payload,
-            }));
+            if entry.is_some() {
+                return Ok(entry);
+            }
+            self.passed_over += 1;
         }
         Ok(None)
     }

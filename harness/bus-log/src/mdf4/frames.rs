@@ -59,11 +59,8 @@ impl Frames {
         let channel = number(self.channel)
             .map_or(Some(Channel::CAN0), of_bus)
             .ok_or_else(|| Defect::new("a bus of at most 32 bits", b"another"))?;
-        let direction = match number(self.direction) {
-            Some(0) => Some(Direction::Rx),
-            Some(1) => Some(Direction::Tx),
-            _ => None,
-        };
+        let direction = number(self.direction).and_then(|way| usize::try_from(way).ok());
+        let direction = direction.and_then(|way| Direction::ALL.get(way)).copied();
         let (direction, payload) = match self.kind {
             Kind::Error => (None, Payload::Error(ErrorFrame::BUS_ERROR)),
             Kind::Data | Kind::Remote => (direction, self.frame(record, variable)?),

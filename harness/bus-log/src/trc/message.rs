@@ -1,19 +1,12 @@
 //! One message of a TRC file.
 
-use super::super::entry::{Channel, Direction, ErrorFrame, Payload};
+use super::super::entry::{Channel, Direction, Entry, ErrorFrame, Payload};
 use super::super::error::Defect;
 use super::super::{hex, numbers};
 use super::head::Column;
 use embedded_can::Frame as _;
 use wire::can::{self, CanFrame, DATA_BYTES_MAX, FD_BYTES_MAX, FD_LENGTHS, FdFlags, Id};
-
-/// Contents of a line: milliseconds since the start as nanoseconds, and the rest of an entry.
-pub(super) struct Message {
-    pub(super) since_start: i64,
-    pub(super) channel: Channel,
-    pub(super) direction: Option<Direction>,
-    pub(super) payload: Payload,
-}
+use wire::time::Timestamp;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -35,8 +28,9 @@ struct Words<'a> {
     data: &'a [u8],
 }
 
-/// Parses the message of a line; `None` if it is not a frame of a CAN bus.
-pub(super) fn parse(line: &[u8], columns: &[Column]) -> Result<Option<Message>, Defect> {
+/// Parses the message of a line in a log that began then, nanoseconds since 1970; `None` if it is not a frame of a CAN
+/// bus.
+pub(super) fn parse(line: &[u8], columns: &[Column], began: i64) -> Result<Option<Entry>, Defect> {
     let mut words = Words {
         channel: Channel::CAN0,
         kind: Kind::Classic,
@@ -72,7 +66,10 @@ pub(super) fn parse(line: &[u8], columns: &[Column]) -> Result<Option<Message>, 
             Column::Identifier if words.kind == Kind::Other => return Ok(None),
             Column::Identifier if words.kind == Kind::Error => break,
             Column::Identifier => words.identifier = word,
-            Column::Direction => words.direction = Some(direction(word)?),
+            Column::Direction => {
+                let direction = Direction::of_word(word);
+                words.direction = Some(direction.ok_or_else(|| Defect::new("`Rx` or `Tx`", word))?);
+            }
             Column::Code => words.length = (word, true),
             Column::Length => words.length = (word, false),
             Column::Other | Column::Data => {}
@@ -80,15 +77,17 @@ pub(super) fn parse(line: &[u8], columns: &[Column]) -> Result<Option<Message>, 
     }
     let Some(payload) = words.payload()? else { return Ok(None) };
     let direction = words.direction.filter(|_| !matches!(payload, Payload::Error(_)));
-    Ok(Some(Message { since_start, channel: words.channel, direction, payload }))
+    let at = began.checked_add(since_start);
+    let at = at.ok_or_else(|| Defect::new("a time before 2262", line))?;
+    let (at, channel) = (Timestamp::from_nanos(at), words.channel);
+    Ok(Some(Entry { at, channel, direction, payload }))
 }
 
 /// In versions before 2.0 the type includes the direction.
 fn kind(word: &[u8]) -> Result<(Kind, Option<Direction>), Defect> {
     let fd = |bit_rate_switch, error_state| Kind::Fd(FdFlags { bit_rate_switch, error_state });
     Ok(match word {
-        b"Rx" => (Kind::Classic, Some(Direction::Rx)),
-        b"Tx" => (Kind::Classic, Some(Direction::Tx)),
+        b"Rx" | b"Tx" => (Kind::Classic, Direction::of_word(word)),
         b"DT" => (Kind::Classic, None),
         b"RR" => (Kind::Remote, None),
         b"FD" => (fd(false, false), None),
@@ -99,14 +98,6 @@ fn kind(word: &[u8]) -> Result<(Kind, Option<Direction>), Defect> {
         b"ST" | b"EC" | b"EV" | b"Warng" => (Kind::Other, None),
         other => return Err(Defect::new("a type of message such as `DT`, `FD` or `Rx`", other)),
     })
-}
-
-fn direction(word: &[u8]) -> Result<Direction, Defect> {
-    match word {
-        b"Rx" => Ok(Direction::Rx),
-        b"Tx" => Ok(Direction::Tx),
-        other => Err(Defect::new("`Rx` or `Tx`", other)),
-    }
 }
 
 impl Words<'_> {

@@ -9,7 +9,6 @@ use super::message;
 use std::fmt;
 use std::io::Read;
 use std::path::Path;
-use wire::time::Timestamp;
 
 /// The entries of a TRC file.
 #[derive(Debug)]
@@ -37,18 +36,9 @@ impl<R: Read> Reader<R> {
         }
         let columns = self.head.columns.as_deref();
         let columns = columns.ok_or_else(|| Defect::new("`;$COLUMNS=` before messages", line))?;
-        let Some(message) = message::parse(line, columns)? else {
-            self.passed_over += 1;
-            return Ok(None);
-        };
-        let at = self.head.began.checked_add(message.since_start);
-        let at = at.ok_or_else(|| Defect::new("a time before 2262", line))?;
-        Ok(Some(Entry {
-            at: Timestamp::from_nanos(at),
-            channel: message.channel,
-            direction: message.direction,
-            payload: message.payload,
-        }))
+        let entry = message::parse(line, columns, self.head.began)?;
+        self.passed_over += u64::from(entry.is_none());
+        Ok(entry)
     }
 }
 

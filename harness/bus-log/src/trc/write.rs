@@ -52,10 +52,7 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
         self.messages += 1;
         let since = micros.saturating_sub(began);
         let (millis, micros) = (since / 1_000, since % 1_000);
-        let way = match entry.direction {
-            Some(Direction::Tx) => "Tx",
-            Some(Direction::Rx) | None => "Rx",
-        };
+        let way = entry.direction.unwrap_or(Direction::Rx).word();
         let (kind, id, length) = match &entry.payload {
             Payload::Frame(frame) => (kind(frame), Some(frame.id()), frame.length()),
             // Kind of error, direction, position in the frame and counters are unknown.
@@ -73,9 +70,9 @@ impl<W: Write + fmt::Debug> WriteEntries for Writer<W> {
         }
         write!(self.line, " {way} -  {length:<4}")?;
         match &entry.payload {
-            Payload::Frame(frame) => push_spaced(&mut self.line, frame.data()),
+            Payload::Frame(frame) => hex::push_spaced(&mut self.line, frame.data()),
             // "Other" errors in PEAK's list.
-            _ => push_spaced(&mut self.line, &[8, 0, 0, 0, 0]),
+            _ => hex::push_spaced(&mut self.line, &[8, 0, 0, 0, 0]),
         }
         self.line.extend(b"\r\n");
         self.out.write_all(&self.line)?;
@@ -126,12 +123,5 @@ const fn kind(frame: &CanFrame) -> &'static str {
             (false, true) => "FE",
             (true, true) => "BI",
         },
-    }
-}
-
-fn push_spaced(line: &mut Vec<u8>, bytes: &[u8]) {
-    for byte in bytes {
-        line.push(b' ');
-        hex::push_bytes(line, &[*byte]);
     }
 }
