@@ -75,7 +75,7 @@ impl<R: Read + Seek> Container<R> {
     }
 
     /// Tells a visitor what a bag contains.
-    pub(super) fn visit<V: Visitor>(&mut self, visitor: &mut V) -> Result<(), Stop<V::Error>> {
+    pub(super) fn visit(&mut self, visitor: &mut impl Visitor) -> Result<(), Stop> {
         match self {
             Self::Database(database) => database.visit(visitor),
             Self::Records(Records { input, format, begin }) => {
@@ -92,7 +92,7 @@ fn walk<R: Read + Seek, V: Visitor>(
     format: &mut Format,
     chunk: Option<u64>,
     visitor: &mut V,
-) -> Result<(), Stop<V::Error>> {
+) -> Result<(), Stop> {
     // In ROS 1, connections outside of chunks are the index.
     let mut in_index = matches!(format, Format::Ros1 { .. }) && chunk.is_none();
     while input.at() < input.end() {

@@ -1,5 +1,6 @@
 //! What a bag contains, whatever its format.
 
+use super::super::error::DatasetError;
 use super::decode::Encoding;
 use super::input::Fault;
 use std::fmt;
@@ -84,16 +85,14 @@ impl fmt::Display for Place {
 
 /// What ends the reading of a bag early.
 #[derive(Debug)]
-pub(super) enum Stop<E> {
+pub(super) enum Stop {
     Fault(Place, Fault),
     /// By the visitor.
-    Told(E),
+    Told(DatasetError),
 }
 
 /// Receives the content of a bag.
 pub(super) trait Visitor {
-    type Error;
-
     /// A connection, which may come several times.
     fn connection(&mut self, id: u32, connection: Connection, in_index: bool) {
         let _ = (id, connection, in_index);
@@ -112,5 +111,5 @@ pub(super) trait Visitor {
         connection: u32,
         time: u64,
         data: &[u8],
-    ) -> Result<(), Self::Error>;
+    ) -> Result<(), DatasetError>;
 }

@@ -124,7 +124,7 @@ impl Bag {
     }
 
     /// Why the reading ended early, if this is no error.
-    fn ended(&self, found: Result<(), Stop<DatasetError>>) -> Result<Option<String>, DatasetError> {
+    fn ended(&self, found: Result<(), Stop>) -> Result<Option<String>, DatasetError> {
         match found {
             Ok(()) => Ok(None),
             Err(Stop::Told(error)) => Err(error),
@@ -199,8 +199,6 @@ struct Values<'a, 'b> {
 }
 
 impl Visitor for Values<'_, '_> {
-    type Error = DatasetError;
-
     fn wants_messages_of(&self, connection: u32) -> bool {
         self.topics.of_connection(connection) == Some(self.number)
     }

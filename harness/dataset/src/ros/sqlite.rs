@@ -81,7 +81,7 @@ impl Database {
         }))
     }
 
-    pub(super) fn visit<V: Visitor>(&self, visitor: &mut V) -> Result<(), Stop<V::Error>> {
+    pub(super) fn visit(&self, visitor: &mut impl Visitor) -> Result<(), Stop> {
         let mut last = None;
         let fail = |place, error| Stop::Fault(place, fault(&error, self.is_cut));
         for (id, connection) in

@@ -99,8 +99,6 @@ impl Topics {
 }
 
 impl Visitor for Topics {
-    type Error = DatasetError;
-
     fn connection(&mut self, id: u32, connection: Connection, in_index: bool) {
         self.indexed = self.indexed.saturating_add(in_index.into());
         self.connections.entry(id).or_insert(connection);
