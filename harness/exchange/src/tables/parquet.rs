@@ -36,6 +36,7 @@ pub struct ParquetTable<W: Write + Send> {
 /// Buffered values of a column, and which rows have one.
 #[derive(Debug)]
 struct Kept {
+    kind: Kind,
     present: Vec<i16>,
     values: Values,
 }
@@ -116,7 +117,7 @@ impl<W: Write + Send> ParquetTable<W> {
             let Some(mut column) = group.next_column()? else { break };
             kept.write(column.untyped())?;
             column.close()?;
-            kept.clear();
+            *kept = Kept::of(kept.kind);
         }
         group.close()?;
         (self.rows, self.text_bytes) = (0, 0);
@@ -132,7 +133,7 @@ impl Kept {
             Kind::Bool => Values::Bool(Vec::new()),
             Kind::Text => Values::Text(Vec::new()),
         };
-        Self { present: Vec::new(), values }
+        Self { kind, present: Vec::new(), values }
     }
 
     /// Adds a cell; returns its bytes of text.
@@ -171,16 +172,6 @@ impl Kept {
             _ => return Err(ParquetError::General("a column of another kind".to_owned())),
         }
         Ok(())
-    }
-
-    fn clear(&mut self) {
-        self.present.clear();
-        match &mut self.values {
-            Values::Float(values) => values.clear(),
-            Values::Integer(values) => values.clear(),
-            Values::Bool(values) => values.clear(),
-            Values::Text(values) => values.clear(),
-        }
     }
 }
 
