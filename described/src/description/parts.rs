@@ -1,4 +1,4 @@
-//! Parts that several sections have: times, and names of messages.
+//! Parts that several sections have: times, names of messages, and files.
 
 use crate::error::Mistake;
 use crate::files::Files;

@@ -1,5 +1,7 @@
 //! A line between nodes: both directions of a serial line, or a CAN bus that all ends receive.
 
+pub use crate::link::EndId;
+
 use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
 use described::{Layout, Sender};
 use plan::faults::Chance;
@@ -11,22 +13,6 @@ use wire::can::{BitRates, Id};
 use wire::device::{PortId, Transmit};
 use wire::serial::SerialSettings;
 use wire::time::{Span, Timestamp};
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EndId(pub u8);
-
-impl EndId {
-    /// A node that a fault put on the bus.
-    pub(crate) const STRANGER: Self = Self(u8::MAX);
-
-    pub fn of(place: usize) -> Self {
-        Self(u8::try_from(place).unwrap_or(u8::MAX))
-    }
-
-    pub const fn place(self) -> usize {
-        self.0 as usize
-    }
-}
 
 /// An end: its node, the port there, and the sender's name in the record.
 #[derive(Debug, Clone)]

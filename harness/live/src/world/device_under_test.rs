@@ -3,14 +3,14 @@
 
 use super::clock::Clock;
 use super::error::StartError;
+use super::heard::Heard;
 use super::in_process::{Crossing, InProcess};
 use super::ports::{BASE, GYRO, Wiring};
-use super::role_port::PortEvent;
 use crate::attached::{AttachError, AttachedDevice, AttachedEvent};
 use crate::command::fill;
 use crate::process::{DeviceProcess, ProcessEvent, ReportedLine, Unread};
 use controller::config::Config;
-use controller::mission::{Mission, Report};
+use controller::mission::Mission;
 use plan::bench_file::AttachPlace;
 use ports::PortSpec;
 use ports::spec::SerialSpec;
@@ -48,21 +48,6 @@ impl fmt::Display for DeviceUnderTest {
             Self::Nodes => Ok(()),
         }
     }
-}
-
-pub(super) enum Heard {
-    Report(Report),
-    /// Bytes or frames were received; a report may follow.
-    Nothing,
-    Note(String),
-    /// A line that is not a report; there may be any number of them.
-    BadLine(String),
-    /// A line that should have been a report on which the run depends.
-    Misreport(String),
-    /// An event of a port of the in-process controller.
-    Port(&'static str, PortEvent),
-    Ended(String),
-    NodeEnded(String, String),
 }
 
 #[derive(Debug)]

@@ -1,8 +1,8 @@
 //! Our controller in the process of the harness, on the ports that a separate process would open.
 
 use super::clock::Clock;
-use super::device_under_test::Heard;
 use super::error::StartError;
+use super::heard::Heard;
 use super::histogram::Histogram;
 use super::ports::{BASE, GYRO, Wiring, base_traffic, device};
 use super::role_port::{PortEvent, RolePort, Traffic, next};

@@ -1,7 +1,8 @@
 //! The programs of nodes under test in real time, each started with the ports of its lines.
 
-use super::device_under_test::{Heard, quoted};
+use super::device_under_test::quoted;
 use super::error::StartError;
+use super::heard::Heard;
 use super::ports::Wiring;
 use crate::command::fill;
 use crate::process::{DeviceProcess, ProcessEvent};

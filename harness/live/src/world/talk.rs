@@ -1,7 +1,8 @@
 //! What the device under test says.
 
 use super::LiveWorld;
-use super::device_under_test::{Heard, Running};
+use super::device_under_test::Running;
+use super::heard::Heard;
 use super::journal::note;
 use record::Device;
 use record::outcome::PortSide;

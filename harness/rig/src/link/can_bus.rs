@@ -9,7 +9,7 @@ mod waiting;
 pub use confinement::{ErrorCounters, ErrorState};
 pub use nodes::StateChange;
 
-use crate::line::EndId;
+use crate::link::end_id::EndId;
 use faulty::Faulty;
 use waiting::Waiting;
 use wire::can::{BitRates, CanFrame};

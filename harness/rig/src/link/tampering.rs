@@ -1,7 +1,7 @@
 //! Strikes one message of a node on its way to the line: as a whole, or its counter, its checksum or one of its
 //! signals. Everything else passes unchanged.
 
-use crate::line::EndId;
+use crate::link::end_id::EndId;
 use described::{Layout, Message, Sender};
 use emulators::fault::Switches;
 use plan::faults::{Chance, FaultKind};

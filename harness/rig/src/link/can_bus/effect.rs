@@ -1,6 +1,6 @@
 //! Effect of one fault on the frames of a bus.
 
-use crate::line::EndId;
+use crate::link::end_id::EndId;
 use crate::link::gilbert_elliott::GilbertElliott;
 use plan::faults::Chance;
 use plan::faults::FaultKind;

@@ -4,7 +4,7 @@ use super::CanBus;
 use super::confinement::{ErrorCounters, ErrorState};
 use super::effect::{Effect, Passed};
 use super::nodes::{Nodes, StateChange};
-use crate::line::EndId;
+use crate::link::end_id::EndId;
 use emulators::fault::{Switch, Switches};
 use plan::faults::Chance;
 use plan::faults::FaultKind;

@@ -1,7 +1,7 @@
 //! The nodes of a bus that count errors, and how they go bus-off and recover.
 
 use super::confinement::{ErrorCounters, ErrorState, RECESSIVE_BITS};
-use crate::line::EndId;
+use crate::link::end_id::EndId;
 use std::collections::VecDeque;
 use wire::time::{Span, Timestamp};
 

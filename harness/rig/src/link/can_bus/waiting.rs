@@ -1,6 +1,6 @@
 //! Frames that wait for the bus, in the order of arbitration.
 
-use crate::line::EndId;
+use crate::link::end_id::EndId;
 use std::collections::VecDeque;
 use wire::can::{CanFrame, Id};
 
