@@ -49,8 +49,11 @@ impl Controller {
             let moves = self.base.as_ref().is_some_and(BaseDriver::may_move);
             // A base that stopped by itself went no further.
             let stopped = motion.command_timed_out || motion.emergency_stop || motion.fault;
+            // What a moving base says after a silence may be as old as that.
+            let is_old = moves && self.is_unfollowed;
             let path = self.reckoning.displacement();
-            self.odometry_doubtful |= lags && !stopped && drive.fell_short(now, moves, path);
+            self.odometry_doubtful |=
+                lags && !stopped && !is_old && drive.fell_short(now, moves, path);
             self.broken_off = self.broken_off.filter(|_| moves);
         }
         if let Task::Drive(drive) = &self.task

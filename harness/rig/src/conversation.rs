@@ -31,8 +31,13 @@ impl Simulation {
             let Part::Controller(machine) = &mut self.rig.nodes[place].part else { return };
             let Some(report) = machine.host.guest.report() else {
                 machine.ask_due();
-                let news = machine.host.guest.news();
-                return news.into_iter().for_each(|news| self.hear_news(sink, place, news));
+                let Some(news) = machine.host.guest.news() else { return };
+                let may_go_on = matches!(news, News::Note(_));
+                self.hear_news(sink, place, news);
+                if may_go_on {
+                    continue;
+                }
+                return;
             };
             self.hear_report(sink, &report);
         }
@@ -43,7 +48,7 @@ impl Simulation {
     fn hear_news(&mut self, sink: &mut dyn RecordSink, place: usize, news: News) {
         let Self { now, rig, director, touched, .. } = self;
         match news {
-            News::Note(_) if director.talk.floods(*now) => {
+            News::Note(_) if director.talk.exceeds(*now) => {
                 director.engine.failed(*now, &Talk::why());
                 touched.0 |= Touched::PLAN;
             }
@@ -52,8 +57,6 @@ impl Simulation {
                     let kind = RecordKind::Note(note);
                     sink.record(Record { at: *now, device: Device::Controller, kind });
                 }
-                // There may be more news.
-                touched.node(place);
             }
             News::Misreport(what) => {
                 director.engine.failed(*now, &what);

@@ -27,6 +27,11 @@ impl Talk {
     /// Counts a report; returns whether it is one too many.
     pub fn floods(&mut self, now: Timestamp) -> bool {
         self.reports += 1;
+        self.exceeds(now)
+    }
+
+    /// Counts a report or another line; returns whether it is one too many.
+    pub fn exceeds(&mut self, now: Timestamp) -> bool {
         let (began, count) = self.window.get_or_insert((now, 0));
         if now - *began >= WINDOW {
             (*began, *count) = (now, 0);

@@ -4,6 +4,7 @@ use super::{Ending, Replayed, Setup, play};
 use bus_log::playable::Playable;
 use bus_log::{Channel, Entry, LogError, Payload};
 use ports::{FrameEvent, FramePort, PortLost, PortSpec};
+use skips::in_time;
 use std::future::{Future, pending, ready};
 use std::time::Duration;
 use wire::can::BitRates;
@@ -51,24 +52,27 @@ async fn user(adapter: &str) -> FramePort {
 
 #[test]
 fn every_frame_arrives_in_order_and_none_early() {
-    run(async {
-        let setup = setup("slcan-pty");
-        let mut port = opened(&setup.port).await;
-        let far = port.far_path().unwrap().to_owned();
-        let listen = async {
-            let mut user = user(&far).await;
-            for number in 0..FRAMES {
-                assert_eq!(user.receive().await, Ok(FrameEvent::Frame(frame(number))));
-            }
-            // Dropping it closes the bus: the replay need not wait for it.
-        };
-        let (replayed, ()) = tokio::join!(play(log(FRAMES), &mut port, &setup, pending()), listen);
-        assert!(matches!(replayed.ending, Ending::Complete), "{replayed}");
-        assert_eq!((replayed.sent(), replayed.lost()), (u64::from(FRAMES), 0), "{replayed}");
-        assert_eq!(replayed.channel.as_deref(), Some("can0"));
-        // The last frame is due 0.5 ms before 250 ms after the first.
-        assert!(replayed.took.as_secs_f64() >= 0.2495, "{replayed}");
-        assert!(replayed.late.max_us >= replayed.late.p50_us, "{replayed}");
+    in_time(|| {
+        run(async {
+            let setup = setup("slcan-pty");
+            let mut port = opened(&setup.port).await;
+            let far = port.far_path().unwrap().to_owned();
+            let listen = async {
+                let mut user = user(&far).await;
+                for number in 0..FRAMES {
+                    assert_eq!(user.receive().await, Ok(FrameEvent::Frame(frame(number))));
+                }
+                // Dropping it closes the bus: the replay need not wait for it.
+            };
+            let (replayed, ()) =
+                tokio::join!(play(log(FRAMES), &mut port, &setup, pending()), listen);
+            assert!(matches!(replayed.ending, Ending::Complete), "{replayed}");
+            assert_eq!((replayed.sent(), replayed.lost()), (u64::from(FRAMES), 0), "{replayed}");
+            assert_eq!(replayed.channel.as_deref(), Some("can0"));
+            // The last frame is due 0.5 ms before 250 ms after the first.
+            assert!(replayed.took.as_secs_f64() >= 0.2495, "{replayed}");
+            assert!(replayed.late.max_us >= replayed.late.p50_us, "{replayed}");
+        });
     });
 }
 

@@ -146,7 +146,7 @@ fn what_a_log_cannot_say_is_told() {
     assert!(table.err.contains("none of its steps moves the base"), "{}", table.err);
     let other = ["import", "bus.log", "--plan", "lines.toml", "--out", "t", "--channel", "can1"];
     let other = hil.run(&other).exits(2);
-    assert!(other.err.contains("failed to find a base in the log"), "{}", other.err);
+    assert!(other.err.contains("the log has no channel `can1`"), "{}", other.err);
     assert!(!hil.path("t").exists(), "a log without a base makes no folder");
 }
 

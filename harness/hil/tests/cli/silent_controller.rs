@@ -29,7 +29,8 @@ fn a_controller_that_reports_no_state_ends_the_run_after_ten_seconds() {
         assert!(ran.out.contains(&format!("the device under test {why}")), "{}", ran.out);
         let summary = fs::read_to_string(hil.path("run/summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-        assert_eq!(summary["simulated_s"], 10.0);
+        // The base is given 5 s to come to rest.
+        assert!(summary["simulated_s"].as_f64().unwrap() <= 15.0, "{summary}");
     }
 }
 

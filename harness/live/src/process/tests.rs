@@ -183,7 +183,7 @@ fn a_program_that_is_not_there_is_named() {
         let words = ["/no/such/program".to_owned()];
         let error = DeviceProcess::spawn(&words, &Places::new(), &bench.log).unwrap_err();
         assert!(error.to_string().contains("/no/such/program"), "{error}");
-        assert!(matches!(error, SpawnError::Program { advice, .. } if advice.contains("built")));
+        assert!(matches!(error, SpawnError::Program { advice, .. } if advice.contains("PATH")));
         let error = DeviceProcess::spawn(&[], &Places::new(), &bench.log).unwrap_err();
         assert!(matches!(error, SpawnError::Program { .. }));
         let error =
