@@ -233,7 +233,16 @@ fn increments(column: &Column, channels: &Channels, wraps: bool) -> Vec<f64> {
             last = values[row];
         }
     }
-    let largest_step = steps.iter().fold(0.0, |largest: f64, step| largest.max(step.abs()));
+    // A gap holds the way of many rows.
+    let per_row = |row: usize| match row
+        .checked_sub(1)
+        .map(|before| channels.time[row] - channels.time[before])
+    {
+        Some(dt) if dt > channels.interval() => channels.interval() / dt,
+        _ => 1.0,
+    };
+    let sizes = steps.iter().enumerate().map(|(row, step)| step.abs() * per_row(row));
+    let largest_step = sizes.fold(0.0, f64::max);
     let (low, high) = robust::ends(values.iter().copied().filter(|value| value.is_finite()));
     if high - low > CUMULATIVE * largest_step || (wraps && high - low > 1.0 && largest_step < 1.0) {
         steps
@@ -241,5 +250,35 @@ fn increments(column: &Column, channels: &Channels, wraps: bool) -> Vec<f64> {
         vec![0.0; values.len()]
     } else {
         values.into_iter().map(finite).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::increments;
+    use crate::dataset::{Column, Dataset, Kind, Role, Unit};
+    use crate::problem::Channels;
+
+    /// Of a way of 30 m with a gap of 3 s, each reading counted as a step.
+    #[test]
+    fn a_reading_that_adds_up_is_told_across_a_gap() {
+        let time: Vec<f64> =
+            (0..600).filter(|i| !(200..260).contains(i)).map(|i| 0.05 * f64::from(i)).collect();
+        let way: Vec<f64> = time.iter().map(|time| 1.1 * time - (0.5 * time).sin()).collect();
+        let rows = time.len();
+        let of = |values: Vec<f64>| {
+            let columns = vec![
+                Column::new("time", Role::Time, Unit::Second, time.clone()),
+                Column::new("way", Role::DriveDistance, Unit::Metre, values),
+            ];
+            let dataset = Dataset::new("any", Kind::Odometry, columns, vec![0; rows]);
+            let channels = Channels::new(&dataset);
+            increments(dataset.column(Role::DriveDistance).unwrap(), &channels, false)
+        };
+        let total = way[rows - 1] - way[0];
+        assert!((of(way.clone()).iter().sum::<f64>() - total).abs() < 1e-9);
+        // What is a step already stays one.
+        let steps: Vec<f64> = way.windows(2).map(|two| two[1] - two[0]).chain([0.05]).collect();
+        assert_eq!(of(steps.clone()), steps);
     }
 }
