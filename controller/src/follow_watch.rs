@@ -24,25 +24,6 @@ const ORDERS: usize = 8;
 pub(crate) struct FollowWatch {
     path: Axis,
     steering: Axis,
-    braking: Option<Braking>,
-}
-
-/// How a base that was commanded to stand on its way comes to rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Braking {
-    since: Timestamp,
-    /// The last commanded speed, m/s.
-    from: f64,
-    /// m/s^2; above zero.
-    ramp: f64,
-}
-
-impl Braking {
-    /// What the base goes in `seconds` if it obeys at once, m.
-    fn path(&self, seconds: f64) -> f64 {
-        let seconds = seconds.clamp(0.0, self.from.abs() / self.ramp);
-        self.from * seconds - self.ramp.copysign(self.from) * seconds * seconds / 2.0
-    }
 }
 
 /// Drive or steering; SI units.
@@ -64,7 +45,6 @@ impl FollowWatch {
         Self {
             path: Axis::new(displacement.m(), PATH_APART_MAX.m()),
             steering: Axis::new(heading.rad(), turn_apart_max.rad()),
-            braking: None,
         }
     }
 
@@ -85,26 +65,18 @@ impl FollowWatch {
             && self.steering.could_be_on_the_way(now, heading.rad())
     }
 
-    /// The base is commanded to stand at `now`, and brakes at `ramp`.
+    /// The base is commanded to stand at `now`, and brakes at `ramp`. Afterwards [`Self::fell_short`] counts what it goes
+    /// meanwhile.
     pub(crate) fn break_off(&mut self, now: Timestamp, ramp: Acceleration) {
-        let from = self.path.last.map_or(0.0, |(_, speed)| speed);
+        let speed = self.path.last.map_or(0.0, |(_, speed)| speed);
         self.path.tell(now, 0.0);
-        self.braking = Some(Braking { since: now, from, ramp: ramp.m_per_s2() });
+        self.path.told += speed * speed.abs() / (2.0 * ramp.m_per_s2());
     }
 
-    /// True if a base that was commanded to stand on its way, and stands or still `moves`, went less than commanded. It may
-    /// have gone further: the command to stop can be late.
-    pub(crate) fn fell_short(&self, now: Timestamp, moves: bool, displacement: Length) -> bool {
-        let Some(braking) = self.braking else { return false };
-        let end = self.path.told + braking.path(f64::INFINITY);
-        let told = if moves {
-            let heard = now - LAG_MAX;
-            self.path.told_before(heard) + braking.path((heard - braking.since).as_secs_f64())
-        } else {
-            end
-        };
-        let went = displacement.m() - self.path.from;
-        (told - went) * end.signum() > self.path.apart_max()
+    /// True if a base at rest went less than commanded. It may have gone further: the command to stop can be late.
+    pub(crate) fn fell_short(&self, displacement: Length) -> bool {
+        let Axis { from, told, .. } = self.path;
+        (from + told - displacement.m()) * f64::copysign(1.0, told) > self.path.apart_max()
     }
 
     /// True if a base at rest can report this.
@@ -184,14 +156,9 @@ mod tests {
             let mut watch = FollowWatch::new(Length::from_m(7.0), Angle::ZERO);
             watch.tell(Timestamp::ZERO, Speed::from_m_per_s(0.4 * sign), AngularRate::ZERO);
             watch.break_off(Timestamp::from_secs_f64(2.0), Acceleration::from_m_per_s2(0.8));
-            let at = |m: f64| Length::from_m(7.0 + m * sign);
-            let fell_short = |m| watch.fell_short(Timestamp::from_secs_f64(2.0), false, at(m));
+            let fell_short = |m: f64| watch.fell_short(Length::from_m(7.0 + m * sign));
             assert!(!fell_short(0.9) && fell_short(0.85), "0.8 m and 0.1 m to brake, but for 4 cm");
             assert!(!fell_short(1.5), "it may have heard of it late");
-            let behind = |s, m| watch.fell_short(Timestamp::from_secs_f64(s), true, at(m));
-            assert!(!behind(2.15, 0.78) && behind(2.15, 0.75), "0.8 m were commanded 0.15 s ago");
-            assert!(!behind(2.65, 0.87) && behind(2.65, 0.85), "braked since: 0.9 m");
-            assert!(behind(5.0, 0.85) && !behind(5.0, 2.0), "it goes on");
         }
     }
 

@@ -45,16 +45,13 @@ impl Controller {
             self.odometry_doubtful = true;
         }
         let lags = !self.config.planted().is(Mutant::LaggingOdometerBelieved);
-        if let Some(drive) = &self.broken_off {
-            let moves = self.base.as_ref().is_some_and(BaseDriver::may_move);
+        if !self.base.as_ref().is_some_and(BaseDriver::may_move)
+            && let Some(drive) = self.broken_off.take()
+        {
             // A base that stopped by itself went no further.
             let stopped = motion.command_timed_out || motion.emergency_stop || motion.fault;
-            // What a moving base says after a silence may be as old as that.
-            let is_old = moves && self.is_unfollowed;
-            let path = self.reckoning.displacement();
             self.odometry_doubtful |=
-                lags && !stopped && !is_old && drive.fell_short(now, moves, path);
-            self.broken_off = self.broken_off.filter(|_| moves);
+                lags && !stopped && drive.fell_short(self.reckoning.displacement());
         }
         if let Task::Drive(drive) = &self.task
             && !drive.follows().could_be_on_the_way(

@@ -4,7 +4,7 @@ use super::node::{Part, output};
 use super::simulate::Simulation;
 use super::touched::Touched;
 use crate::engine::Action;
-use crate::hosted::{HostedController as _, News};
+use crate::hosted::{Hosted, HostedController as _, News};
 use crate::talk::{START_LIMIT, Talk};
 use controller::mission::{Mission, Report};
 use judge::properties::Seen;
@@ -115,18 +115,37 @@ impl Simulation {
         }
         self.plan_due = self.director.engine.next_wakeup();
         if !self.director.engine.is_heard() && !self.director.engine.is_ending() {
-            self.plan_due = self.plan_due.min(Timestamp::ZERO + START_LIMIT);
+            self.plan_due = self.plan_due.min(self.start_limit());
+        }
+    }
+
+    /// When a controller must have reported a state. Ours does so at once, unless a fault keeps it from that.
+    fn start_limit(&self) -> Timestamp {
+        let is_own = |part: &Part| match part {
+            Part::Controller(machine) => matches!(machine.host.guest, Hosted::Own(_)),
+            _ => false,
+        };
+        match self.rig.nodes.iter().any(|node| is_own(&node.part)) {
+            true => Timestamp::ZERO + START_LIMIT,
+            false => Timestamp::MAX,
         }
     }
 
     /// The first step waits for a state; other reports do not count.
     #[cold]
     pub(super) fn wait_for_state(&mut self) {
-        if self.now >= Timestamp::ZERO + START_LIMIT {
-            let said = self.director.talk.instead_of_a_state();
-            let limit = START_LIMIT.as_secs_f64();
-            self.broke(&format!("the device under test {said} within {limit} s"));
+        if self.now < self.start_limit() {
+            return;
         }
+        let said = self.director.talk.instead_of_a_state();
+        let limit = START_LIMIT.as_secs_f64();
+        let why = format!("the device under test {said} within {limit} s");
+        match self.faults {
+            // As everything else that comes of a fault.
+            Some(_) => self.director.engine.failed(self.now, &why),
+            None => self.director.engine.broke(self.now, &why),
+        }
+        self.touched.0 |= Touched::PLAN;
     }
 
     pub(super) fn command(&mut self, mission: Mission) {
