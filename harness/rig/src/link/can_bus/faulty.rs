@@ -46,7 +46,7 @@ struct Layer {
 
 impl CanBus {
     /// Begins the fault `number`: it strikes frames of `from`, only those with the given identifier if there is one.
-    /// `nodes` are the nodes that count errors; frames that a fault makes are from [`EndId::STRANGER`]. Returns `false`, with
+    /// `nodes` are the nodes that count errors; frames that a fault makes are from `EndId::STRANGER`. Returns `false`, with
     /// nothing done, for a kind that no bus has.
     pub fn begin_fault(
         &mut self,
