@@ -1,5 +1,6 @@
 //! Words of the command line for values of other crates: the formats of a gyro, what it outputs, what is recorded.
 
+use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::num::NonZeroUsize;
 use wire::gyro::{GyroFormat, OutputMode};
@@ -15,6 +16,11 @@ pub fn one_of<T: Clone + Send + Sync + 'static>(
         let chosen = choices.iter().find(|(one, ..)| *one == word);
         chosen.map(|(.., value)| value.clone()).ok_or("no such word")
     })
+}
+
+/// The word for a value on the command line.
+pub fn word(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 /// A number of things at a time.

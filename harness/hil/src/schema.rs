@@ -8,6 +8,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::choices::word;
 use clap::ValueEnum;
 use emulators::device_file::{BaseModel, DeviceFile, GyroModel, TableModel};
 use identification::model::Model;
@@ -45,8 +46,7 @@ pub enum FileKind {
 impl FileKind {
     /// The file of its schema.
     pub fn schema_file(self) -> String {
-        let word = self.to_possible_value();
-        format!("{}.schema.json", word.as_ref().map_or("", |word| word.get_name()))
+        format!("{}.schema.json", word(&self))
     }
 
     pub fn schema(self) -> Schema {

@@ -107,7 +107,6 @@ pub struct LiveWorld {
     clashes: u64,
     /// Frames on the bus of the base that are not in the base's command set.
     foreign: FloodWatch,
-    /// Counts the reports of the device under test.
     /// Faults of the plan; `None` if it schedules no faults.
     faults: Option<Box<Faults>>,
     /// Monitor of properties; `None` if none are to be judged.

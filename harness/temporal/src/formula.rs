@@ -87,7 +87,7 @@ wire::tabled! {
 pub(crate) struct Width {
     /// Their largest possible distance, in the unit of the comparison. Robustness is a share of it. 1 if unknown.
     pub(crate) range: f64,
-    /// That unit, by its index among those of the formula; `None` if there is none.
+    /// That unit, by its index among those of the formula; `None` for pure numbers.
     pub(crate) unit: Option<usize>,
 }
 

@@ -41,7 +41,7 @@ pub struct Violation {
     pub known: Timestamp,
     /// The margin in the unit of the deciding comparison; zero or negative.
     pub distance: f64,
-    /// That unit, as the formula or its signals name it; empty if it has none.
+    /// That unit, as the formula or its signals name it; empty for pure numbers.
     pub unit: String,
     /// The signals of the formula at `at`, under their names in it; NaN means no value.
     pub values: Vec<(String, f64)>,

@@ -52,12 +52,6 @@ enum By {
     Chance,
 }
 
-impl By {
-    fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-}
-
 /// Runs a plan under random faults until a property breaks, shrinks the case, and saves it as a
 /// plan.
 ///

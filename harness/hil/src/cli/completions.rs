@@ -3,7 +3,8 @@
 use super::failure::Failure;
 use super::listed::listed;
 use super::{Cli, say};
-use clap::{Args, CommandFactory, ValueEnum};
+use crate::choices::word;
+use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 use clap_complete::engine::{
     ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter,
@@ -41,9 +42,7 @@ impl CompletionsArguments {
 
 fn script(shell: Shell) -> String {
     let mut text = Vec::new();
-    let name = shell.to_possible_value();
-    let name = name.as_ref().map_or("", |name| name.get_name());
-    if let Some(shell) = Shells::builtins().completer(name) {
+    if let Some(shell) = Shells::builtins().completer(&word(&shell)) {
         // A vector takes all that is written.
         let _ = shell.write_registration(ASKED, "hil", "hil", "hil", &mut text);
     }

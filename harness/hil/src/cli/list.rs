@@ -3,6 +3,7 @@
 use super::failure::Failure;
 use super::listed::{listed, of_no_own_plan};
 use super::{say, say_json};
+use crate::choices::word;
 use clap::{Args, ValueEnum};
 use comfy_table::{ContentArrangement, Row, Table, presets};
 use emulators::absolute::AbsoluteParameters;
@@ -60,11 +61,6 @@ impl Topic {
     const OF_FILES: [Self; 5] =
         [Self::Plans, Self::Devices, Self::Rigs, Self::Benches, Self::Models];
 
-    /// As typed on the command line.
-    fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-
     /// Includes the files of the project in this folder.
     fn table(self, project: &Path) -> Table {
         match self {
@@ -91,7 +87,7 @@ impl ListArguments {
         let tables = topics.iter().map(|topic| (topic, topic.table(Path::new("."))));
         if self.json {
             let all: Map<String, Value> =
-                tables.map(|(topic, table)| (topic.name(), rows(&table))).collect();
+                tables.map(|(topic, table)| (word(topic), rows(&table))).collect();
             say_json(&all)?;
         } else {
             let style = Style::of_stdout();
@@ -99,7 +95,7 @@ impl ListArguments {
             if self.topic.is_none() {
                 let rest =
                     Topic::value_variants().iter().filter(|topic| !Topic::OF_FILES.contains(topic));
-                let rest: Vec<String> = rest.map(|topic| topic.name()).collect();
+                let rest: Vec<String> = rest.map(word).collect();
                 texts.push(format!("What plans can name: hil list {}\n", rest.join("|")));
             }
             say(&texts.join("\n"))?;
@@ -372,7 +368,7 @@ mod tests {
             let first = all.as_array().unwrap()[0].as_object().unwrap().clone();
             format!(
                 "{}: {}",
-                topic.name(),
+                super::word(topic),
                 first.into_iter().map(|(key, _)| key).collect::<Vec<_>>().join(", ")
             )
         };

@@ -169,17 +169,20 @@ pub fn main() -> ExitCode {
     start_log(&screen);
     let status = match cli.execute(&screen) {
         Ok(outcome) => outcome.exit_status(),
-        Err(failure) => {
-            if asks_for_json() {
-                // A program that reads no document reads the status; a person reads the message.
-                let _ = say_json(&failure.document());
-            }
-            screen.note(&failure.rendered(screen.fancy()));
-            failure.annotation().show(&screen);
-            failure.exit_status()
-        }
+        Err(failure) => told(&failure, &screen),
     };
     ExitCode::from(status)
+}
+
+/// Tells of a failure, also as JSON if the caller asked for it; returns the exit status.
+fn told(failure: &Failure, screen: &Screen) -> u8 {
+    if asks_for_json() {
+        // A program that reads no document reads the status; a person reads the message.
+        let _ = say_json(&failure.document());
+    }
+    screen.note(&failure.rendered(screen.fancy()));
+    failure.annotation().show(screen);
+    failure.exit_status()
 }
 
 /// Whether a program reads the standard output, as far as the arguments can be read.
@@ -222,12 +225,7 @@ fn without_nats() -> ExitCode {
         "this build of hil cannot run campaigns over a NATS server: it lacks the feature `nats`",
         "build it with `cargo build --release -p hil --features nats`",
     );
-    if asks_for_json() {
-        let _ = say_json(&failure.document());
-    }
-    let screen = Screen::new(false);
-    screen.note(&failure.rendered(screen.fancy()));
-    ExitCode::from(failure.exit_status())
+    ExitCode::from(told(&failure, &Screen::new(false)))
 }
 
 /// Writes a document to the standard output, indented, with a final line feed.

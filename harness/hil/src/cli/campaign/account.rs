@@ -2,6 +2,7 @@
 
 use super::super::failure::Failure;
 use super::{CampaignArguments, JOURNAL, Task};
+use crate::choices::word;
 use campaign::{Account, Campaign, End, FoundCase, Space, Struck, each_line};
 use harness::stopwatch::Stopwatch;
 use plan::Plan;
@@ -52,7 +53,7 @@ impl CampaignArguments {
             plan: plan.name.as_str().to_owned(),
             title: plan.title.clone(),
             seed: self.seed,
-            search: self.by.name(),
+            search: word(&self.by),
             asked: self.cases,
             faults_max: space.faults_max(),
             carried_out_by: place.carried_out_by,

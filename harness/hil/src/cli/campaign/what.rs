@@ -2,6 +2,7 @@
 //! with another plan or another program under test does not count.
 
 use super::{CampaignArguments, Task};
+use crate::choices::word;
 use crate::cli::setup::Controller;
 use campaign::CaseId;
 use live::command::find;
@@ -16,7 +17,7 @@ impl CampaignArguments {
         format!(
             "{}, by {}, seed {}, up to {} of {}{bench}",
             self.under_test(task),
-            self.by.name(),
+            word(&self.by),
             self.seed,
             self.faults_max,
             if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
