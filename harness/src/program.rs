@@ -90,6 +90,6 @@ impl HostedController for Absent {
     }
 
     fn news(&mut self) -> Option<News> {
-        self.0.take().map(News::Ended)
+        self.0.take().map(News::NotStarted)
     }
 }

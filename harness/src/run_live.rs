@@ -238,7 +238,7 @@ fn not_begun(error: &LiveError) -> Ended {
         LiveError::Stopped => Outcome::Aborted,
         _ => Outcome::Error,
     };
-    Ended::at_once(Ending { outcome, reason: Some(said(error)), lost_node: false })
+    Ended::at_once(Ending { outcome, reason: Some(said(error)), lost: false })
 }
 
 /// Runs a prepared plan in real time, judges it and writes its run folder. `person` answers what `options` does not;

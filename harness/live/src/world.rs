@@ -243,7 +243,10 @@ impl LiveWorld {
                 // Other reports do not count: the first step waits for a state.
                 if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
                     let why = device.why_silent(limit, &self.director.talk.instead_of_a_state());
-                    self.director.engine.broke(now, &why);
+                    match device.is_missing() {
+                        true => self.director.engine.broke(now, &why),
+                        false => self.director.engine.failed(now, &why),
+                    }
                 }
             }
             self.strike(now, sink, &mut device, &clock);

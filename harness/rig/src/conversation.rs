@@ -63,6 +63,10 @@ impl Simulation {
                 touched.node(place);
                 touched.0 |= Touched::PLAN;
             }
+            News::NotStarted(why) => {
+                director.engine.broke(*now, &why);
+                touched.0 |= Touched::PLAN;
+            }
             News::Ended(how) => {
                 director.engine.lost_controller(*now, &how);
                 touched.0 |= Touched::PLAN;
@@ -140,11 +144,7 @@ impl Simulation {
         let said = self.director.talk.instead_of_a_state();
         let limit = START_LIMIT.as_secs_f64();
         let why = format!("the device under test {said} within {limit} s");
-        match self.faults {
-            // As everything else that comes of a fault.
-            Some(_) => self.director.engine.failed(self.now, &why),
-            None => self.director.engine.broke(self.now, &why),
-        }
+        self.director.engine.failed(self.now, &why);
         self.touched.0 |= Touched::PLAN;
     }
 

@@ -52,7 +52,10 @@ pub enum News {
     Note(String),
     /// A line that should have been a report on which the run depends: the run fails.
     Misreport(String),
-    /// The program has ended or did not start; why.
+    /// The program did not start; why.
+    NotStarted(String),
+    /// The program has ended, or takes no more missions. What it did, to stand behind its name:
+    /// `exited during the run (status 0)`.
     Ended(String),
     /// The program was killed because the run is to be aborted.
     GivenUp,

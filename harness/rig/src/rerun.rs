@@ -237,7 +237,7 @@ impl Again {
             self.reports.now.push_back(Record { at: self.now, device: Device::Controller, kind });
         }
         while let Some(news) = guest.news() {
-            if let News::Ended(how) = news {
+            if let News::Ended(how) | News::NotStarted(how) = news {
                 self.came.ended.get_or_insert(how);
             }
         }

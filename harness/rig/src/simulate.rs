@@ -209,11 +209,7 @@ impl Simulation {
         if self.events_at_once == EVENTS_AT_ONCE_MAX {
             // No event that takes time can happen any more, not even a tear-down.
             let reason = format!("time stands still at {} s", self.now.as_secs_f64());
-            return Some(Ending {
-                outcome: Outcome::Error,
-                reason: Some(reason),
-                lost_node: false,
-            });
+            return Some(Ending { outcome: Outcome::Error, reason: Some(reason), lost: false });
         }
         self.events += 1;
         if self.gyros_are_late {

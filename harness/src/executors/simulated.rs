@@ -125,7 +125,7 @@ fn never_judged(verdict: &PropertyVerdict) -> Option<(String, String)> {
 
 /// A program under test that ended: whatever the plan declares, no fault may do that to it.
 fn lost(run: &run::Ended) -> Option<Violated> {
-    run.ending.lost_node.then(|| Violated {
+    run.ending.lost.then(|| Violated {
         property: KEEPS_RUNNING.to_owned(),
         at_s: run.end.as_secs_f64(),
         what: run.ending.reason.clone().unwrap_or_default(),

@@ -110,7 +110,7 @@ fn text(came: &Rerun, header: &Header, clock: Clock) -> String {
         }
     };
     if let Some(how) = &came.ended {
-        text += &format!("the program ended before the run was over: {how}\n");
+        text += &format!("the program did not last to the end of the run: {how}\n");
     }
     text
 }

@@ -25,13 +25,32 @@ fn a_controller_that_reports_no_state_ends_the_run_after_ten_seconds() {
         ("echo no report; exec sleep 1000", "said one line that is no report within 10 s"),
     ] {
         let (hil, ran) = with_script(script);
-        assert_eq!(ran.status, Some(3), "{ran:?}");
+        assert_eq!(ran.status, Some(1), "{ran:?}");
         assert!(ran.out.contains(&format!("the device under test {why}")), "{}", ran.out);
         let summary = fs::read_to_string(hil.path("run/summary.json")).unwrap();
         let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
         // The base is given 5 s to come to rest.
         assert!(summary["simulated_s"].as_f64().unwrap() <= 15.0, "{summary}");
     }
+}
+
+/// As a program of a rig: what is under test has failed if it exits, and the bench is broken if it cannot start.
+#[test]
+fn a_controller_that_exits_fails_and_one_that_cannot_start_is_an_error() {
+    let (hil, ran) = with_script("echo out of coffee >&2; exit 7");
+    assert_eq!(ran.status, Some(1), "{ran:?}");
+    let why =
+        "the device under test exited during the run (status 7); its last words: out of coffee";
+    assert!(ran.out.contains(why), "{}", ran.out);
+
+    let ran = hil.run(&["run", "turn.toml", "--controller", "./no-such-program", "--out", "none"]);
+    assert_eq!(ran.status, Some(3), "{ran:?}");
+    assert!(ran.out.contains("no-such-program"), "{}", ran.out);
+
+    let campaign = ["campaign", "turn.toml", "--controller", "sh ./talk.sh", "--cases", "2"];
+    let ran = hil.run(&[&campaign[..], &["--out", "campaign"]].concat());
+    assert_eq!(ran.status, Some(2), "{ran:?}");
+    assert!(ran.err.contains("breaks the property keeps_running without any fault"), "{}", ran.err);
 }
 
 /// Found by a user: 334 MB of health reports.

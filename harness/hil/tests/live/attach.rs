@@ -125,10 +125,10 @@ fn a_controller_with_its_stdin_and_stdout_on_a_pty() {
     });
 }
 
-/// Checks that it is an error of the bench that names the address.
-fn breaks(run: Run, said: &[&str]) {
+/// Checks that the run ends with this status and a reason that names the address.
+fn ends(run: Run, status: i32, said: &[&str]) {
     let (output, out, _folder) = run.end();
-    assert_eq!(output.status.code(), Some(3), "{}", shown(&output));
+    assert_eq!(output.status.code(), Some(status), "{}", shown(&output));
     let reason = summary(&out)["reason"].as_str().unwrap().to_owned();
     assert!(said.iter().all(|said| reason.contains(said)), "{reason}");
     assert!(record(&out).contains(said[0]), "the record holds the reason");
@@ -137,7 +137,7 @@ fn breaks(run: Run, said: &[&str]) {
 #[test]
 fn one_that_never_comes_is_named_by_its_place() {
     let run = Run::start("unix:{folder}/nobody.sock", 1.0);
-    breaks(run, &["no device under test at unix:", "nobody.sock within 1 s", "No such file"]);
+    ends(run, 3, &["no device under test at unix:", "nobody.sock within 1 s", "No such file"]);
 }
 
 #[test]
@@ -145,8 +145,9 @@ fn one_that_is_there_and_says_nothing_is_named() {
     in_time(|| {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let place = format!("tcp:{}", listener.local_addr().unwrap());
-        breaks(
+        ends(
             Run::start(&place, 2.0),
+            1,
             &["the device under test at tcp:127.0.0.1:", "said nothing"],
         );
     });
@@ -164,7 +165,7 @@ fn one_that_vanishes_in_the_middle_is_named() {
         let mut lines = std::io::BufRead::lines(log).map_while(Result::ok);
         assert!(lines.any(|line| line.contains("a client is there")), "nobody attached");
         drop(controller);
-        breaks(run, &["lost the device under test: unix:", "missions.sock"]);
+        ends(run, 1, &["the device under test at unix:", "missions.sock is gone: it closed"]);
     });
 }
 

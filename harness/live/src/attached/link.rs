@@ -65,7 +65,7 @@ async fn over_stream(stream: impl AsyncRead + AsyncWrite, mut missions: Missions
     };
     if let Some(why) = lost {
         // Without a receiver the run is over.
-        let _ = events.send(AttachedEvent::Lost(why)).await;
+        let _ = events.send(AttachedEvent::Ended(why)).await;
     }
 }
 

@@ -51,7 +51,9 @@ pub enum AttachedEvent {
     NotThere(String),
     Connected,
     Line(ReportedLine),
-    /// The connection is lost, with the reason.
+    /// It closed the connection, with the reason.
+    Ended(String),
+    /// The port to it is lost, with the reason.
     Lost(String),
 }
 

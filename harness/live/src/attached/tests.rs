@@ -48,7 +48,7 @@ fn one_that_comes_later_is_found_and_its_end_is_told() {
         assert!(matches!(bad, AttachedEvent::Line(ReportedLine::Bad { number: 3, .. })), "{bad:?}");
         drop(there);
         let lost = device.next_event().await;
-        assert_eq!(lost, AttachedEvent::Lost("it closed the connection".to_owned()));
+        assert_eq!(lost, AttachedEvent::Ended("it closed the connection".to_owned()));
     });
 }
 

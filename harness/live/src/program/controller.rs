@@ -1,7 +1,7 @@
 //! A controller program in step with the world: missions go to its standard input, reports come from its standard
 //! output, as in real time.
 
-use super::in_step::{STOPPING, in_words};
+use super::in_step::{STOPPING, in_words, in_words_of};
 use crate::command::{fill, has_script};
 use crate::process::{Unread, line_of, report_of};
 use crate::world::controller_words;
@@ -165,8 +165,8 @@ impl HostedController for ControllerInStep {
                 self.is_told = true;
                 return Some(News::GivenUp);
             }
-            Some(ended) => super::in_step::with_last_words(ended, &self.running),
-            None if self.is_deaf => "it does not read its missions".to_owned(),
+            Some(ended) => in_words_of(ended, &self.running),
+            None if self.is_deaf => "does not read its missions".to_owned(),
             None => return None,
         };
         self.is_told = true;

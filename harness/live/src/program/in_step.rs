@@ -124,22 +124,14 @@ fn telling(words: &str) -> Option<&str> {
     exception.or_else(|| words.lines().rfind(|line| !line.trim().is_empty()))
 }
 
-/// How a program ended, with its last line of output.
-pub(super) fn with_last_words(ended: &Ended, running: &Lockstep) -> String {
-    match ended {
-        // Whoever tells of it says that it ended.
-        Ended::Exited(status) => format!("{status}{}", last_words(running)),
-        ended => format!("{ended}{}", last_words(running)),
-    }
-}
-
-fn last_words(running: &Lockstep) -> String {
+/// What a program did to end, behind its name, with its last line of output.
+pub(super) fn in_words_of(ended: &Ended, running: &Lockstep) -> String {
     let words = running.last_words();
-    telling(&words).map(|line| format!("; its last words: {line}")).unwrap_or_default()
+    let said = telling(&words).map(|line| format!("; its last words: {line}"));
+    format!("{}{}", end_in_words(ended), said.unwrap_or_default())
 }
 
-/// What a program did to end, behind its name.
-fn in_words_of(ended: &Ended) -> String {
+fn end_in_words(ended: &Ended) -> String {
     match ended {
         Ended::Exited(status) => Exit::Status(*status).in_words(),
         Ended::NeverWaited { limit } => format!(
@@ -225,7 +217,7 @@ impl NodeDevice for InStep {
     fn ended(&mut self) -> Option<String> {
         let ended = self.running.ended().filter(|_| !self.is_told)?;
         self.is_told = true;
-        Some(format!("{}{}", in_words_of(ended), last_words(&self.running)))
+        Some(in_words_of(ended, &self.running))
     }
 
     fn wrong(&mut self) -> Option<String> {
@@ -246,14 +238,14 @@ impl Drop for InStep {
 
 #[cfg(test)]
 mod tests {
-    use super::{Ended, in_words_of, telling};
+    use super::{Ended, end_in_words, telling};
     use std::time::Duration;
 
     #[test]
     fn what_a_program_did_stands_behind_its_name() {
-        let hung = in_words_of(&Ended::NeverWaited { limit: Duration::from_secs(30) });
+        let hung = end_in_words(&Ended::NeverWaited { limit: Duration::from_secs(30) });
         assert!(hung.starts_with("hung: it ran for 30 s of real time without waiting"), "{hung}");
-        let others = in_words_of(&Ended::TooManyProcesses { limit: 8 });
+        let others = end_in_words(&Ended::TooManyProcesses { limit: 8 });
         assert_eq!(others, "was stopped: the program started more than 8 processes");
     }
 

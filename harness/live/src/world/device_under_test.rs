@@ -130,6 +130,11 @@ impl Running {
         }
     }
 
+    /// Whether nobody has connected who could say anything.
+    pub(super) const fn is_missing(&self) -> bool {
+        matches!(self, Self::Attached { missing: Some(_), .. })
+    }
+
     pub(super) fn command(&mut self, clock: &Clock, mission: Mission) -> bool {
         match self {
             Self::InProcess(controller) => {
@@ -192,7 +197,7 @@ impl Running {
                 ProcessEvent::Line(line) => of_line(line),
                 ProcessEvent::Exited(exit) => {
                     *ended = true;
-                    Heard::Ended(format!("{exit}{}", quoted(process)))
+                    Heard::Ended(format!("{}{}", exit.in_words(), quoted(process)))
                 }
             },
             Self::Attached { device, place, missing } => match device.next_event().await {
@@ -205,7 +210,8 @@ impl Running {
                     *missing = None;
                     Heard::Note(format!("attached to the device under test at {place}"))
                 }
-                AttachedEvent::Lost(why) => Heard::Ended(format!("{place}: {why}")),
+                AttachedEvent::Ended(why) => Heard::Ended(format!("at {place} is gone: {why}")),
+                AttachedEvent::Lost(why) => Heard::Lost(format!("lost {place}: {why}")),
             },
         }
     }

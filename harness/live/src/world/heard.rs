@@ -14,6 +14,10 @@ pub(super) enum Heard {
     Misreport(String),
     /// An event of a port of the in-process controller.
     Port(&'static str, PortEvent),
+    /// The controller has ended: what it did, to stand behind its name.
     Ended(String),
+    /// A node's name, and what it did.
     NodeEnded(String, String),
+    /// The bench has lost its way to the controller, and why.
+    Lost(String),
 }

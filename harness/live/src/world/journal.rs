@@ -22,7 +22,7 @@ pub(super) fn note(sink: &mut dyn RecordSink, at: Timestamp, device: Device, wha
 /// The bench broke: its reason comes first, then that of the run.
 pub(super) fn blame_bench(ending: Ending, why: &str) -> Ending {
     let then = ending.reason.map_or_else(String::new, |reason| format!("; {reason}"));
-    Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")), lost_node: false }
+    Ending { outcome: Outcome::Error, reason: Some(format!("{why}{then}")), lost: false }
 }
 
 /// Key of a port.
@@ -141,7 +141,7 @@ mod tests {
     }
 
     fn ending(outcome: Outcome) -> Ending {
-        Ending { outcome, reason: Some("it took too long".to_owned()), lost_node: false }
+        Ending { outcome, reason: Some("it took too long".to_owned()), lost: false }
     }
 
     #[test]

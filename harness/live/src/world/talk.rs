@@ -46,6 +46,7 @@ impl LiveWorld {
                     note(sink, now, Device::Controller, what);
                 }
             }
+            Heard::Lost(why) => self.director.engine.broke(now, &why),
             Heard::Ended(how) => self.director.engine.lost_controller(now, &how),
             Heard::NodeEnded(node, how) => self.director.engine.lost_node(now, &node, &how),
         }

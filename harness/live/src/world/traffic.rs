@@ -251,7 +251,7 @@ impl LiveWorld {
                 if let Some(mission) = self.director.act(now, &mut self.rig, sink, keep, action)
                     && !device.command(clock, mission)
                 {
-                    self.director.engine.lost_controller(now, "it takes no more missions");
+                    self.director.engine.lost_controller(now, "takes no more missions");
                 }
             }
             if quiet {

@@ -138,7 +138,7 @@ mod tests {
             margin: Some(-0.1),
             never_asked: None,
         };
-        let passed = || Ending { outcome: Outcome::Passed, reason: None, lost_node: false };
+        let passed = || Ending { outcome: Outcome::Passed, reason: None, lost: false };
         let mut lateness = Lateness::new(Span::from_millis(20));
         let ended = excuse(passed(), std::slice::from_ref(&broken), &lateness);
         assert_eq!(ended.outcome, Outcome::Passed, "in time: it counts");

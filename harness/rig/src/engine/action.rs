@@ -67,5 +67,5 @@ pub struct Ending {
     /// One sentence.
     pub reason: Option<String>,
     /// It ended because a program under test did.
-    pub lost_node: bool,
+    pub lost: bool,
 }

@@ -153,10 +153,14 @@ impl Engine {
 
     /// Ends the run as failed: a node under test is gone, and nothing else broke. `how` says what it did.
     pub fn lost_node(&mut self, now: Timestamp, node: &str, how: &str) {
+        self.lost(now, &format!("`{node}`, which is under test, {how}"));
+    }
+
+    fn lost(&mut self, now: Timestamp, what: &str) {
         let is_first = self.ending.is_none();
-        self.end(now, Outcome::Failed, Some(format!("`{node}`, which is under test, {how}")));
+        self.failed(now, what);
         if let Some(ending) = &mut self.ending {
-            ending.lost_node |= is_first;
+            ending.lost |= is_first;
         }
     }
 
@@ -272,7 +276,7 @@ impl Engine {
         } else if matches!(self.waiting, Waiting::Mission(_)) && now >= self.answer_deadline {
             let instead = self.instead_of_an_answer();
             let why = format!("the controller did not answer the mission{instead}");
-            self.end_here(now, Outcome::Timeout, &why);
+            self.end_here(now, Outcome::Failed, &why);
         }
     }
 
@@ -374,7 +378,7 @@ impl Engine {
             let note = RecordKind::Note(reason.clone());
             self.actions.push_back(Action::Record(Device::Plan, note));
         }
-        self.ending = Some(Ending { outcome, reason, lost_node: false });
+        self.ending = Some(Ending { outcome, reason, lost: false });
         self.observe_whole_run(now);
         self.ops.clear();
         self.phases.all_ended(&mut self.actions);

@@ -134,10 +134,10 @@ impl Engine {
         }
     }
 
-    /// Ends the run without its controller: nothing can confirm rest any more, and only the command time-out of the
-    /// base stops it.
+    /// As [`Self::lost_node`], for a robot's controller: nothing can confirm rest any more, and only the command time-out
+    /// of the base stops it.
     pub fn lost_controller(&mut self, now: Timestamp, how: &str) {
-        self.broke(now, &format!("lost the device under test: {how}"));
+        self.lost(now, &format!("the device under test {how}"));
         if let Some(robot) = &mut self.robot {
             robot.teardown = None;
         }
@@ -319,16 +319,12 @@ impl Engine {
             return;
         }
         let at_rest = teardown.at_rest();
-        let (worse, why) = if teardown.moves(now) {
-            (Outcome::Failed, MOVES_ON)
-        } else {
-            (Outcome::Error, NO_REST)
-        };
+        let why = if teardown.moves(now) { MOVES_ON } else { NO_REST };
         robot.teardown = None;
         if !at_rest && let Some(ending) = &mut self.ending {
             // A failure or a time-out is more important than what comes afterwards.
             if ending.outcome == Outcome::Passed {
-                ending.outcome = worse;
+                ending.outcome = Outcome::Failed;
             }
             self.actions.push_back(Action::Record(Device::Plan, RecordKind::Note(why.to_owned())));
             ending.reason = Some(match ending.reason.take() {

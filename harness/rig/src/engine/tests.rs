@@ -79,7 +79,7 @@ fn a_controller_that_moves_on_after_the_stop_has_failed() {
     };
     assert_eq!(ended(false, 6_000), (Outcome::Passed, None));
     assert_eq!(ended(true, 6_000), (Outcome::Failed, Some(MOVES_ON.to_owned())));
-    assert_eq!(ended(true, 3_000), (Outcome::Error, Some(NO_REST.to_owned())), "it fell silent");
+    assert_eq!(ended(true, 3_000), (Outcome::Failed, Some(NO_REST.to_owned())), "it fell silent");
 }
 
 #[test]
