@@ -16,6 +16,11 @@ const APART_SHARE_MAX: f64 = 0.01;
 /// Largest lag of the base behind its commands. Assumption: two periods of the loops, an exchange on the serial line
 /// and a period for its ramps.
 const LAG_MAX: Span = Span::from_millis(150);
+/// Longest time in which the odometer of a base that moves may not count. Assumption: steering brakes at 15 deg/s^2, and
+/// its last step of heading takes 0.2 s.
+const STILL_MAX: Span = Span::from_millis(250);
+/// A base that goes at this speed counts a step of its path in 10 ms, m/s.
+const CREEP: f64 = 0.01;
 /// Number of remembered commands: one per period of about 27 ms, for [`LAG_MAX`] and a period more.
 const ORDERS: usize = 8;
 
@@ -24,6 +29,10 @@ const ORDERS: usize = 8;
 pub(crate) struct FollowWatch {
     path: Axis,
     steering: Axis,
+    /// Last commanded speed of a drive that was broken off, m/s.
+    broken_off_at: f64,
+    /// What the odometry has read, and since when.
+    still: Option<(Timestamp, Length, Angle)>,
 }
 
 /// Drive or steering; SI units.
@@ -45,6 +54,8 @@ impl FollowWatch {
         Self {
             path: Axis::new(displacement.m(), PATH_APART_MAX.m()),
             steering: Axis::new(heading.rad(), turn_apart_max.rad()),
+            broken_off_at: 0.0,
+            still: None,
         }
     }
 
@@ -71,6 +82,26 @@ impl FollowWatch {
         let speed = self.path.last.map_or(0.0, |(_, speed)| speed);
         self.path.tell(now, 0.0);
         self.path.told += speed * speed.abs() / (2.0 * ramp.m_per_s2());
+        self.broken_off_at = speed;
+    }
+
+    /// True if a base that says that it moves cannot report this at `now`: on its straight line, it was commanded to stand,
+    /// and its odometry has not counted for too long. Whether it obeyed, and when, does not matter.
+    pub(crate) fn counts_nothing(
+        &mut self,
+        now: Timestamp,
+        displacement: Length,
+        heading: Angle,
+    ) -> bool {
+        match self.still {
+            Some((since, path, angle)) if (path, angle) == (displacement, heading) => {
+                now - since > STILL_MAX && self.broken_off_at.abs() > CREEP
+            }
+            _ => {
+                self.still = Some((now, displacement, heading));
+                false
+            }
+        }
     }
 
     /// True if a base at rest went less than commanded. It may have gone further: the command to stop can be late.

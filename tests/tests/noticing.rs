@@ -158,6 +158,23 @@ fn an_odometer_that_stands_for_a_moment_on_the_way_shows() {
     }
 }
 
+/// Found by a campaign: the base stopped by itself, and so nothing said how far it should have gone.
+#[test]
+fn an_odometer_that_stands_while_a_base_that_refuses_orders_brakes_shows() {
+    for seed in 1..=20 {
+        let mut rig = ready(&shipped("paper"), seed);
+        rig.under_way(Rig::straight_order(4.0, 0.4), Span::from_millis(2_100));
+        let now = rig.now();
+        rig.base().begin_fault(now, 0, BaseFault::RefuseCommands, chance());
+        rig.run_for(Span::from_millis(650));
+        let now = rig.now();
+        rig.base().end_fault(now, 0);
+        rig.base().begin_fault(now, 1, BaseFault::StuckOdometry, chance());
+        rig.run_for(Span::from_millis(400));
+        assert!(rig.health().causes.odometry_doubtful, "seed {seed}");
+    }
+}
+
 /// Found by a campaign: both said that the base stood, and so they agreed.
 #[test]
 fn a_turn_that_neither_gyro_nor_odometry_shows_is_not_what_was_ordered() {

@@ -53,12 +53,16 @@ impl Controller {
             self.odometry_doubtful |=
                 lags && !stopped && drive.fell_short(self.reckoning.displacement());
         }
+        let (displacement, heading) =
+            (self.reckoning.displacement(), self.reckoning.odometry_heading());
+        self.odometry_doubtful |= lags
+            && motion.moving
+            && self
+                .broken_off
+                .as_mut()
+                .is_some_and(|drive| drive.counts_nothing(now, displacement, heading));
         if let Task::Drive(drive) = &self.task
-            && !drive.follows().could_be_on_the_way(
-                now,
-                self.reckoning.displacement(),
-                self.reckoning.odometry_heading(),
-            )
+            && !drive.follows().could_be_on_the_way(now, displacement, heading)
             && lags
         {
             // Reported, but no reason to stop: a line that loses commands has the same effect.
