@@ -242,7 +242,7 @@ impl LiveWorld {
                 let limit = self.start_limit();
                 // Other reports do not count: the first step waits for a state.
                 if !self.engine().is_heard() && now - Timestamp::ZERO > limit {
-                    let why = device.why_silent(limit, &self.director.talk.instead_of_a_state());
+                    let why = device.why_silent(limit, &self.director.talk);
                     match device.is_missing() {
                         true => self.director.engine.broke(now, &why),
                         false => self.director.engine.failed(now, &why),
@@ -298,11 +298,7 @@ impl LiveWorld {
         let bus_to_command = device.in_process().map(|here| here.bus_to_command().spread());
         let timing = self.lateness.timing(bus_to_command, scheduling);
         let port_summaries = self.port_summaries(&ports, &device);
-        if self.journal.unnoted() > 0 {
-            let note = format!(
-                "{} more events of ports and lines that are no reports are not noted",
-                self.journal.unnoted()
-            );
+        for note in [self.journal.unnoted(), self.director.talk.unnoted()].into_iter().flatten() {
             journal::note(sink, end, Device::Plan, note);
         }
         device.end().await;

@@ -141,9 +141,7 @@ impl Simulation {
         if self.now < self.start_limit() {
             return;
         }
-        let said = self.director.talk.instead_of_a_state();
-        let limit = START_LIMIT.as_secs_f64();
-        let why = format!("the device under test {said} within {limit} s");
+        let why = format!("the device under test {}", self.director.talk.why_silent(START_LIMIT));
         self.director.engine.failed(self.now, &why);
         self.touched.0 |= Touched::PLAN;
     }

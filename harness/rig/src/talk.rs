@@ -11,15 +11,33 @@ const WINDOW: Span = Span::from_secs(1);
 /// Most reports within the window. Assumption: a controller reports its state at 1 kHz at most, and reports that
 /// gathered in the pipes while this machine was busy come at once.
 const REPORTS_MAX: u64 = 20_000;
-/// Most notes in a record about ports, or about lines that are no reports. Further ones are counted.
+/// Most notes in a record about ports, and about lines that are no reports. Further ones are counted.
 pub const NOTES_MAX: u64 = 500;
+
+/// Counts what is noted in the record.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Notes(u64);
+
+impl Notes {
+    /// Counts one more; returns whether it is kept.
+    pub const fn keeps(&mut self) -> bool {
+        self.0 += 1;
+        self.0 <= NOTES_MAX
+    }
+
+    /// A note about those that were not kept: `12 more lines are not noted`.
+    pub fn beyond(self, what: &str) -> Option<String> {
+        let more = self.0.checked_sub(NOTES_MAX).filter(|more| *more > 0)?;
+        Some(format!("{more} more {what} are not noted"))
+    }
+}
 
 /// Counts the reports of the device under test: each is recorded, and the disk is finite.
 #[derive(Debug, Clone, Default)]
 pub struct Talk {
     reports: u64,
     /// Lines that are not reports.
-    unread: u64,
+    unread: Notes,
     window: Option<(Timestamp, u64)>,
 }
 
@@ -42,26 +60,23 @@ impl Talk {
 
     /// Counts a line that is not a report; returns whether a note of it is kept.
     pub const fn misspoke(&mut self) -> bool {
-        self.unread += 1;
-        self.unread <= NOTES_MAX
+        self.unread.keeps()
     }
 
     /// A note about the lines of which none is kept.
     pub fn unnoted(&self) -> Option<String> {
-        let more = self.unread.checked_sub(NOTES_MAX).filter(|more| *more > 0)?;
-        Some(format!(
-            "{more} more lines of the device under test that are no reports are not noted"
-        ))
+        self.unread.beyond("lines of the device under test that are no reports")
     }
 
-    /// What it has sent instead of a state.
-    pub fn instead_of_a_state(&self) -> String {
-        match (self.reports, self.unread) {
+    /// What it has sent instead of a state in all this time, to stand behind its name.
+    pub fn why_silent(&self, waited: Span) -> String {
+        let said = match (self.reports, self.unread.0) {
             (0, 0) => "said nothing".to_owned(),
             (0, 1) => "said one line that is no report".to_owned(),
             (0, unread) => format!("said {unread} lines that are no reports"),
             _ => "reported no state".to_owned(),
-        }
+        };
+        format!("{said} within {} s", waited.as_secs_f64())
     }
 
     pub fn why() -> String {
@@ -80,13 +95,13 @@ mod tests {
     #[test]
     fn what_was_said_instead_of_a_state_is_told() {
         let mut talk = Talk::default();
-        assert_eq!(talk.instead_of_a_state(), "said nothing");
+        assert_eq!(talk.why_silent(WINDOW), "said nothing within 1 s");
         talk.misspoke();
-        assert_eq!(talk.instead_of_a_state(), "said one line that is no report");
+        assert_eq!(talk.why_silent(WINDOW), "said one line that is no report within 1 s");
         talk.misspoke();
-        assert_eq!(talk.instead_of_a_state(), "said 2 lines that are no reports");
+        assert_eq!(talk.why_silent(WINDOW), "said 2 lines that are no reports within 1 s");
         talk.floods(Timestamp::ZERO);
-        assert_eq!(talk.instead_of_a_state(), "reported no state");
+        assert_eq!(talk.why_silent(WINDOW), "reported no state within 1 s");
         assert_eq!((3..=NOTES_MAX).find(|_| !talk.misspoke()), None);
         assert!(talk.unnoted().is_none() && !talk.misspoke());
         assert!(talk.unnoted().unwrap().starts_with("1 more lines of"));

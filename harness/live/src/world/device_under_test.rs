@@ -16,6 +16,7 @@ use ports::PortSpec;
 use ports::spec::SerialSpec;
 use record::text::name_of;
 use rig::node::Machine;
+use rig::talk::Talk;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use wire::time::{Span, Timestamp};
@@ -115,17 +116,17 @@ impl Running {
     }
 
     /// A message why it has not reported a state in all this time, and what it has said instead.
-    pub(super) fn why_silent(&self, waited: Span, said: &str) -> String {
-        let seconds = waited.as_secs_f64();
+    pub(super) fn why_silent(&self, waited: Span, talk: &Talk) -> String {
+        let why = talk.why_silent(waited);
         match self {
             Self::Attached { place, missing: Some(why), .. } => {
-                format!("no device under test at {place} within {seconds} s: {why}")
+                format!("no device under test at {place} within {} s: {why}", waited.as_secs_f64())
             }
             Self::Attached { place, missing: None, .. } => {
-                format!("the device under test at {place} {said} within {seconds} s")
+                format!("the device under test at {place} {why}")
             }
             Self::InProcess(_) | Self::Process { .. } | Self::Device => {
-                format!("the device under test {said} within {seconds} s{}", self.last_words())
+                format!("the device under test {why}{}", self.last_words())
             }
         }
     }

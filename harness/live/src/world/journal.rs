@@ -5,7 +5,7 @@ use record::outcome::{Outcome, PortSide, PortSummary};
 use record::sink::RecordSink;
 use record::{Device, Record, RecordKind};
 use rig::engine::Ending;
-use rig::talk::NOTES_MAX;
+use rig::talk::Notes;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use wire::time::{Span, Timestamp};
@@ -38,10 +38,9 @@ struct Absence {
 
 #[derive(Debug, Default)]
 pub(super) struct Journal {
-    notes: u64,
+    notes: Notes,
     absences: BTreeMap<Whose, Absence>,
     lost: BTreeMap<Whose, u64>,
-    unnoted: u64,
 }
 
 impl Journal {
@@ -86,17 +85,12 @@ impl Journal {
     }
 
     pub(super) fn note(&mut self, note: String) -> Option<String> {
-        if self.notes >= NOTES_MAX {
-            self.unnoted += 1;
-            return None;
-        }
-        self.notes += 1;
-        Some(note)
+        self.notes.keeps().then_some(note)
     }
 
-    /// Number of notes beyond the limit.
-    pub(super) const fn unnoted(&self) -> u64 {
-        self.unnoted
+    /// A note about the notes beyond the limit.
+    pub(super) fn unnoted(&self) -> Option<String> {
+        self.notes.beyond("events of ports")
     }
 
     /// Adjusts the ending for absent ports: a run that failed for lack of a port did not fail by itself.
@@ -130,10 +124,9 @@ impl Journal {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        AFTERMATH, Arc, Ending, Journal, NOTES_MAX, Outcome, PortEvent, PortSide, Timestamp,
-    };
+    use super::{AFTERMATH, Arc, Ending, Journal, Outcome, PortEvent, PortSide, Timestamp};
     use ports::PortLost;
+    use rig::talk::NOTES_MAX;
     use wire::time::Span;
 
     fn base() -> (Arc<str>, PortSide) {
@@ -180,6 +173,6 @@ mod tests {
         for _ in 0..NOTES_MAX + 3 {
             journal.take(Timestamp::ZERO, base(), "x", &PortEvent::Break);
         }
-        assert_eq!(journal.unnoted(), 3);
+        assert_eq!(journal.unnoted().unwrap(), "3 more events of ports are not noted");
     }
 }

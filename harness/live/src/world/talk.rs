@@ -30,12 +30,10 @@ impl LiveWorld {
                 self.director.engine.report(now, &report);
             }
             Heard::Nothing => {}
-            Heard::BadLine(what) => {
-                self.director.talk.misspoke();
-                if let Some(what) = self.journal.note(what) {
-                    note(sink, now, Device::Controller, what);
-                }
+            Heard::BadLine(what) if self.director.talk.misspoke() => {
+                note(sink, now, Device::Controller, what);
             }
+            Heard::BadLine(_) => {}
             Heard::Misreport(what) => self.director.engine.failed(now, &what),
             Heard::Note(what) => note(sink, now, Device::Controller, what),
             Heard::Port(role, event) => {
