@@ -10,7 +10,7 @@ use crate::record::header::{Band, Bus, Line, Node, Quantity, StepNote};
 use ::described::{Description, Medium};
 use emulators::base::Transport;
 use emulators::device_file::Devices;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The serial lines of a bench.
 pub(super) fn lines(devices: &Devices) -> Vec<Line> {
@@ -131,15 +131,17 @@ const fn acts(action: &Action) -> bool {
 /// The quantities that the plan judges, with the bands for single values. `speakers` define the quantities in messages.
 pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
+    let mut places: HashMap<&str, usize> = HashMap::new();
     for declared in &plan.measurements {
         let names = std::iter::once(&declared.quantity)
             .chain(declared.check.kind().facts().second_quantity.map(|(_, name)| name));
         for name in names {
             let judged_by = declared.name.as_str().to_owned();
-            if let Some(known) = quantities.iter_mut().find(|known| known.name == name.as_str()) {
-                known.judged_by.push(judged_by);
+            if let Some(place) = places.get(name.as_str()) {
+                quantities[*place].judged_by.push(judged_by);
                 continue;
             }
+            places.insert(name.as_str(), quantities.len());
             let (unit, title) = described(name, plan, speakers);
             quantities.push(Quantity {
                 name: name.as_str().to_owned(),
@@ -150,16 +152,13 @@ pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
             });
         }
         let Some(band) = declared.check.kind().facts().value_band else { continue };
-        let known = quantities.iter_mut().find(|known| known.name == declared.quantity.as_str());
-        if let Some(quantity) = known {
-            quantity.bands.push(Band {
-                measurement: declared.name.as_str().to_owned(),
-                lower: band.lower(),
-                upper: band.upper(),
-                paper: declared.paper.clone(),
-                tags: tags(declared),
-            });
-        }
+        quantities[places[declared.quantity.as_str()]].bands.push(Band {
+            measurement: declared.name.as_str().to_owned(),
+            lower: band.lower(),
+            upper: band.upper(),
+            paper: declared.paper.clone(),
+            tags: tags(declared),
+        });
     }
     quantities
 }

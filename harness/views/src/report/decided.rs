@@ -2,8 +2,9 @@
 
 use super::collect::Collected;
 use super::marks::is_outside;
-use record::header::Header;
+use record::header::{Header, Quantity};
 use record::outcome::{Measurement, Summary, Verdict};
+use std::collections::HashMap;
 use std::slice;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -18,8 +19,12 @@ pub(super) struct Mark {
 /// band if that decides it, else at the last observation that counts. Older records do not state which observations a
 /// measurement uses; it then gets no mark.
 pub(super) fn marks(summary: &Summary, header: &Header, collected: &Collected) -> Vec<Mark> {
+    // Of two quantities that a measurement is judged by, the first counts.
+    let judged = header.quantities.iter().rev();
+    let judged = judged.flat_map(|one| one.judged_by.iter().map(move |name| (name.as_str(), one)));
+    let quantities: HashMap<&str, &Quantity> = judged.collect();
     let measured = summary.measurements.iter().filter_map(|measurement| {
-        let at_s = decided_s(measurement, header, collected)?;
+        let at_s = decided_s(measurement, quantities.get(measurement.name.as_str())?, collected)?;
         let class = measurement.verdict.name();
         Some(Mark { at_s, class, text: format!("{}: {class}", measurement.name) })
     });
@@ -33,9 +38,7 @@ pub(super) fn marks(summary: &Summary, header: &Header, collected: &Collected) -
     marks
 }
 
-fn decided_s(measurement: &Measurement, header: &Header, collected: &Collected) -> Option<f64> {
-    let judges = |names: &[String]| names.contains(&measurement.name);
-    let quantity = header.quantities.iter().find(|quantity| judges(&quantity.judged_by))?;
+fn decided_s(measurement: &Measurement, quantity: &Quantity, collected: &Collected) -> Option<f64> {
     let samples = collected.samples(&quantity.name);
     let band = quantity.bands.iter().find(|band| band.measurement == measurement.name);
     let outside = band.filter(|_| measurement.verdict == Verdict::Fail).and_then(|band| {
