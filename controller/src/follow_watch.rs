@@ -31,8 +31,35 @@ pub(crate) struct FollowWatch {
     steering: Axis,
     /// Last commanded speed of a drive that was broken off, m/s.
     broken_off_at: f64,
-    /// What the odometry has read, and since when.
-    still: Option<(Timestamp, Length, Angle)>,
+}
+
+/// Checks that the odometry counts while the base says that it moves. Whether the base obeys, and when, does not matter.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct CountWatch(Option<(Timestamp, Length, Angle)>);
+
+impl CountWatch {
+    /// The base does not move, or not along its path.
+    pub(crate) fn rests(&mut self) {
+        self.0 = None;
+    }
+
+    /// True if a base that moves along its path cannot report this at `now`: it has reported the same for too long.
+    pub(crate) fn counts_nothing(
+        &mut self,
+        now: Timestamp,
+        displacement: Length,
+        heading: Angle,
+    ) -> bool {
+        match self.0 {
+            Some((since, path, angle)) if (path, angle) == (displacement, heading) => {
+                now - since > STILL_MAX
+            }
+            _ => {
+                self.0 = Some((now, displacement, heading));
+                false
+            }
+        }
+    }
 }
 
 /// Drive or steering; SI units.
@@ -55,7 +82,6 @@ impl FollowWatch {
             path: Axis::new(displacement.m(), PATH_APART_MAX.m()),
             steering: Axis::new(heading.rad(), turn_apart_max.rad()),
             broken_off_at: 0.0,
-            still: None,
         }
     }
 
@@ -85,23 +111,10 @@ impl FollowWatch {
         self.broken_off_at = speed;
     }
 
-    /// True if a base that says that it moves cannot report this at `now`: on its straight line, it was commanded to stand,
-    /// and its odometry has not counted for too long. Whether it obeyed, and when, does not matter.
-    pub(crate) fn counts_nothing(
-        &mut self,
-        now: Timestamp,
-        displacement: Length,
-        heading: Angle,
-    ) -> bool {
-        match self.still {
-            Some((since, path, angle)) if (path, angle) == (displacement, heading) => {
-                now - since > STILL_MAX && self.broken_off_at.abs() > CREEP
-            }
-            _ => {
-                self.still = Some((now, displacement, heading));
-                false
-            }
-        }
+    /// True if the base's path is to change, unless it has come to rest.
+    pub(crate) fn drives(&self) -> bool {
+        let speed = self.path.last.map_or(0.0, |(_, speed)| speed);
+        speed.abs().max(self.broken_off_at.abs()) > CREEP
     }
 
     /// True if a base at rest went less than commanded. It may have gone further: the command to stop can be late.

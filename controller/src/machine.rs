@@ -14,7 +14,7 @@ use crate::bias_test::{BiasAverage, RunningMean};
 use crate::config::Config;
 use crate::dead_reckoning::DeadReckoning;
 use crate::drive::Drive;
-use crate::follow_watch::FollowWatch;
+use crate::follow_watch::{CountWatch, FollowWatch};
 use crate::gyro_input::GyroInput;
 use crate::heading::Reading;
 use crate::heading_watch::{HeadingWatch, Heard};
@@ -128,6 +128,7 @@ pub struct Controller {
     odometry_doubtful: bool,
     /// The path of a drive that was broken off, until the base stands.
     broken_off: Option<FollowWatch>,
+    counts: CountWatch,
     /// The base fell silent while it moved, and has not been heard to stand since.
     is_unfollowed: bool,
     reports_lost: bool,
@@ -184,6 +185,7 @@ impl Controller {
             pose_not_written: false,
             odometry_doubtful: false,
             broken_off: None,
+            counts: CountWatch::default(),
             is_unfollowed: false,
             reports_lost: false,
             reference: Angle::ZERO,

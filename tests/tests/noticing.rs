@@ -175,6 +175,18 @@ fn an_odometer_that_stands_while_a_base_that_refuses_orders_brakes_shows() {
     }
 }
 
+/// Found by a campaign: the base heard no order from there on, and went 0.2 m.
+#[test]
+fn an_odometer_that_does_not_begin_to_count_shows_within_half_a_second() {
+    for seed in 1..=20 {
+        let mut rig = ready(&shipped("paper"), seed);
+        let now = rig.now();
+        rig.base().begin_fault(now, 0, BaseFault::StuckOdometry, chance());
+        rig.under_way(Rig::straight_order(4.0, 0.4), Span::from_millis(500));
+        assert!(rig.health().causes.odometry_doubtful, "seed {seed}");
+    }
+}
+
 /// Found by a campaign: both said that the base stood, and so they agreed.
 #[test]
 fn a_turn_that_neither_gyro_nor_odometry_shows_is_not_what_was_ordered() {

@@ -4,6 +4,7 @@ use super::{Controller, Heard, Task};
 use crate::base_driver::BaseDriver;
 use crate::config::HOLD_AFTER;
 use crate::drive::Sight;
+use crate::follow_watch::FollowWatch;
 use crate::health::{Causes, Health};
 use crate::mission::{AbortReason, BiasMethod, HeadingSource, Report};
 use crate::mutant::Mutant;
@@ -55,12 +56,16 @@ impl Controller {
         }
         let (displacement, heading) =
             (self.reckoning.displacement(), self.reckoning.odometry_heading());
-        self.odometry_doubtful |= lags
-            && motion.moving
-            && self
-                .broken_off
-                .as_mut()
-                .is_some_and(|drive| drive.counts_nothing(now, displacement, heading));
+        let follows = match &self.task {
+            Task::Drive(drive) => Some(drive.follows()),
+            _ => self.broken_off.as_ref(),
+        };
+        if motion.moving && follows.is_some_and(FollowWatch::drives) {
+            self.odometry_doubtful |=
+                self.counts.counts_nothing(now, displacement, heading) && lags;
+        } else {
+            self.counts.rests();
+        }
         if let Task::Drive(drive) = &self.task
             && !drive.follows().could_be_on_the_way(now, displacement, heading)
             && lags

@@ -19,7 +19,7 @@ wire::words! {
     pub enum Outcome {
         /// All measurements are acceptable.
         Passed = "passed",
-        /// A measurement failed or was never made.
+        /// A measurement failed or was never made, or what is under test broke a rule, ended or did not answer.
         Failed = "failed",
         /// The bench failed: a port, a device, a disk.
         Error = "error",
