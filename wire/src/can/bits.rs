@@ -125,27 +125,12 @@ fn checksum(checked: u128) -> u16 {
 
 /// Number of stuff bits in the lowest `length` of `bits`, including one after the last.
 fn stuff_bits(bits: u128, length: u32) -> u32 {
-    // From here on the first bit is the highest; places count from it.
-    let bits = bits << (u128::BITS - length);
-    let alike = !(bits ^ bits << 1) & u128::MAX << (u128::BITS + 1 - length);
-    let mut five = alike & alike << 1;
-    five &= five << 2;
-    let mut count = 0;
-    while five != 0 {
-        // Number of equal bits from here. A stuff bit after the last of them is the first of the next run.
-        let (mut start, mut before) = (five.leading_zeros(), 0);
-        while start < length {
-            let run = (alike << start).leading_ones() + 1;
-            start += run;
-            count += (before + run) / 5;
-            if !(before + run).is_multiple_of(5) {
-                break;
-            }
-            before = 1;
-        }
-        five &= u128::MAX.checked_shr(start).unwrap_or(0);
-    }
-    count
+    let whole = length / u8::BITS;
+    let mut line = Line::default();
+    line.send((bits >> (whole * u8::BITS)) as u64, length % u8::BITS);
+    let bytes = bits.to_be_bytes();
+    bytes[bytes.len() - whole as usize..].iter().for_each(|byte| line.send_byte(*byte));
+    line.stuffed + u32::from(line.alike == ALIKE_MAX)
 }
 
 /// State of bit stuffing on a line.
