@@ -29,7 +29,7 @@ use heapless::Deque;
 use wire::base::payload::{COUNTS_PER_DEG, COUNTS_PER_M};
 use wire::base::{Motion, Request};
 use wire::can::CanFrame;
-use wire::gyro::{GyroDecoder, GyroSample, dsp3000_command};
+use wire::gyro::{GyroDecoder, dsp3000_command};
 use wire::packet::Packet;
 use wire::time::{Span, Timestamp};
 use wire::units::{Angle, AngularRate, Speed};
@@ -302,11 +302,30 @@ impl Controller {
 
     fn receive_gyro(&mut self, now: Timestamp, bytes: &[u8]) {
         let held = self.gyro.integrator().is_held();
+        let period = self.config.gyro.stream.format.period();
         let mut news = GyroNews::default();
-        // A copy, so that the whole controller can take what it finds.
-        let mut decoder = self.decoder.clone();
-        decoder.feed(bytes, |sample| self.take_sample(now, &sample, held, &mut news));
-        self.decoder = decoder;
+        self.decoder.feed(bytes, |sample| {
+            let Some(reading) = self.gyro.take(now, &sample) else { return };
+            self.raw_rate.add(reading.raw_rate.rad_per_s());
+            news.pushed |= reading.pushed;
+            let passed = period * (1 + i64::from(reading.lost));
+            Self::estimate_passed(&mut self.estimating, passed, reading.lost, held);
+            if reading.after_silence || reading.pushed {
+                self.standstill.is_broken_off();
+            } else if self.stands
+                && let Some(rest) = self.standstill.reading(now, reading.raw_rate)
+            {
+                news.rest = Some(rest);
+            }
+            if let Task::BiasTest { half, until, average, .. } = &mut self.task
+                && now <= *until
+            {
+                average.add(reading.raw_rate, reading.temperature, now < *half);
+            }
+            if reading.after_silence || reading.stalled {
+                news.returned = Some(reading);
+            }
+        });
         self.gyro.took();
         let GyroNews { pushed, rest, returned } = news;
         if let Some(reading) = returned {
@@ -319,36 +338,6 @@ impl Controller {
         self.moved_at_rest |= pushed;
         if self.health.causes.gyro_silent || pushed || self.health.level == Level::Starting {
             self.update_health(now);
-        }
-    }
-
-    fn take_sample(
-        &mut self,
-        now: Timestamp,
-        sample: &GyroSample,
-        held: bool,
-        news: &mut GyroNews,
-    ) {
-        let Some(reading) = self.gyro.take(now, sample) else { return };
-        self.raw_rate.add(reading.raw_rate.rad_per_s());
-        news.pushed |= reading.pushed;
-        let period = self.config.gyro.stream.format.period();
-        let passed = period * (1 + i64::from(reading.lost));
-        Self::estimate_passed(&mut self.estimating, passed, reading.lost, held);
-        if reading.after_silence || reading.pushed {
-            self.standstill.is_broken_off();
-        } else if self.stands
-            && let Some(rest) = self.standstill.reading(now, reading.raw_rate)
-        {
-            news.rest = Some(rest);
-        }
-        if let Task::BiasTest { half, until, average, .. } = &mut self.task
-            && now <= *until
-        {
-            average.add(reading.raw_rate, reading.temperature, now < *half);
-        }
-        if reading.after_silence || reading.stalled {
-            news.returned = Some(reading);
         }
     }
 
