@@ -143,16 +143,18 @@ impl Line {
 
     /// Sends on the line; something of another medium is ignored.
     #[inline]
-    pub fn send(&mut self, now: Timestamp, from: EndId, what: Transmit) {
-        match (&mut self.wire, self.tampering.pass(from, what)) {
+    pub fn send(&mut self, now: Timestamp, from: EndId, mut what: Transmit) {
+        self.tampering.pass(from, &mut what);
+        // By reference: what was just written is not copied once more than it has to be.
+        match (&mut self.wire, &what) {
             (Wire::Serial(ways), Transmit::Bytes(packet)) => {
                 if let Some(way) = ways.get_mut(from.place()) {
-                    way.send(now, packet);
+                    way.send(now, *packet);
                 }
             }
-            (Wire::Can(bus), Transmit::Frame(frame)) => bus.send(now, from, frame),
+            (Wire::Can(bus), Transmit::Frame(frame)) => bus.send(now, from, *frame),
             (Wire::Direct(queue), what) if queue.len() < self.expected.max(DIRECT_MAX) => {
-                queue.push_back((from, what));
+                queue.push_back((from, *what));
             }
             (Wire::Direct(_), _) => self.dropped += 1,
             _ => {}

@@ -203,6 +203,9 @@ impl Rig {
     pub fn wake_gyro(&mut self, now: Timestamp, place: usize) {
         let route = self.nodes[place].route(robot::GYRO);
         let Part::Robot(robot) = &mut self.nodes[place].part else { return };
+        if robot.bench.gyro.next_wakeup() > now {
+            return;
+        }
         let mut what = Transmit::Bytes(Packet::new());
         while let Some(at) = robot.gyro_output(now, &mut what) {
             if let Some(Route { line, end }) = route {

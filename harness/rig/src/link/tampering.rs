@@ -62,28 +62,29 @@ impl Tampering {
         self.layers.is_empty()
     }
 
-    /// Returns what `from` sends, changed if a fault strikes it.
+    /// Changes what `from` sends if a fault strikes it.
     #[inline]
-    pub fn pass(&mut self, from: EndId, what: Transmit) -> Transmit {
-        if self.layers.is_empty() { what } else { self.changed(from, what) }
+    pub fn pass(&mut self, from: EndId, what: &mut Transmit) {
+        if !self.layers.is_empty() {
+            self.change(from, what);
+        }
     }
 
     #[cold]
-    fn changed(&mut self, from: EndId, mut what: Transmit) -> Transmit {
+    fn change(&mut self, from: EndId, what: &mut Transmit) {
         for layer in self.layers.iter_mut().filter(|layer| layer.fault.from == from) {
             let Layer { struck, effect, .. } = &mut layer.fault;
             let Struck { layout, sender, message, signal } = struck;
-            if !layout.is_message(*message, *sender, &what) {
+            if !layout.is_message(*message, *sender, what) {
                 continue;
             }
             let of = &layout.messages()[*message];
-            let changed = effect.change(&what, (of, *signal), &mut layer.chance);
-            if let Some(changed) = changed.filter(|changed| *changed != what) {
-                what = changed;
+            let changed = effect.change(what, (of, *signal), &mut layer.chance);
+            if let Some(changed) = changed.filter(|changed| changed != what) {
+                *what = changed;
                 layer.acted += 1;
             }
         }
-        what
     }
 }
 
