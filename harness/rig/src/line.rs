@@ -216,6 +216,12 @@ impl Line {
         }
     }
 
+    /// Whether a change of an end's error state has not been taken yet.
+    #[inline]
+    pub(super) fn has_state_change(&self) -> bool {
+        matches!(&self.wire, Wire::Can(bus) if bus.has_state_change())
+    }
+
     /// Takes the next change of an end's error state, with the fault that it is attributed to.
     pub fn state_change(&mut self) -> Option<(usize, StateChange)> {
         match &mut self.wire {

@@ -67,7 +67,7 @@ pub struct Simulation {
     pub(super) events_at_once: u32,
     /// See [`Rig::wake_gyros_late`].
     pub(super) gyros_are_late: bool,
-    /// The gyro stream that may bypass the loop.
+    /// The gyro stream that may bypass the loop, once the run has begun.
     stream: Option<Stream>,
     /// See [`Self::before_faults`].
     pub(super) phases: Option<Vec<(Timestamp, PhaseEvent)>>,
@@ -127,8 +127,8 @@ impl Simulation {
             self.faults.is_none() && self.watch.is_none() && self.phases.is_none();
         if self.gyros_are_late {
             self.rig.wake_gyros_late();
-            self.stream = Stream::of(&self.rig);
         }
+        self.stream = Stream::of(&self.rig);
     }
 
     /// Runs the plan from where it stands to its end, as [`run`](Self::run) does from its beginning.
@@ -182,12 +182,10 @@ impl Simulation {
             }
             if self.events.is_multiple_of(EVENTS_PER_PULSE) {
                 self.look_up(sink, pulse);
-            } else if let Some(stream) = self.stream
-                && self.stream_alone(stream, sink, keep)
-            {
-                continue;
             }
-            let mut next = self.next_event();
+            let Some(mut next) = self.next_beside_stream(Timestamp::MAX, sink, keep) else {
+                continue;
+            };
             if next == Timestamp::MAX {
                 self.broke("nothing is left that could happen");
                 next = self.now;
@@ -223,11 +221,17 @@ impl Simulation {
             self.note_confinement(sink);
         }
         self.wake();
+        self.look_again();
+        self.transmit(sink, keep);
+        None
+    }
+
+    /// Shows the truth to the properties, if it was not shown for long.
+    #[inline]
+    pub(super) fn look_again(&mut self) {
         if let (Some(watch), Some(robot)) = (&mut self.watch, self.rig.robot()) {
             watch.look_again(self.now, &robot.bench);
         }
-        self.transmit(sink, keep);
-        None
     }
 
     #[inline]
@@ -252,12 +256,32 @@ impl Simulation {
         self.touched.0 |= Touched::PLAN;
     }
 
+    /// The next event, after those of a gyro's stream that nothing else interrupts before `until`. `None` if one of them
+    /// had an effect, which may have ended the run.
+    fn next_beside_stream(
+        &mut self,
+        until: Timestamp,
+        sink: &mut dyn RecordSink,
+        keep: &mut dyn FnMut(&Action),
+    ) -> Option<Timestamp> {
+        match self.stream {
+            Some(stream) => self.stream_alone(stream, until, sink, keep),
+            None => Some(self.next_event()),
+        }
+    }
+
     pub(super) fn next_event(&self) -> Timestamp {
         self.rig
             .next_arrival()
             .min(self.rig.next_wakeup())
             .min(self.plan_due)
-            .min(self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due()))
+            .min(self.next_fault())
+    }
+
+    /// When the next fault begins or ends.
+    #[inline]
+    fn next_fault(&self) -> Timestamp {
+        self.faults.as_ref().map_or(Timestamp::MAX, |faults| faults.next_due())
     }
 
     /// Begins and ends the faults that are due, which may reach any node.

@@ -53,7 +53,7 @@ impl Simulation {
             if self.director.engine.ending().is_some() {
                 return false;
             }
-            let next = self.next_event();
+            let Some(next) = self.next_beside_stream(until, sink, keep) else { continue };
             if next >= until {
                 return next < Timestamp::MAX;
             }

@@ -85,6 +85,12 @@ impl CanBus {
         faulty.layers.switch_off(number).map_or(0, |(acted, _)| acted)
     }
 
+    /// Whether a change of a node's error state has not been taken yet.
+    #[inline]
+    pub fn has_state_change(&self) -> bool {
+        self.faulty.as_ref().is_some_and(|faulty| faulty.nodes.has_change())
+    }
+
     /// Takes the next change of a node's error state.
     pub fn state_change(&mut self) -> Option<StateChange> {
         self.faulty.as_mut()?.nodes.change()

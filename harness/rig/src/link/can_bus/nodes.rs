@@ -30,6 +30,10 @@ impl Nodes {
         Self { nodes, changes: VecDeque::new(), idle_since, bit }
     }
 
+    pub(super) fn has_change(&self) -> bool {
+        !self.changes.is_empty()
+    }
+
     pub(super) fn change(&mut self) -> Option<StateChange> {
         self.changes.pop_front()
     }
