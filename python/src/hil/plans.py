@@ -29,7 +29,7 @@ class PlanFile(pytest.File):
     def collect(self):
         try:
             plan = tomllib.loads(self.path.read_text(encoding="utf-8"))
-        except tomllib.TOMLDecodeError as error:
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise self.CollectError(f"{self.path}: {error}") from None
         yield PlanItem.from_parent(self, name=RUN)
         measurements = _names(plan, "measurement")

@@ -1,5 +1,6 @@
 """The plugin of pytest: plans are test files, their verdicts are tests; fixtures `rig` and `run`."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -44,12 +45,15 @@ def pytest_collect_file(file_path, parent):
 
 
 def is_plan(path: Path) -> bool:
-    """Has it steps? As `hil list` tells plans from what lies beside them: a plan with a mistake is a plan."""
+    """Has it steps? As `hil` tells plans from what lies beside them: a plan with a mistake is a plan."""
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        text = path.read_bytes().decode("utf-8", "replace")
+    except OSError:
         return False
-    return any(line.startswith("steps") for line in text.splitlines())
+    try:
+        return "steps" in tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return any(line.lstrip("[ \t").startswith("steps") for line in text.splitlines())
 
 
 @pytest.fixture

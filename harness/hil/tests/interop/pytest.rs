@@ -170,9 +170,11 @@ fn a_mistake_in_a_plan_and_a_bench_that_breaks_are_errors_and_no_failures() {
     assert!(!wrong.contains("failed,"), "{wrong}");
 
     let no_toml = project.path("plans/broken.toml");
-    fs::write(&no_toml, "steps = [\n").unwrap();
-    let broken = project.pytest(&["plans/broken.toml"]);
-    assert_eq!(broken.status.code(), Some(2), "{}", shown(&broken));
+    for text in [&b"steps = [\n"[..], b"  [[steps]]\nwait = \n", b"[[steps]]\n# K\xe4fer\n"] {
+        fs::write(&no_toml, text).unwrap();
+        let broken = project.pytest(&["plans"]);
+        assert_eq!(broken.status.code(), Some(2), "{}", shown(&broken));
+    }
 
     // A program that ends early fails the test.
     project.replace("plans/thermostat.py", "import cantools", "import no_such_module");
