@@ -1,7 +1,7 @@
 //! `hil list`: files that ship, files of the project in the working directory, and the names that a plan can use.
 
 use super::failure::Failure;
-use super::listed::{listed, of_no_own_plan};
+use super::listed::{has_steps, listed, of_no_own_plan};
 use super::{say, say_json};
 use crate::choices::word;
 use clap::{Args, ValueEnum};
@@ -144,7 +144,7 @@ fn plans(project: &Path) -> Table {
     let mut table = table(["plan", "from", "title", "paper"]);
     for file in listed(project, Kind::Plan) {
         // The folder of plans also holds other files.
-        if file.source.text.lines().any(|line| line.starts_with("steps")) {
+        if has_steps(&file.source.text) {
             table.add_row([
                 &file.path(project),
                 file.from,

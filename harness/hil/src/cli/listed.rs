@@ -24,6 +24,15 @@ pub(super) fn listed(project: &Path, kind: Kind) -> impl Iterator<Item = Listed>
     })
 }
 
+/// Whether it is a plan, perhaps with mistakes: one that is no TOML has a line that begins with `steps`.
+pub(super) fn has_steps(text: &str) -> bool {
+    let begins = |line: &str| line.trim_start_matches(['[', ' ', '\t']).starts_with("steps");
+    match text.parse::<toml::Table>() {
+        Ok(file) => file.contains_key("steps"),
+        Err(_) => text.lines().any(begins),
+    }
+}
+
 /// The column on the paper, in a project none of whose own plans has anything there.
 pub(super) fn of_no_own_plan(table: &Table) -> Option<usize> {
     let place = |name: &str| table.header()?.cell_iter().position(|head| head.content() == name);
@@ -46,5 +55,20 @@ impl Listed {
     pub(super) fn text(&self, key: &str) -> String {
         let file: toml::Table = self.source.text.parse().unwrap_or_default();
         file.get(key).and_then(|value| value.as_str()).unwrap_or_default().to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::has_steps;
+
+    #[test]
+    fn a_plan_is_what_has_steps_however_they_are_written() {
+        for plan in ["steps = []", "  steps = []", "[[steps]]\nlog = {}", "[[ steps ]]\n= 1"] {
+            assert!(has_steps(plan), "{plan}");
+        }
+        for other in ["name = \"a\"", "[signal.T]\nsteps = [[0, 1]]", "name = "] {
+            assert!(!has_steps(other), "{other}");
+        }
     }
 }

@@ -83,8 +83,9 @@ impl NewArguments {
     }
 
     fn name(&self) -> Result<Name, Failure> {
-        let last = self.folder.file_name().map(|name| name.to_string_lossy().into_owned());
-        let last = last.unwrap_or_default();
+        // The working directory has a name, too.
+        let folder = std::path::absolute(&self.folder).unwrap_or_else(|_| self.folder.clone());
+        let last = folder.file_name().unwrap_or(self.folder.as_os_str()).to_string_lossy();
         Name::new(&last).ok_or_else(|| {
             Failure::arguments(
                 format!("\"{}\" cannot be the name of a device", last.escape_debug()),
@@ -124,10 +125,10 @@ impl NewArguments {
                 error.to_string(),
                 "without `--except` the project is one of the node itself",
             )),
-            Err(error @ FromDbcError::Several { .. }) => {
-                let help = several(&error);
-                Err(Failure::arguments(error.to_string(), help))
-            }
+            Err(
+                ref error @ (FromDbcError::Several { ref nodes, .. }
+                | FromDbcError::Silent { ref nodes, .. }),
+            ) => Err(Failure::arguments(error.to_string(), senders(nodes))),
         }
     }
 }
@@ -138,8 +139,7 @@ fn read(file: &Path) -> Result<Vec<u8>, Failure> {
 }
 
 /// Lists the nodes that `--node` may name.
-fn several(error: &FromDbcError) -> String {
-    let FromDbcError::Several { nodes, .. } = error else { return String::new() };
+fn senders(nodes: &[DbcNode]) -> String {
     let named = |node: &DbcNode| format!("{} ({})", node.name, node.messages);
     let nodes: Vec<String> = nodes.iter().map(named).collect();
     format!("name the device with `--node NAME`; nodes and their messages: {}", nodes.join(", "))

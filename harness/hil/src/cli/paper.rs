@@ -2,6 +2,7 @@
 
 use super::build_server::SummaryArguments;
 use super::failure::Failure;
+use super::listed::has_steps;
 use super::operator::OperatorArguments;
 use super::progress::Screen;
 use super::series::{Out, RUNS, Series, prepare_all};
@@ -71,14 +72,11 @@ fn procedures() -> Vec<&'static str> {
     PAPER_PLANS.into_iter().chain(VARIANTS).collect()
 }
 
-/// The plans of a project: its files of TOML that have steps.
+/// The plans of a project: its files of TOML that have steps, those with mistakes included.
 fn plans_in(folder: &Path) -> Vec<String> {
     let files = names_in(folder, Kind::Plan).into_iter().map(|name| name + ".toml");
-    let has_steps = |file: &String| {
-        let text = std::fs::read_to_string(folder.join(file)).unwrap_or_default();
-        text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("steps"))
-    };
-    files.filter(has_steps).collect()
+    let text = |file: &String| std::fs::read(folder.join(file)).unwrap_or_default();
+    files.filter(|file| has_steps(&String::from_utf8_lossy(&text(file)))).collect()
 }
 
 #[cfg(test)]

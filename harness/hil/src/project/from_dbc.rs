@@ -32,6 +32,9 @@ pub enum FromDbcError {
     /// Several nodes send; the caller must choose the device.
     #[error("{file} has {} nodes that send messages", nodes.len())]
     Several { file: String, nodes: Vec<DbcNode> },
+    /// The device has nothing to say that a plan could judge.
+    #[error("{node} of {file} sends no messages")]
+    Silent { file: String, node: String, nodes: Vec<DbcNode> },
     #[error("{0} has no messages")]
     Empty(String),
     #[error("{0} has no other node that sends messages")]
@@ -42,7 +45,7 @@ pub enum FromDbcError {
 ///
 /// # Errors
 ///
-/// When the DBC cannot be read, has no such node, or has several candidates.
+/// When the DBC cannot be read, has no such node, or has several candidates, or when the node sends nothing.
 pub fn from_dbc(
     name: &Name,
     file: &str,
@@ -50,17 +53,18 @@ pub fn from_dbc(
     node: Option<&str>,
 ) -> Result<FromDbc, FromDbcError> {
     let dbc = Dbc::parse(file, &dbc_text(bytes)).map_err(Box::new)?;
-    let sending = || -> Result<String, FromDbcError> {
-        let mut nodes = dbc.nodes().to_vec();
-        nodes.retain(|node| node.messages > 0);
-        match nodes.as_slice() {
-            [] => Err(FromDbcError::Empty(file.to_owned())),
-            [only] => Ok(only.name.clone()),
-            _ => Err(FromDbcError::Several { file: file.to_owned(), nodes }),
-        }
+    let mut nodes = dbc.nodes().to_vec();
+    nodes.retain(|node| node.messages > 0);
+    let node = match (node, nodes.as_slice()) {
+        (Some(node), _) => node.to_owned(),
+        (None, []) => return Err(FromDbcError::Empty(file.to_owned())),
+        (None, [only]) => only.name.clone(),
+        (None, _) => return Err(FromDbcError::Several { file: file.to_owned(), nodes }),
     };
-    let node = node.map_or_else(sending, |node| Ok(node.to_owned()))?;
     let layout = dbc.layout(&node).map_err(Box::new)?;
+    if of(&layout, Sender::Device).next().is_none() {
+        return Err(FromDbcError::Silent { file: file.to_owned(), node, nodes });
+    }
     let of_template = Template::Can.named(name);
     let benches = of_template.into_iter().filter(|file| file.path.starts_with("benches"));
     let readme = include_str!("from_dbc.md").replace("mydevice", name.as_str());
@@ -156,7 +160,8 @@ pub(super) fn description(
     for message in of(layout, Sender::Host) {
         let signals: Vec<&str> =
             message.signals.iter().map(|signal| signal.name.as_str()).collect();
-        let _ = writeln!(text_of, "\n# Received: {}, with {}.", message.name, signals.join(", "));
+        let with = if signals.is_empty() { "" } else { ", with " };
+        let _ = writeln!(text_of, "\n# Received: {}{with}{}.", message.name, signals.join(", "));
         let _ = writeln!(text_of, "# [message.{}]", key(&message.name));
         let _ = writeln!(
             text_of,

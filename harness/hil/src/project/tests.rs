@@ -195,6 +195,9 @@ fn a_project_of_a_hard_dbc_passes_too() {
     }
     let several = from_dbc(&name, "hard.dbc", HARD, None).unwrap_err();
     assert_eq!(several.to_string(), "hard.dbc has 2 nodes that send messages");
+    let dumb = b"BU_: A B\nBO_ 1 M: 8 A\nBO_ 2 N: 0 B\n";
+    let received = from_dbc(&name, "two.dbc", dumb, Some("A")).unwrap();
+    assert!(received.files[1].text().contains("# Received: N.\n"), "{:?}", received.files[1]);
     let nobody = from_dbc(&name, "one.dbc", b"BO_ 1 M: 8 Vector__XXX", None).unwrap();
     assert!(nobody.files.iter().any(|file| file.text().contains("node = \"Vector__XXX\"")));
 }

@@ -64,6 +64,15 @@ fn without_a_command_the_plans_of_the_folder_run() {
     assert!(ran.out.contains("passed (6 measurements: 6 passed)") && !ran.out.contains("paper"));
     let summary = fs::read_to_string(hil.path("oven/runs/noisy-bus-seed1/summary.json")).unwrap();
     assert!(!summary.contains("\"paper\""), "{summary}");
+    // A plan with a mistake is a plan: without it, the others would pass for all.
+    for (text, said) in [
+        (&b"steps = [ {wait = "[..], "broken.toml:1:"),
+        (b"[[steps]]\nname = 'K\xe4fer'\n", "broken.toml"),
+    ] {
+        fs::write(hil.path("oven/broken.toml"), text).unwrap();
+        let broken = within(&hil, &[]).exits(2);
+        assert!(broken.err.contains(said), "{}", broken.err);
+    }
     let nothing = Hil::new().run(&[]).exits(2);
     assert!(nothing.err.contains("no plans") && nothing.err.contains("hil --help"), "{nothing:?}");
 }
@@ -109,6 +118,27 @@ fn how_much_of_a_fault_it_stands_is_measured() {
     edit(&hil.path("oven/devices/oven.toml"), "value = 1.0", "value = 5.0");
     let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(2);
     assert!(ran.err.contains("runs.jsonl is of another campaign"), "{}", ran.err);
+}
+
+#[test]
+fn a_project_can_be_made_in_the_working_directory() {
+    let hil = Hil::new();
+    std::fs::create_dir(hil.path("kiln")).unwrap();
+    let made = hil.command(&["new", "."]).current_dir(hil.path("kiln")).output().unwrap();
+    assert!(made.status.success(), "{made:?}");
+    assert!(hil.path("kiln/devices/kiln.toml").is_file());
+}
+
+/// Found by a user: such a project had a plan that judges nothing, which `hil run` refuses.
+#[test]
+fn a_node_that_sends_nothing_is_no_device() {
+    let hil = Hil::new();
+    let dbc = "BU_: Dev Ear\nBO_ 257 Status: 2 Dev\n SG_ T : 0|16@1- (1,0) [0|0] \"\" Ear\n";
+    std::fs::write(hil.path("own.dbc"), dbc).unwrap();
+    let ran = hil.run(&["new", "ear", "--dbc", "own.dbc", "--node", "Ear"]).exits(2);
+    assert!(ran.err.contains("Ear of own.dbc sends no messages"), "{}", ran.err);
+    assert!(ran.err.contains("nodes and their messages: Dev (1)"), "{}", ran.err);
+    assert!(!hil.path("ear").exists());
 }
 
 #[test]
