@@ -11,6 +11,9 @@ use std::io::Read;
 use std::path::Path;
 use wire::time::{Span, Timestamp};
 
+/// The first event of every measurement.
+const BEGINNING: &[u8] = b"Start of measurement";
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Times {
     /// The start of the measurement.
@@ -87,7 +90,8 @@ impl<R: Read + fmt::Debug> ReadEntries for Reader<R> {
                     let event = event::parse(text, self.base)
                         .map_err(|defect| self.lines.malformed(defect))?;
                     let Some((channel, direction, payload)) = event else {
-                        self.passed_over += 1;
+                        self.passed_over +=
+                            u64::from(!text.trim_ascii().eq_ignore_ascii_case(BEGINNING));
                         continue;
                     };
                     let at = self.began.as_nanos().saturating_add(self.last.as_nanos());

@@ -106,6 +106,19 @@ fn what_other_tools_write_is_read() {
     insta::assert_snapshot!(text);
 }
 
+/// Every log of every tool begins so: it is nothing that is missing.
+#[test]
+fn the_start_of_a_measurement_is_not_passed_over() {
+    for (event, passed_over) in [("Start of measurement", 0), ("1  Statistic: D 0 R 0", 1)] {
+        let log = format!("0.0 {event}\n0.1 1  64  Rx   d 1 02\n");
+        let path = std::path::Path::new("bus.asc");
+        let input = std::io::Cursor::new(log);
+        let mut reader = crate::LogReader::new(path, input, Format::Asc).unwrap();
+        assert_eq!(reader.by_ref().filter(|entry| entry.is_ok()).count(), 1);
+        assert_eq!(reader.passed_over(), passed_over, "{event}");
+    }
+}
+
 #[test]
 fn what_is_not_understood_has_its_message() {
     let long = format!("(1.0) can0 123#{}", "0".repeat(5_000));
