@@ -217,6 +217,7 @@ fn what_a_plan_says_of_a_sensor_is_checked_before_it_runs() {
     for (from, to, said) in [
         ("reference = \"encoder.Angle\", ", "", "missing field `reference`"),
         ("\"encoder.Angle\"", "\"encoder.Speed\"", "no signal `Speed` in the layout of `encoder`"),
+        ("\"encoder.Angle\"", "\"resolver.Angle\"", "the reference is what is measured itself"),
         ("\"sensor\", measured", "\"turns\", measured", "`measured` has no meaning from turns"),
         (
             "\"encoder.Angle\"",

@@ -45,7 +45,7 @@ pub enum Defect {
         what: &'static str,
     },
     /// The descriptor is not valid JSON or does not describe a data package.
-    #[error("it is no data package (docs/data-packages.md): {0}")]
+    #[error("it is no data package: {0}")]
     Json(#[source] serde_json::Error),
     /// A required property is missing.
     #[error("{0} is missing")]
@@ -244,6 +244,9 @@ impl Defect {
                 let other = if *what == "unit" { "; state any other unit as 1" } else { "" };
                 format!("known: {}{other}", known.join(", "))
             }
+            Self::Json(_) => "a data package is a folder with a datapackage.json, which says what the columns of its \
+                 tables are: docs/data-packages.md"
+                .to_owned(),
             Self::Delimiter { seen, .. } => format!(
                 "\"dialect\": {{\"delimiter\": {:?}}} in its resource says so, and numbers with a decimal comma need \
                  \"decimalChar\": \",\" there too",
@@ -256,6 +259,9 @@ impl Defect {
                     "the package says that numbers here have a decimal comma (decimalChar)"
                 }
                 .to_owned()
+            }
+            Self::NotANumber(cell) if cell.contains(':') => {
+                "a time is a number of seconds, from any beginning: convert time stamps".to_owned()
             }
             Self::NotANumber(_) => {
                 "a missing number is an empty cell; text is for the roles run, auxiliary and ignore, and an \

@@ -108,8 +108,10 @@ impl DeclaredEnvelope {
         let (least, most) = self.kind.severity_range();
         if !(self.at_least > least.max(0.0) && self.at_least <= most) {
             let message = format!("{}, expected above {least} and at most {most}", self.at_least);
-            let parameter = self.kind.info().parameters.first().map_or("", |first| first.name);
-            return Err(mistake("at_least", message, format!("it is a `{parameter}`")));
+            let help = self.kind.info().parameters.first().map_or_else(String::new, |first| {
+                format!("it is the `{}` of `{}`, in {}", first.name, self.kind.name(), first.unit)
+            });
+            return Err(mistake("at_least", message, help));
         }
         if !(self.share > 0.0 && self.share < 1.0) {
             let message = format!("{}, expected above 0 and below 1", self.share);
@@ -203,6 +205,8 @@ mod tests {
             "fault = \"drop\"\nat_least = 1\nruns = 34",
         ];
         let messages: Vec<String> = wrong.iter().map(|text| parsed(text).unwrap_err()).collect();
+        let most = toml::from_str::<DeclaredEnvelope>(wrong[1]).unwrap().sound().unwrap_err();
+        assert_eq!(most.help, "it is the `loss_percent` of `drop`, in %");
         insta::assert_snapshot!(messages.join("\n"), @r"
         no fault is called `dorp`: did you mean `drop`?
         101, expected above 0 and at most 100

@@ -33,6 +33,11 @@ pub(super) struct Subject<'a> {
     pub(super) rig: Option<&'a Rig>,
 }
 
+/// A number of a layout without the rounding error of its product.
+fn as_stated(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
+}
+
 impl<'a> Subject<'a> {
     pub(super) fn of(plan: &Plan, rig: Option<&'a Rig>) -> Result<Self, Mistake> {
         let fault = |message: &str, help: &str, at: Place| Err(at.mistake(message).help(help));
@@ -98,14 +103,14 @@ impl<'a> Subject<'a> {
                 Err((message, help)) => return Err(here.mistake(message).help(help)),
             };
             if !(signal.minimum..=signal.maximum).contains(&value) {
-                let (least, greatest, unit) = (signal.minimum, signal.maximum, &signal.unit);
+                let [least, greatest] = [signal.minimum, signal.maximum].map(as_stated);
+                let unit = &signal.unit;
                 let message = format!("{name} = {value}, expected {least} to {greatest} {unit}");
                 return Err(here.mistake(message.trim_end()));
             }
             if let Some(sent) = signal.sent_instead_of(value) {
                 let step = signal.resolution();
-                // Without the rounding error of its product.
-                let sent = format!("{sent:.14e}").parse().unwrap_or(sent);
+                let sent = as_stated(sent);
                 let message = format!(
                     "{name} = {value}, and {sent} would be sent: it counts in steps of {step}"
                 );

@@ -44,6 +44,12 @@ pub fn of_run(folder: &RunFolder, rig: &Rig, signals: &Signals) -> Result<Datase
         .chain(beside)
         .map(|quantity| Wanted::of(quantity, rig))
         .collect::<Result<_, _>>()?;
+    if let Some(twice) = wanted.iter().skip(1).find(|one| one.is_same(&wanted[0])) {
+        return Err(ExportError::NoSignal {
+            message: format!("`{}` is what is measured itself", twice.quantity),
+            help: "a reference, and what is beside, are other signals".to_owned(),
+        });
+    }
     let speaks = |index: &usize| wanted.iter().any(|one| one.place.speaker == *index);
     let heard = rig.speakers.iter().enumerate().filter(|(index, _)| speaks(index));
     let mut ears: Vec<_> = heard
@@ -112,6 +118,12 @@ impl<'a> Wanted<'a> {
         })?;
         let signal = place.signal.ok_or_else(no_signal)?;
         Ok(Self { quantity, place, signal })
+    }
+
+    /// Whether both are one signal, under whatever name.
+    fn is_same(&self, other: &Self) -> bool {
+        let of = |one: &Self| (one.place.speaker, one.place.message, one.signal);
+        of(self) == of(other)
     }
 
     fn field(&self, rig: &Rig) -> Field<'a> {

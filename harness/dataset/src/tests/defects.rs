@@ -185,6 +185,7 @@ fn cases() -> Vec<(&'static str, Package)> {
         ("long row", rows("0,1,0\n1,2,0,9\n")),
         ("text", rows("0,1,0\n\n1,fast,0\n")),
         ("not a number", rows("0,1,0\n1,nan,0\n")),
+        ("a time stamp", rows("2024-05-01T12:00:00,1,0\n")),
         ("infinite", rows("0,1,0\n1,-inf,0\n")),
         ("too large", rows("0,1,0\n1,1e999,0\n")),
         ("decimal comma", rows("0,\"1,5\",0\n")),

@@ -154,6 +154,8 @@ fn a_run_of_a_sensor_and_its_reference_is_a_data_package() {
     );
     let told = export("full", "probe.Levle").exits(2).err;
     assert!(told.contains("no signal `Levle`") && told.contains("Level"), "{told}");
+    let told = export("full", "gauge.Reading.Level").exits(2).err;
+    assert!(told.contains("`gauge.Level` is what is measured itself"), "{told}");
     let told = export("full", "probe.Level").exits(0).out;
     assert!(told.ends_with(" rows, 3 runs\n"), "{told}");
     hil.run(&["identify", "levels", "--out", "found"]).exits(0);

@@ -45,6 +45,15 @@ fn a_missing_path_names_the_path_and_the_cause() {
 }
 
 #[test]
+fn a_folder_is_no_file() {
+    let project = tempfile::tempdir().unwrap();
+    let folder = format!("{}/", project.path().display());
+    let error = Library::of_project(project.path()).open(Kind::Plan, &folder).unwrap_err();
+    let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+    assert_eq!(help.as_deref(), Some("name a file in that folder"), "{error}");
+}
+
+#[test]
 fn a_misspelt_path_is_answered_with_the_file_beside_it() {
     let project = tempfile::tempdir().unwrap();
     for file in ["settles.toml", "setles.md", "other.toml"] {

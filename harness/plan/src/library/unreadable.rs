@@ -8,7 +8,11 @@ use std::path::{Path, PathBuf};
 impl LibraryError {
     /// The file at `path` cannot be read for this cause.
     pub fn unreadable(path: &Path, cause: Error) -> Self {
-        let help = if cause.kind() == ErrorKind::NotFound { meant(path) } else { None };
+        let help = match cause.kind() {
+            ErrorKind::NotFound => meant(path),
+            ErrorKind::IsADirectory => Some("name a file in that folder".to_owned()),
+            _ => None,
+        };
         Self::Unreadable { path: path.to_owned(), cause, help }
     }
 }

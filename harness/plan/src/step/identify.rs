@@ -132,6 +132,10 @@ impl Identify {
         for (index, quantity) in self.beside.iter().enumerate() {
             signal_unit(survey, quantity, &at.key("beside").index(index))?;
         }
+        if self.measured == self.reference {
+            let message = "the reference is what is measured itself";
+            return Err(at.key("reference").mistake(message).help("name the signal that is true"));
+        }
         match &units[..] {
             [Some(measured), Some(reference)] if measured != reference => {
                 let message = format!("in {reference}, and what is measured in {measured}");

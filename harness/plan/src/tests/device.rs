@@ -94,6 +94,16 @@ fn a_value_between_two_steps_of_its_signal_is_refused() {
 }
 
 #[test]
+fn a_range_is_told_without_the_rounding_of_its_product() {
+    // 2047 times 0.1 is 204.70000000000002.
+    let rig = of_dbc(&DBC.replace("0|12@1+ (0.1,0) [0|400]", "0|12@1- (0.1,0) [0|0]"));
+    let text = PLAN.replace("Setpoint = 60", "Setpoint = 600");
+    let plan = Plan::parse("p.toml", &text).unwrap();
+    let error = plan.check_rig("p.toml", &text, &rig).unwrap_err();
+    assert_eq!(error.to_string(), "Setpoint = 600, expected -204.8 to 204.7 degC");
+}
+
+#[test]
 fn what_the_device_has_not_is_shown_in_place() {
     let cases = [
         ("message = \"Command\", set = { Enable = 1", "message = \"Comand\", set = { Enable = 1"),
