@@ -137,7 +137,7 @@ impl Cli {
             Some(Command::Worker(arguments)) => arguments.execute(screen),
             Some(Command::Check(arguments)) => arguments.execute(screen),
             Some(Command::Report(arguments)) => arguments.execute(screen),
-            Some(Command::Show(arguments)) => arguments.execute(),
+            Some(Command::Show(arguments)) => arguments.execute(screen),
             Some(Command::List(arguments)) => arguments.execute(),
             Some(Command::Diff(arguments)) => arguments.execute(),
             Some(Command::Rerun(arguments)) => arguments.execute(screen),

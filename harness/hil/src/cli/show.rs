@@ -2,6 +2,7 @@
 
 use super::export_whole::ears;
 use super::failure::Failure;
+use super::progress::Screen;
 use super::say;
 use clap::Args;
 use described::hint;
@@ -50,14 +51,14 @@ fn check_name(header: &Header, name: &str) -> Result<(), Failure> {
 }
 
 impl ShowArguments {
-    pub(super) fn execute(&self) -> Result<Outcome, Failure> {
+    pub(super) fn execute(&self, screen: &Screen) -> Result<Outcome, Failure> {
         let folder = RunFolder::open(&self.run)?;
         let mut out = BufWriter::new(io::stdout().lock());
         let mut left = self.limit.unwrap_or(u64::MAX);
         let records = folder.records()?;
         let header = records.header().clone();
         if let Some(at_s) = self.at {
-            return self.moment(&folder, &header, at_s, records);
+            return self.moment((&folder, &header), at_s, records, screen);
         }
         let wanted = self.device.as_deref();
         wanted.map_or(Ok(()), |name| check_name(&header, name))?;
@@ -92,10 +93,10 @@ impl ShowArguments {
 impl ShowArguments {
     fn moment(
         &self,
-        folder: &RunFolder,
-        header: &Header,
+        (folder, header): (&RunFolder, &Header),
         at_s: f64,
         records: impl Iterator<Item = Result<Record, RecordError>>,
+        screen: &Screen,
     ) -> Result<Outcome, Failure> {
         if at_s.is_nan() || at_s < 0.0 {
             let what = format!("{at_s} s is before the run began");
@@ -103,12 +104,17 @@ impl ShowArguments {
         }
         let ears = ears(header, None)?.unwrap_or_else(Ears::of_base);
         let mut moment = Moment::new(header.clone(), ears);
+        let mut last_s = 0.0;
         for record in records {
             let record = record.map_err(|source| folder.unreadable(source))?;
-            if record.at.as_secs_f64() > at_s {
+            last_s = record.at.as_secs_f64();
+            if last_s > at_s {
                 break;
             }
             moment.take(&record);
+        }
+        if last_s < at_s {
+            screen.note(&format!("the record ends at {last_s:.3} s: this is the state then"));
         }
         let limit =
             self.limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));

@@ -44,7 +44,7 @@ pub(super) fn prepare(plans: &[String], findings: &mut Vec<Finding>) -> Vec<Prep
 
 pub(super) fn unusable(subject: &str, error: &dyn Diagnostic) -> Finding {
     let help = error.help().map(|help| comment(&help.to_string()));
-    let mend = help.unwrap_or_else(|| "# mend the file".to_owned());
+    let mend = help.unwrap_or_else(|| "# mend the file, or name another".to_owned());
     let what = match place(error) {
         Some(place) => format!("{place}: {error}"),
         None => error.to_string(),

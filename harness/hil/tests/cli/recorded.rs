@@ -119,6 +119,9 @@ fn what_stood_at_a_moment_is_shown() {
     assert!(lines(&driving).len() < 60, "{driving}");
     let over = at("1e6");
     assert!(!over.contains("begin steps") && over.contains("controller "), "{over}");
+    let told = hil.run(&["show", "side", "--at", "1e6"]).err;
+    assert!(told.contains(" s: this is the state then"), "{told}");
+    assert_eq!(hil.run(&["show", "side", "--at", "30"]).err, "");
     assert_eq!(
         lines(&hil.run(&["show", "side", "--at", "30", "--limit", "2"]).exits(0).out).len(),
         2
