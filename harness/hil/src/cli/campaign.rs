@@ -15,7 +15,7 @@ use super::envelopes::{EnvelopeArguments, Means, kind};
 use super::failure::Failure;
 use super::interrupt::Interrupt;
 use super::operator::OperatorArguments;
-use super::own::ours_or_empty;
+use super::own::taken;
 use super::progress::Screen;
 use super::repetition::RepetitionArguments;
 use super::say;
@@ -34,6 +34,7 @@ use plan::faults::{FaultKind, Target};
 use plan::library::{Kind, Library};
 use plan::made::Made;
 use record::figures;
+use record::locked::Locked;
 use record::outcome::Outcome;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
@@ -188,7 +189,8 @@ impl CampaignArguments {
             let space = self.space(&task, clean, |_, _| true)?;
             let settings =
                 Settings { cases: self.cases, threads, shrink_max: self.shrink_max(SHRINK_MAX) };
-            let (folder, what) = (self.opened(&prepared)?, self.what(&task, ""));
+            let (folder, _held) = self.opened(&prepared)?;
+            let what = self.what(&task, "");
             let begun = Begun { journal: Journal::open(&folder.join(JOURNAL), &what)?, folder };
             let replay = self.setup.replay();
             let place = |carried_out_by| Place { carried_out_by, replay: &replay };
@@ -277,13 +279,12 @@ impl CampaignArguments {
         Ok(space)
     }
 
-    /// Returns the campaign's folder, created if it does not exist.
-    fn opened(&self, prepared: &Prepared) -> Result<PathBuf, Failure> {
+    /// Returns the campaign's folder, created if it does not exist, and what holds it.
+    fn opened(&self, prepared: &Prepared) -> Result<(PathBuf, Option<Locked>), Failure> {
         let folder = self.folder("campaign", prepared.plan.name.as_str());
         let ours = folder.join(JOURNAL).is_file();
-        ours_or_empty(&folder, ours)?;
-        std::fs::create_dir_all(&folder).map_err(|source| Failure::file(&folder, source))?;
-        Ok(folder)
+        let held = taken(&folder, ours)?;
+        Ok((folder, held))
     }
 
     /// Searches, shrinks and saves in the campaign's folder.

@@ -3,7 +3,7 @@
 use super::build_server::SummaryArguments;
 use super::failure::Failure;
 use super::interrupt::Interrupt;
-use super::own::ours_or_empty;
+use super::own::taken;
 use super::progress::Screen;
 use super::say;
 use campaign::{self, Case, CaseResult, Envelope, EnvelopeSettings, Executor, Kept, Measured};
@@ -99,8 +99,7 @@ impl EnvelopeArguments {
             None => declared(means.prepared)?,
         };
         let ours = [FIGURES, JOURNAL].iter().any(|name| folder.join(name).is_file());
-        ours_or_empty(folder, ours)?;
-        std::fs::create_dir_all(folder).map_err(|source| Failure::file(folder, source))?;
+        let _held = taken(folder, ours)?;
         let (horizon, _) = means.executor.without_faults(means.seed);
         let kept = Kept::open(means.executor, &folder.join(JOURNAL), &means.what)?;
         let mut all = Vec::new();

@@ -1,6 +1,8 @@
 //! Output folders of commands: files that hil did not write stay.
 
 use super::failure::Failure;
+use record::locked::Locked;
+use std::fs::{self, File, TryLockError};
 use std::path::Path;
 
 /// Refuses to replace files of these names in a folder that is not `ours`.
@@ -22,7 +24,7 @@ pub(super) fn only_ours<'a>(
 
 /// Refuses a folder that holds anything, unless it is `ours`.
 pub(super) fn ours_or_empty(folder: &Path, ours: bool) -> Result<(), Failure> {
-    let holds_any = std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    let holds_any = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
     if ours || !holds_any {
         return Ok(());
     }
@@ -30,6 +32,23 @@ pub(super) fn ours_or_empty(folder: &Path, ours: bool) -> Result<(), Failure> {
         format!("refused to write to {}: it holds files of others", folder.display()),
         "choose another folder with --out, or empty this one",
     ))
+}
+
+/// Takes a folder for a campaign, which holds it until the returned lock is dropped. There is no lock on a file system
+/// without locks.
+pub(super) fn taken(folder: &Path, ours: bool) -> Result<Option<Locked>, Failure> {
+    ours_or_empty(folder, ours)?;
+    let failed = |source| Failure::file(folder, source);
+    fs::create_dir_all(folder).map_err(failed)?;
+    let file = File::open(folder).map_err(failed)?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(Locked(file))),
+        Err(TryLockError::Error(_)) => Ok(None),
+        Err(TryLockError::WouldBlock) => Err(Failure::arguments(
+            format!("refused to write to {}: a campaign is going on there", folder.display()),
+            "wait until it is over, or choose another folder with --out",
+        )),
+    }
 }
 
 /// Refuses to replace a file whose name does not end in `end`: it is no earlier output of the same kind.
@@ -45,7 +64,7 @@ pub(super) fn may_replace(path: &Path, end: &str) -> Result<(), Failure> {
 
 /// Whether the file of this name holds a JSON object with this field.
 pub(super) fn has_field(folder: &Path, name: &str, field: &str) -> bool {
-    let text = std::fs::read(folder.join(name)).ok();
+    let text = fs::read(folder.join(name)).ok();
     let value = text.and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
     value.is_some_and(|value| value.get(field).is_some())
 }

@@ -122,6 +122,22 @@ fn two_runs_do_not_share_a_folder() {
     assert!(records.into_iter().all(|record| record.is_ok()), "the record is whole");
 }
 
+/// Found by a user: two campaigns wrote to one journal, and the report counted 69 of 40 cases.
+#[test]
+fn two_campaigns_do_not_share_a_folder() {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    let campaign = ["campaign", "oven/settles.toml", "--out", "campaign", "--cases"];
+    let first = start(&hil, &[&campaign[..], &["1000000"]].concat());
+    wait_for("the journal", || length(&hil.path("campaign/cases.jsonl")) > 0);
+    let second = hil.run(&[&campaign[..], &["4"]].concat()).exits(2);
+    assert!(second.err.contains("a campaign is going on there"), "{}", second.err);
+    kill_process(Pid::from_child(&first), Signal::INT).unwrap();
+    Ran::of(first.wait_with_output().unwrap()).exits(5);
+    let after = hil.run(&[&campaign[..], &["1"]].concat());
+    assert!(!after.err.contains("refused"), "{}", after.err);
+}
+
 /// Enough requests, and answers, to fill a pipe many times over.
 const REQUESTS: usize = 20_000;
 

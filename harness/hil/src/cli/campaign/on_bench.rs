@@ -61,7 +61,7 @@ impl CampaignArguments {
         };
         let setting = live.of_plan(prepared)?;
         setting.fits(&prepared.plan)?;
-        let folder = self.opened(prepared)?;
+        let (folder, _held) = self.opened(prepared)?;
         // Origin of the journal: on another bench, or by another rule, a case has another result.
         let bench = format!(", in real time: {setting}, {rule}");
         #[cfg(feature = "nats")]

@@ -66,16 +66,21 @@ pub struct Gathered {
     pub(super) tried: BTreeMap<(Struck, Column), Tried>,
     /// Number of cases with margins beyond [`MARGINS_MAX`].
     pub(super) margins_not_kept: u64,
+    /// Number of cases asked for: an earlier campaign in the folder may have gone on for longer.
+    asked: u64,
     labels: BTreeMap<String, Vec<String>>,
 }
 
 impl Gathered {
     /// Nothing yet of this campaign.
     pub fn of(account: &Account) -> Self {
-        Self { labels: account.labels.clone(), ..Self::default() }
+        Self { asked: account.asked, labels: account.labels.clone(), ..Self::default() }
     }
 
     pub fn add(&mut self, line: &Line) {
+        if line.number >= self.asked {
+            return;
+        }
         self.tally.count(line.number, &line.result);
         let broke = !line.result.violated.is_empty();
         let what: BTreeSet<(Struck, Column)> = line

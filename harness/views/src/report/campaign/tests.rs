@@ -136,6 +136,13 @@ fn one_that_was_interrupted_is_drawn_as_far_as_it_went() {
     assert_eq!(texts(&page, "header .outcome"), ["held"]);
 }
 
+/// Found by a user: with fewer cases than before, the page spoke of 40 of 20 cases.
+#[test]
+fn cases_beyond_those_asked_for_are_not_counted() {
+    let (text, page) = drawn(&account(Some(ended(None))), 300);
+    assert!(texts(&page, "header .lead")[0].starts_with("200 of 200 cases, "), "{text}");
+}
+
 #[test]
 fn a_link_leads_nowhere_outside() {
     for name in ["https://example.org/x", "../x.toml", "javascript:alert(1)", "/etc/passwd", ".."] {
