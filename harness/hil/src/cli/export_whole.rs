@@ -9,6 +9,7 @@ use exchange::Exported;
 use exchange::tables::survey::Survey;
 use exchange::tables::{Ears, Format, survey};
 use harness::run::load_recorded;
+use record::figures;
 use record::header::Header;
 use record::outcome::Outcome;
 use record::run_folder::RunFolder;
@@ -51,7 +52,8 @@ impl Whole<'_> {
                 let exported = exchange::tables::export(folder, survey, out, format, ears)?;
                 for (table, rows) in &exported.written {
                     let file = out.join(format!("{table}.{}", format.name()));
-                    say(&format!("{}: {rows} rows\n", file.display()))?;
+                    let rows = figures::counted(*rows, "row", "rows");
+                    say(&format!("{}: {rows}\n", file.display()))?;
                 }
                 exported
             }

@@ -15,7 +15,7 @@ fn a_run_becomes_tables_and_a_file_for_foxglove() {
     let hil = recorded();
     let tables = hil.run(&["export", "run", "--tables", "tables"]).exits(0);
     assert!(tables.out.contains("tables/states.parquet: "), "{}", tables.out);
-    assert!(tables.out.contains("tables/measurements.parquet: 1 rows\n"), "{}", tables.out);
+    assert!(tables.out.contains("tables/measurements.parquet: 1 row\n"), "{}", tables.out);
     assert!(hil.path("tables/datapackage.json").is_file());
     hil.run(&["export", "run", "--tables", "tables", "--format", "csv"]).exits(0);
     assert!(!hil.path("tables/states.parquet").exists(), "of an earlier export nothing is left");

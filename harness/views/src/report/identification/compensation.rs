@@ -11,12 +11,13 @@ pub(super) fn steps(finding: &Finding) -> Option<Markup> {
 
 fn steps_of(compensation: &Compensation) -> Markup {
     let Compensation { of, unit, inputs, steps, held_out, left_out } = compensation;
-    let [before, after] = [held_out.before, held_out.after].map(|value| figures::exact(value, 3));
+    let error = |value| figures::with_unit(figures::exact(value, 3), unit);
+    let (before, after) = (error(held_out.before), error(held_out.after));
     html! {
         p {
             "Done with every reading of " code { (of) } ", in this order, the last step is the reading without the errors \
              that were found. On runs that took no part in the fit of its numbers its error is "
-            (after) " " (unit) " root mean square, that of the readings as they are " (before) " " (unit) ". "
+            (after) " root mean square, that of the readings as they are " (before) ". "
             code { "NAME_before" } " is what NAME was at the reading before; what stands behind \u{201c}at first\u{201d} holds \
              at the first reading."
         }

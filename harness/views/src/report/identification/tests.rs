@@ -2,7 +2,7 @@
 
 use super::samples::{block, diagnostics, effect, finding, model};
 use super::{BLOCKS_MAX, page};
-use identification::finding::{Finding, Verdict};
+use identification::finding::{Compensation, Finding, HeldOut, Verdict};
 use identification::model::Model;
 use identification::outcome::{BlockDiagnostics, Diagnostics, RunError, Series};
 use scraper::{Html, Selector};
@@ -26,6 +26,25 @@ fn assert_stands_alone(page: &str) -> Html {
 fn texts(document: &Html, selector: &str) -> Vec<String> {
     let selector = Selector::parse(selector).unwrap();
     document.select(&selector).map(|element| element.text().collect()).collect()
+}
+
+#[test]
+fn the_error_of_a_plain_number_has_no_unit() {
+    let held_out = HeldOut { before: 14.6, after: 0.49, ..finding().held_out };
+    let one = |unit: &str| {
+        let compensation = Compensation {
+            of: "probe".into(),
+            unit: unit.into(),
+            inputs: Vec::new(),
+            steps: Vec::new(),
+            held_out: held_out.clone(),
+            left_out: Vec::new(),
+        };
+        let finding = Finding { compensation: Some(compensation), ..finding() };
+        page(&finding, &model(), &diagnostics(300))
+    };
+    assert!(one("1").contains("its error is 0.49 root mean square"));
+    assert!(one("V").contains("its error is 0.49 V root mean square"));
 }
 
 #[test]
