@@ -12,7 +12,9 @@ pub(super) fn result(run: &Ended, measurements: &[Measurement], judged: Outcome)
     let passed = outcome == Outcome::Passed;
     let broken = measurements.iter().find(|one| !one.verdict.is_acceptable());
     let what = run.ending.reason.clone().or_else(|| broken.map(said)).unwrap_or_default();
-    let violated = (!passed).then(|| Violated {
+    // A run that was stopped on request says nothing about the plan.
+    let has_failed = !passed && outcome != Outcome::Aborted;
+    let violated = has_failed.then(|| Violated {
         property: PASSES.to_owned(),
         at_s: run.end.as_secs_f64(),
         what,
@@ -59,8 +61,18 @@ fn least(measurements: &[Measurement]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{least, said};
+    use super::{Ended, Outcome, least, result, said};
     use crate::outcome::samples::summary;
+    use rig::engine::Ending;
+
+    /// Found by a user: Ctrl-C while a case was made smaller was taken for a break of it.
+    #[test]
+    fn a_run_that_was_stopped_on_request_breaks_nothing() {
+        let ended = |outcome| Ended::at_once(Ending { outcome, reason: None, lost: false });
+        let of = |outcome| result(&ended(outcome), &[], Outcome::Passed);
+        assert!(of(Outcome::Aborted).violated.is_empty() && of(Outcome::Aborted).is_given_up());
+        assert_eq!(of(Outcome::Failed).violated.len(), 1);
+    }
 
     #[test]
     fn a_share_has_no_unit() {

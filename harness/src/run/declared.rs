@@ -10,7 +10,7 @@ use crate::record::header::{Band, Bus, Line, Node, Quantity, StepNote};
 use ::described::{Description, Medium};
 use emulators::base::Transport;
 use emulators::device_file::Devices;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// The serial lines of a bench.
 pub(super) fn lines(devices: &Devices) -> Vec<Line> {
@@ -131,7 +131,7 @@ const fn acts(action: &Action) -> bool {
 /// The quantities that the plan judges, with the bands for single values. `speakers` define the quantities in messages.
 pub(super) fn quantities(plan: &Plan, speakers: &[Speaker]) -> Vec<Quantity> {
     let mut quantities: Vec<Quantity> = Vec::new();
-    let mut places: HashMap<&str, usize> = HashMap::new();
+    let mut places: BTreeMap<&str, usize> = BTreeMap::new();
     for declared in &plan.measurements {
         let names = std::iter::once(&declared.quantity)
             .chain(declared.check.kind().facts().second_quantity.map(|(_, name)| name));

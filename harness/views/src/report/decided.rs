@@ -4,7 +4,7 @@ use super::collect::Collected;
 use super::marks::is_outside;
 use record::header::{Header, Quantity};
 use record::outcome::{Measurement, Summary, Verdict};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::slice;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +22,7 @@ pub(super) fn marks(summary: &Summary, header: &Header, collected: &Collected) -
     // Of two quantities that a measurement is judged by, the first counts.
     let judged = header.quantities.iter().rev();
     let judged = judged.flat_map(|one| one.judged_by.iter().map(move |name| (name.as_str(), one)));
-    let quantities: HashMap<&str, &Quantity> = judged.collect();
+    let quantities: BTreeMap<&str, &Quantity> = judged.collect();
     let measured = summary.measurements.iter().filter_map(|measurement| {
         let at_s = decided_s(measurement, quantities.get(measurement.name.as_str())?, collected)?;
         let class = measurement.verdict.name();
