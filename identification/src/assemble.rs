@@ -33,7 +33,7 @@ pub(crate) fn assemble(
     dataset: &Dataset,
     problem: &Problem,
     done: &[Done<'_>],
-    set_right: Vec<(f64, Effect)>,
+    set_right: Vec<Effect>,
     options: &Options,
 ) -> Identified {
     let (seed, noise_is_known) = (options.seed, options.noise_from.is_some());
@@ -58,7 +58,7 @@ pub(crate) fn assemble(
             ),
         });
     }
-    let mut effects = by_strength(set_right, done);
+    let mut effects = by_benefit(set_right, done);
     outcome::lines_before_their_zero(&mut effects);
     let (held_out, held_out_also) = errors(done, seed);
     let verdict = verdict(&left, &effects, std::iter::once(&held_out).chain(&held_out_also));
@@ -163,11 +163,12 @@ fn diagnosed(one: &Done<'_>) -> BlockDiagnostics {
     outcome::diagnose(one.data, &one.plain, &one.fit, (&before[0].errors, &after[0].errors))
 }
 
-/// Effects with those that are `set_right`, the strongest first.
-fn by_strength(set_right: Vec<(f64, Effect)>, done: &[Done<'_>]) -> Vec<Effect> {
+/// Effects with those that are `set_right`, first the one without which held-out errors rise most. What the package states
+/// wrongly and only one thing can be goes before all: a scale error could take it up.
+fn by_benefit(set_right: Vec<Effect>, done: &[Done<'_>]) -> Vec<Effect> {
     let mut effects = set_right;
     for one in done {
-        effects.extend(one.clipping().map(|(found, effect)| (found.strength, effect)));
+        effects.extend(one.clipping().map(|(_, effect)| effect));
         for (index, found) in one.fit.effects.iter().enumerate() {
             let after = &one.fit.path[one.fit.chosen].metrics[0];
             let without = &one.without(index)[0];
@@ -175,17 +176,16 @@ fn by_strength(set_right: Vec<(f64, Effect)>, done: &[Done<'_>]) -> Vec<Effect> 
             if found.shape.acts == Acts::Axis && sees_little(&one.fit.base) {
                 effect.name = "wrong_axis".to_owned();
             }
-            effects.push((found.strength, effect));
+            effects.push(effect);
         }
     }
-    if done.iter().any(|one| one.data.block.pose.is_some()) {
-        // Beside a driven path everything is certain; what matters more goes first.
-        for (strength, effect) in &mut effects {
-            *strength = effect.held_out_before / effect.held_out_after;
-        }
-    }
-    effects.sort_by(|a, b| b.0.total_cmp(&a.0));
-    effects.into_iter().map(|(_, effect)| effect).collect()
+    let rise = |effect: &Effect| {
+        let is_fitted = effect.parameters.iter().any(|one| one.standard_error.is_some());
+        let rise = effect.held_out_before / effect.held_out_after.max(f64::MIN_POSITIVE);
+        if is_fitted { rise } else { f64::INFINITY }
+    };
+    effects.sort_by(|a, b| rise(b).total_cmp(&rise(a)));
+    effects
 }
 
 fn verdict<'a>(

@@ -13,7 +13,7 @@ use crate::noise::{Layout, NoiseModel};
 use crate::problem::{Known, Problem};
 use crate::select::fall;
 
-/// The corrections as effects with their strengths. The path of each block that they concern begins with what the
+/// The corrections as effects. The path of each block that they concern begins with what the
 /// package states.
 ///
 /// # Errors
@@ -23,7 +23,7 @@ pub(crate) fn set_right(
     stated: &Dataset,
     corrections: &[Correction],
     done: &mut [Done<'_>],
-) -> Result<Vec<(f64, Effect)>, IdentifyError> {
+) -> Result<Vec<Effect>, IdentifyError> {
     if corrections.is_empty() {
         return Ok(Vec::new());
     }
@@ -43,14 +43,14 @@ pub(crate) fn set_right(
         let with = &one.fit.path[one.fit.chosen].metrics;
         let (held_out_before, held_out_after) = (without[0].value(), with[0].value());
         let effect = Effect { held_out_before, held_out_after, ..effect };
-        found.push((correction.strength(), effect));
+        found.push(effect);
     }
     let found = of_the_sensor(found, done.len());
     for one in done.iter_mut() {
         let axis = one.data.block.axis;
-        let concerns = |effect: &&(f64, Effect)| effect.1.axis.is_none() || effect.1.axis == axis;
+        let concerns = |effect: &&Effect| effect.axis.is_none() || effect.axis == axis;
         let names: Vec<String> =
-            found.iter().filter(concerns).map(|effect| effect.1.name.clone()).collect();
+            found.iter().filter(concerns).map(|effect| effect.name.clone()).collect();
         if !names.is_empty() {
             let base: Vec<Shape> = one.fit.base.iter().map(|found| found.shape.clone()).collect();
             let metrics = errors(stated, one, &base)?;
@@ -61,20 +61,20 @@ pub(crate) fn set_right(
 }
 
 /// Puts what is wrong with each of several axes alike into one effect of the sensor.
-fn of_the_sensor(effects: Vec<(f64, Effect)>, axes: usize) -> Vec<(f64, Effect)> {
+fn of_the_sensor(effects: Vec<Effect>, axes: usize) -> Vec<Effect> {
     let alike = |one: &Effect| -> usize {
-        let same = |other: &&(f64, Effect)| {
-            other.1.axis.is_some() && other.1.name == one.name && other.1.drivers.is_empty()
+        let same = |other: &&Effect| {
+            other.axis.is_some() && other.name == one.name && other.drivers.is_empty()
         };
         effects.iter().filter(same).count()
     };
-    let mut found: Vec<(f64, Effect)> = Vec::new();
-    for (strength, effect) in &effects {
+    let mut found: Vec<Effect> = Vec::new();
+    for effect in &effects {
         let is_shared = axes > 1 && effect.axis.is_some() && alike(effect) == axes;
         if !is_shared {
-            found.push((*strength, effect.clone()));
-        } else if !found.iter().any(|(_, one)| one.name == effect.name && one.axis.is_none()) {
-            found.push((*strength, Effect { axis: None, ..effect.clone() }));
+            found.push(effect.clone());
+        } else if !found.iter().any(|one| one.name == effect.name && one.axis.is_none()) {
+            found.push(Effect { axis: None, ..effect.clone() });
         }
     }
     found

@@ -30,7 +30,7 @@ pub use shape::{LATE_SHARE, SEEN, Shape, exposure};
 pub use spline::{REACH as SPLINE_REACH, pieces as spline_pieces, quantile_knots};
 use std::collections::BTreeMap;
 pub(crate) use term::place_unit;
-pub use term::{Fitted, KNOT, is_frame, is_place};
+pub use term::{Fitted, KNOT, is_frame, is_place, is_threshold, levels};
 
 /// How a term depends on its drivers; beside each, its parameters. `origin` is where a driver counts as zero.
 ///

@@ -66,13 +66,28 @@ fn coefficient_names(shape: &Shape) -> Vec<String> {
     }
 }
 
-/// Standard error of the place of a step, of which the data only say between which values of its driver it lies.
-fn between_rows(shape: &Shape, channels: &Channels, at: f64) -> Option<f64> {
+/// Whether the number is a place where the contribution of `shape` jumps.
+pub fn is_threshold(shape: &Shape, name: &str) -> bool {
+    matches!((shape.form, name), (Form::Step, "at") | (Form::DeadZone, "width"))
+}
+
+/// Values of the driver that a threshold of `shape` can lie between, in order.
+pub fn levels(shape: &Shape, channels: &Channels) -> Option<Vec<f64>> {
     let values = see(channels, shape.drivers.first()?, &shape.fixed)?;
-    let (below, above): (Vec<f64>, Vec<f64>) =
-        values.iter().filter(|value| value.is_finite()).partition(|value| **value < at);
-    let low = below.into_iter().reduce(f64::max)?;
-    Some((above.into_iter().reduce(f64::min)? - low) / 12.0_f64.sqrt())
+    let size = |value: f64| if shape.form == Form::DeadZone { value.abs() } else { value };
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    let mut found: Vec<f64> = finite.map(size).collect();
+    found.sort_by(f64::total_cmp);
+    found.dedup();
+    Some(found)
+}
+
+/// Standard error of a threshold from the rows alone, which only say between which values of its driver it lies.
+fn between_rows(shape: &Shape, channels: &Channels, at: f64) -> Option<f64> {
+    let levels = levels(shape, channels)?;
+    let above = levels.partition_point(|level| *level < at);
+    let low = levels.get(above.checked_sub(1)?)?;
+    Some((levels.get(above)? - low) / 12.0_f64.sqrt())
 }
 
 /// Parameters that are lengths of something.
@@ -106,9 +121,11 @@ impl Term {
                 continue;
             }
             let unit = fixed_unit(shape, channels, name);
-            let error = match (shape.form, name.as_str()) {
-                (Form::Step, "at") => between_rows(shape, channels, *value),
-                _ => nonlinear.iter().find(|(key, _)| key == name).map(|(_, error)| *error),
+            let error = nonlinear.iter().find(|(key, _)| key == name).map(|(_, error)| *error);
+            let error = match is_threshold(shape, name) {
+                true => between_rows(shape, channels, *value)
+                    .map(|rows| rows.hypot(error.unwrap_or(0.0))),
+                false => error,
             };
             let error = error.map(|error| error / unit.si);
             parameters.push(Parameter {

@@ -2,6 +2,7 @@
 
 use super::choose::Contender;
 use super::found::{Asked, BlockFit, Step, Waypoint};
+use super::jointly::{Joint, Outliers, cross_thresholds};
 use super::material::Material;
 use super::record::Record;
 use super::roughly::is_reportable;
@@ -187,16 +188,20 @@ fn reported(
     if is_noise {
         left.extend(richest.surely_beyond(&state.terms, -(RISK * asked.share).ln()));
     }
+    let outliers = if is_noise { Outliers::Less } else { Outliers::Alike };
+    let has_crossed = cross_thresholds(&mut state, outliers);
     let mut fit = if is_noise {
-        if asked.noise.is_none() && chosen + 1 < path.len() {
+        if asked.noise.is_none() && (has_crossed || chosen + 1 < path.len()) {
             state.fit_noise(true);
         }
-        let mut fit = finish::of_noise(&state, left);
-        values::of_noise(&mut fit, &state, judge);
+        let joint = Joint::new(&state, outliers);
+        let mut fit = finish::of_noise(&state, &joint, left);
+        values::of_noise(&mut fit, &joint.state, judge);
         fit
     } else {
-        let mut fit = finish::of_structure(material, &state, &path[chosen].metrics);
-        values::of_structure(&mut fit, &state);
+        let joint = Joint::new(&state, outliers);
+        let mut fit = finish::of_structure(material, (&state, &joint), &path[chosen].metrics);
+        values::of_structure(&mut fit, &joint.state);
         fit
     };
     (fit.path, fit.chosen, fit.goes) = (waypoints, chosen, remains(&state).goes);

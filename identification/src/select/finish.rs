@@ -2,22 +2,21 @@
 
 use super::choose::{Contender, contenders, simplicity};
 use super::found::BlockFit;
+use super::jointly::Joint;
 use super::material::Material;
-use super::roughly::{Estimates, estimates};
+use super::roughly::{Estimates, estimates_of};
 use super::scene::Scene;
 use super::state::State;
-use crate::fit::{Data, Found, RivalFound, White, combine, less, robust_fit};
+use crate::fit::{Data, Found, RivalFound, combine, robust_fit};
 use crate::judge::{Metric, margin};
 use crate::model::{Driver, Form};
 use crate::robust;
 use crate::significance::surprise_chi2;
 
-/// Standard errors within which all of what is measured is late by the same.
-const ALL_LATE: f64 = 3.0;
-
-/// Values, errors and rivals of the terms of `state`, whose residual is noise.
-pub(super) fn of_noise(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
-    let mut found = values(state);
+/// Values and errors of `joint`, and rivals of the terms of `state`, whose residual is noise: the same terms as they were
+/// chosen.
+pub(super) fn of_noise(state: &State<'_>, joint: &Joint<'_>, left: Vec<Contender>) -> BlockFit {
+    let mut found = values(joint);
     for index in state.base..state.terms.len() {
         let (scene, mine) = state.beside_others(index);
         found[index].strength = mine.strength;
@@ -27,22 +26,13 @@ pub(super) fn of_noise(state: &State<'_>, left: Vec<Contender>) -> BlockFit {
     BlockFit::new(state, found, (scene.floor(&state.noise), scene.scale), left)
 }
 
-/// Values of the terms of `state`, with errors.
-fn values(state: &State<'_>) -> Vec<Found> {
-    let data = state.data;
-    let columns = data.all_columns(&state.terms);
-    let White { whitener, columns: mut white, target } = state.whitened();
-    let linear = white.len();
-    let first = robust_fit(&white, &target).coefficients;
-    let mut derivatives = data.derivatives(&state.terms, &first);
-    derivatives.extend(data.by_delays(&state.terms, &first));
-    // The numbers are at their best, so the residual has no component along the derivatives: they only widen the errors
-    // of the rest.
-    let residual = less(&target, &combine(&white, &first));
-    white.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
+/// Values of the terms, with errors.
+fn values(joint: &Joint<'_>) -> Vec<Found> {
+    let data = joint.state.data;
+    let mut white = joint.white.clone();
     if let Some(closing) = &data.block.closing {
         // The lever comes from the same ends of laps: its fit carries little information on the size of their error.
-        let fitted = combine(&columns, &first);
+        let fitted = combine(&data.all_columns(&joint.state.terms), &joint.coefficients);
         let by_lever = |(fitted, component): (&f64, &usize)| match component {
             0 => 0.0,
             _ => *fitted,
@@ -50,30 +40,10 @@ fn values(state: &State<'_>) -> Vec<Found> {
         let by_lever: Vec<f64> = fitted.iter().zip(&closing.component).map(by_lever).collect();
         // Without a term, the lever has nothing to act on.
         if !by_lever.is_empty() {
-            white.push(whitener.apply(&by_lever));
+            white.push(joint.whitener.apply(&by_lever));
         }
     }
-    let errors = robust_fit(&white, &residual).errors;
-    let mut found = Vec::new();
-    for (index, (shape, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
-        let mut coefficients: Vec<(f64, f64)> = places.map(|i| (first[i], errors[i])).collect();
-        // How late it is, where all of it is late: more exact than how much is.
-        let by_delay = derivatives.iter().position(|one| one.term == index && one.name == "delay");
-        if let Some((error, late)) = by_delay.map(|i| errors[linear + i]).zip(shape.number("delay"))
-            && let [(value, its)] = &mut coefficients[..]
-            && (*value - late).abs() < ALL_LATE * *its
-        {
-            (*value, *its) = (late, error);
-        }
-        let numbers = derivatives
-            .iter()
-            .zip(&errors[linear..])
-            .filter(|(derivative, _)| derivative.term == index)
-            .map(|(derivative, error)| (derivative.name.to_owned(), *error))
-            .collect();
-        found.push(Found { numbers, ..Found::new(shape, coefficients) });
-    }
-    found
+    joint.found(&robust_fit(&white, &joint.left).errors)
 }
 
 /// Maximum distance of a rival behind the effect, in nats.
@@ -127,13 +97,13 @@ fn same_drivers(a: &[Driver], b: &[Driver]) -> bool {
     a.len() == b.len() && a.iter().all(|driver| b.contains(driver))
 }
 
-/// Values, errors and rivals of the terms of `state`, whose residual is not noise; `metrics` judged it.
+/// Values and errors of `joint`, and rivals of the terms of `state`, whose residual is not noise; `metrics` judged it.
 pub(super) fn of_structure(
     material: &Material<'_>,
-    state: &State<'_>,
+    (state, joint): (&State<'_>, &Joint<'_>),
     metrics: &[Metric],
 ) -> BlockFit {
-    let Estimates { mut terms, left } = estimates(state);
+    let Estimates { mut terms, left } = estimates_of(joint);
     for index in state.base..terms.len() {
         terms[index].rivals = as_good(material, state, index, metrics);
     }

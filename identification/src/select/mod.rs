@@ -5,6 +5,7 @@ mod choose;
 mod finish;
 mod found;
 mod gain;
+mod jointly;
 mod material;
 mod means;
 mod period;

@@ -1,6 +1,7 @@
 //! Values and errors for a residual that is not noise: least squares, with errors that are valid for any residual if
 //! runs are alike (Liang and Zeger 1986).
 
+use super::jointly::Joint;
 use super::state::State;
 use crate::fit::{Found, White};
 use crate::linear::{Normal, dot, solve};
@@ -57,7 +58,6 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
     let (covariance, count) = covariance(&columns, &left, &inverse, &clusters(&data.layout.run));
     let mut terms = Vec::new();
     for (index, (shape, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
-        let width = places.len();
         let coefficients: Vec<(f64, f64)> =
             places.map(|i| (first[i], covariance[i][i].sqrt())).collect();
         let numbers = derivatives
@@ -68,17 +68,32 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
                 (derivative.name.to_owned(), covariance[linear + i][linear + i].sqrt())
             })
             .collect();
-        // The largest deviation of a coefficient, corrected for their number.
-        let wald = coefficients
-            .iter()
-            .map(|(value, error)| (value / error).powi(2))
-            .filter(|square| square.is_finite())
-            .fold(0.0, f64::max);
-        let free = count as f64 - 1.0;
-        let strength = (surprise(wald, 1.0, free) - (width.max(1) as f64).ln()).max(0.0);
-        terms.push(Found { numbers, strength, ..Found::new(shape, coefficients) });
+        let found = Found { numbers, ..Found::new(shape, coefficients) };
+        terms.push(Found { strength: strength(&found, count), ..found });
     }
     Estimates { terms, left }
+}
+
+/// The same of all numbers at their best together.
+pub(super) fn estimates_of(joint: &Joint<'_>) -> Estimates {
+    let Joint { state, white, left, .. } = joint;
+    let inverse = solve(white, left).inverse;
+    let (covariance, count) = covariance(white, left, &inverse, &clusters(&state.data.layout.run));
+    let errors: Vec<f64> = (0..white.len()).map(|i| covariance[i][i].sqrt()).collect();
+    let mut terms = joint.found(&errors);
+    for found in &mut terms {
+        found.strength = strength(found, count);
+    }
+    Estimates { terms, left: left.clone() }
+}
+
+/// Surprise of the largest deviation of a coefficient from zero, corrected for their number, with errors from so many
+/// clusters.
+fn strength(found: &Found, clusters: usize) -> f64 {
+    let squares = found.coefficients.iter().map(|(value, error)| (value / error).powi(2));
+    let wald = squares.filter(|square| square.is_finite()).fold(0.0, f64::max);
+    let width = found.coefficients.len().max(1) as f64;
+    (surprise(wald, 1.0, clusters as f64 - 1.0) - width.ln()).max(0.0)
 }
 
 /// Probability of being zero from which a term is doubtful while others may be missing beside it, whatever its gain on the existing

@@ -3,6 +3,7 @@
 use super::block::identify_block;
 use super::choose::{Contender, plainest_first};
 use super::found::Asked;
+use super::jointly::{Joint, Outliers};
 use super::record::Record;
 use super::roughly::{doubtful, estimates, is_reportable};
 use super::scene::Score;
@@ -105,7 +106,8 @@ fn slopes(error: &[f64], load: &[f64]) -> [f64; 2] {
     let noise = NoiseModel { coloured, ..NoiseModel::white(RUNS) };
     with_state(&problem, Some(noise), |mut state, judge| {
         state.add(over("load"));
-        let mut fit = finish::of_noise(&state, Vec::new());
+        let joint = Joint::new(&state, Outliers::Less);
+        let mut fit = finish::of_noise(&state, &joint, Vec::new());
         values::of_noise(&mut fit, &state, judge);
         [&fit.applied[1], &fit.effects[0]].map(|found| found.coefficients[0].0.to_degrees())
     })
@@ -133,7 +135,8 @@ fn weights_for_slow_noise_that_predict_worse_are_equal_when_applied() {
 fn applied(error: &[f64], beside: &[(&str, &[f64])]) -> Vec<f64> {
     with_state(&at_rest(error, beside), Some(NoiseModel::white(RUNS)), |mut state, judge| {
         beside.iter().for_each(|(name, _)| state.add(over(name)));
-        let mut fit = finish::of_noise(&state, Vec::new());
+        let joint = Joint::new(&state, Outliers::Less);
+        let mut fit = finish::of_noise(&state, &joint, Vec::new());
         values::of_noise(&mut fit, &state, judge);
         fit.applied[1..].iter().map(|found| found.coefficients[0].0.to_degrees()).collect()
     })

@@ -23,10 +23,11 @@ pub(super) fn of_noise(fit: &mut BlockFit, state: &State<'_>, judge: &Judge<'_>)
     let even = evener(state, judge);
     let noise = even.as_ref().unwrap_or(&state.noise);
     let mut all = fit.all();
-    let best = fit_terms(state.data, &state.terms, noise);
-    for (found, best) in all.iter_mut().zip(best) {
-        for (mine, (value, _)) in found.coefficients.iter_mut().zip(best.coefficients) {
-            mine.0 = value;
+    if even.is_some() {
+        for (found, best) in all.iter_mut().zip(fit_terms(state.data, &state.terms, noise)) {
+            for (mine, (value, _)) in found.coefficients.iter_mut().zip(best.coefficients) {
+                mine.0 = value;
+            }
         }
     }
     let effects = all.split_off(state.base);
