@@ -21,7 +21,7 @@ fn effects_stand_in_the_order_of_what_they_do_on_held_out_runs() {
         let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
         let read = |row: usize| {
             let value = rate(row, every as f64) + slope * (warm(row) - 20.0) + 0.1 * draw();
-            if row % every == 0 { value } else { f64::NAN }
+            if row.is_multiple_of(every) { value } else { f64::NAN }
         };
         let readings: Vec<f64> = (0..rows).map(read).collect();
         let truth = (0..rows).map(|row| rate(row, every as f64)).collect();

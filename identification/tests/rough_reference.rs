@@ -25,7 +25,7 @@ fn sensor(memory: f64, every: usize, seed: u64) -> Dataset {
             let beat = 0.6 + 0.1 * run as f64;
             let truth = 1.0 + 0.5 * (beat * at).sin() + 0.3 * (2.3 * beat * at + 1.0).sin();
             let seen = truth + NOISE / 3.0 * draw();
-            let seen = if row % every == 0 { seen } else { f64::NAN };
+            let seen = if row.is_multiple_of(every) { seen } else { f64::NAN };
             let values = [at, truth + NOISE * noise, seen];
             columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
         }
