@@ -154,7 +154,8 @@ fn a_link_leads_nowhere_outside() {
 
 #[test]
 fn many_cases_fit_one_page() {
-    let (text, _) = drawn(&account(Some(ended(None))), 200_000);
+    let asked = Account { asked: 200_000, ..account(Some(ended(None))) };
+    let (text, _) = drawn(&asked, 200_000);
     assert!(text.len() < 1_000_000, "{} bytes", text.len());
     assert!(text.contains("the lowest and the highest of each column"));
 }
