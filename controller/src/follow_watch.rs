@@ -105,7 +105,7 @@ impl FollowWatch {
     /// The base is commanded to stand at `now`, and brakes at `ramp`. Afterwards [`Self::fell_short`] counts what it goes
     /// meanwhile.
     pub(crate) fn break_off(&mut self, now: Timestamp, ramp: Acceleration) {
-        let speed = self.path.last.map_or(0.0, |(_, speed)| speed);
+        let speed = self.path.rate();
         self.path.tell(now, 0.0);
         self.path.told += speed * speed.abs() / (2.0 * ramp.m_per_s2());
         self.broken_off_at = speed;
@@ -113,8 +113,7 @@ impl FollowWatch {
 
     /// True if the base's path is to change, unless it has come to rest.
     pub(crate) fn drives(&self) -> bool {
-        let speed = self.path.last.map_or(0.0, |(_, speed)| speed);
-        speed.abs().max(self.broken_off_at.abs()) > CREEP
+        self.path.rate().abs().max(self.broken_off_at.abs()) > CREEP
     }
 
     /// True if a base at rest went less than commanded. It may have gone further: the command to stop can be late.
@@ -132,6 +131,11 @@ impl FollowWatch {
 impl Axis {
     fn new(from: f64, apart_max: f64) -> Self {
         Self { from, apart_max, told: 0.0, last: None, orders: [None; ORDERS] }
+    }
+
+    /// The last commanded rate.
+    fn rate(&self) -> f64 {
+        self.last.map_or(0.0, |(_, rate)| rate)
     }
 
     fn tell(&mut self, now: Timestamp, rate: f64) {

@@ -9,12 +9,13 @@ use std::collections::BTreeMap;
 /// Result of a run.
 pub(super) fn result(run: &Ended, measurements: &[Measurement], judged: Outcome) -> CaseResult {
     let outcome = run.ending.outcome.max(judged);
+    if outcome == Outcome::Aborted {
+        return CaseResult::given_up();
+    }
     let passed = outcome == Outcome::Passed;
     let broken = measurements.iter().find(|one| !one.verdict.is_acceptable());
     let what = run.ending.reason.clone().or_else(|| broken.map(said)).unwrap_or_default();
-    // A run that was stopped on request says nothing about the plan.
-    let has_failed = !passed && outcome != Outcome::Aborted;
-    let violated = has_failed.then(|| Violated {
+    let violated = (!passed).then(|| Violated {
         property: PASSES.to_owned(),
         at_s: run.end.as_secs_f64(),
         what,

@@ -29,7 +29,7 @@ impl Correction {
     }
 
     /// How certain it is, in nats.
-    pub(crate) fn strength(&self) -> f64 {
+    fn strength(&self) -> f64 {
         let zero = if self.fault == Fault::SteerScale { 1.0 } else { 0.0 };
         self.standard_error
             .map_or(f64::MAX, |error| surprise_chi2(((self.value - zero) / error).powi(2), 1.0))

@@ -188,14 +188,25 @@ impl Data<'_> {
         if !is_delay(term) || term.number("delay")?.abs() < interval {
             return None;
         }
-        let (now, step) = (term.number("delay")?, 0.02 * interval);
-        let side = |sign: f64| {
-            let mut moved = term.clone();
-            moved.set("delay", now + sign * step);
-            self.columns(&moved).pop()
-        };
-        let (high, low) = (side(1.0)?, side(-1.0)?);
+        let step = 0.02 * interval;
+        let [(_, high), (_, low)] = self.on_both_sides(term, "delay", step)?;
         Some(("delay", high.iter().zip(&low).map(|(h, l)| (h - l) / (2.0 * step)).collect()))
+    }
+
+    /// The number of a term that is `step` more and less than it is, and its last column with that.
+    pub(super) fn on_both_sides(
+        &self,
+        term: &Shape,
+        name: &str,
+        step: f64,
+    ) -> Option<[(f64, Vec<f64>); 2]> {
+        let now = term.number(name)?;
+        let side = |number: f64| {
+            let mut moved = term.clone();
+            moved.set(name, number);
+            Some((number, self.columns(&moved).pop()?))
+        };
+        Some([side(now + step)?, side(now - step)?])
     }
 }
 

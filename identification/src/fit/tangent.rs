@@ -70,12 +70,7 @@ impl Data<'_> {
         let (name, now) = term.fixed.first().filter(|_| term.form == Form::Delay)?;
         let most = if is_delay(term) { 0.02 * self.channels.interval() } else { f64::INFINITY };
         let step = most.min(0.01 * now.abs());
-        let side = |sign: f64| {
-            let mut moved = term.clone();
-            moved.set(name, now + sign * step);
-            Some((now + sign * step, self.columns(&moved).pop()?))
-        };
-        let ((more, high), (fewer, low)) = (side(1.0)?, side(-1.0)?);
+        let [(more, high), (fewer, low)] = self.on_both_sides(term, name, step)?;
         let ends = high.iter().zip(&low);
         let column = ends.map(|(h, l)| (more * h - fewer * l) / (2.0 * step)).collect();
         Some((name.clone(), column))

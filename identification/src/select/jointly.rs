@@ -3,7 +3,7 @@
 //! alone, and the errors of all hold only where all are at their best.
 
 use super::state::{State, is_within_physics};
-use crate::fit::{Data, Found, Number, Tangent, White, combine, less, robust_fit};
+use crate::fit::{Data, Found, Number, RobustFit, Tangent, White, combine, less, robust_fit};
 use crate::linear::{Normal, dot};
 use crate::model::{Form, Shape, is_threshold, levels};
 use crate::noise::Whitener;
@@ -102,10 +102,13 @@ impl<'a> Joint<'a> {
         for _ in 0..STEPS {
             let free = self.free();
             let white: Vec<_> = free.iter().map(|at| self.white[*at].clone()).collect();
-            let errors = robust_fit(&white, &self.left).errors;
+            let RobustFit { coefficients, errors, .. } = robust_fit(&white, &self.left);
+            let best = match self.outliers {
+                Outliers::Less => coefficients,
+                Outliers::Alike => self.outliers.fit(&white, &self.left),
+            };
             let mut steps = vec![0.0; self.tangents.len()];
             let mut moves = false;
-            let best = self.outliers.fit(&white, &self.left);
             for ((at, step), error) in free.into_iter().zip(best).zip(errors) {
                 steps[at] = step;
                 moves |= step.abs() > SETTLED * error;

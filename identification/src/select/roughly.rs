@@ -3,7 +3,7 @@
 
 use super::jointly::Joint;
 use super::state::State;
-use crate::fit::{Found, White};
+use crate::fit::{Data, Found, White};
 use crate::linear::{Normal, dot, solve};
 use crate::model::Shape;
 use crate::problem::{clusters, runs};
@@ -54,19 +54,15 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
     let linear = columns.len();
     let derivatives = data.derivatives(&state.terms, &first);
     columns.extend(derivatives.iter().map(|derivative| whitener.apply(&derivative.column)));
-    let inverse = solve(&columns, &left).inverse;
-    let (covariance, count) = covariance(&columns, &left, &inverse, &clusters(&data.layout.run));
+    let (errors, count) = errors(&columns, &left, data);
     let mut terms = Vec::new();
     for (index, (shape, places)) in state.terms.iter().zip(data.places(&state.terms)).enumerate() {
-        let coefficients: Vec<(f64, f64)> =
-            places.map(|i| (first[i], covariance[i][i].sqrt())).collect();
+        let coefficients: Vec<(f64, f64)> = places.map(|i| (first[i], errors[i])).collect();
         let numbers = derivatives
             .iter()
-            .enumerate()
-            .filter(|(_, derivative)| derivative.term == index)
-            .map(|(i, derivative)| {
-                (derivative.name.to_owned(), covariance[linear + i][linear + i].sqrt())
-            })
+            .zip(&errors[linear..])
+            .filter(|(derivative, _)| derivative.term == index)
+            .map(|(derivative, error)| (derivative.name.to_owned(), *error))
             .collect();
         let found = Found { numbers, ..Found::new(shape, coefficients) };
         terms.push(Found { strength: strength(&found, count), ..found });
@@ -77,14 +73,19 @@ pub(super) fn estimates(state: &State<'_>) -> Estimates {
 /// The same of all numbers at their best together.
 pub(super) fn estimates_of(joint: &Joint<'_>) -> Estimates {
     let Joint { state, white, left, .. } = joint;
-    let inverse = solve(white, left).inverse;
-    let (covariance, count) = covariance(white, left, &inverse, &clusters(&state.data.layout.run));
-    let errors: Vec<f64> = (0..white.len()).map(|i| covariance[i][i].sqrt()).collect();
+    let (errors, count) = errors(white, left, state.data);
     let mut terms = joint.found(&errors);
     for found in &mut terms {
         found.strength = strength(found, count);
     }
     Estimates { terms, left: left.clone() }
+}
+
+/// Standard errors of what multiplies each column, with errors clustered by run, and the number of clusters.
+fn errors(columns: &[Vec<f64>], left: &[f64], data: Data<'_>) -> (Vec<f64>, usize) {
+    let inverse = solve(columns, left).inverse;
+    let (covariance, count) = covariance(columns, left, &inverse, &clusters(&data.layout.run));
+    ((0..columns.len()).map(|i| covariance[i][i].sqrt()).collect(), count)
 }
 
 /// Surprise of the largest deviation of a coefficient from zero, corrected for their number, with errors from so many

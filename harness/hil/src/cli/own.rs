@@ -2,7 +2,8 @@
 
 use super::failure::Failure;
 use record::locked::Locked;
-use std::fs::{self, File, TryLockError};
+use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Refuses to replace files of these names in a folder that is not `ours`.
@@ -34,21 +35,17 @@ pub(super) fn ours_or_empty(folder: &Path, ours: bool) -> Result<(), Failure> {
     ))
 }
 
-/// Takes a folder for a campaign, which holds it until the returned lock is dropped. There is no lock on a file system
-/// without locks.
+/// Takes a folder for a campaign, which holds it until the returned [lock](Locked::folder) is dropped.
 pub(super) fn taken(folder: &Path, ours: bool) -> Result<Option<Locked>, Failure> {
     ours_or_empty(folder, ours)?;
-    let failed = |source| Failure::file(folder, source);
-    fs::create_dir_all(folder).map_err(failed)?;
-    let file = File::open(folder).map_err(failed)?;
-    match file.try_lock() {
-        Ok(()) => Ok(Some(Locked(file))),
-        Err(TryLockError::Error(_)) => Ok(None),
-        Err(TryLockError::WouldBlock) => Err(Failure::arguments(
+    let held = fs::create_dir_all(folder).and_then(|()| Locked::folder(folder));
+    held.map_err(|source| match source.kind() {
+        ErrorKind::WouldBlock => Failure::arguments(
             format!("refused to write to {}: a campaign is going on there", folder.display()),
             "wait until it is over, or choose another folder with --out",
-        )),
-    }
+        ),
+        _ => Failure::file(folder, source),
+    })
 }
 
 /// Refuses to replace a file whose name does not end in `end`: it is no earlier output of the same kind.

@@ -2,12 +2,11 @@
 
 use super::RunFolderError;
 use crate::locked::Locked;
-use std::fs::{File, TryLockError};
+use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Holds a folder for a run. The lock is on the folder itself: it leaves no file and ends with the process, even when
-/// that is killed.
+/// Holds a folder for a run.
 #[derive(Debug, Clone)]
 pub(super) struct Lock {
     _held: Arc<Locked>,
@@ -16,13 +15,13 @@ pub(super) struct Lock {
 impl Lock {
     /// Locks this folder; `None` if the file system has no such locks.
     pub(super) fn of(folder: &Path) -> Result<Option<Self>, RunFolderError> {
-        let path = || folder.to_owned();
-        let file =
-            File::open(folder).map_err(|source| RunFolderError::Read { path: path(), source })?;
-        match file.try_lock() {
-            Ok(()) => Ok(Some(Self { _held: Arc::new(Locked(file)) })),
-            Err(TryLockError::WouldBlock) => Err(RunFolderError::Busy { path: path() }),
-            Err(TryLockError::Error(_)) => Ok(None),
+        let path = folder.to_owned();
+        match Locked::folder(folder) {
+            Ok(held) => Ok(held.map(|held| Self { _held: Arc::new(held) })),
+            Err(source) if source.kind() == ErrorKind::WouldBlock => {
+                Err(RunFolderError::Busy { path })
+            }
+            Err(source) => Err(RunFolderError::Read { path, source }),
         }
     }
 }
