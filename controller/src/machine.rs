@@ -252,7 +252,9 @@ impl Controller {
 
     fn due_at(&self) -> Timestamp {
         let mut at = self.state_at.min(self.tick_at);
-        if !self.health.causes.gyro_silent {
+        // A silence that does not show in health has been noticed all the same.
+        let hides = self.plants(Mutant::HealthSilent);
+        if !self.health.causes.gyro_silent && !hides {
             at = at.min(self.gyro_lost_at());
         }
         if let Task::BiasTest { until, .. } = self.task {
@@ -260,7 +262,7 @@ impl Controller {
         }
         if let Some(base) = &self.base {
             at = at.min(base.next_wakeup());
-            if !self.health.causes.base_silent {
+            if !self.health.causes.base_silent && !hides {
                 // One nanosecond later: a message exactly at the limit is still in time.
                 at = at.min(self.base_silent_at() + Span::from_nanos(1));
             }

@@ -12,8 +12,7 @@ use emulators::base::BaseFault;
 use emulators::gyro::GyroFault;
 use judge::properties::Seen;
 use plan::PhaseEvent;
-use plan::faults::Chance;
-use plan::faults::{FaultKind, Schedule, Target, Toward};
+use plan::faults::{Chances, FaultKind, Schedule, Target, Toward};
 use record::FaultSummary;
 use record::sink::RecordSink;
 use wire::time::{Span, Timestamp};
@@ -26,7 +25,6 @@ type Struck<'a> = (&'a mut Rig, &'a mut Director, Option<&'a mut Machine>);
 #[derive(Debug, Clone)]
 pub struct Faults {
     ledger: Ledger,
-    seed: u64,
 }
 
 impl Faults {
@@ -35,7 +33,7 @@ impl Faults {
     pub fn of(schedule: &Schedule, seed: u64, rig: &mut Rig) -> Option<Box<Self>> {
         let ledger = Ledger::of(schedule, seed)?;
         rig.nodes.iter_mut().for_each(Node::with_faults);
-        Some(Box::new(Self { ledger, seed }))
+        Some(Box::new(Self { ledger }))
     }
 
     pub const fn next_due(&self) -> Timestamp {
@@ -128,12 +126,12 @@ impl Faults {
                 here.into_iter().for_each(|machine| machine.host.begin_fault(&kind));
             }
             FaultKind::WrongUnit { .. } | FaultKind::WrongSign { .. } => {
-                let chance = Chance::new(self.seed, &index.to_string());
+                let chance = self.ledger.injector.chances(index).of("answer");
                 director.slips.switch_on(index, kind, chance);
             }
             _ => {
                 let struck = (fault.target, fault.toward, &kind);
-                match rig.begin_fault(now, index, struck, self.seed) {
+                match rig.begin_fault(now, index, struck, self.ledger.injector.chances(index)) {
                     0 => {}
                     acted => self.ledger.acted(index, acted),
                 }
@@ -160,38 +158,38 @@ impl Faults {
 
 impl Rig {
     /// Switches on a fault of a line or of an emulated device, under its number. Returns how often an instantaneous
-    /// fault acted. Its random numbers come from `seed` and the number.
+    /// fault acted.
     pub fn begin_fault(
         &mut self,
         now: Timestamp,
         number: usize,
         (target, toward, kind): (Target, Toward, &FaultKind),
-        seed: u64,
+        chances: &Chances,
     ) -> u64 {
         if let Some(part) = target.part() {
             let Some((line, end, struck)) = self.said(target.node(), part) else { return 0 };
-            let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
             match kind.info().reach.is_line() {
                 true => {
                     let only = struck.layout.messages()[struck.message].can_id();
                     let at = (end, Toward::Host, only);
-                    self.lines[line].begin_fault(now, (number, kind), at, chance);
+                    self.lines[line].begin_fault(now, (number, kind), at, chances);
                 }
-                false => self.lines[line].tamper((number, kind, chance("to host")), end, struck),
+                false => {
+                    self.lines[line].tamper((number, kind, chances.of("to host")), end, struck)
+                }
             }
             return 0;
         }
         if kind.info().reach.is_line() {
-            let chance = |way: &str| Chance::new(seed, &format!("{number} {way}"));
             for (line, end) in self.lines_of(target) {
-                self.lines[line].begin_fault(now, (number, kind), (end, toward, None), chance);
+                self.lines[line].begin_fault(now, (number, kind), (end, toward, None), chances);
             }
             return 0;
         }
-        let chance = Chance::new(seed, &number.to_string());
+        let stream = || chances.of("device").into_stream();
         let Some(robot) = self.robots_mut().find(|robot| robot.has(target)) else { return 0 };
         if let Some(of_gyro) = gyro_fault(kind) {
-            robot.bench.gyro.begin_fault(number, of_gyro, chance.into_stream());
+            robot.bench.gyro.begin_fault(number, of_gyro, stream());
             return 0;
         }
         match (*kind, &mut robot.bench.carrier) {
@@ -205,7 +203,7 @@ impl Rig {
             }
             (_, Carrier::Base(base)) => {
                 if let Some(of_base) = base_fault(kind) {
-                    base.begin_fault(now, number, of_base, chance.into_stream());
+                    base.begin_fault(now, number, of_base, stream());
                 }
                 0
             }

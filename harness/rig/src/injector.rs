@@ -1,7 +1,7 @@
 //! Keeps the schedule of faults: when each begins and ends, and how it turned out.
 
 use plan::PhaseEvent;
-use plan::faults::{Chance, Fault, FaultKind, Lasts, Schedule, When};
+use plan::faults::{Chances, Fault, FaultKind, Lasts, Schedule, When};
 use record::FaultSummary;
 use wire::time::{Span, Timestamp};
 
@@ -30,6 +30,7 @@ enum State {
 #[derive(Debug, Clone)]
 struct Entry {
     fault: Fault,
+    chances: Chances,
     state: State,
     begun: bool,
     /// Open phases of the same name within its own; `None` while its own is not open.
@@ -46,15 +47,15 @@ pub(crate) struct Injector {
 impl Injector {
     /// Draws which faults happen at all; the run begins at `now`.
     pub fn new(schedule: &Schedule, seed: u64, now: Timestamp) -> Self {
-        let entries = schedule.faults.iter().enumerate().map(|(index, fault)| {
-            let happens = Chance::new(seed, &format!("{index} happens")).happens(fault.probability);
+        let entries = schedule.faults.iter().zip(schedule.chances(seed)).map(|(fault, chances)| {
+            let happens = chances.of("happens").happens(fault.probability);
             let state = match fault.when {
                 _ if !happens => State::Spared,
                 When::Always => State::Due(now),
                 When::At(at) => State::Due(now + at),
                 When::Step { .. } | When::During { .. } => State::Waiting { seen: 0 },
             };
-            Entry { fault: fault.clone(), state, begun: false, within: None }
+            Entry { fault: fault.clone(), chances, state, begun: false, within: None }
         });
         let mut injector = Self { entries: entries.collect(), due: Timestamp::MAX };
         injector.settle();
@@ -67,6 +68,10 @@ impl Injector {
 
     pub fn fault(&self, index: usize) -> &Fault {
         &self.entries[index].fault
+    }
+
+    pub fn chances(&self, index: usize) -> &Chances {
+        &self.entries[index].chances
     }
 
     pub fn phase(&mut self, now: Timestamp, event: &PhaseEvent) {

@@ -4,7 +4,7 @@ pub use crate::link::EndId;
 
 use crate::link::{CanBus, SerialLine, StateChange, Struck, Tampering};
 use described::{Layout, Sender};
-use plan::faults::Chance;
+use plan::faults::{Chance, Chances};
 use plan::faults::{FaultKind, Toward};
 use record::Device;
 use std::collections::VecDeque;
@@ -238,14 +238,14 @@ impl Line {
         now: Timestamp,
         (number, kind): (usize, &FaultKind),
         (of, toward, only): (EndId, Toward, Option<Id>),
-        chance: impl Fn(&str) -> Chance,
+        chances: &Chances,
     ) {
         self.struck_last = number;
         match &mut self.wire {
             Wire::Can(bus) => {
                 let ends: Vec<EndId> = (0..self.ends.len()).map(EndId::of).collect();
                 let mut strike = |name: &str, from| {
-                    let fault = (number, kind, chance(name));
+                    let fault = (number, kind, chances.of(name));
                     bus.begin_fault(now, fault, (from, only), &ends);
                 };
                 let of_bus = kind.makes_frames();
@@ -273,7 +273,7 @@ impl Line {
                         false => (Toward::Device, "to device"),
                     };
                     if toward == Toward::Both || toward == direction {
-                        way.begin_fault(now, number, kind, chance(name));
+                        way.begin_fault(now, number, kind, chances.of(name));
                     }
                 }
             }

@@ -9,7 +9,7 @@ use super::build::{Setup, build};
 use super::request::{Fault, Get, Request, RequestError};
 use crate::world::{BASE, GYRO, PortPlans, TABLE};
 use emulators::parameters::Parameters as _;
-use plan::faults::{FaultKind, Lasts, Lines, Target};
+use plan::faults::{Chances, FaultKind, Lasts, Lines, Target};
 use rig::Rig;
 use rig::bench::{Bench, Carrier};
 use rig::line::EndId;
@@ -316,8 +316,9 @@ impl Emulated {
         })?;
         let number = self.begun;
         self.begun += 1;
+        let chances = Chances::new(self.seed, &declared, number);
         let acted =
-            self.rig.begin_fault(now, number, (target, fault.toward, &fault.kind), self.seed);
+            self.rig.begin_fault(now, number, (target, fault.toward, &fault.kind), &chances);
         self.acted += acted;
         if fault.kind.info().lasts != Lasts::Instant {
             let until = declared.lasting().map_or(Timestamp::MAX, |lasting| now + lasting);

@@ -28,7 +28,7 @@ pub mod table;
 mod target;
 mod when;
 
-pub use chance::Chance;
+pub use chance::{Chance, Chances};
 pub use fault::{Fault, Toward};
 pub(crate) use kind::schema::name as kind_name_schema;
 pub use kind::{FaultKind, KindInfo, KindParameter, Lasts, Reach, Share, UnknownKind};

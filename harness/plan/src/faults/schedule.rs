@@ -1,6 +1,6 @@
 //! A schedule: the faults of one run.
 
-use super::Fault;
+use super::{Chances, Fault};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,17 @@ impl Schedule {
         self.faults.is_empty()
     }
 
-    /// These faults after those of `other`, which keep their indices and so their random numbers.
+    /// The random numbers of each fault in the run with `seed`.
+    pub fn chances(&self, seed: u64) -> impl Iterator<Item = Chances> {
+        self.faults.iter().enumerate().map(move |(place, fault)| {
+            let alike = |other: &&Fault| {
+                (other.what.name(), other.target) == (fault.what.name(), fault.target)
+            };
+            Chances::new(seed, fault, self.faults[..place].iter().filter(alike).count())
+        })
+    }
+
+    /// These faults after those of `other`, which keep their indices and their random numbers.
     #[must_use]
     pub fn beside(&self, other: &Self) -> Self {
         Self { faults: other.faults.iter().chain(&self.faults).cloned().collect() }
@@ -66,6 +76,40 @@ mod tests {
             }),
             (1u32..9).prop_map(|number| When::During { phase: name(), number }),
         ]
+    }
+
+    /// Of the first numbers of each fault's stream, those of the fault that lasts that long.
+    fn numbers(schedule: &Schedule, seed: u64, lasts_s: i64) -> Vec<f64> {
+        let drawn = schedule.faults.iter().zip(schedule.chances(seed));
+        let of = drawn.filter(|(fault, _)| fault.duration == Some(Span::from_secs(lasts_s)));
+        of.map(|(_, chances)| chances.of("to host").uniform()).collect()
+    }
+
+    #[test]
+    fn a_fault_keeps_its_random_numbers_when_others_go() {
+        let lasting = |target, what, lasts_s| Fault {
+            duration: Some(Span::from_secs(lasts_s)),
+            ..Fault::new(target, what)
+        };
+        const DROP: FaultKind = FaultKind::Drop { loss_percent: 1.0 };
+        const LESS: FaultKind = FaultKind::Drop { loss_percent: 0.5 };
+        let all = [
+            lasting(Target::Base, FaultKind::LateStop { late_s: 1.0 }, 1),
+            lasting(Target::Gyro, DROP, 2),
+            lasting(Target::Base, DROP, 3),
+            lasting(Target::Gyro, LESS, 4),
+        ];
+        let of = |places: &[usize]| Schedule {
+            faults: places.iter().map(|place| all[*place].clone()).collect(),
+        };
+        let whole = of(&[0, 1, 2, 3]);
+        assert_eq!(numbers(&whole, 7, 4), numbers(&of(&[1, 3]), 7, 4));
+        assert_eq!(numbers(&whole, 7, 3), numbers(&of(&[2]), 7, 3));
+        let drawn: Vec<Vec<f64>> = (1..5).map(|lasts_s| numbers(&whole, 7, lasts_s)).collect();
+        assert!((1..4).all(|place| !drawn[..place].contains(&drawn[place])), "{drawn:?}");
+        assert_ne!(numbers(&whole, 8, 2), numbers(&whole, 7, 2));
+        // In place of the first, the second of a kind draws what that one drew, whatever its size.
+        assert_eq!(numbers(&whole, 7, 2), numbers(&of(&[3]), 7, 4));
     }
 
     proptest! {
