@@ -39,6 +39,7 @@ use rig::engine::{Action, Ending};
 use rig::operator::Answers;
 use rig::rerun;
 use rig::simulate::Simulation;
+use std::cell::RefCell;
 
 /// Runs a prepared plan in virtual time. `pulse` is called now and then; `false` stops the run.
 pub fn simulate(
@@ -151,10 +152,20 @@ pub fn rerun(
     clock: Clock,
     records: impl IntoIterator<Item = Result<Record, RecordError>>,
 ) -> Result<Rerun, RerunError> {
-    let start = |place: usize| prepared.start(place);
+    let not_started = RefCell::new(None);
+    let start = |place: usize| {
+        let started = prepared.start(place);
+        if let Some(Err(why)) = &started {
+            not_started.borrow_mut().get_or_insert_with(|| why.clone());
+        }
+        started
+    };
     let seed = prepared.plan.seed_of_run(seed);
     let (rig, ..) = prepared.simulated(seed, &Answers::default(), None, &start);
-    rerun::rerun(rig, clock, records)
+    match not_started.take() {
+        Some(why) => Err(RerunError::NotStarted { why }),
+        None => rerun::rerun(rig, clock, records),
+    }
 }
 
 /// Closes the record; a run with an incomplete record ends with an error.

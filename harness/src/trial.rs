@@ -58,9 +58,6 @@ use rig::operator::Answers;
 use std::path::{Path, PathBuf};
 use wire::device::Device;
 
-/// The default seed, as in `hil run`.
-pub const SEED: u64 = 1;
-
 /// Origin in messages of a plan built in code.
 const IN_CODE: &str = "a plan built in code";
 
@@ -124,10 +121,11 @@ impl Trial {
 
     fn new(prepared: Prepared) -> Self {
         let answers = Answers::default();
-        Self { prepared, seed: SEED, answers, folder: None, level: Level::Events }
+        let seed = prepared.plan.seed(None);
+        Self { prepared, seed, answers, folder: None, level: Level::Events }
     }
 
-    /// Sets the seed: the same seed gives the same record, byte for byte, if the controller is deterministic.
+    /// Sets the seed, which is that of the plan, or 1: the same seed gives the same record, byte for byte, if the controller is deterministic.
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self

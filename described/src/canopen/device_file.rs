@@ -63,7 +63,7 @@ pub(crate) fn layout(
     messages::layout(&dictionary).map_err(|(index, sub, why)| {
         let at = dictionary.find(index, sub).or_else(|_| dictionary.find(index, 0));
         let at = at.map_or(0..0, |entry| entry.at.clone());
-        let message = format!("[{index:04X}sub{sub:X}] is no mapping of a PDO: {why}");
+        let message = format!("[{index:04X}sub{sub:X}] {why}");
         FileError::new(name, &eds, at, message)
     })
 }

@@ -1,5 +1,6 @@
 //! The messages of a device, as a layout: what its EDS maps, and the protocol's own.
 
+use super::abort::Abort;
 use super::dictionary::Dictionary;
 use super::nmt::{COMMANDS, STATES};
 use super::pdo::{self, Direction, Pdo, Wrong, pdos};
@@ -7,7 +8,7 @@ use crate::bits::BitField;
 use crate::file::ByteOrder;
 use crate::layout::{Coding, Layout, Message, Scale, Sender, Signal};
 use std::sync::Arc;
-use wire::can::{Id, StandardId};
+use wire::can::{Hex, Id, StandardId};
 
 /// Message with a request of an SDO transfer.
 pub const SDO_REQUEST: &str = "SDO_request";
@@ -24,49 +25,61 @@ const SDO: [Field; 4] = [("command", 0, 8), ("index", 8, 16), ("sub", 24, 8), ("
 const EMERGENCY: [Field; 3] =
     [("error_code", 0, 16), ("error_register", 16, 8), ("manufacturer", 24, 40)];
 
+/// What is wrong with an object: index, sub-index and reason.
+type Mistake = (u16, u8, String);
+
 /// The layout of a device with this dictionary.
 ///
 /// # Errors
-/// With the object of the first mapping that is not possible.
-pub(super) fn layout(dictionary: &Arc<Dictionary>) -> Result<Layout, Wrong> {
+/// With the first object that is not possible: a mapping, an identifier, a transmission type.
+pub(super) fn layout(dictionary: &Arc<Dictionary>) -> Result<Layout, Mistake> {
     let values = dictionary.start();
-    let mut messages = Vec::new();
-    let mut add = |name: &str, sender, id: Option<Id>, bits: u32, signals: Vec<Signal>| {
-        let free = |id: &Id| messages.iter().all(|known: &Message| known.can_id() != Some(*id));
-        if let Some(id) = id.filter(free) {
-            let length = bits.div_ceil(8) as usize;
-            messages.push(Message::of_frame(name, sender, (id, length), signals));
+    let mut messages: Vec<Message> = Vec::new();
+    let mut add = |name: &str, sender, (index, sub, id), bits: u32, signals: Vec<Signal>| {
+        let Some(id): Option<Id> = id else { return Ok(()) };
+        if let Some(known) = messages.iter().find(|known| known.can_id() == Some(id)) {
+            let why = format!("is {}, which is the identifier of {} already", Hex(id), known.name);
+            return Err((index, sub, why));
         }
+        let length = bits.div_ceil(8) as usize;
+        messages.push(Message::of_frame(name, sender, (id, length), signals));
+        Ok(())
     };
     let of_node =
         |function: u16| StandardId::new(function + u16::from(dictionary.node_id)).map(Id::Standard);
-    let cob =
-        |index: u16, sub: u8, default: Option<Id>| match dictionary.setting(&values, index, sub) {
+    let cob = |index: u16, sub: u8, default: Option<Id>| {
+        let id = match dictionary.setting(&values, index, sub) {
             Some(cob) => pdo::id(cob as u32).filter(|_| cob & 1 << 31 == 0),
             None => default,
         };
+        (index, sub, id)
+    };
     let mut node = plain((NODE, 8, 8), &[]);
     node.start = f64::from(dictionary.node_id);
     let command = plain(("command", 0, 8), &COMMANDS);
-    add("NMT", Sender::Host, Some(Id::Standard(StandardId::ZERO)), 16, vec![command, node]);
+    let nmt = (0, 0, Some(Id::Standard(StandardId::ZERO)));
+    add("NMT", Sender::Host, nmt, 16, vec![command, node])?;
     let sync = cob(0x1005, 0, StandardId::new(0x80).map(Id::Standard));
-    add("SYNC", Sender::Host, sync, 0, Vec::new());
+    add("SYNC", Sender::Host, sync, 0, Vec::new())?;
     for (direction, prefix, sender) in
         [(Direction::Receive, "RPDO", Sender::Host), (Direction::Transmit, "TPDO", Sender::Device)]
     {
-        for pdo in pdos(dictionary, &values, direction)? {
+        let pdos = pdos(dictionary, &values, direction);
+        let no_mapping = |why: Abort| format!("is no mapping of a PDO: {why}");
+        for pdo in pdos.map_err(|(index, sub, why): Wrong| (index, sub, no_mapping(why)))? {
+            let id = pdo.usable().map_err(|(sub, why)| (pdo.object(direction), sub, why))?;
             let name = format!("{prefix}{}", pdo.number);
             let bits = pdo.mapped.iter().map(|mapped| mapped.bits).sum();
-            add(&name, sender, pdo.id(), bits, mapped(dictionary, &pdo));
+            add(&name, sender, (pdo.object(direction), 1, id), bits, mapped(dictionary, &pdo))?;
         }
     }
     let fields = |fields: &[Field]| fields.iter().map(|field| plain(*field, &[])).collect();
     let emergency = cob(0x1014, 0, of_node(0x80));
-    add("EMCY", Sender::Device, emergency, 64, fields(&EMERGENCY));
+    add("EMCY", Sender::Device, emergency, 64, fields(&EMERGENCY))?;
     let state = plain(("nmt_state", 0, 8), &STATES);
-    add("Heartbeat", Sender::Device, of_node(0x700), 8, vec![state]);
-    add(SDO_REQUEST, Sender::Host, cob(0x1200, 1, of_node(0x600)), 64, fields(&SDO));
-    add(SDO_RESPONSE, Sender::Device, cob(0x1200, 2, of_node(0x580)), 64, fields(&SDO));
+    add("Heartbeat", Sender::Device, (0x1017, 0, of_node(0x700)), 8, vec![state])?;
+    add(SDO_REQUEST, Sender::Host, cob(0x1200, 1, of_node(0x600)), 64, fields(&SDO))?;
+    add(SDO_RESPONSE, Sender::Device, cob(0x1200, 2, of_node(0x580)), 64, fields(&SDO))?;
     Ok(Layout::of_canopen(messages, Arc::clone(dictionary)))
 }
 

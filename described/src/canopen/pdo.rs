@@ -190,6 +190,30 @@ impl Pdo {
         if self.cob & INVALID == 0 { id(self.cob) } else { None }
     }
 
+    /// Its identifier, if it is valid. One with the identifier 0, which is that of NMT, is not used: so do the files of
+    /// many devices leave out what they could have.
+    ///
+    /// # Errors
+    /// With the sub-index and a readable message, if it is valid and has no identifier, or a reserved transmission type.
+    pub(super) fn usable(&self) -> Result<Option<Id>, (u8, String)> {
+        if self.cob & (INVALID | 0x1FFF_FFFF) == 0 || self.cob & INVALID != 0 {
+            return Ok(None);
+        }
+        let cob = self.cob;
+        let id = id(cob).ok_or_else(|| {
+            (1, format!("is {cob:#x}, which is no identifier: 11 bits, or 29 bits with bit 29 set"))
+        })?;
+        if RESERVED.contains(&self.kind.into()) {
+            return Err((2, format!("is {}, a reserved transmission type", self.kind)));
+        }
+        Ok(Some(id))
+    }
+
+    /// The object with its parameters.
+    pub(super) const fn object(&self, direction: Direction) -> u16 {
+        direction.objects().0 + self.number - 1
+    }
+
     pub(super) const fn allows_remote(&self) -> bool {
         self.cob & NO_RTR == 0
     }

@@ -265,6 +265,12 @@ fn mistakes_have_a_place_in_the_device_file_or_the_eds() {
         swap("AccessType=const", "AccessType=rx"),
         swap("DefaultValue=30000", "DefaultValue=0x1FFFFFFFF"),
         swap("[6502]", "[6502"),
+        swap("DefaultValue=$NODEID+0x280", "DefaultValue=$NODEID+0x180"),
+        swap("DefaultValue=$NODEID+0x280", "DefaultValue=$NODEID+0x1280"),
+        swap(
+            "Transmission type\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=1\n",
+            "Transmission type\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nDefaultValue=245\n",
+        ),
     ];
     insta::assert_snapshot!(mistakes.join("\n"));
 }
@@ -294,6 +300,14 @@ fn limits_that_contradict_each_other_are_noted_and_not_used() {
     let found = described(DRIVE, &wrong).unwrap();
     let [note] = found.layout().notes() else { panic!("{:?}", found.layout().notes()) };
     assert!(note.to_string().contains("its HighLimit 3 is below its LowLimit 4"), "{note}");
+}
+
+#[test]
+fn a_pdo_without_an_identifier_is_not_used() {
+    let without = EDS.replacen("DefaultValue=$NODEID+0x280", "DefaultValue=0", 1);
+    assert_ne!(without, EDS);
+    let messages = |eds: &str| described(DRIVE, eds).unwrap().layout().messages().len();
+    assert_eq!(messages(&without), messages(EDS) - 1);
 }
 
 #[test]

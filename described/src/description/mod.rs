@@ -208,6 +208,12 @@ impl Description {
         self.parameters.iter().map(|known| (known.name.as_str(), known.value, known.unit.as_str()))
     }
 
+    /// The least and the greatest value that a parameter takes, in its unit; infinite where there is no limit.
+    pub fn range(&self, parameter: &str) -> Option<(f64, f64)> {
+        let known = self.parameters.iter().find(|known| known.name == parameter)?;
+        Some((known.minimum, known.maximum))
+    }
+
     /// Whether the signals of a received message return to their initial values when it no longer comes.
     pub fn times_out(&self, message: usize) -> bool {
         let mut heard = self.model.heard.iter();

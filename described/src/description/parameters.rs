@@ -17,8 +17,8 @@ pub(crate) struct Parameter {
     /// The initial value.
     pub(crate) value: f64,
     pub(crate) unit: String,
-    minimum: f64,
-    maximum: f64,
+    pub(super) minimum: f64,
+    pub(super) maximum: f64,
 }
 
 impl Parameter {

@@ -198,6 +198,7 @@ fn wrong_layouts() {
         serial("text = \"{a}{b}\\n\""),
         serial("text = \"{a},{b},{c},{d}\\n\""),
         serial("text = \"{a}\\n\"\nfields = [{ name = \"b\", unit = \"V\" }]"),
+        serial(&format!("text = \"SET {{a:.1}}\\n\"{second}text = \"SET {{b:.0}}\\n\"")),
         "name = \"m\"".to_owned(),
         "name = ".to_owned(),
     ];

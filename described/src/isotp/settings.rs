@@ -62,6 +62,11 @@ impl IsoTp {
             }
         };
         let functional = functional.map(|raw| id("functional_id", raw)).transpose()?;
+        let bits = |id: Id| if matches!(id, Id::Standard(_)) { 11 } else { 29 };
+        if bits(request) != bits(response) {
+            let (one, other) = (bits(response), bits(request));
+            return Err(("response_id", format!("has {one} bits, and requests have {other}")));
+        }
         if request == response {
             return Err(("response_id", "requests have the same identifier".to_owned()));
         }

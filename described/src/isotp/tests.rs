@@ -207,6 +207,7 @@ fn mistakes_are_named_with_their_keys() {
     assert_eq!(mistake("request_id = 0x7E0\nresponse_id = 0x7E0"), "response_id");
     assert_eq!(mistake("request_id = 0x20000000\nresponse_id = 0x7E8"), "request_id");
     assert_eq!(mistake("request_id = 0x7E0\nresponse_id = 0x7E8\nfd = 10"), "fd");
+    assert_eq!(mistake("request_id = 0x7E0\nresponse_id = 0x7E8F"), "response_id");
     assert_eq!(mistake("request_id = 1\nresponse_id = 2\nst_min_s = 0.0015"), "st_min_s");
     assert_eq!(mistake("request_id = 1\nnormal_fixed = { server = 1, tester = 2 }"), "request_id");
     let fixed: IsoTpTable =

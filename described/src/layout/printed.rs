@@ -43,6 +43,15 @@ impl Format {
         fits.then_some(Self { plus, zeros, width, decimals })
     }
 
+    /// The number that the printed one stands for.
+    pub(crate) fn rounded(self, number: f64) -> f64 {
+        let mut text = Packet::new();
+        let is_whole = self.print(number, &mut text);
+        let digits = std::str::from_utf8(text.as_slice()).unwrap_or_default();
+        let printed = digits.trim_start().parse().ok();
+        printed.filter(|_| is_whole).unwrap_or(number)
+    }
+
     /// Printing changes a number by at most half of this.
     pub(crate) fn resolution(self) -> f64 {
         libm::exp10(-(self.decimals.unwrap_or(DECIMALS_UNSAID) as f64))

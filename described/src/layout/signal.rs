@@ -238,8 +238,12 @@ impl Signal {
     /// The value that a receiver reads: the nearest that the bits can represent. Returns the value itself if it is out
     /// of range.
     pub fn as_sent(&self, value: f64) -> f64 {
-        let Storage::Bits { field, coding } = self.storage else { return value };
-        let number = self.number_of(value).map(|raw| coding.number(raw, field.length()));
+        let number = match self.storage {
+            Storage::Bits { field, coding } => {
+                self.number_of(value).map(|raw| coding.number(raw, field.length()))
+            }
+            Storage::Printed { format } => self.printed(value).map(|number| format.rounded(number)),
+        };
         number.map_or(value, |number| self.scale.physical(number))
     }
 

@@ -262,12 +262,13 @@ fn distinct(message: &Message, other: &Message, place: &Place) -> Result<(), Mis
             ("start", prefix && message.sender == other.sender)
         }
         (Carrier::Line(text), Carrier::Line(known)) => {
-            ("text", text == known && message.sender == other.sender)
+            ("text", text.is_like(known) && message.sender == other.sender)
         }
         _ => ("", false),
     };
     if alike {
-        let text = format!("`{}` and `{}` begin alike", other.name, message.name);
+        let alike = if key == "text" { "are alike but for their numbers" } else { "begin alike" };
+        let text = format!("`{}` and `{}` {alike}", other.name, message.name);
         return Err(Mistake::new(place.key(key), text)
             .help(format!("each message that a side sends has a `{key}` of its own")));
     }

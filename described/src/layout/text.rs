@@ -69,6 +69,11 @@ impl Pattern {
         }
     }
 
+    /// Whether the same line may be read as either: all text is the same, and numbers are in the same places.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        self.parts == other.parts
+    }
+
     fn push_literal(&mut self, literal: &mut Vec<u8>) -> Result<(), PatternError> {
         let Some(first) = literal.first() else { return Ok(()) };
         // A number ends at a character that cannot belong to it.

@@ -132,10 +132,10 @@ impl CaseResult {
         self.outcome == Outcome::Aborted.name()
     }
 
-    /// How the case counts, everywhere: `passed` only if the run passed, with every measurement in its band, and no
-    /// property broke; `failed` if only the run passed.
+    /// How the case counts in a campaign: `passed` only if the run went to its end, no property broke, and each could be
+    /// judged. Measurements are not judged in cases: a fault may well move what they measure.
     pub fn counts_as(&self) -> &str {
-        let is_whole = self.passed && self.violated.is_empty();
+        let is_whole = self.violated.is_empty() && self.never_judged.is_empty();
         if self.outcome == Outcome::Passed.name() && !is_whole {
             return Outcome::Failed.name();
         }

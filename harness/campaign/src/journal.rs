@@ -28,6 +28,21 @@ impl Head {
         let of = |head: &Self| (head.schema, head.horizon.is_some());
         of(self) == of(other) && self.version == other.version && self.campaign == other.campaign
     }
+
+    /// What determines the cases, one statement a part.
+    fn parts(&self) -> Vec<String> {
+        let clock = if self.horizon.is_some() { "in real time" } else { "in virtual time" };
+        let parts = self.campaign.split(", ").map(str::to_owned);
+        parts.chain([clock.to_owned(), format!("hil {}", self.version)]).collect()
+    }
+
+    /// The parts that the other has not.
+    fn differs_from(&self, other: &Self) -> String {
+        let others = other.parts();
+        let parts: Vec<String> =
+            self.parts().into_iter().filter(|part| !others.contains(part)).collect();
+        parts.join(", ")
+    }
 }
 
 /// Version and build of this program: two builds of one version may judge a case differently.
@@ -70,16 +85,14 @@ pub enum JournalError {
         source: io::Error,
     },
     /// The journal is from another campaign.
-    #[error("{} is of another campaign: {found}", path.display())]
-    #[diagnostic(help(
-        "this one is {asked}: its plan, a file that the plan names, the program under test, or an option differs; choose another --out, or remove the folder"
-    ))]
+    #[error("{} is of another campaign: {found} there, {asked} here", path.display())]
+    #[diagnostic(help("choose another --out, or remove the folder"))]
     Other {
         /// The journal.
         path: PathBuf,
-        /// The campaign in the journal.
+        /// What differs, as it is in the journal.
         found: String,
-        /// The requested campaign.
+        /// The same as it is in the requested campaign.
         asked: String,
     },
     /// A line is invalid.
@@ -107,7 +120,7 @@ pub struct Journal {
 
 impl Journal {
     /// Opens the journal at `path`, or creates it. `campaign` identifies the campaign: plan, search, seed and
-    /// everything else that determines its cases. A truncated last line is dropped.
+    /// everything else that determines its cases, with a comma between them. A truncated last line is dropped.
     ///
     /// # Errors
     ///
@@ -152,8 +165,7 @@ impl Journal {
                 horizon
             }
             Some(found) if !found.is_of_the_same(&head) => {
-                let words = |head: &Head| format!("{} by version {}", head.campaign, head.version);
-                let (found, asked) = (words(&found), words(&head));
+                let (found, asked) = (found.differs_from(&head), head.differs_from(&found));
                 return Err(JournalError::Other { path: path.to_owned(), found, asked });
             }
             Some(found) => {
@@ -309,7 +321,10 @@ mod tests {
         drop(Journal::open(&path, "laps, seed 1").unwrap());
         let error = Journal::open(&path, "laps, seed 2").unwrap_err();
         assert!(matches!(error, JournalError::Other { .. }));
-        assert!(error.to_string().contains("another campaign: laps, seed 1"), "{error}");
+        assert!(
+            error.to_string().ends_with("another campaign: seed 1 there, seed 2 here"),
+            "{error}"
+        );
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Saves the smallest failing case as a plan that anyone can run.
 
 use super::case::{Case, PANIC, PASSES};
+use plan::Seed;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
@@ -76,6 +77,8 @@ impl Regression<'_> {
         let title = format!("{} breaks under faults: {}", self.plan, self.property);
         table.entry("random_numbers_of").or_insert_with(|| self.plan.into());
         table.insert("name".to_owned(), self.name().into());
+        let seed = toml::Value::try_from(Seed(self.case.seed));
+        table.insert("seed".to_owned(), seed.map_err(|error| failed(error.to_string()))?);
         // A plan that another campaign saved has that of its own place.
         table.remove("project");
         let project = self.project.and_then(|project| way(folder, project));
@@ -118,11 +121,10 @@ impl Regression<'_> {
         }
         Ok(format!(
             "# Found by `hil campaign {plan}`: the smallest case that breaks `{property}`.\n{comment}\
-             # Run it, where {plan} is run: hil run PATH/{name}.toml --seed {seed}\n\n{text}",
+             # Run it, where {plan} is run: hil run PATH/{name}.toml\n\n{text}",
             plan = self.plan,
             property = self.property,
             name = self.name(),
-            seed = self.case.seed,
         ))
     }
 

@@ -224,19 +224,22 @@ mod tests {
     }
 
     #[test]
-    fn a_case_counts_as_passed_only_if_everything_held() {
+    fn a_case_counts_as_passed_only_if_every_property_was_judged_and_held() {
         let mut tally = Tally::default();
-        let of = |outcome: &str, passed, property: Option<&str>| CaseResult {
-            passed,
+        let of = |outcome: &str, never: Option<&str>, property: Option<&str>| CaseResult {
+            never_judged: never
+                .map(|never| (never.to_owned(), String::new()))
+                .into_iter()
+                .collect(),
             violated: property.into_iter().map(broken).collect(),
             ..CaseResult::ended(outcome)
         };
         let results = [
-            of("passed", true, None),
-            of("passed", true, Some("held")),
-            of("passed", false, None),
-            of("failed", false, None),
-            of("error", false, None),
+            of("passed", None, None),
+            of("passed", None, Some("held")),
+            of("passed", Some("held"), None),
+            of("failed", None, None),
+            of("error", None, None),
         ];
         for (number, result) in (0..).zip(&results) {
             tally.count(number, result);

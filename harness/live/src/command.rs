@@ -29,16 +29,31 @@ pub fn missing_script(words: &[String]) -> Option<&str> {
     (is_script && is_path && !script.contains('{') && !Path::new(script).exists()).then_some(script)
 }
 
-/// What [`missing_script`] finds, as a reason why the program does not start.
+/// The words of a command that somebody wrote as one: `python3 manager.py`.
+fn written_as_one(words: &[String]) -> Option<Vec<&str>> {
+    let [program] = words else { return None };
+    let words: Vec<&str> = program.split_whitespace().collect();
+    (words.len() > 1 && !Path::new(program).exists()).then_some(words)
+}
+
+/// Checks what can be known of a command before it starts.
 ///
 /// # Errors
-/// When the script is not there.
-pub(crate) fn has_script(words: &[String]) -> Result<(), String> {
+/// A reason why it does not start: program and arguments are one word, or the script is not there.
+pub(crate) fn can_start(words: &[String]) -> Result<(), String> {
+    if let Some(apart) = written_as_one(words) {
+        let program = words.first().map_or("", String::as_str);
+        return Err(format!(
+            "`{program}` is no program: the program and each argument are strings of their own, \
+             command = {apart:?}"
+        ));
+    }
     match missing_script(words) {
         None => Ok(()),
         Some(script) => {
             let folder = std::env::current_dir().unwrap_or_default();
-            Err(format!("its script `{script}` is not in {}", folder.display()))
+            let folder = folder.display();
+            Err(format!("its script `{script}` is not in {folder}, where hil was called"))
         }
     }
 }

@@ -64,6 +64,7 @@ mod reaction;
 pub mod replayed;
 pub mod rig;
 pub mod rig_build;
+mod seed;
 pub(crate) mod speakers;
 mod step;
 mod subject;
@@ -84,6 +85,7 @@ pub use property::{Always, Kind, Property, Sometimes, Stated};
 pub use quantity::{Filter, QuantityName, TagMatch};
 pub use reaction::Reaction;
 pub use rig::Rig;
+pub use seed::{SEED, Seed};
 pub use speakers::{
     DEVICE, MessagePlace, OfMessage, Speaker, canopen_devices, resolve, signal, unit, unit_of,
 };
@@ -124,6 +126,10 @@ pub struct Plan {
     /// those of the plan that was struck.
     #[serde(default)]
     pub random_numbers_of: Option<Name>,
+    /// The seed of a run that is not given another; 1 where it is absent. A case that a campaign keeps as a plan has its
+    /// own.
+    #[serde(default)]
+    pub seed: Option<Seed>,
     /// Folder of the files that it names, relative to its own, which it is where this is absent. A case that a campaign
     /// keeps as a plan has the folder of the plan that was struck.
     #[serde(default)]
@@ -176,6 +182,26 @@ impl FromStr for Plan {
     }
 }
 
+/// Refuses a rig or the description of a device that stands where a plan is expected; `None` if it may be a plan.
+fn other_kind(file: &str, text: &str) -> Option<FileError> {
+    let table: toml::Table = text.parse().ok()?;
+    let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
+    let (kind, help) = if has(&["steps"]) {
+        return None;
+    } else if has(&["node", "line"]) {
+        ("a rig", "a plan names it: rig = \"NAME\"")
+    } else if has(&["message", "state", "parameter", "dbc", "eds", "serial", "table"]) {
+        (
+            "the description of a device",
+            "a plan names it: device = \"NAME\"; a rig file: emulate = \"NAME\"",
+        )
+    } else {
+        return None;
+    };
+    let message = format!("this is {kind}, no plan: it has no steps");
+    Some(FileError::new(file, text, 0..text.len().min(1), message).with_help(Some(help.to_owned())))
+}
+
 impl Plan {
     /// Reads a plan; `file` names it in errors.
     ///
@@ -186,9 +212,16 @@ impl Plan {
             let message = format!("{} bytes, expected at most {FILE_LEN_MAX}", text.len());
             return Err(FileError::new(file, "", 0..0, message));
         }
-        let plan: Self = text.parse().map_err(|error| FileError::from_toml(file, text, &error))?;
+        let plan: Self = text.parse().map_err(|error| {
+            other_kind(file, text).unwrap_or_else(|| FileError::from_toml(file, text, &error))
+        })?;
         plan.check(file, text)?;
         Ok(plan)
+    }
+
+    /// The seed of a run: the one that is asked for, else that of the plan.
+    pub fn seed(&self, asked: Option<u64>) -> u64 {
+        asked.or(self.seed.map(|seed| seed.0)).unwrap_or(SEED)
     }
 
     /// The seed of all random numbers in a run of the plan.

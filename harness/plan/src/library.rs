@@ -274,9 +274,13 @@ impl Library {
         // No description of a device ships; device files are in the same folder.
         let shipped = if kind == Kind::Description { Vec::new() } else { names(kind) };
         // A plan of a project is named by its file.
-        let is_file = |found: &str| kind == Kind::Plan && own.iter().any(|own| own == found);
-        let whole = |found: &str| {
-            if is_file(found) { format!("{found}.toml") } else { found.to_owned() }
+        // Where a file of that name is not found by it, it is named by its path.
+        let is_file = |found: &str| {
+            (kind == Kind::Plan || found == name) && own.iter().any(|own| own == found)
+        };
+        let whole = |found: &str| match is_file(found) {
+            true => Path::new(kind.folder()).join(format!("{found}.toml")).display().to_string(),
+            false => found.to_owned(),
         };
         if let Some(nearest) = nearest(name, &[own.as_slice(), &shipped].concat()) {
             return format!("did you mean `{}`?", whole(nearest));
@@ -340,11 +344,19 @@ impl Source {
     pub fn placed(&self, error: &LibraryError) -> Option<LibraryError> {
         let LibraryError::UnknownName { name, .. } = error else { return None };
         let said = format!("\"{name}\"");
-        let begin = self.text.find(&said)?;
+        let names_it = |begin: &usize| {
+            let line = self.text[..*begin].rsplit('\n').next().unwrap_or_default();
+            let key = line.trim_end_matches([' ', '=']).rsplit([' ', '{', ',']).next();
+            !line.contains('#') && !OWN_NAMES.contains(&key.unwrap_or_default())
+        };
+        let begin = self.text.match_indices(&said).map(|(begin, _)| begin).find(names_it)?;
         let help = error.help().map(|help| help.to_string());
         Some(self.mistake(begin..begin + said.len(), error.to_string(), help))
     }
 }
+
+/// Keys whose strings name no file, nor does a comment.
+const OWN_NAMES: [&str; 5] = ["name", "title", "doc", "paper", "random_numbers_of"];
 
 /// Names of the shipped files of a kind, sorted.
 pub fn names(kind: Kind) -> Vec<String> {

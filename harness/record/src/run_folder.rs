@@ -93,7 +93,7 @@ impl RunFolder {
     pub fn open(path: impl Into<PathBuf>) -> Result<Self, RunFolderError> {
         let folder = Self { path: path.into(), teller: Teller::default(), lock: None };
         let holds_any = [SUMMARY, RECORD].iter().any(|name| folder.path.join(name).is_file());
-        if holds_any { Ok(folder) } else { Err(RunFolderError::NoRun { path: folder.path }) }
+        if holds_any { Ok(folder) } else { Err(RunFolderError::no_run(folder.path)) }
     }
 
     /// Reports to `teller` how much of the record has been read.
@@ -355,7 +355,15 @@ mod tests {
         assert!(dir.path().join(SUMMARY).exists());
         let empty = tempfile::tempdir().unwrap();
         let error = RunFolder::open(empty.path()).unwrap_err();
-        assert!(matches!(error, RunFolderError::NoRun { .. }), "{error}");
+        assert!(matches!(error, RunFolderError::NoRun { runs: None, .. }), "{error}");
+        let error = RunFolder::open(dir.path().parent().unwrap().join("no-such")).unwrap_err();
+        assert!(matches!(error, RunFolderError::NoRun { runs: None, .. }), "{error}");
+        let (name, parent) = (dir.path().file_name().unwrap(), tempfile::tempdir().unwrap());
+        fs::create_dir(parent.path().join(name)).unwrap();
+        fs::write(parent.path().join(name).join(SUMMARY), "{}").unwrap();
+        let error = RunFolder::open(parent.path()).unwrap_err();
+        let RunFolderError::NoRun { runs: Some(runs), .. } = error else { panic!("{error}") };
+        assert!(runs.contains(name.to_str().unwrap()), "{runs}");
     }
 
     #[test]

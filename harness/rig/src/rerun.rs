@@ -40,6 +40,13 @@ pub enum RerunError {
     #[error("this run has no program under test to start again")]
     #[diagnostic(help("devices are not rerun"))]
     NobodyUnderTest,
+    /// A program under test could not be started.
+    #[error("{why}")]
+    #[diagnostic(help("a path in a command starts from the folder in which hil is called"))]
+    NotStarted {
+        /// The program, and why.
+        why: String,
+    },
     /// The machine stalled, or its clock jumped: when the device received its inputs is not in the record.
     #[error(
         "the machine of the device under test had a fault at {at_s} s: when it heard what is not known"

@@ -21,6 +21,7 @@
 
 use super::header;
 use super::keep::{breach, worsen};
+use super::recorded::plan_of;
 use super::recorded_properties::Replayed;
 use crate::checks::judge_all;
 use crate::observation::Observations;
@@ -93,7 +94,7 @@ pub fn judge_again(
     };
     let summary = summary.unwrap_or_else(|| unfinished(recorded, &plan.title, read.last));
     let real = summary.clock == "real";
-    let before = &summary.properties;
+    let before = &stated_alike(plan, recorded, &summary.properties);
     let (properties, kept) = match replayed {
         // An imported bus log holds no reports of the controller.
         Some(_) if summary.clock == IMPORTED && limits.is_some() => (before.clone(), Vec::new()),
@@ -130,6 +131,21 @@ fn without_verdicts(mut summary: Summary) -> Summary {
         }
     }
     summary
+}
+
+/// The verdicts on properties that `plan` states as the plan of the run did: others are of another property, whatever its
+/// name. A record without a plan says nothing of the difference.
+fn stated_alike(
+    plan: &Plan,
+    recorded: &Header,
+    verdicts: &[PropertySummary],
+) -> Vec<PropertySummary> {
+    let Some(of_run) = plan_of(recorded) else { return verdicts.to_vec() };
+    let stated = |of: &Plan, name: &str| {
+        of.properties.iter().find(|property| property.name() == name).cloned()
+    };
+    let is_same = |one: &&PropertySummary| stated(plan, &one.name) == stated(&of_run, &one.name);
+    verdicts.iter().filter(is_same).cloned().collect()
 }
 
 /// Names what another plan judges and the run did not record.

@@ -26,6 +26,12 @@ pub fn load_recorded(
     Ok(Some((plan, rig)))
 }
 
+/// The plan of a recorded run, if the record holds it or it ships.
+pub(super) fn plan_of(recorded: &Header) -> Option<Plan> {
+    let (library, name) = place_of(recorded, None)?;
+    load_plan(&library, name).ok()
+}
+
 /// Like [`load_recorded`], with everything that the plan names.
 ///
 /// # Errors

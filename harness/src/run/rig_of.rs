@@ -36,8 +36,10 @@ pub enum RigError {
     Description(#[from] Box<FileError>),
     /// A bus log that plays a node is invalid.
     #[cfg(feature = "logs")]
-    #[error(transparent)]
-    #[diagnostic(transparent)]
+    #[error("{0}")]
+    #[diagnostic(help(
+        "the end of the name says what a log that plays a node is: .log (candump), .asc (Vector) or .trc (PEAK)"
+    ))]
     Log(#[from] bus_log::LogError),
     /// A bus log in a format that a rig does not accept.
     #[error("{origin} is no candump log (.log), no Vector ASC (.asc) and no PEAK TRC (.trc)")]

@@ -14,6 +14,9 @@ from hil.runs import JUDGED, Run, run
 #: The item that stands for the run itself.
 RUN = "run"
 
+#: The plans of this session by the names of their files, without the folders.
+PLANS = pytest.StashKey[dict[str, set[Path]]]()
+
 
 class NeverTested(pytest.PytestWarning):
     """A property held, but what it is about did not happen in the run."""
@@ -23,14 +26,18 @@ class PlanFile(pytest.File):
     """A plan. It is carried out once, by the first of its items that asks."""
 
     _run: Run | None = None
+    #: Of a run that is given no other.
+    _seed: int | str = 1
     #: Why there are no verdicts stands once in the output.
     is_told = False
 
     def collect(self):
         try:
-            plan = tomllib.loads(self.path.read_text(encoding="utf-8"))
+            plan = tomllib.loads(self.path.read_text(encoding="utf-8-sig"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise self.CollectError(f"{self.path}: {error}") from None
+        self._seed = plan.get("seed", 1)
+        self.config.stash.setdefault(PLANS, {}).setdefault(self.path.stem, set()).add(self.path)
         yield PlanItem.from_parent(self, name=RUN)
         measurements = _names(plan, "measurement")
         for name in measurements:
@@ -44,11 +51,17 @@ class PlanFile(pytest.File):
         if self._run is None:
             option = self.config.getoption
             seed = option("hil_seed")
-            name = f"{self.path.stem}-seed{1 if seed is None else seed}"
+            name = f"{self._name()}-seed{self._seed if seed is None else seed}"
             out = Path(option("hil_runs")).absolute() / name
             settings = {name: option(f"hil_{name}") for name in ("seed", "clock", "bench")}
             self._run = self._shared(out, lambda: run(self.path, out, **settings))
         return self._run
+
+    def _name(self) -> str:
+        """That of its run folder: with its own folders, where another plan has the same file name."""
+        if len(self.config.stash[PLANS][self.path.stem]) == 1:
+            return self.path.stem
+        return "-".join(Path(os.path.relpath(self.path, self.config.rootpath)).with_suffix("").parts)
 
     def _shared(self, out: Path, make) -> Run:
         """One worker of pytest-xdist makes the run, the others wait for it and read it."""

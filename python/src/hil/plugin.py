@@ -15,7 +15,7 @@ from hil.runs import run as run_plan
 
 def pytest_addoption(parser):
     group = parser.getgroup("hil", "plans of hil")
-    group.addoption("--hil-seed", type=int, metavar="N", help="seed of all random numbers of plans (1)")
+    group.addoption("--hil-seed", type=int, metavar="N", help="seed of all random numbers of plans (that of the plan, or 1)")
     group.addoption("--hil-clock", choices=["virtual", "real"], help="what makes time pass (virtual)")
     group.addoption("--hil-bench", metavar="FILE", help="bench file: which port plays which role")
     group.addoption("--hil-runs", metavar="DIR", default="runs", help="folder for run folders (runs)")
@@ -34,7 +34,7 @@ def pytest_report_header(config):
 def pytest_ignore_collect(collection_path, config):
     """A run folder is no place for plans, nor is that of a campaign."""
     runs = Path(config.getoption("hil_runs")).absolute()
-    return True if collection_path == runs else None
+    return True if collection_path == runs or (collection_path / "campaign.json").is_file() else None
 
 
 def pytest_collect_file(file_path, parent):
@@ -60,13 +60,16 @@ def is_plan(path: Path) -> bool:
 def run(request, tmp_path_factory):
     """``run(plan, seed=..., clock=..., bench=..., arguments=[...])``: carries a plan out and gives a :class:`hil.Run`.
 
-    The plan's path is relative to the file of the test. What is not said is as the options of pytest have it. Run folders are
+    The path of the plan is relative to the file of the test, and so is that of the bench file. What is not said is as the options of pytest have it. Run folders are
     in pytest's temporary folder. Bad input, such as a plan that does not exist, fails the test.
     """
     option = request.config.getoption
 
     def carry_out(plan, *, seed=None, clock=None, bench=None, arguments=()):
         plan = request.path.parent / plan
+        # One that ships is called by its name.
+        if bench is not None and (str(bench).endswith(".toml") or "/" in str(bench)):
+            bench = request.path.parent / bench
         out = tmp_path_factory.mktemp(plan.stem) / "run"
         made = run_plan(
             plan,
@@ -93,8 +96,8 @@ def rig(request, monkeypatch):
     started, found = [], {}
 
     def start(file, *, ports=None, seed=None):
-        seed = seed or request.config.getoption("hil_seed") or 1
-        one = Rig(request.path.parent / file, ports=ports, seed=seed)
+        seed = request.config.getoption("hil_seed") if seed is None else seed
+        one = Rig(request.path.parent / file, ports=ports, seed=1 if seed is None else seed)
         started.append(one)
         found.update(one.lines)
         monkeypatch.setenv(lines.VARIABLE, lines.written(found))

@@ -95,7 +95,7 @@ class Rig:
 
 def _words(path: Path, ports: dict[str, str]) -> tuple[list[str], int]:
     """What follows ``hil emulate``, and how many ports there will be."""
-    file = tomllib.loads(path.read_text(encoding="utf-8"))
+    file = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     declared = file.get("line")
     if not isinstance(declared, list):
         if len(ports) > 1 or not set(ports) <= {"device"}:

@@ -72,7 +72,12 @@ struct Deflated {
     input: Vec<u8>,
     start: usize,
     end: usize,
+    /// The stream is at its end, and its checksum fits.
+    has_ended: bool,
 }
+
+/// What is expected of the data of a block.
+const AS_LONG: &str = "data as long as their block says";
 
 impl Chain {
     /// The data at that address; none if it is zero.
@@ -237,6 +242,7 @@ fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<P
         input: vec![0; BUFFER_BYTES],
         start: 0,
         end: 0,
+        has_ended: false,
     };
     match method {
         0 => Ok(Piece::Deflated(Box::new(deflated))),
@@ -268,17 +274,16 @@ fn compressed<R: Read + Seek>(block: &Block, source: &mut Source<R>) -> Result<P
 }
 
 impl Deflated {
+    /// Returns the number of bytes that were put into `out`; 0 at the end. The last ones only if the checksum of all
+    /// fits.
     fn read<R: Read + Seek>(
         &mut self,
         began: u64,
         source: &mut Source<R>,
         out: &mut [u8],
     ) -> Result<usize, LogError> {
-        loop {
-            let done = self.inflate.total_out();
-            if done == self.length {
-                return Ok(0);
-            }
+        let mut count = 0_usize;
+        while !self.has_ended {
             if self.start == self.end && self.left > 0 {
                 let most = self.input.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
                 self.end = source.at(self.at, &mut self.input[..most])?;
@@ -289,22 +294,44 @@ impl Deflated {
                 self.at += self.end as u64;
                 self.left -= self.end as u64;
             }
-            let most = usize::try_from(self.length - done).unwrap_or(usize::MAX).min(out.len());
-            let before = self.inflate.total_in();
+            let (taken, done) = (self.inflate.total_in(), self.inflate.total_out());
+            // Behind the last byte comes the checksum; a byte more would be one too many.
+            let mut behind = [0];
+            let into = match usize::try_from(self.length.saturating_sub(done)) {
+                Ok(0) => &mut behind[..],
+                Ok(left) => {
+                    let end = out.len().min(count.saturating_add(left));
+                    &mut out[count..end]
+                }
+                Err(_) => &mut out[count..],
+            };
             let given = &self.input[self.start..self.end];
-            let status = self.inflate.decompress(given, &mut out[..most], FlushDecompress::None);
-            // It consumes no more than it was given.
-            let taken = (self.inflate.total_in() - before) as usize;
+            let status = self.inflate.decompress(given, into, FlushDecompress::None);
+            // It takes no more than it was given, and gives no more than it had room for.
+            let taken = (self.inflate.total_in() - taken) as usize;
+            let given = (self.inflate.total_out() - done) as usize;
             self.start += taken;
-            let count = (self.inflate.total_out() - done) as usize;
-            if count > 0 {
-                return Ok(count);
+            let is_whole = self.inflate.total_out() == self.length;
+            let expected = match status {
+                Err(_) => Some("compressed data that fit their checksum"),
+                Ok(Status::StreamEnd) if is_whole => {
+                    self.has_ended = true;
+                    None
+                }
+                Ok(Status::Ok | Status::BufError) if taken > 0 || given > 0 => {
+                    (self.inflate.total_out() > self.length).then_some(AS_LONG)
+                }
+                Ok(_) => Some(AS_LONG),
+            };
+            if let Some(expected) = expected {
+                let found = format!("{} bytes of {}", self.inflate.total_out(), self.length);
+                return Err(source.malformed(began, Defect::new(expected, found.as_bytes())));
             }
-            if taken == 0 || !matches!(status, Ok(Status::Ok | Status::BufError)) {
-                let found = format!("{done} bytes of {}", self.length);
-                let defect = Defect::new("data as long as their block says", found.as_bytes());
-                return Err(source.malformed(began, defect));
+            count += given;
+            if count > 0 && !is_whole {
+                break;
             }
         }
+        Ok(count)
     }
 }

@@ -74,6 +74,31 @@ fn of_a_cut_file_the_blocks_before_are_read_without_their_list() {
     assert!(found == entries, "{error:?}");
 }
 
+/// Behind compressed data stands their checksum.
+#[test]
+fn a_changed_bit_of_compressed_data_is_told() {
+    let first = entries()[0];
+    let entry = |index: i64| {
+        let data = index.wrapping_mul(0x9e37_79b9_7f4a_7c15_u64.cast_signed()).to_le_bytes();
+        Entry {
+            at: Timestamp::from_nanos(first.at.as_nanos() + index * 1_000_003),
+            payload: Payload::Frame(CanFrame::new(StandardId::new(0x123).unwrap(), &data).unwrap()),
+            ..first
+        }
+    };
+    let entries: Vec<Entry> = (0..200).map(entry).collect();
+    let whole = written(Format::Mdf4, &entries);
+    let block = whole.windows(4).position(|mark| mark == b"##DZ").unwrap();
+    let length = u64::from_le_bytes(whole[block + 40..block + 48].try_into().unwrap()) as usize;
+    assert!(length > 500, "{length}");
+    for place in block + 48..block + 48 + length {
+        let mut changed = whole.clone();
+        changed[place] ^= 1 << (place % 8);
+        let (found, error) = read(Format::Mdf4, &changed);
+        assert!(error.is_some() || found == entries, "byte {place}");
+    }
+}
+
 /// Their blocks are told apart by the lengths of their records.
 #[test]
 fn of_a_cut_file_the_blocks_of_several_groups_are_read() {

@@ -69,7 +69,8 @@ impl Bag {
         let found = bag.container.visit(&mut bag.topics);
         let count = bag.container.indexed_min();
         let is_indexed = bag.topics.are_indexed(count);
-        if !is_indexed && count > 0 {
+        // A fault before the index says nothing about the index.
+        if found.is_ok() && !is_indexed && count > 0 {
             bag.is_finished = false;
         }
         if !bag.is_finished || !is_indexed || found.is_err() {

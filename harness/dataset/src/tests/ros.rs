@@ -245,6 +245,14 @@ fn what_is_wrong_with_a_bag_has_its_place() {
     damaged[at + 30] ^= 1;
     let found = of("data.mcap", &damaged);
     assert!(found.ends_with(": the chunk has another checksum than it says"), "{found}");
+    // A finished bag stays one, whatever is wrong in it before its index.
+    let message = |n: u64| (n * 10_000_000, vec![n as f64 * 0.5]);
+    let long = Topic { messages: (0..5_000).map(message).collect(), ..imu() };
+    let mut damaged = ros1(&[long], "lz4");
+    let at = damaged.len() / 2;
+    damaged[at..at + 64].fill(0xff);
+    let found = of("data.bag", &damaged);
+    assert!(found.starts_with("data.bag: byte 78: the chunk "), "{found}");
     let cdr = |language: &str| {
         let mut writer = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
         let schema = writer.add_schema("p/msg/Sample", language, b"float64 rate").unwrap();

@@ -9,9 +9,9 @@ use super::own::ours_or_empty;
 use super::progress::Screen;
 use super::say;
 use crate::choices::one_of;
-use bus_log::LogWriter;
 use bus_log::convert::convert;
 use bus_log::recorded::Recorded;
+use bus_log::{Entry, Format as LogFormat, LogWriter, Payload};
 use clap::Args;
 use clap::builder::TypedValueParser;
 use dataset::export::export;
@@ -88,7 +88,8 @@ pub(super) struct ExportArguments {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "kind", "gzip", "bus"])]
     tables: Option<PathBuf>,
     /// File format of the tables.
-    #[arg(long, value_parser = table_format(), default_value = "parquet", requires = "tables")]
+    #[arg(long, value_parser = table_format(), default_value = "parquet", requires = "tables",
+          conflicts_with_all = ["bus", "mcap", "mf4", "fmu"])]
     format: Format,
     /// An MCAP file to write instead, for Foxglove: FILE.mcap.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "kind", "gzip", "bus", "tables"])]
@@ -141,16 +142,42 @@ fn bus(folder: &RunFolder, path: &Path, screen: &Screen) -> Result<Outcome, Fail
     let entries = Recorded::new(records.header().clone(), records);
     let mut entries =
         entries.map(|entry| entry.map_err(|source| Failure::from(folder.unreadable(source))));
-    // No log is written for a run without frames or bytes.
-    let Some(first) = entries.next() else {
-        return Err(Failure::arguments(
-            format!("{} holds neither frames nor bytes", folder.path().display()),
-            "record a run with them: hil run PLAN --record full",
-        ));
+    // No log is written where it would hold nothing.
+    let is_left_out =
+        |entry: &Entry| format != LogFormat::Pcapng && matches!(entry.payload, Payload::Serial(_));
+    let mut packets = 0;
+    let first = loop {
+        match entries.next() {
+            Some(Ok(entry)) if is_left_out(&entry) => packets += 1,
+            Some(first) => break first,
+            None => return Err(nothing_for(format, folder.path(), packets)),
+        }
     };
     let writer = LogWriter::create(path, format)?;
-    let converted = convert(std::iter::once(first).chain(entries), writer)?;
+    let converted = convert(std::iter::once(first).chain(entries), writer);
+    let mut converted = converted.inspect_err(|_| {
+        screen.note(&format!("{} holds what could be read", path.display()));
+    })?;
+    converted.packets_left_out += packets;
     super::log::tell(path, converted, screen)
+}
+
+/// A log of this format would hold nothing of the run, which has that many packets on serial lines.
+fn nothing_for(format: LogFormat, run: &Path, packets: u64) -> Failure {
+    let run = run.display();
+    if packets == 0 {
+        return Failure::arguments(
+            format!("{run} holds neither frames nor bytes"),
+            "record a run with them: hil run PLAN --record full",
+        );
+    }
+    Failure::arguments(
+        format!(
+            "{run} holds bytes of serial lines and no frames, and .{} holds frames alone",
+            format.extension()
+        ),
+        "write them to a file of Wireshark: --bus FILE.pcapng",
+    )
 }
 
 impl ExportArguments {

@@ -74,6 +74,18 @@ pub(super) fn fmu(
         let message = format!("failed to read {}: {error}", library.display());
         Failure::arguments(message, format!("--library names {LIBRARY}, the library in each FMU"))
     })?;
+    let function = match version {
+        Fmi::Two => "fmi2Instantiate",
+        Fmi::Three => "fmi3InstantiateCoSimulation",
+    };
+    if !code.starts_with(b"\x7fELF")
+        || !code.windows(function.len()).any(|part| part == function.as_bytes())
+    {
+        return Err(Failure::arguments(
+            format!("{} is no library with the function {function}", library.display()),
+            format!("--library names {LIBRARY}, the library in each FMU"),
+        ));
+    }
     let known = Library::beside(&name);
     let source = known.open(Kind::Description, &name)?;
     let mut files = Read { library: known, source: &source, files: BTreeMap::new() };

@@ -2,9 +2,14 @@
 
 use super::failure::Failure;
 use super::progress::Screen;
+use harness::stopwatch::Stopwatch;
 use record::outcome::Outcome;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A signal so soon after the first is the same request: `timeout -s INT` sends one to us, and one to our process group.
+/// Assumption: nobody presses two keys in this time.
+const SAME_REQUEST_S: f64 = 0.2;
 
 /// Tells whether the user wants the run to end.
 #[derive(Debug, Clone)]
@@ -21,11 +26,14 @@ impl Interrupt {
     pub(super) fn install_saying(screen: &Screen, what: &'static str) -> Result<Self, Failure> {
         let requested = Arc::new(AtomicBool::new(false));
         let (flag, screen) = (Arc::clone(&requested), screen.clone());
+        let mut first: Option<Stopwatch> = None;
         ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::Relaxed) {
+            if !flag.swap(true, Ordering::Relaxed) {
+                first = Some(Stopwatch::start());
+                screen.note(what);
+            } else if first.is_none_or(|first| first.elapsed_s() > SAME_REQUEST_S) {
                 leave_at_once();
             }
-            screen.note(what);
         })
         .map_err(Failure::signals)?;
         Ok(Self(requested))
@@ -48,8 +56,9 @@ impl Interrupt {
     }
 }
 
-/// Leaves the process and restores the terminal.
+/// Restores the terminal, ends what this process has started, and leaves.
 fn leave_at_once() -> ! {
+    live::process::kill_all();
     super::watch::terminal::give_back_at_once();
     std::process::exit(i32::from(Outcome::Aborted.exit_status()));
 }

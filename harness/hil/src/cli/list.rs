@@ -1,16 +1,12 @@
 //! `hil list`: files that ship, files of the project in the working directory, and the names that a plan can use.
 
 use super::failure::Failure;
-use super::listed::{has_steps, listed, of_no_own_plan};
+use super::listed::{has_steps, lines, listed, table};
+use super::parameters::parameters;
 use super::{say, say_json};
 use crate::choices::word;
 use clap::{Args, ValueEnum};
-use comfy_table::{ContentArrangement, Row, Table, presets};
-use emulators::absolute::AbsoluteParameters;
-use emulators::base::{BaseParameters, Wheel};
-use emulators::gyro::GyroParameters;
-use emulators::parameters::{Domain, ParameterInfo, Parameters};
-use emulators::table::TableParameters;
+use comfy_table::{Row, Table};
 use plan::bench_file::{BenchFile, Role};
 use plan::faults::{FaultKind, table as vocabulary};
 use plan::library::Kind;
@@ -20,7 +16,7 @@ use plan::{Action, Name};
 use record::outcome::Outcome;
 use serde_json::{Map, Value};
 use std::path::Path;
-use views::console::{Style, in_cell};
+use views::console::Style;
 
 /// What can be listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -40,7 +36,7 @@ enum Topic {
     Models,
     /// What a plan can measure.
     Quantities,
-    /// What device files and plans can set: device.parameter.
+    /// What device files and plans can set: device.parameter. In a plan the name of the node stands for that of the file.
     Parameters,
     /// Kinds of faults.
     Faults,
@@ -71,7 +67,7 @@ impl Topic {
             Self::Benches => benches(project),
             Self::Models => models(project),
             Self::Quantities => quantities(),
-            Self::Parameters => parameters(),
+            Self::Parameters => parameters(project),
             Self::Faults => faults(),
         }
     }
@@ -104,12 +100,6 @@ impl ListArguments {
     }
 }
 
-fn table<const N: usize>(header: [&str; N]) -> Table {
-    let mut table = Table::new();
-    table.set_header(header);
-    table
-}
-
 /// Converts each row to an object: the value of each column under its name, with underscores for spaces.
 fn rows(table: &Table) -> Value {
     let header: Vec<String> = table.header().map_or_else(Vec::new, |header| {
@@ -120,24 +110,6 @@ fn rows(table: &Table) -> Value {
         header.iter().cloned().zip(cells).collect()
     };
     table.row_iter().map(object).collect()
-}
-
-fn lines(whole: Table, style: Style) -> String {
-    let line = |text: &str| text.split('\n').map(in_cell).collect::<Vec<_>>().join("\n");
-    let left_out = of_no_own_plan(&whole);
-    let shown = |row: &Row| {
-        let cells = row.cell_iter().enumerate().filter(|(column, _)| Some(*column) != left_out);
-        Row::from(cells.map(|(_, cell)| line(&cell.content())))
-    };
-    let mut table = Table::new();
-    table.set_header(whole.header().map(shown).unwrap_or_default());
-    table.add_rows(whole.row_iter().map(shown));
-    table
-        .load_style(presets::NOTHING)
-        .set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(style.width)
-        .force_no_tty();
-    table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
 fn plans(project: &Path) -> Table {
@@ -256,25 +228,6 @@ fn quantities() -> Table {
     table
 }
 
-fn parameters() -> Table {
-    let mut table = table(["parameter", "ideal", "takes", "what it is"]);
-    for (device, infos) in [
-        ("gyro", GyroParameters::TABLE),
-        ("base", BaseParameters::TABLE),
-        ("base.wheels.0", Wheel::TABLE),
-        ("table", TableParameters::TABLE),
-        ("absolute", AbsoluteParameters::TABLE),
-    ] {
-        for ParameterInfo { name, doc, domain, ideal } in infos {
-            let name = format!("{device}.{name}");
-            // Links of the Rust documentation do not work on a terminal.
-            let doc = doc.trim().replace("[`", "").replace("`]", "");
-            table.add_row([name, number(*ideal), takes(*domain), doc]);
-        }
-    }
-    table
-}
-
 fn faults() -> Table {
     let mut table = table(["fault", "strikes", "lasts", "what it does", "parameters"]);
     for info in FaultKind::all() {
@@ -287,25 +240,10 @@ fn faults() -> Table {
     table
 }
 
-fn takes(domain: Domain) -> String {
-    match domain {
-        Domain::FINITE => "any".to_owned(),
-        Domain::NOT_NEGATIVE => "0 or more".to_owned(),
-        Domain::POSITIVE => "more than 0".to_owned(),
-        Domain::LIMIT => "more than 0, or inf".to_owned(),
-        Domain { min, max } => format!("{} to {}", number(min), number(max)),
-    }
-}
-
-fn number(value: f64) -> String {
-    record::figures::value(value, 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::{
-        Style, Topic, benches, devices, lines, models, parameters, plans, quantities, rigs, rows,
-        steps,
+        Style, Topic, benches, devices, lines, models, plans, quantities, rigs, rows, steps,
     };
     use clap::ValueEnum as _;
     use plan::library::{Kind, names};
@@ -382,12 +320,8 @@ mod tests {
     }
 
     #[test]
-    fn quantities_and_parameters_have_units_and_domains() {
+    fn quantities_have_units() {
         let quantities = lines(quantities(), Style::PLAIN);
         assert!(quantities.contains("lap.gyro_error"), "{quantities}");
-        let parameters = lines(parameters(), Style::PLAIN);
-        for expected in ["gyro.", "base.wheels.0.toe_deg", "more than 0, or inf", "absolute."] {
-            assert!(parameters.contains(expected), "{expected}: {parameters}");
-        }
     }
 }

@@ -1,8 +1,9 @@
 //! Files of a project and files that ship, for `hil list`.
 
-use comfy_table::{Row, Table};
+use comfy_table::{ContentArrangement, Row, Table, presets};
 use plan::library::{Kind, Library, Source, names, names_in};
 use std::path::Path;
+use views::console::{Style, in_cell};
 
 pub(super) struct Listed {
     pub(super) kind: Kind,
@@ -33,8 +34,32 @@ pub(super) fn has_steps(text: &str) -> bool {
     }
 }
 
+pub(super) fn table<const N: usize>(header: [&str; N]) -> Table {
+    let mut table = Table::new();
+    table.set_header(header);
+    table
+}
+
+pub(super) fn lines(whole: Table, style: Style) -> String {
+    let line = |text: &str| text.split('\n').map(in_cell).collect::<Vec<_>>().join("\n");
+    let left_out = of_no_own_plan(&whole);
+    let shown = |row: &Row| {
+        let cells = row.cell_iter().enumerate().filter(|(column, _)| Some(*column) != left_out);
+        Row::from(cells.map(|(_, cell)| line(&cell.content())))
+    };
+    let mut table = Table::new();
+    table.set_header(whole.header().map(shown).unwrap_or_default());
+    table.add_rows(whole.row_iter().map(shown));
+    table
+        .load_style(presets::NOTHING)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(style.width)
+        .force_no_tty();
+    table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+}
+
 /// The column on the paper, in a project none of whose own plans has anything there.
-pub(super) fn of_no_own_plan(table: &Table) -> Option<usize> {
+fn of_no_own_plan(table: &Table) -> Option<usize> {
     let place = |name: &str| table.header()?.cell_iter().position(|head| head.content() == name);
     let (paper, from) = (place("paper")?, place("from")?);
     let holds = |row: &Row, column: usize, text: &str| {

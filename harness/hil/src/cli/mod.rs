@@ -42,6 +42,7 @@ mod new;
 mod operator;
 mod own;
 mod paper;
+mod parameters;
 mod predict;
 mod progress;
 mod repetition;

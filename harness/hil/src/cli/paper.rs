@@ -54,7 +54,7 @@ impl PaperArguments {
             plans: &plans,
             setup: &Setup::Simulated,
             hosting: Hosting::default(),
-            seed: self.seed,
+            seed: Some(self.seed),
             out: Out::Parent(self.out.clone()),
             level: Level::Events,
             answers,

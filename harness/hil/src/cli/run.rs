@@ -13,7 +13,7 @@ use crate::choices::one_of;
 use clap::Args;
 use clap::builder::TypedValueParser;
 use live::crossing::Kernel;
-use plan::Plan;
+use plan::{Plan, SEED};
 use record::outcome::Outcome;
 use record::run_folder::RunFolder;
 use record::sink::Level;
@@ -39,9 +39,9 @@ pub(super) struct RunArguments {
     /// Names of shipped plans (see `hil list plans`) or paths: anything that ends in .toml or contains a /.
     #[arg(required = true, value_name = "PLAN", add = completions::plan())]
     plans: Vec<String>,
-    /// Seed of all random numbers; the first one with --seeds.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    /// Seed of all random numbers; the first one with --seeds. [default: that of the plan, or 1]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Run this many seeds on all cores, keep no run folders, and print how many pass. The exit
     /// status says whether they ran; a share is not a verdict.
     #[arg(long, value_name = "N", conflicts_with_all = ["out", "record"],
@@ -119,7 +119,7 @@ impl RunArguments {
                 }
             }
             self.setup.in_process("--seeds")?;
-            let range = seeds::range(self.seed, count)?;
+            let range = seeds::range(self.seed.unwrap_or(SEED), count)?;
             let markdown = self.markdown.as_deref();
             let summary = &self.summary;
             let told = seeds::Told { markdown, summary, json: self.json };
@@ -164,7 +164,7 @@ impl RunArguments {
     fn outdate(&self, out: &Out) {
         for plan in &self.plans {
             let name = Path::new(plan).file_stem().unwrap_or_default().to_string_lossy();
-            RunFolder::outdate(&out.folder(&name, self.seed));
+            RunFolder::outdate(&out.folder(&name, self.seed.unwrap_or(SEED)));
         }
     }
 }

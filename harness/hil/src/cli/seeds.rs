@@ -106,7 +106,16 @@ pub(super) fn execute(
             .map_err(|source| Failure::file(path, source))?;
     }
     summary.append(&format!("{}\n", console::seeds_markdown(&all)))?;
-    Ok(if interrupt.requested() { Outcome::Aborted } else { Outcome::Passed })
+    Ok(if interrupt.requested() { Outcome::Aborted } else { ran(&runs) })
+}
+
+/// Passed if the seeds ran, whatever their shares are; the worst outcome if none ran to its end, or if one could not begin.
+fn ran(runs: &[(u64, Vec<SeedVerdicts>)]) -> Outcome {
+    let broke_off = |run: &SeedVerdicts| run.broke_off.as_ref().map(|(outcome, _)| *outcome);
+    let all = || runs.iter().flat_map(|(_, plans)| plans);
+    let worst = all().filter_map(broke_off).max().unwrap_or(Outcome::Passed);
+    let none_ran = all().all(|run| run.broke_off.is_some());
+    if none_ran || worst == Outcome::Error { worst } else { Outcome::Passed }
 }
 
 /// Runs all plans in order with one seed, each with the calibrations that the earlier ones made with it; `None` once
@@ -160,7 +169,7 @@ fn remark(plan: &Plan, runs: &[(u64, &SeedVerdicts)]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{range, remark};
+    use super::{ran, range, remark};
     use campaign::seeds::SeedVerdicts;
     use harness::run::load_plan;
     use plan::library::Library;
@@ -171,6 +180,24 @@ mod tests {
         assert_eq!(range(5, 3).unwrap(), 5..8);
         assert_eq!(range(u64::MAX - 3, 3).unwrap(), u64::MAX - 3..u64::MAX);
         assert!(range(u64::MAX - 3, 4).is_err());
+    }
+
+    #[test]
+    fn the_status_says_whether_the_seeds_ran() {
+        let ended = |broke_off: Option<Outcome>| SeedVerdicts {
+            broke_off: broke_off.map(|outcome| (outcome, String::new())),
+            accepted: Vec::new(),
+            figures: Vec::new(),
+            held: Vec::new(),
+        };
+        let of = |all: &[Option<Outcome>]| {
+            let runs: Vec<_> = all.iter().map(|one| (1, vec![ended(*one)])).collect();
+            ran(&runs)
+        };
+        assert_eq!(of(&[None, None]), Outcome::Passed);
+        assert_eq!(of(&[None, Some(Outcome::Failed)]), Outcome::Passed);
+        assert_eq!(of(&[None, Some(Outcome::Error)]), Outcome::Error);
+        assert_eq!(of(&[Some(Outcome::Failed), Some(Outcome::Timeout)]), Outcome::Timeout);
     }
 
     #[test]

@@ -52,7 +52,8 @@ pub(super) struct Series<'a> {
     pub(super) setup: &'a Setup,
     /// Controller under test in virtual time.
     pub(super) hosting: Hosting,
-    pub(super) seed: u64,
+    /// The seed that is asked for.
+    pub(super) seed: Option<u64>,
     pub(super) out: Out,
     pub(super) level: Level,
     pub(super) answers: Answers,
@@ -132,7 +133,8 @@ impl Series<'_> {
                 }
             }
             promised.extend(calibrations::made_by(&prepared.plan));
-            let out = self.out.folder(prepared.plan.name.as_str(), self.seed);
+            let seed = prepared.plan.seed(self.seed);
+            let out = self.out.folder(prepared.plan.name.as_str(), seed);
             let completed =
                 self.run(&prepared, &out, screen, interrupt, (watch, index), summaries)?;
             if completed.dropped > 0 {
@@ -163,9 +165,9 @@ impl Series<'_> {
         (watch, index): (&Watch, usize),
         summaries: &mut Vec<Summary>,
     ) -> Result<Completed, Failure> {
-        let options =
-            Options { seed: self.seed, out, level: self.level, answers: self.answers.clone() };
-        let header = || prepared.header(self.seed);
+        let seed = prepared.plan.seed(self.seed);
+        let options = Options { seed, out, level: self.level, answers: self.answers.clone() };
+        let header = || prepared.header(seed);
         let mut shown = watch.plan(index, || Feed::new(&prepared.plan, &header()));
         let feed = shown.feed().cloned();
         let feed = feed.as_ref();

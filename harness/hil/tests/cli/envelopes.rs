@@ -111,9 +111,5 @@ fn what_was_interrupted_goes_on_where_it_stopped() {
     let text = fs::read_to_string(hil.path("turn.toml")).unwrap();
     fs::write(hil.path("turn.toml"), format!("{text}\n# another\n")).unwrap();
     let ran = hil.run(&command).exits(2);
-    assert!(
-        ran.err.contains("runs.jsonl is of another campaign: envelopes of turn"),
-        "{}",
-        ran.err
-    );
+    assert!(ran.err.contains("runs.jsonl is of another campaign: plan"), "{}", ran.err);
 }

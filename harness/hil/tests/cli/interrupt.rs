@@ -63,6 +63,39 @@ fn the_first_ctrl_c_ends_the_run_in_good_order() {
     }
 }
 
+/// A device under test in real time, which ignores the request to end, would keep its ports.
+#[test]
+fn the_second_ctrl_c_ends_what_was_started_as_well() {
+    let hil = Hil::with_plan(TURN);
+    let rig = "[[line]]\nname = \"uart\"\nserial = {}\n\
+        [[node]]\nname = \"stays\"\nat = \"uart\"\n\
+        under_test = { command = [\"sh\", \"./stays.sh\", \"{uart}\"] }\n";
+    std::fs::create_dir(hil.path("rigs")).unwrap();
+    std::fs::write(hil.path("rigs/stays.toml"), rig).unwrap();
+    let plan = "name = \"stays\"\ntitle = \"\"\nrig = \"stays\"\n\
+        steps = [{ wait = { duration_s = 600 }, label = \"waits\" }]\n\
+        [[measurement]]\nname = \"time\"\ndoc = \"Of the step\"\nquantity = \"step.duration\"\n\
+        unit = \"s\"\ncheck = { all_within = { at_least = 1 } }\n";
+    std::fs::write(hil.path("stays.toml"), plan).unwrap();
+    let script = "trap '' TERM INT\necho $$ > pid\nwhile :; do sleep 0.1; done\n";
+    std::fs::write(hil.path("stays.sh"), script).unwrap();
+    let mut command = hil.command(&["run", "stays.toml", "--clock", "real"]);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let pid = || std::fs::read_to_string(hil.path("pid")).ok()?.trim().parse::<i32>().ok();
+    wait_for("the program", || pid().is_some());
+    // One that comes at once is the same request; a later one is another.
+    wait_for("the end", || {
+        let has_ended = child.try_wait().unwrap().is_some();
+        if !has_ended {
+            signal(&child, Signal::INT);
+        }
+        has_ended
+    });
+    assert_eq!(child.wait().unwrap().code(), Some(5));
+    let program = format!("/proc/{}", pid().unwrap());
+    wait_for("the end of the program", || !Path::new(&program).exists());
+}
+
 /// What was measured until then is no envelope.
 #[test]
 fn an_envelope_that_is_interrupted_has_no_result() {

@@ -48,11 +48,9 @@ fn an_invented_device_is_emulated_tested_and_broken() {
         let saved = saved.filter(|path| path.extension().is_some_and(|kind| kind == "toml"));
         let saved: Vec<_> = saved.collect();
         assert_eq!(saved.len(), 1, "{saved:?}");
-        // Its head states how to run it.
-        let text = fs::read_to_string(&saved[0]).unwrap();
-        let seed = text.lines().find_map(|line| line.split_once("--seed ")).unwrap().1;
+        // With its own seed.
         let plan = saved[0].to_str().unwrap();
-        let ran = within(&hil, &["run", plan, "--seed", seed, "--out", "again"]);
+        let ran = within(&hil, &["run", plan, "--out", "again"]);
         assert!(matches!(ran.status, Some(1 | 4)), "{ran:#?}");
     }
 }
@@ -94,6 +92,19 @@ fn an_installed_program_finds_the_library_for_fmus_in_its_clone() {
         assert!(hil.path("oven.fmu").is_file());
     }
     assert!(export(&["--library", "none.so"]).exits(2).err.contains("none.so"));
+    for other in ["oven/settles.toml", "/bin/sh"] {
+        fs::remove_file(hil.path("oven.fmu")).ok();
+        let refused = export(&["--library", other]).exits(2).err;
+        assert!(refused.contains("is no library with the function"), "{other}: {refused}");
+        assert!(!hil.path("oven.fmu").exists());
+    }
+}
+
+#[test]
+fn a_file_of_the_project_that_is_not_found_by_its_name_is_named_by_its_path() {
+    let hil = oven(&[]);
+    let ran = within(&hil, &["emulate", "device", "oven"]).exits(2);
+    assert!(ran.err.contains("did you mean `devices/oven.toml`?"), "{}", ran.err);
 }
 
 /// A bench of commands alone: the device is emulated within the harness.
@@ -117,7 +128,7 @@ fn how_much_of_a_fault_it_stands_is_measured() {
     // Runs of another device do not count for this one, though the plan is the same.
     edit(&hil.path("oven/devices/oven.toml"), "value = 1.0", "value = 5.0");
     let ran = within(&hil, &["campaign", "settles.toml", "--envelopes", "--quiet"]).exits(2);
-    assert!(ran.err.contains("runs.jsonl is of another campaign"), "{}", ran.err);
+    assert!(ran.err.contains("runs.jsonl is of another campaign: plan"), "{}", ran.err);
 }
 
 #[test]

@@ -68,3 +68,27 @@ fn a_rig_with_other_nodes_than_the_record_is_refused_by_name() {
         }
     }
 }
+
+#[test]
+fn a_verdict_is_kept_for_the_property_that_it_is_of_and_for_no_other_of_its_name() {
+    let hil = Hil::new();
+    hil.run(&["new", "oven"]).exits(0);
+    let plan = fs::read_to_string(hil.path("oven/settles.toml")).unwrap();
+    let stated = |formula: &str| {
+        let property = format!("\n[[property]]\nname = \"cool\"\nalways = \"{formula}\"\n");
+        fs::write(hil.path("oven/stated.toml"), format!("{plan}{property}")).unwrap();
+    };
+    let check = ["check", "run", "--plan", "oven/stated.toml"];
+    stated("Temperature < 200 degC");
+    hil.run(&["run", "oven/stated.toml", "--out", "run"]).exits(0);
+    let same = hil.run(&check).exits(0);
+    assert!(same.err.contains("cool keeps the verdict of the run"), "{}", same.err);
+    stated("Temperature < 0 degC");
+    let other = hil.run(&check);
+    assert!(other.err.contains("cool is not judged"), "{}", other.err);
+    let file = fs::read(hil.path("run/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&file).unwrap();
+    let verdict =
+        summary["properties"].as_array().unwrap().iter().find(|one| one["name"] == "cool");
+    assert!(verdict.unwrap()["held"].is_null(), "{summary}");
+}

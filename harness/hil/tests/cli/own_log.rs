@@ -244,6 +244,9 @@ fn both_ends_of_a_serial_line_come_back_from_a_log() {
     let sends = "{ send = { message = \"Tare\", set = { By = 5 }, every_s = 0 } },";
     fs::write(hil.path("oven/uart.toml"), plan(sends)).unwrap();
     within(&hil, &["run", "uart.toml", "--record", "full", "--out", "u"]).exits(0);
+    let frames_alone = within(&hil, &["export", "u", "--bus", "u.log"]).exits(2);
+    assert!(frames_alone.err.contains("--bus FILE.pcapng"), "{}", frames_alone.err);
+    assert!(!hil.path("oven/u.log").exists(), "a log that holds nothing is not written");
     within(&hil, &["export", "u", "--bus", "u.pcapng"]).exits(0);
     fs::write(hil.path("oven/heard.toml"), plan("")).unwrap();
     within(&hil, &["import", "u.pcapng", "--plan", "heard.toml", "--out", "i"]).exits(0);

@@ -131,6 +131,21 @@ fn a_program_whose_script_is_not_there_does_not_start() {
     }
 }
 
+#[test]
+fn a_command_in_one_string_is_said_to_be_several_words() {
+    let hil = project("pass");
+    let apart = "\"python3\", \"./beat.py\", \"{can0}\"";
+    let as_one = RIG.replace(apart, "\"python3 ./beat.py {can0}\"");
+    assert_ne!(as_one, RIG);
+    fs::write(hil.path("rigs/beat.toml"), as_one).unwrap();
+    for clock in ["virtual", "real"] {
+        let ran = hil.run(&["run", "./beats.toml", "--out", "out", "--clock", clock]).exits(3);
+        let words = format!("{} {}", ran.out, ran.err);
+        let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("each argument are strings of their own"), "{clock}: {words}");
+    }
+}
+
 /// Four seconds by the clock on the wall, which virtual time does not see.
 #[test]
 fn a_verdict_says_that_a_program_computed_longer_than_the_bench_ran() {
@@ -188,7 +203,7 @@ fn an_envelope_starts_the_program_afresh_for_each_run() {
     // What another program did shows nothing of this one.
     fs::write(hil.path("beat.py"), BEAT.replace("DOES", "continue")).unwrap();
     let other = hil.run(&arguments).exits(2).err;
-    assert!(other.contains("the program under test"), "{other}");
+    assert!(other.contains("is of another campaign: program"), "{other}");
 }
 
 #[test]
@@ -247,6 +262,9 @@ fn a_rerun_says_what_it_has_started_and_takes_the_command_of_the_plan_that_is_na
     let changed = hil.run(&["rerun", "out", "--plan", "./beats.toml"]).exits(1).out;
     let said = "started `beat`: python3 ./other.py {can0} (by the rig of ./beats.toml)";
     assert!(changed.starts_with(said) && changed.contains("first difference"), "{changed}");
+    fs::remove_file(hil.path("beat.py")).unwrap();
+    let gone = hil.run(&["rerun", "out"]).exits(2).err;
+    assert!(gone.contains("its script `./beat.py` is not in"), "{gone}");
 }
 
 /// The plan with these properties in place of its measurement.

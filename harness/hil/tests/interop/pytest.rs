@@ -162,6 +162,51 @@ fn options_choose_and_stop_as_with_other_tests() {
 }
 
 #[test]
+fn plans_of_one_name_have_run_folders_of_their_own_and_a_seed_of_a_plan_is_its_own() {
+    let Some(project) = Project::new() else { return };
+    let text = fs::read_to_string(project.path("plans/settles.toml")).unwrap();
+    copy(&project.path("plans/devices"), &project.path("plans/other/devices"));
+    // With the mark that some editors put before a text.
+    fs::write(project.path("plans/other/settles.toml"), format!("\u{feff}seed = 7\n{text}"))
+        .unwrap();
+    let both = shown(&project.pytest(&["plans/settles.toml", "plans/other/settles.toml"]));
+    assert!(both.contains("8 passed"), "{both}");
+    assert!(project.path("runs/plans-settles-seed1/summary.json").is_file(), "{both}");
+    assert!(project.path("runs/plans-other-settles-seed7/summary.json").is_file(), "{both}");
+    let summary = fs::read_to_string(project.path("runs/plans-other-settles-seed7/summary.json"));
+    assert!(summary.unwrap().contains("\"seed\": 7"));
+
+    // What a campaign found is no test of the project, wherever its folder is.
+    fs::create_dir_all(project.path("found")).unwrap();
+    fs::write(project.path("found/campaign.json"), "{}").unwrap();
+    fs::write(project.path("found/case.toml"), text).unwrap();
+    let none = project.pytest(&["found"]);
+    assert_eq!(none.status.code(), Some(5), "{}", shown(&none));
+}
+
+#[test]
+fn the_seed_zero_is_a_seed_and_a_bench_lies_beside_its_test() {
+    let Some(project) = Project::new() else { return };
+    let test = "\
+def test_seeds(rig):
+    for seed in (0, 3):
+        one = rig('plans/rigs/oven.toml', seed=seed)
+        words = open(f'/proc/{one.pid}/cmdline').read().split('\\0')
+        assert words[words.index('--seed') + 1] == str(seed), words
+        one.stop()
+
+def test_bench(run):
+    made = run('../plans/settles.toml', clock='real', bench='none/such.toml')
+";
+    fs::create_dir_all(project.path("below")).unwrap();
+    fs::write(project.path("below/test_it.py"), test.replace("'plans/rigs", "'../plans/rigs"))
+        .unwrap();
+    let output = shown(&project.pytest(&["below/test_it.py"]));
+    assert!(output.contains("1 passed") || output.contains("1 failed, 1 passed"), "{output}");
+    assert!(output.contains("below/none/such.toml"), "{output}");
+}
+
+#[test]
 fn a_mistake_in_a_plan_and_a_bench_that_breaks_are_errors_and_no_failures() {
     let Some(project) = Project::new() else { return };
     project.replace("plans/settles.toml", "Setpoint = 60", "Setpiont = 60");

@@ -5,6 +5,7 @@
 //! pipe. It is the leader of a process group, so that a wrapper such as `sh` or `cargo run` ends together with its
 //! children, and so that Ctrl-C in the terminal reaches only the harness, which then ends the process in order.
 
+mod group;
 mod pipes;
 #[cfg(test)]
 mod tests;
@@ -15,11 +16,13 @@ pub use pipes::{
 };
 pub use unread::Unread;
 
-use super::command::has_script;
+use super::command::can_start;
 use super::lines::{self, Places};
 use controller::mission::Mission;
+use group::Group;
+pub use group::kill_all;
 use pipes::{Log, MissionSender};
-use rustix::process::{Pid, Signal, kill_process_group};
+use rustix::process::Signal;
 use std::fmt;
 use std::fs::File;
 use std::io;
@@ -137,7 +140,7 @@ impl SpawnError {
 pub struct DeviceProcess {
     child: Child,
     /// The process group, until the process has ended.
-    group: Option<Pid>,
+    group: Option<Group>,
     missions: Option<MissionSender>,
     missions_lost: u64,
     events: mpsc::Receiver<ProcessEvent>,
@@ -209,10 +212,10 @@ impl DeviceProcess {
             Ok((child, pipes, messages))
         };
         let error = |source| SpawnError::program(program, source);
-        has_script(words)
+        can_start(words)
             .map_err(|reason| error(io::Error::new(io::ErrorKind::NotFound, reason)))?;
         let (child, pipes, messages) = start().map_err(error)?;
-        let group = child.id().and_then(|id| Pid::from_raw(i32::try_from(id).ok()?));
+        let group = Group::led_by(&child);
         // From here on dropping the value ends the process.
         let (sender, events) = mpsc::channel(pipes::EVENTS_MAX);
         let log = Log::spawn(messages, log).map_err(error)?;
@@ -286,9 +289,8 @@ impl DeviceProcess {
 
     /// Sends a signal to it and to all that it has started.
     pub(crate) fn signal(&self, signal: Signal) {
-        if let Some(group) = self.group {
-            // It may have ended in between, which is what is wanted.
-            let _ = kill_process_group(group, signal);
+        if let Some(group) = &self.group {
+            group.signal(signal);
         }
     }
 

@@ -2,7 +2,7 @@
 //! output, as in real time.
 
 use super::in_step::{STOPPING, in_words, in_words_of};
-use crate::command::{fill, has_script};
+use crate::command::{can_start, fill};
 use crate::process::{Unread, line_of, report_of};
 use crate::world::controller_words;
 use controller::config::{Config, Transport};
@@ -52,7 +52,7 @@ pub fn start(
     let mut ports = BTreeMap::from([("gyro".to_owned(), GYRO_PORT.to_owned())]);
     ports.extend(base.map(|base| ("base".to_owned(), base.to_owned())));
     let words = fill(&words, &ports).map_err(|error| error.to_string())?;
-    has_script(&words).map_err(|reason| format!("failed to start `controller`: {reason}"))?;
+    can_start(&words).map_err(|reason| format!("failed to start `controller`: {reason}"))?;
     let mut program = in_words(words).serial(GYRO_PORT).talks().until(Arc::clone(stop));
     program = match transport {
         None => program,

@@ -1,7 +1,7 @@
 //! A user's program in step with the world.
 
 use super::uarts::Uarts;
-use crate::command::{fill, has_script};
+use crate::command::{can_start, fill};
 use crate::lines::{self, Place, Places};
 use crate::process::Exit;
 use described::Medium;
@@ -47,7 +47,7 @@ fn started(
     let ports: BTreeMap<String, String> =
         lines.map(|line| (rig.line_name(line).to_owned(), port(rig, line))).collect();
     let words = fill(words, &ports).map_err(|error| error.to_string())?;
-    has_script(&words).map_err(|reason| format!("failed to start `{}`: {reason}", node.name))?;
+    can_start(&words).map_err(|reason| format!("failed to start `{}`: {reason}", node.name))?;
     let mut program = in_words(words);
     let (mut places, mut uarts) = (Places::new(), Uarts::default());
     for line in &node.lines {

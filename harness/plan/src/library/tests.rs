@@ -1,6 +1,6 @@
 //! Names that exist and names that do not.
 
-use super::{Kind, Library, PAPER_PLANS, names};
+use super::{Kind, Library, LibraryError, PAPER_PLANS, Source, names};
 use std::path::Path;
 
 #[test]
@@ -35,6 +35,18 @@ fn an_unknown_name_lists_what_there_is() {
     let device = |name| help(name, project.path(), Kind::Description);
     assert_eq!(device("oevn"), "did you mean `oven`?");
     assert_eq!(device("x"), "in this project: oven");
+}
+
+#[test]
+fn an_unknown_name_is_marked_where_it_names_a_file() {
+    let text = "# not \"nosuch\"\nname = \"nosuch\"\ntitle = \"nosuch\"\nrig = \"nosuch\"\n";
+    let source = Source { origin: "p.toml".to_owned(), text: text.to_owned() };
+    let error = Library::shipped().open(Kind::Rig, "nosuch").unwrap_err();
+    let placed = source.placed(&error).unwrap();
+    let LibraryError::Mistake(mistake) = placed else { panic!("{placed}") };
+    assert_eq!(mistake.range(), text.rfind("\"nosuch\"").map(|at| at..at + 8).unwrap());
+    let elsewhere = Source { text: "name = \"nosuch\"\n".to_owned(), ..source };
+    assert!(elsewhere.placed(&error).is_none());
 }
 
 #[test]

@@ -35,6 +35,10 @@ impl<E: Cause> Builder<'_, E> {
         };
         let said = part_in(&log, &|_| replay.channel.as_deref(), lines.iter().map(words));
         let said = said.map_err(|(line, known)| {
+            if known.is_empty() {
+                let message = format!("{} holds no frames and no bytes", source.origin);
+                return self.mistake(("node", number, "replay"), message, None);
+            }
             let message = format!("which channel of {} is the line `{line}`?", source.origin);
             let help = format!("`channel = ...`, one of: {}", known.join(", "));
             self.mistake(("node", number, "replay"), message, Some(help))

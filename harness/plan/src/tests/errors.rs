@@ -56,6 +56,8 @@ fn mistakes_of_writing_are_shown_in_place() {
         ),
         ("an unsafe name", with_steps("{ use_calibration = \"../../etc\" }")),
         ("a misspelt choice", with_steps("{ heading_source = \"odometer\" }")),
+        ("a rig", "[[line]]\nname = \"bus\"\ncan = {}\n".to_owned()),
+        ("a device", "name = \"oven\"\ntitle = \"Oven\"\n[state.heat]\nstart = 0\n".to_owned()),
     ];
     insta::assert_snapshot!(table(&cases));
 }

@@ -3,7 +3,7 @@
 use super::{RECORD, SUMMARY};
 use crate::reader::RecordError;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// An error of a run folder, with the path.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -34,6 +34,9 @@ pub enum RunFolderError {
     NoRun {
         /// The folder.
         path: PathBuf,
+        /// Which runs are in folders of it, if any.
+        #[help]
+        runs: Option<String>,
     },
     /// A file or folder could not be created or written.
     #[error("failed to write {}", path.display())]
@@ -84,4 +87,24 @@ pub enum RunFolderError {
         /// The name.
         name: String,
     },
+}
+
+/// How many runs of a folder are named.
+const NAMED_MAX: usize = 5;
+
+impl RunFolderError {
+    /// There is no run in `path`; says which runs its folders hold.
+    pub(super) fn no_run(path: PathBuf) -> Self {
+        let is_run =
+            |folder: &Path| [SUMMARY, RECORD].iter().any(|name| folder.join(name).is_file());
+        let entries = std::fs::read_dir(&path).into_iter().flatten().flatten();
+        let runs = entries.map(|entry| entry.path()).filter(|folder| is_run(folder));
+        let mut runs: Vec<String> = runs.map(|folder| folder.display().to_string()).collect();
+        runs.sort();
+        let more = if runs.len() > NAMED_MAX { ", ..." } else { "" };
+        runs.truncate(NAMED_MAX);
+        let runs = (!runs.is_empty())
+            .then(|| format!("its folders hold runs: name one, {}{more}", runs.join(", ")));
+        Self::NoRun { path, runs }
+    }
 }

@@ -20,7 +20,7 @@ impl CampaignArguments {
             word(&self.by),
             self.seed,
             self.faults_max,
-            if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join(", ") },
+            if self.faults.is_empty() { "all faults".to_owned() } else { self.faults.join("/") },
         )
     }
 
@@ -38,13 +38,13 @@ impl CampaignArguments {
         let id = campaign::Case::default().id(&texts);
         let with = match self.setup.replay() {
             ours if ours.is_empty() => ours,
-            other => format!(" with {other}"),
+            other => format!(", {other}"),
         };
         let programs = match self.programs(task) {
             none if none.is_empty() => String::new(),
-            some => format!(", programs {}", CaseId::of(&some)),
+            some => format!(", program under test {}", short(CaseId::of(&some))),
         };
-        format!("{plan} ({id}{programs}){with}")
+        format!("{plan}, plan and its files {}{programs}{with}", short(id))
     }
 
     /// The contents of the programs under test.
@@ -71,6 +71,11 @@ impl CampaignArguments {
             .filter_map(|path| fs::read(path).ok())
             .collect()
     }
+}
+
+/// As much of it as tells two texts apart.
+fn short(id: CaseId) -> String {
+    id.to_string().chars().take(16).collect()
 }
 
 /// The program that a command starts. One from the search path may be an interpreter: then also the first file among its
